@@ -1,0 +1,109 @@
+"""Banks of simulated operations, in Zarr shards.
+
+A bank holds noise-free curves: the zero and the noise are drawn afresh for every batch of a
+training, so that one bank serves every sensor of the same grid and onset. A shard is one store
+and one job; its content depends on the seed, the motion and its number alone.
+"""
+
+import json
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from breaker.mechanism import travel
+from breaker.parameters import NAMES, PARAMETERS
+from breaker.prior import Prior
+
+__all__ = ["describe", "open_bank", "save", "simulate"]
+
+_TRAVEL_DTYPE = np.float32  # 1e-6 mm, a hundred-thousandth of the noise
+
+
+def simulate(
+    prior: Prior,
+    times: np.ndarray,
+    motion: str,
+    n: int,
+    rng: np.random.Generator,
+    *,
+    onset_sd: float,
+) -> xr.Dataset:
+    """Simulate operations drawn from the prior.
+
+    Args:
+        prior: Prior of the parameters.
+        times: Times of the samples, ``(t,)``, ms.
+        motion: "closing" or "opening".
+        n: Number of operations.
+        rng: Generator of parameters and onsets.
+        onset_sd: Standard deviation of the onset, ms; 0 if motions start at time 0.
+
+    Returns:
+        Dataset with dims ``curve`` (n), ``time`` (t), ``parameter`` (p): noise-free ``travel``
+        (mm), ``parameters``, ``onset`` (ms), ``switching_time`` (ms after the onset, inf if not
+        within the record) and ``reopening`` (contact force zero again after the touch).
+
+    Raises:
+        FloatingPointError: If a curve is not finite.
+    """
+    theta = prior.sample(n, rng)
+    onset = onset_sd * rng.standard_normal(n)
+    result = travel(theta, times, motion, onset=onset)
+    bad = ~np.isfinite(result.travel).all(axis=1)
+    if bad.any():
+        raise FloatingPointError(f"{bad.sum()} of {n} simulated {motion} curves are not finite")
+    return xr.Dataset(
+        {
+            "travel": (("curve", "time"), result.travel.astype(_TRAVEL_DTYPE), {"unit": "mm"}),
+            "parameters": (("curve", "parameter"), theta),
+            "onset": ("curve", onset, {"unit": "ms"}),
+            "switching_time": ("curve", result.switching, {"unit": "ms"}),
+            "reopening": ("curve", result.reopening),
+        },
+        coords={
+            "time": ("time", times, {"unit": "ms"}),
+            "parameter": ("parameter", list(NAMES)),
+            "parameter_unit": ("parameter", [parameter.unit for parameter in PARAMETERS]),
+        },
+        attrs={"motion": motion},
+    )
+
+
+def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
+    """Return the dataset with what made it in its attributes: title, settings, version."""
+    return dataset.assign_attrs(
+        title=title,
+        settings=json.dumps(settings, sort_keys=True),
+        breaker_version=version("breaker"),
+    )
+
+
+def save(dataset: xr.Dataset, path: str | Path) -> None:
+    """Write a dataset as one Zarr store, in place of what is there.
+
+    Zarr's keys are sorted and nothing of the time of writing goes in, so the same dataset gives
+    the same bytes.
+    """
+    dataset.to_zarr(path, mode="w", consolidated=False, zarr_format=3)
+
+
+def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
+    """Read the shards of a bank, in the order given, as one dataset in memory.
+
+    Raises:
+        ValueError: If there is no shard, or if two shards differ in motion, grid or settings.
+    """
+    if not shards:
+        raise ValueError("a bank needs at least one shard")
+    parts = [xr.open_zarr(shard, consolidated=False, chunks=None) for shard in shards]
+    for shard, part in zip(shards, parts, strict=True):
+        for key in ("motion", "settings"):
+            if part.attrs[key] != parts[0].attrs[key]:
+                raise ValueError(
+                    f"{shard} does not fit {shards[0]}: its {key} is {part.attrs[key]}, not "
+                    f"{parts[0].attrs[key]}; simulate the bank anew"
+                )
+    return xr.concat(parts, dim="curve", join="exact", combine_attrs="override").load()

@@ -1,0 +1,95 @@
+"""Batches of records from a bank: fresh noise and a fresh zero every time a row is drawn."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+import xarray as xr
+from torch import Tensor
+
+from breaker.plausibility import distance, principal_components
+from breaker.posterior import Posterior
+
+__all__ = ["Rows", "freeze_inputs", "split", "truth"]
+
+_ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
+
+
+def truth(bank: xr.Dataset, posterior: Posterior) -> np.ndarray:
+    """Return what a posterior infers of a bank's rows, ``(n, q)``, physical units."""
+    values = bank.parameters.values
+    if posterior.sensor.infers_onset:
+        values = np.concatenate([values, bank.onset.values[:, None]], axis=1)
+    return values
+
+
+def split(bank: xr.Dataset, *counts: int) -> list[xr.Dataset]:
+    """Split a bank into its first rows and, from its end, parts of the sizes given.
+
+    Raises:
+        ValueError: If that leaves no rows to train on.
+    """
+    n = bank.sizes["curve"]
+    ends = np.cumsum([n - sum(counts), *counts])
+    if ends[0] <= 0:
+        raise ValueError(
+            f"the bank has {n} curves, and {sum(counts)} are set aside: none is left to train on; "
+            "raise bank.shards or bank.curves_per_shard"
+        )
+    return [bank.isel(curve=slice(i, j)) for i, j in zip([0, *ends[:-1]], ends, strict=True)]
+
+
+@dataclass
+class Rows:
+    """Rows of a bank, on the device of a training.
+
+    Attributes:
+        travel: Noise-free curves, ``(n, t)``, mm.
+        z: Standardised outputs, ``(n, q)``.
+        noise_sd, zero_sd: Errors of the sensor, mm.
+    """
+
+    travel: Tensor
+    z: Tensor
+    noise_sd: float
+    zero_sd: float
+
+    @classmethod
+    def of(cls, bank: xr.Dataset, posterior: Posterior, device: torch.device) -> "Rows":
+        """Take the rows of a bank for a posterior."""
+        z = posterior.standardise(truth(bank, posterior))
+        return cls(
+            travel=torch.as_tensor(bank.travel.values, dtype=torch.float32, device=device),
+            z=torch.as_tensor(z, dtype=torch.float32, device=device),
+            noise_sd=posterior.sensor.noise_sd,
+            zero_sd=posterior.sensor.zero_sd,
+        )
+
+    def draw(self, rows: Tensor, rng: torch.Generator) -> tuple[Tensor, ...]:
+        """Return a batch for ``Posterior.loss``: records, outputs, start points and times."""
+        device = self.travel.device
+        n, q = len(rows), self.z.shape[1]
+        travel = self.travel[rows]
+        error = self.noise_sd * torch.randn(travel.shape, generator=rng, device=device)
+        zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
+        noise = torch.randn((n, 1, q), generator=rng, device=device)
+        time = torch.rand((n, 1, 1), generator=rng, device=device)
+        return travel + error + zero, self.z[rows], noise, time
+
+
+def freeze_inputs(posterior: Posterior, travel: np.ndarray, rng: np.random.Generator) -> None:
+    """Set what a posterior takes from the bank once: scales, components, the farthest curve.
+
+    Args:
+        posterior: The model.
+        travel: Noise-free curves of the bank, ``(n, t)``, mm.
+        rng: Generator of their noise. The records' distance from the bank's centre, at its 0.9999
+            quantile, is the farthest that the prior produces.
+    """
+    sensor, travel = posterior.sensor, travel[:_ROWS_FOR_COMPONENTS].astype(np.float64)
+    mean, weights = principal_components(travel, sensor, posterior.curve_weights.shape[1])
+    far = np.quantile(distance(sensor.corrupt(travel, rng), mean, weights), 0.9999)
+    for name, value in (("curve_mean", mean), ("curve_weights", weights), ("farthest", far)):
+        getattr(posterior, name).copy_(torch.as_tensor(value, dtype=torch.float64))
+    scale = torch.as_tensor(np.std(travel - mean), dtype=torch.float32)
+    posterior.summary.freeze(posterior.curve_mean.float(), scale, posterior.curve_weights.float())

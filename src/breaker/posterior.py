@@ -1,0 +1,247 @@
+"""Amortised posterior of one motion: scaling by the prior, summary network, inference network.
+
+The one place where networks meet the breaker. Networks see standardised outputs: log parameters
+in prior standard deviations, and the onset in its own where it is on. Densities change variables
+here, once.
+
+A model file is a safetensors file, without pickle: weights, and in its header a JSON text with
+all settings that made it.
+"""
+
+import json
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+
+from breaker.networks import build
+from breaker.parameters import NAMES, Parameter, outputs
+from breaker.plausibility import distance
+from breaker.prior import Prior
+from breaker.randomness import seed_integer
+from breaker.sensor import Sensor
+
+__all__ = ["ModelFileError", "Posterior"]
+
+_FORMAT = "breaker posterior 1"
+
+
+class ModelFileError(ValueError):
+    """A model file that cannot be used; the message names the file, the fault and the remedy."""
+
+
+class Posterior(nn.Module):
+    """Posterior of the parameters given a measured curve.
+
+    Args:
+        settings: ``{"motion", "prior", "sensor", "network"}``, each as in the configuration;
+            further entries are kept as the record of how the model was made.
+        seed: Seed of the first weights.
+
+    Attributes:
+        prior, sensor, motion: What the model was made for.
+        outputs: What it infers, in order.
+        steps: Solver steps for sampling and density, chosen at the end of the training.
+    """
+
+    def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
+        super().__init__()
+        self.settings = dict(settings)
+        self.motion: str = settings["motion"]
+        self.prior = Prior.from_settings(settings["prior"])
+        self.sensor = Sensor.from_settings(settings["sensor"])
+        self.outputs: tuple[Parameter, ...] = outputs(self.sensor.infers_onset)
+        components = settings["network"]["summary"]["components"]
+        # Layers draw their first weights from torch's global generator; fork it, so that the seed
+        # decides and nothing else is touched.
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed_integer(seed, "first weights", self.motion))
+            self.summary, self.inference = build(
+                settings["network"], samples=self.sensor.samples, dims=len(self.outputs)
+            )
+        # What the bank's curves look like, in float64: the judge of curves unlike any of them.
+        samples = self.sensor.samples
+        self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
+        self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
+        self.register_buffer("farthest", torch.zeros((), dtype=torch.float64))
+        self.register_buffer("solver_steps", torch.ones((), dtype=torch.int64))
+
+    @property
+    def steps(self) -> int:
+        """Solver steps for sampling and density."""
+        return int(self.solver_steps)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the outputs."""
+        return [output.name for output in self.outputs]
+
+    @property
+    def _device(self) -> torch.device:
+        return self.curve_mean.device
+
+    # Scaling between physical units and what networks see.
+
+    def standardise(self, values: np.ndarray) -> np.ndarray:
+        """Map outputs ``(..., q)`` in physical units to standardised ones."""
+        p = len(NAMES)
+        z = np.array(values, dtype=np.float64)
+        z[..., :p] = self.prior.standardise(z[..., :p])
+        z[..., p:] /= self.sensor.onset_sd or 1.0
+        return z
+
+    def destandardise(self, z: np.ndarray) -> np.ndarray:
+        """Map standardised outputs ``(..., q)`` to physical units."""
+        p = len(NAMES)
+        values = np.array(z, dtype=np.float64)
+        values[..., :p] = self.prior.destandardise(values[..., :p])
+        values[..., p:] *= self.sensor.onset_sd
+        return values
+
+    def log_scaling(self, values: np.ndarray) -> np.ndarray:
+        """Return the log of ``|d z / d values|``, ``(..., q) -> (...)``."""
+        p = len(NAMES)
+        log_slope = -(np.log(self.prior.log_sds) + np.log(values[..., :p])).sum(-1)
+        if self.sensor.infers_onset:
+            log_slope = log_slope - np.log(self.sensor.onset_sd)
+        return log_slope
+
+    # Training, sampling, density.
+
+    def loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
+        """Loss of each row, ``(n,)``, from records ``(n, t)`` and standardised outputs ``(n, q)``.
+
+        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
+        """
+        return self.inference.loss(z, self.summary(measured), noise, time)
+
+    @torch.no_grad()
+    def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
+        """Draw from the posterior.
+
+        One curve at a time, so that its draws never depend on which others are beside it.
+
+        Args:
+            measured: Records on the sensor's grid, ``(o, t)``, mm.
+            noise: Standard normal numbers, ``(o, d, q)``.
+
+        Returns:
+            Draws in physical units, ``(o, d, q)``, float64. They may lie outside the prior's
+            support, as the network knows it only by example; callers count those.
+
+        Raises:
+            ValueError: If a record does not fit the grid or is not finite.
+            FloatingPointError: If a draw is not finite.
+        """
+        self._check_records(measured)
+        draws = np.empty(noise.shape)
+        for i, (record, start) in enumerate(zip(measured, noise, strict=True)):
+            features = self.summary(self._tensor(record[None]))
+            z = self.inference.sample(self._tensor(start[None]), features, steps=self.steps)
+            draws[i] = self.destandardise(z[0].cpu().numpy())
+        bad = ~np.isfinite(draws).all(axis=(1, 2))
+        if bad.any():
+            raise FloatingPointError(
+                f"the draws of {bad.sum()} of {len(bad)} curves are not finite"
+            )
+        return draws
+
+    @torch.no_grad()
+    def log_prob(self, values: np.ndarray, measured: np.ndarray) -> np.ndarray:
+        """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
+
+        Raises:
+            ValueError: If a record does not fit the grid or is not finite.
+        """
+        self._check_records(measured)
+        density = np.empty(values.shape[:2])
+        for i, (record, points) in enumerate(zip(measured, values, strict=True)):
+            features = self.summary(self._tensor(record[None]))
+            z = self._tensor(self.standardise(points[None]))
+            density[i] = self.inference.log_prob(z, features, steps=self.steps)[0].cpu().numpy()
+        return density + self.log_scaling(values)
+
+    def distance(self, measured: np.ndarray) -> np.ndarray:
+        """Return how far records lie from the bank's centre, ``(o, t) -> (o,)``, in units of the
+        farthest that the prior produces: above 1 is unlike anything in the bank."""
+        mean, weights = self.curve_mean.cpu().numpy(), self.curve_weights.cpu().numpy()
+        return distance(measured, mean, weights) / float(self.farthest)
+
+    def _tensor(self, values: np.ndarray) -> Tensor:
+        return torch.as_tensor(values, dtype=torch.float32, device=self._device)
+
+    def _check_records(self, measured: np.ndarray) -> None:
+        if measured.ndim != 2 or measured.shape[1] != self.sensor.samples:
+            raise ValueError(
+                f"records must have the shape (o, {self.sensor.samples}), not {measured.shape}"
+            )
+        bad = ~np.isfinite(measured).all(axis=1)
+        if bad.any():
+            raise ValueError(f"{bad.sum()} of {len(bad)} records are not finite; reject them first")
+
+    # Model files.
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file."""
+        header = {
+            "format": _FORMAT,
+            "breaker_version": version("breaker"),
+            "settings": json.dumps(self.settings, sort_keys=True),
+        }
+        tensors = {name: t.detach().cpu().contiguous() for name, t in self.state_dict().items()}
+        save_file(tensors, str(path), metadata=header)
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Posterior":
+        """Read a model file, ready for inference.
+
+        Raises:
+            FileNotFoundError: If there is no such file.
+            ModelFileError: If it is not a model file, is of another format, or holds tensors that
+                do not fit its settings.
+        """
+        if not Path(path).is_file():
+            raise FileNotFoundError(f"there is no model file {path}")
+        try:
+            with safe_open(str(path), framework="pt") as file:
+                header = file.metadata() or {}
+                shapes = {name: tuple(file.get_slice(name).get_shape()) for name in file.keys()}  # noqa: SIM118: not a dict
+                model = cls._from_header(header)
+                model._check_shapes(shapes)
+                model.load_state_dict({name: file.get_tensor(name) for name in shapes})
+        except SafetensorError as error:
+            raise ModelFileError(
+                f"{path} is not a model file of breaker ({error}); train it anew"
+            ) from error
+        except ModelFileError as error:
+            raise ModelFileError(f"{path}: {error}") from error
+        return model.eval()
+
+    @classmethod
+    def _from_header(cls, header: Mapping[str, str]) -> "Posterior":
+        found = header.get("format")
+        if found != _FORMAT:
+            raise ModelFileError(
+                f"its format is {found!r}, this version of breaker reads {_FORMAT!r}; train it anew"
+            )
+        try:
+            return cls(json.loads(header["settings"]))
+        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+            raise ModelFileError(
+                f"its settings do not describe a model ({type(error).__name__}: {error}); "
+                "train it anew"
+            ) from error
+
+    def _check_shapes(self, found: Mapping[str, tuple[int, ...]]) -> None:
+        expected = {name: tuple(tensor.shape) for name, tensor in self.state_dict().items()}
+        for name in sorted(expected.keys() | found.keys()):
+            if expected.get(name) != found.get(name):
+                raise ModelFileError(
+                    f"tensor {name} has the shape {found.get(name, 'none')}, its settings ask for "
+                    f"{expected.get(name, 'none')}; train it anew"
+                )

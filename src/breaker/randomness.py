@@ -1,0 +1,39 @@
+"""Random numbers from one seed of the configuration and a purpose.
+
+Every draw of the project comes from a generator that is made here and handed on, so that a
+result depends on the seed and on what it is for, never on the order of the jobs, on their split
+or on the number of cores.
+"""
+
+import hashlib
+
+import numpy as np
+
+__all__ = ["generator", "seed_integer"]
+
+
+def _sequence(seed: int, purpose: tuple[str | int, ...]) -> np.random.SeedSequence:
+    digest = hashlib.sha256(repr(purpose).encode()).digest()
+    words = np.frombuffer(digest, dtype="<u4")
+    return np.random.SeedSequence([seed, *(int(word) for word in words)])
+
+
+def generator(seed: int, *purpose: str | int) -> np.random.Generator:
+    """Return the generator that belongs to a seed and a purpose.
+
+    Args:
+        seed: Seed of the configuration, not negative.
+        purpose: What the numbers are for, such as ``("bank", "closing", 3)``. Two purposes give
+            two independent streams.
+
+    Raises:
+        ValueError: If no purpose is given, for two unnamed streams would be the same one.
+    """
+    if not purpose:
+        raise ValueError("a generator needs a purpose, such as generator(seed, 'bank', 'closing')")
+    return np.random.default_rng(_sequence(seed, purpose))
+
+
+def seed_integer(seed: int, *purpose: str | int) -> int:
+    """Return a 63-bit seed for a generator of another library, from a seed and a purpose."""
+    return int(generator(seed, *purpose).integers(2**63))

@@ -1,0 +1,116 @@
+"""What the travel sensor adds to the exact curve: onset, zero and noise.
+
+Paper, Sec. 3: normally distributed noise on the position of mass a. Real records have two more
+unknowns: the motion starts at an *onset* around the nominal time, not at it, and the reading has
+an additive offset, the *zero*. Both are normal with mean zero; a standard deviation of zero turns
+one off. The onset shifts the exact curve, so the mechanism simulates it; the zero is linear and
+is integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+__all__ = ["Sensor", "grid"]
+
+
+def grid(start: float, stop: float, samples: int) -> np.ndarray:
+    """Return the times of a record's samples, ``(t,)``, ms around the nominal first motion."""
+    return np.linspace(start, stop, samples)
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Time grid and errors of a travel sensor.
+
+    Attributes:
+        start, stop: First and last time of the grid, ms around the nominal first motion.
+        samples: Number of samples of the grid, both ends included.
+        noise_sd: Standard deviation of the noise of one sample, mm.
+        onset_sd: Standard deviation of the onset, ms; 0 if the motion starts at the nominal time.
+        zero_sd: Standard deviation of the zero, mm; 0 if the reading is true.
+    """
+
+    start: float
+    stop: float
+    samples: int
+    noise_sd: float
+    onset_sd: float
+    zero_sd: float
+
+    def __post_init__(self) -> None:
+        if not (self.start < 0 < self.stop and self.samples >= 2):
+            raise ValueError("the sensor's grid must begin before 0 and end after it")
+        if not (self.noise_sd > 0 and self.onset_sd >= 0 and self.zero_sd >= 0):
+            raise ValueError("noise_sd must be positive, onset_sd and zero_sd not negative")
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, float]) -> "Sensor":
+        """Build the sensor from the section ``sensor`` of the configuration."""
+        return cls(**settings)
+
+    def settings(self) -> dict[str, float]:
+        """Return what ``from_settings`` takes."""
+        return asdict(self)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of the samples, ``(t,)``, ms."""
+        return grid(self.start, self.stop, self.samples)
+
+    @property
+    def step(self) -> float:
+        """Time between two samples, ms."""
+        return (self.stop - self.start) / (self.samples - 1)
+
+    @property
+    def infers_onset(self) -> bool:
+        """Whether the onset is one of the unknowns."""
+        return self.onset_sd > 0
+
+    def corrupt(self, travel: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Add a zero and noise to exact curves ``(..., t)``, mm."""
+        noise = self.noise_sd * rng.standard_normal(travel.shape)
+        return travel + noise + self.zero_sd * rng.standard_normal((*travel.shape[:-1], 1))
+
+    def sample_zero(
+        self, measured: np.ndarray, travel: np.ndarray, rng: np.random.Generator
+    ) -> np.ndarray:
+        """Draw the zero of records given their exact curves, ``(..., t) -> (..., 1)``, mm.
+
+        The zero of a record is one number that all its samples share, so what the record says of
+        it is normal, with precision ``t / noise_sd^2 + 1 / zero_sd^2``.
+        """
+        residual = measured - travel
+        t = residual.shape[-1]
+        variance = self.noise_sd**2 * self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
+        mean = variance / self.noise_sd**2 * residual.sum(axis=-1, keepdims=True)
+        return mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
+
+    def whiten(self, residual: np.ndarray) -> np.ndarray:
+        """Multiply ``(..., t)`` by the inverse square root of a record's covariance.
+
+        Of the mean, the only direction in which the covariance differs from ``noise_sd^2 I``,
+        the share ``noise_sd / sqrt(noise_sd^2 + t zero_sd^2)`` is left.
+        """
+        t = residual.shape[-1]
+        kept = self.noise_sd / np.sqrt(self.noise_sd**2 + t * self.zero_sd**2)
+        mean = residual.mean(axis=-1, keepdims=True)
+        return (residual - (1.0 - kept) * mean) / self.noise_sd
+
+    def chi_square(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
+        """Return the squared Mahalanobis distance of records from curves, ``(..., t) -> (...)``."""
+        whitened = self.whiten(measured - travel)
+        return np.einsum("...t,...t->...", whitened, whitened)
+
+    def log_likelihood(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
+        """Return the log density of records given exact curves, ``(..., t) -> (...)``.
+
+        The zero is integrated out; the onset is in ``travel``.
+        """
+        t = measured.shape[-1]
+        log_determinant = (t - 1) * np.log(self.noise_sd**2) + np.log(
+            self.noise_sd**2 + t * self.zero_sd**2
+        )
+        return -0.5 * (self.chi_square(measured, travel) + log_determinant + t * np.log(2 * np.pi))
