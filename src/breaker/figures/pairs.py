@@ -1,0 +1,135 @@
+"""Prior, posterior and truth of one simulated case, pair by pair (paper, Fig. 7)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from breaker.figures.style import (
+    MEASURED,
+    MODEL,
+    PRIOR,
+    colour,
+    heading,
+    legend_below,
+    new_figure,
+    parameter,
+    styled,
+)
+
+__all__ = ["pairs"]
+
+
+@styled
+def pairs(
+    prior: np.ndarray,
+    posterior: np.ndarray,
+    truth: np.ndarray,
+    names: Sequence[str],
+    *,
+    motion: str,
+    correlation: np.ndarray,
+) -> Figure:
+    """Draw draws pair by pair below the diagonal, marginals on it, correlations above it.
+
+    Args:
+        prior: Draws of the prior, ``(m, q)``, physical units.
+        posterior: Draws of the posterior, ``(d, q)``.
+        truth: Values that made the curve, ``(q,)``.
+        names: Names of the ``q`` outputs.
+        motion: Motion of the title.
+        correlation: Correlation of the posterior draws, ``(q, q)``, from
+            :func:`breaker.diagnostics.correlation`.
+    """
+    q = len(names)
+    figure = new_figure(1.6 * q + 0.6, 1.5 * q + 1.0)
+    grid = figure.subplots(q, q, sharex="col", squeeze=False)
+    for row in range(q):
+        for column in range(q):
+            axis = grid[row, column]
+            if row == column:
+                _marginal(axis, prior[:, row], posterior[:, row], truth[row], names[row])
+            elif row > column:
+                chosen = [column, row]
+                _scatter(axis, prior[:, chosen], posterior[:, chosen], truth[chosen])
+            else:
+                _coefficient(axis, correlation[row, column])
+    _limits(grid, prior, posterior, truth)
+    _labels(grid, names)
+    heading(figure, motion, "prior, posterior and truth of one simulated curve")
+    _legend(figure, columns=4 if q > 6 else 2)
+    return figure
+
+
+def _marginal(
+    axis: Axes, prior: np.ndarray, posterior: np.ndarray, truth: float, name: str
+) -> None:
+    axis.hist(prior, bins=30, density=True, color=PRIOR, alpha=0.5)
+    axis.hist(posterior, bins=20, density=True, color=colour(name), alpha=0.75)
+    axis.axvline(truth, color=MEASURED, lw=1.2, ls="--")
+    axis.set_title(parameter(name).symbol, fontsize=14)
+
+
+def _scatter(axis: Axes, prior: np.ndarray, posterior: np.ndarray, truth: np.ndarray) -> None:
+    axis.plot(*prior.T, "o", color=PRIOR, ms=1.4, mew=0, alpha=0.35, rasterized=True)
+    axis.plot(*posterior.T, "o", color=MODEL, ms=1.6, mew=0, alpha=0.5, rasterized=True)
+    axis.axvline(truth[0], color=MEASURED, lw=0.7, ls="--")
+    axis.axhline(truth[1], color=MEASURED, lw=0.7, ls="--")
+
+
+def _coefficient(axis: Axes, value: float) -> None:
+    """Print a correlation, the darker the stronger."""
+    axis.set_axis_off()
+    weight = "bold" if abs(value) > 0.7 else "normal"
+    axis.text(
+        0.5,
+        0.5,
+        f"{value:+.2f}",
+        transform=axis.transAxes,
+        ha="center",
+        va="center",
+        fontsize=13,
+        weight=weight,
+        color=MODEL,
+        alpha=0.3 + 0.7 * min(1.0, abs(value)),
+    )
+
+
+def _limits(grid: np.ndarray, prior: np.ndarray, posterior: np.ndarray, truth: np.ndarray) -> None:
+    """Give each output one range, in all its panels, that holds everything drawn."""
+    everything = np.concatenate([prior, posterior, truth[None]])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    room = 0.03 * (high - low)
+    for i in range(len(grid)):
+        grid[i, i].set_xlim(low[i] - room[i], high[i] + room[i])
+        for column in range(i):
+            grid[i, column].set_ylim(low[i] - room[i], high[i] + room[i])
+
+
+def _labels(grid: np.ndarray, names: Sequence[str]) -> None:
+    """Label the lowest row and the first column only."""
+    last = len(names) - 1
+    for i, name in enumerate(names):
+        grid[last, i].set_xlabel(parameter(name).label)
+        if i:
+            grid[i, 0].set_ylabel(parameter(name).label)
+    for (row, column), axis in np.ndenumerate(grid):
+        axis.locator_params(nbins=3)
+        axis.tick_params(labelbottom=row == last, labelleft=0 == column < row, labelsize=8)
+        if row == column:
+            axis.set_yticks([])
+    figure = grid[0, 0].figure
+    figure.align_labels()
+
+
+def _legend(figure: Figure, columns: int) -> None:
+    handles = [
+        Patch(color=PRIOR, alpha=0.7, lw=0, label="prior"),
+        Patch(color=MODEL, alpha=0.8, lw=0, label="posterior (marginals: colour of the parameter)"),
+        Line2D([], [], color=MEASURED, ls="--", label="truth"),
+        Line2D([], [], ls="", marker="$+.5$", ms=18, color=MODEL, label="posterior correlation"),
+    ]
+    legend_below(figure, handles, columns=columns)
