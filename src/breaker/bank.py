@@ -84,10 +84,11 @@ def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
 def save(dataset: xr.Dataset, path: str | Path) -> None:
     """Write a dataset as one Zarr store, in place of what is there.
 
-    Zarr's keys are sorted and nothing of the time of writing goes in, so the same dataset gives
-    the same bytes.
+    Nothing of the time of writing goes in, so the same dataset gives the same bytes. Format 2,
+    as format 3 does not specify text yet. How an array was stored where it was read from is
+    forgotten: a text would keep the length that it had there.
     """
-    dataset.to_zarr(path, mode="w", consolidated=False, zarr_format=3)
+    dataset.drop_encoding().to_zarr(path, mode="w", consolidated=True, zarr_format=2)
 
 
 def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
@@ -98,7 +99,7 @@ def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
     """
     if not shards:
         raise ValueError("a bank needs at least one shard")
-    parts = [xr.open_zarr(shard, consolidated=False, chunks=None) for shard in shards]
+    parts = [xr.open_zarr(shard, chunks=None) for shard in shards]
     for shard, part in zip(shards, parts, strict=True):
         for key in ("motion", "settings"):
             if part.attrs[key] != parts[0].attrs[key]:

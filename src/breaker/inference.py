@@ -3,8 +3,6 @@
 Used alike for simulated records (validation), for a whole endurance test and for single files.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -12,13 +10,13 @@ from scipy.stats import chi2
 from tqdm import tqdm
 
 from breaker.bank import simulate
+from breaker.diagnostics import share_inside
 from breaker.mechanism import travel
 from breaker.parameters import NAMES
 from breaker.posterior import Posterior
 from breaker.randomness import generator
 
 __all__ = [
-    "gather",
     "infer",
     "predict",
     "predict_stages",
@@ -214,8 +212,8 @@ def predict_stages(
 
     Returns:
         Dataset over ``stage``, ``time``: ``travel`` and the ``median``, ``lower`` and ``upper``
-        end of its prediction; coordinate ``operation (stage)``; and ``share_inside (stage)``, the share
-        of samples of the main motion inside the band.
+        end of its prediction; coordinate ``operation (stage)``; and ``share_inside (stage)``,
+        the share of samples of the main motion inside the band.
 
     Raises:
         ValueError: If no operation was accepted.
@@ -235,12 +233,6 @@ def predict_stages(
         .assign(share_inside=("stage", share))
         .assign_coords(operation=("stage", part.operation.values))
     )
-
-
-def gather(stores: Sequence[str]) -> xr.Dataset:
-    """Read the chunks of an endurance test, in the order of their operations, as one dataset."""
-    parts = [xr.open_zarr(store, consolidated=False, chunks=None) for store in stores]
-    return xr.concat(parts, dim="operation", join="exact", combine_attrs="override").load()
 
 
 def table(result: xr.Dataset) -> pd.DataFrame:

@@ -128,7 +128,8 @@ def _checked_parameters(theta: np.ndarray) -> np.ndarray:
 
 
 # One curve. A mode is a row of six coefficients and an equilibrium, from which deviations are
-# measured: x_a'' = -m0 x_a - m1 x_a' + m2 x_b + m3 x_b',
+# measured: x_a'' = -m0 x_a - m1 x_a' + m2 x_b + m3 x_b' and
+# x_b'' = m4 (x_a - x_b) + m5 (x_a' - x_b').
 # It is left when its margin w . (x_a, x_a', x_b) + w0 falls to zero.
 
 

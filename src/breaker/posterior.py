@@ -210,7 +210,7 @@ class Posterior(nn.Module):
         try:
             with safe_open(str(path), framework="pt") as file:
                 header = file.metadata() or {}
-                shapes = {name: tuple(file.get_slice(name).get_shape()) for name in file.keys()}  # noqa: SIM118: not a dict
+                shapes = {name: tuple(file.get_slice(name).get_shape()) for name in file.keys()}  # noqa: SIM118
                 model = cls._from_header(header)
                 model._check_shapes(shapes)
                 model.load_state_dict({name: file.get_tensor(name) for name in shapes})

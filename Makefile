@@ -1,0 +1,87 @@
+# make all    the whole paper: environment, then snakemake -c$(CORES) all
+# make test   the same environment: lint, unit tests, the whole workflow at a small size
+
+PYTHON ?= python3
+CORES ?= 2
+
+VENV := .venv
+BIN := $(VENV)/bin
+LOCK := envs/requirements.lock
+# One stamp for what is pinned, one for the package: a changed lock builds the environment anew,
+# so that nothing is in it but the lock; a changed pyproject.toml only installs the package again.
+PINNED := $(VENV)/.pinned
+INSTALLED := $(VENV)/.installed
+
+# The interpreter behind $(PYTHON), which may be that of the very environment to be made anew.
+REAL := import os, sys; print(os.path.realpath(sys.executable))
+
+# Rules and tests that start `python` or `snakemake` find those of the environment.
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help all test lint format environment lock clean distclean
+.DELETE_ON_ERROR:
+
+help:
+	@echo "make all          environment, then the whole workflow on $(CORES) cores (CORES=...)"
+	@echo "make test         environment, lint, unit tests, the whole workflow at a small size"
+	@echo "make lint         the lint of make test alone"
+	@echo "make format       format Python and Snakemake files in place"
+	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
+	@echo "make lock         pin the newest versions that pyproject.toml allows in envs/"
+	@echo "make clean        remove what the workflow made: results, figures, logs"
+	@echo "make distclean    clean, and remove the environment and all caches"
+
+all: $(INSTALLED)
+	@echo "== workflow: snakemake -c$(CORES) all"
+	$(BIN)/snakemake -c$(CORES) all
+	@echo "== done: look at figures/, or make a report: $(BIN)/snakemake --report report.html"
+
+test: lint
+	@echo "== tests, the last of them the whole workflow with config/test.yaml"
+	$(BIN)/python -m pytest
+
+lint: $(INSTALLED)
+	@echo "== lint: ruff, snakefmt, snakemake --lint"
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/snakemake --lint
+
+format: $(INSTALLED)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+	$(BIN)/snakefmt Snakefile workflow
+
+environment: $(INSTALLED)
+	@echo "== the environment is ready: source $(BIN)/activate"
+
+$(INSTALLED): pyproject.toml $(PINNED)
+	@echo "== installing the package breaker into $(VENV)"
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(PINNED): $(LOCK)
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "breaker needs Python 3.11 or newer; '$(PYTHON)' is not one." >&2; \
+	  echo "Install one and name it, for example: make PYTHON=python3.12 all" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "'$(PYTHON)' cannot make virtual environments: its module venv is missing." >&2; \
+	  echo "On Debian and Ubuntu: apt install python3-venv" >&2; exit 1; }
+	@echo "== making $(VENV) from $(LOCK) (a few minutes, only when the lock has changed)"
+	base=$$($(PYTHON) -c '$(REAL)') && "$$base" -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --requirement $(LOCK)
+	@touch $@
+
+lock: $(INSTALLED)
+	@echo "== pinning the newest versions that pyproject.toml allows"
+	$(BIN)/python -m pip install --upgrade --upgrade-strategy eager --editable '.[test]' setuptools
+	$(BIN)/python envs/lock.py
+	@echo "== envs/ is renewed: look at the differences, run make test, commit"
+
+clean:
+	rm -rf results figures logs checkpoints report.html report.zip
+
+distclean: clean
+	rm -rf $(VENV) .snakemake .pytest_cache .ruff_cache build dist src/breaker.egg-info
+	find src tests workflow envs -name __pycache__ -type d -prune -exec rm -rf {} +

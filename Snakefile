@@ -1,0 +1,37 @@
+"""From a breaker's travel curves to the physical state of its drive: the table of contents."""
+
+from snakemake.utils import min_version
+
+min_version("9.14")
+
+
+configfile: "config/config.yaml"
+
+
+report: "workflow/report/workflow.rst"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/simulate.smk"
+include: "workflow/rules/train.smk"
+include: "workflow/rules/validate.smk"
+include: "workflow/rules/endurance.smk"
+
+
+rule all:
+    """Every figure of the paper, and the tables beside them."""
+    default_target: True
+    input:
+        expand("figures/{figure}_{motion}.png", figure=FIGURES, motion=MOTIONS),
+        expand("results/quality/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
+        expand("results/endurance/{motion}.csv", motion=MOTIONS),
+
+
+rule second_seed:
+    """The quality of both motions on a second validation seed, outside of `all`."""
+    input:
+        expand(
+            "results/quality/{motion}_seed{seed}.csv",
+            motion=MOTIONS,
+            seed=config["validation"]["second_seed"],
+        ),

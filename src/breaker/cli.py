@@ -1,0 +1,113 @@
+"""The command `breaker`: infer single curve files with a trained model, without the workflow."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from breaker.configuration import ConfigurationError, merge, read
+
+__all__ = ["main"]
+
+_DEFAULTS = Path("config/config.yaml")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns the exit status: 0, or 1 where nothing could be inferred."""
+    options = _parser().parse_args(arguments)
+    try:
+        result = _infer(options)
+    except (ConfigurationError, OSError, ValueError) as error:
+        print(f"breaker: {error}", file=sys.stderr)
+        return 1
+    _show(result)
+    if options.output:
+        result.to_csv(options.output, index=False, float_format="%.6g")
+        print(f"written to {options.output}")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="breaker", description="From a breaker's travel curve to the state of its drive."
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    infer = commands.add_parser(
+        "infer",
+        help="infer curve files with a trained model",
+        description="Infer curve files of one motion with a trained model. How the files are read "
+        "is said by endurance.format of the configuration.",
+    )
+    infer.add_argument("model", metavar="MODEL", help="such as results/models/closing.safetensors")
+    infer.add_argument("files", metavar="FILE", nargs="+", help="CSV file of one operation")
+    infer.add_argument(
+        "--config",
+        nargs="+",
+        default=[],
+        metavar="YAML",
+        help=f"configuration files, laid over {_DEFAULTS} where there is one",
+    )
+    infer.add_argument("--output", metavar="CSV", help="write the table there, with all columns")
+    return parser
+
+
+def _infer(options: argparse.Namespace):
+    # Imported here, so that --help and wrong options answer at once.
+    from breaker.inference import infer, table
+    from breaker.measurement import read_curves
+    from breaker.posterior import Posterior
+
+    config = _settings(options.config)
+    endurance = config["endurance"]
+    posterior = Posterior.load(options.model)
+    missing = [file for file in options.files if not Path(file).is_file()]
+    if missing:
+        raise FileNotFoundError(f"there is no file {', '.join(missing)}")
+    files = list(enumerate(options.files, start=1))
+    curves = read_curves(files, endurance["format"], posterior.sensor.times, posterior.motion)
+    result = infer(
+        posterior,
+        curves,
+        draws=endurance["draws"],
+        seed=config["seed"],
+        misfit_p_value=endurance["misfit_p_value"],
+    )
+    return table(result)
+
+
+def _settings(overlays: Sequence[str]) -> dict:
+    """The configuration, as far as the command needs it."""
+    paths = [*([_DEFAULTS] if _DEFAULTS.exists() else []), *overlays]
+    if not paths:
+        raise ConfigurationError(
+            f"there is no {_DEFAULTS} here; start the command from the project's folder, or name "
+            "your configuration with --config"
+        )
+    config: dict = {}
+    for path in paths:
+        config = merge(config, read(path))
+    wanted = {"endurance": ("format", "draws", "misfit_p_value")}
+    for section, keys in wanted.items():
+        lacking = [key for key in keys if key not in config.get(section, {})]
+        if lacking or "seed" not in config:
+            raise ConfigurationError(
+                f"{', '.join(map(str, paths))}: without {section}.{', '.join(lacking)} nothing can "
+                "be inferred; lay your file over config/config.yaml"
+            )
+    return config
+
+
+def _show(result) -> None:
+    """Print what was found, file by file."""
+    for (_, file), rows in result.groupby(["operation", "file"]):
+        first = rows.iloc[0]
+        print(f"\n{file}")
+        if not first.accepted:
+            print(f"  rejected: {first.reason}")
+            continue
+        for row in rows.itertuples():
+            interval = f"{row.interval_95_lower:.4g} to {row.interval_95_upper:.4g}"
+            print(f"  {row.output:8s} {row.median:10.4g}   95 %: {interval:22s} {row.unit}")
+        verdict = "fits the model" if not first.misfit else "does NOT fit the model"
+        outside = ", OUTSIDE what the prior can produce" if first.outside_prior else ""
+        print(f"  {verdict} (posterior predictive p = {first.p_value:.2g}){outside}")

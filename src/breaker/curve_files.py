@@ -1,0 +1,45 @@
+"""Which operation a curve file is: its name says. Light to import, for the workflow's own start."""
+
+import re
+from pathlib import Path
+
+__all__ = ["list_curves", "operation_number"]
+
+
+def operation_number(file: str | Path) -> int:
+    """Return the number of the operation in a file, the last whole number in the file's name.
+
+    Raises:
+        ValueError: If the name has no number.
+    """
+    numbers = re.findall(r"\d+", Path(file).stem)
+    if not numbers:
+        raise ValueError(
+            f"{file}: the name has no number, so it does not say which operation it is; rename it, "
+            "to operation_0001.csv for example"
+        )
+    return int(numbers[-1])
+
+
+def list_curves(folder: str | Path) -> list[tuple[int, Path]]:
+    """List the curve files of one motion, ``folder/*.csv``, in the order of their operations.
+
+    Raises:
+        FileNotFoundError: If there is no such folder or no CSV file in it.
+        ValueError: If a name has no number, or two files have the same one.
+    """
+    files = sorted(Path(folder).glob("*.csv"))
+    if not files:
+        raise FileNotFoundError(
+            f"{folder} has no CSV file: endurance.curves must name a folder with a subfolder of "
+            "curve files for each motion"
+        )
+    listed: dict[int, Path] = {}
+    for file in files:
+        number = operation_number(file)
+        if number in listed:
+            raise ValueError(
+                f"{file} and {listed[number]} are both operation {number}; rename one of them"
+            )
+        listed[number] = file
+    return sorted(listed.items())

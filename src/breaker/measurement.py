@@ -1,0 +1,269 @@
+"""Measured curves from CSV files: checked, and put on the model's grid.
+
+A file holds one operation of one motion. What is in it is said by explicit settings (columns,
+units, delimiter, the reading of the open breaker at rest), never guessed. A file that cannot be
+used is rejected with its name, the line where there is one, and the reason; it stays in the result
+as a missing curve, and the rest goes on.
+
+Whole samples are kept: averaging or interpolating would change their noise. What is left of the
+first motion's time after rounding to a sample is part of the onset, which is inferred.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from breaker.first_motion import NoMotionError, first_motion
+
+__all__ = ["RejectedCurveError", "open_curves", "read_curve", "read_curves", "write_curve"]
+
+_TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
+_TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
+_STROKES = (4.0, 60.0)  # mm, between the rest positions of any medium-voltage breaker
+_REST = 2.0  # mm, farthest that the open breaker may rest from zero
+_PREAMBLE = ("travel record", "motion: {motion}", "operation: {operation}", "zero: open position")
+
+
+class RejectedCurveError(ValueError):
+    """A curve file that cannot be used; the message names file, line and reason."""
+
+    def __init__(self, file: str | Path, reason: str, *, line: int | None = None) -> None:
+        place = f"{file}, line {line}" if line else f"{file}"
+        super().__init__(f"{place}: {reason}")
+
+
+def read_curves(
+    files: Sequence[tuple[int, str | Path]],
+    settings: Mapping,
+    times: np.ndarray,
+    motion: str,
+) -> xr.Dataset:
+    """Read the files of several operations.
+
+    Args:
+        files: Number of the operation and file of each.
+        settings: The section ``endurance.format`` of the configuration.
+        times: The model's grid, ``(t,)``, ms around the first motion.
+        motion: "closing" or "opening".
+
+    Returns:
+        Dataset over ``operation``, ``time``: ``travel`` (mm; missing where rejected),
+        ``accepted``, ``reason``, ``file``, and ``first_motion``: the file's time that is 0 on the
+        grid, ms.
+
+    Raises:
+        RejectedCurveError: If not one file can be used; the first reasons are listed.
+    """
+    travel = np.full((len(files), len(times)), np.nan)
+    start, reasons = np.full(len(files), np.nan), [""] * len(files)
+    for i, (_, file) in enumerate(files):
+        try:
+            travel[i], start[i] = read_curve(file, settings, times, motion)
+        except RejectedCurveError as error:
+            reasons[i] = str(error)
+            logging.getLogger("breaker").warning("rejected: %s", error)
+    accepted = np.array([not reason for reason in reasons], dtype=bool)
+    if not accepted.any():
+        raise RejectedCurveError(
+            Path(files[0][1]).parent,
+            f"none of {len(files)} {motion} files can be used; check endurance.format and the "
+            "folder. The first reasons: " + " | ".join(reasons[:3]),
+        )
+    return xr.Dataset(
+        {
+            "travel": (("operation", "time"), travel, {"unit": "mm"}),
+            "accepted": ("operation", accepted),
+            "reason": ("operation", np.array(reasons, dtype=str)),
+            "file": ("operation", np.array([str(file) for _, file in files], dtype=str)),
+            "first_motion": ("operation", start, {"unit": "ms"}),
+        },
+        coords={
+            "operation": ("operation", [operation for operation, _ in files]),
+            "time": ("time", times, {"unit": "ms"}),
+        },
+        attrs={"motion": motion},
+    )
+
+
+def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
+    """Read stores of consecutive operations as one dataset over ``operation``."""
+    parts = [xr.open_zarr(store, chunks=None) for store in stores]
+    return xr.concat(parts, dim="operation", join="exact", combine_attrs="override").load()
+
+
+def read_curve(
+    file: str | Path, settings: Mapping, times: np.ndarray, motion: str
+) -> tuple[np.ndarray, float]:
+    """Read one file.
+
+    Returns:
+        Travel on the grid, ``(t,)``, mm, and the file's time that is 0 on it, ms.
+
+    Raises:
+        RejectedCurveError: If the file cannot be used.
+    """
+    time, travel = _columns(Path(file), settings)
+    step = _even_step(file, time, settings)
+    _check_travel(file, travel, settings, motion)
+    every = (times[1] - times[0]) / step
+    if every < 0.999 or abs(every - round(every)) > 1e-3:
+        raise RejectedCurveError(
+            file,
+            f"one sample every {step:.4g} ms does not fit the model's {times[1] - times[0]:.4g} ms "
+            "a whole number of times; export at another rate, or change sensor.samples",
+        )
+    try:
+        moves = first_motion(time, travel, 1.0 if motion == "closing" else -1.0)
+    except NoMotionError as error:
+        raise RejectedCurveError(file, str(error)) from error
+    first = round((moves + times[0] - time[0]) / step)
+    last = first + round(every) * (len(times) - 1)
+    if first < 0 or last >= len(time):
+        short, side = (-first, "before") if first < 0 else (last - len(time) + 1, "after")
+        raise RejectedCurveError(
+            file,
+            f"too short: {short * step:.1f} ms are missing {side} the motion, which starts at "
+            f"{moves:.2f} ms; record longer, or change sensor.start or sensor.stop",
+        )
+    return travel[first : last + 1 : round(every)], float(time[first] - times[0])
+
+
+def write_curve(
+    file: str | Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
+) -> None:
+    """Write a record as the stand-in's instrument does: preamble, names, units, rows.
+
+    Args:
+        file: Where to write.
+        time: Times, ``(t,)``, ms; written in s.
+        travel: Travel, ``(t,)``, mm, zero at the open position.
+        motion: Motion named in the preamble.
+        operation: Operation named in the preamble.
+    """
+    preamble = [line.format(motion=motion, operation=operation) for line in _PREAMBLE]
+    rows = [f"{t:.7f},{x:.3f}" for t, x in zip((time / 1e3).tolist(), travel.tolist(), strict=True)]
+    Path(file).write_text("\n".join([*preamble, "time,travel", "s,mm", *rows, ""]), encoding="utf-8")
+
+
+def _columns(file: Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray]:
+    """Time in ms and travel in mm towards closed, from the file's columns."""
+    wanted = [settings["time_column"], settings["travel_column"]]
+    head = settings["skip_rows"] + 1 + settings["units_row"]
+    try:
+        with file.open(encoding=settings["encoding"]) as stream:
+            lines = [stream.readline() for _ in range(head)]
+        names, units = (
+            [cell.strip().strip('"') for cell in line.split(settings["delimiter"])]
+            for line in (lines[settings["skip_rows"]], lines[-1])
+        )
+        for column in wanted:
+            if column not in names:
+                raise RejectedCurveError(
+                    file,
+                    f"no column {column!r} among {', '.join(map(repr, names))}; see "
+                    "endurance.format",
+                    line=settings["skip_rows"] + 1,
+                )
+        frame = pd.read_csv(
+            file,
+            sep=settings["delimiter"],
+            decimal=settings["decimal"],
+            skiprows=head,
+            header=None,
+            encoding=settings["encoding"],
+            skip_blank_lines=False,
+        )
+    except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise RejectedCurveError(file, f"cannot be read: {error}") from error
+    columns = []
+    for column, kind in zip(wanted, ("time", "travel"), strict=True):
+        place = names.index(column)
+        if settings["units_row"] and units[place] != settings[f"{kind}_unit"]:
+            raise RejectedCurveError(
+                file,
+                f"the unit of {column!r} is {units[place]!r}, but endurance.format.{kind}_unit is "
+                f"{settings[f'{kind}_unit']!r}",
+                line=head,
+            )
+        columns.append(_numbers(file, frame, place, column, head))
+    time, travel = columns
+    scale = settings["sign"] * _TO_MM[settings["travel_unit"]]
+    return time * _TO_MS[settings["time_unit"]], scale * (travel - settings["zero"])
+
+
+def _numbers(file: Path, frame: pd.DataFrame, place: int, column: str, head: int) -> np.ndarray:
+    """One column as numbers; anything else is rejected with its line."""
+    # A last empty line is how text files end, not a missing sample.
+    rows = frame.iloc[:-1] if len(frame) and frame.iloc[-1].isna().all() else frame
+    if place >= rows.shape[1]:
+        raise RejectedCurveError(file, f"the rows have no column {column!r}", line=head + 1)
+    numbers = pd.to_numeric(rows[place], errors="coerce").to_numpy(dtype=np.float64)
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if bad.size:
+        cell = rows[place].iloc[bad[0]]
+        what = "is missing" if pd.isna(cell) else f"is {cell!r}, which is not a number"
+        more = f" ({bad.size} such samples)" if bad.size > 1 else ""
+        raise RejectedCurveError(file, f"{column!r} {what}{more}", line=head + int(bad[0]) + 1)
+    return numbers
+
+
+def _even_step(file: str | Path, time: np.ndarray, settings: Mapping) -> float:
+    """Time between two samples, ms; rejects times that do not increase evenly."""
+    head = settings["skip_rows"] + 1 + settings["units_row"]
+    if time.size < 2:
+        raise RejectedCurveError(file, f"has {time.size} samples")
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    back = np.flatnonzero(steps <= 0)
+    if back.size:
+        raise RejectedCurveError(file, "the time does not increase", line=head + int(back[0]) + 2)
+    # A tenth of a step is allowed to times that were printed with few digits.
+    uneven = np.flatnonzero(np.abs(steps - step) > 0.1 * step)
+    if uneven.size:
+        line = head + int(uneven[0]) + 2
+        gap = steps[uneven[0]] / step
+        what = f"{gap - 1:.0f} samples missing" if gap > 1.5 else "the time steps are uneven"
+        raise RejectedCurveError(file, f"{what} before this line", line=line)
+    duration = time[-1] - time[0]
+    for unit, factor in _TO_MS.items():
+        likely = duration / _TO_MS[settings["time_unit"]] * factor
+        if not 10.0 <= duration <= 1e4 and 10.0 <= likely <= 1e4:
+            raise RejectedCurveError(
+                file,
+                f"lasts {duration:.4g} ms; is endurance.format.time_unit {unit!r} rather than "
+                f"{settings['time_unit']!r}?",
+            )
+    return (time[-1] - time[0]) / (time.size - 1)
+
+
+def _check_travel(file: str | Path, travel: np.ndarray, settings: Mapping, motion: str) -> None:
+    """Reject a stroke of wrong magnitude or direction, and a wrong zero."""
+    edge = max(1, min(20, travel.size // 20))
+    begins, ends = float(np.median(travel[:edge])), float(np.median(travel[-edge:]))
+    stroke = abs(ends - begins)
+    if not _STROKES[0] <= stroke <= _STROKES[1]:
+        here = stroke / _TO_MM[settings["travel_unit"]]
+        likely = [u for u, mm in _TO_MM.items() if _STROKES[0] <= here * mm <= _STROKES[1]]
+        hint = f"; is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
+        raise RejectedCurveError(
+            file,
+            f"the stroke is {stroke:.4g} mm, not between {_STROKES[0]:g} and {_STROKES[1]:g} mm"
+            + hint,
+        )
+    if (ends > begins) != (motion == "closing"):
+        raise RejectedCurveError(
+            file,
+            f"the travel goes from {begins:.1f} to {ends:.1f} mm, which is no {motion}; is it in "
+            "the wrong folder, or endurance.format.sign wrong?",
+        )
+    open_rest = begins if motion == "closing" else ends
+    if abs(open_rest) > _REST:
+        raise RejectedCurveError(
+            file,
+            f"the open breaker rests at {open_rest:.2f} mm, not near 0; set endurance.format.zero "
+            "to its reading",
+        )

@@ -1,0 +1,247 @@
+"""Summary networks against forward passes written out by hand, in float64."""
+
+import numpy as np
+import pytest
+import torch
+
+from breaker.networks import build
+from breaker.networks.blocks import ResidualMLP
+from breaker.networks.flow_matching import FlowMatching
+from breaker.networks.summary import TimeSeriesNetwork
+from tests.networks_fixtures import NETWORK, one_thread, perturb  # noqa: F401: a fixture
+
+pytestmark = pytest.mark.usefixtures("one_thread")
+
+# No two sizes alike, so that no axis can pass for another. The convolutions leave 8 steps, of
+# which the skip GRU takes the last 6.
+SAMPLES = 23
+SIZES = {
+    "features": 7,
+    "components": 9,
+    "channels": (3, 5),
+    "kernels": (4, 3),
+    "strides": (2, 1),
+    "gru_width": 4,
+    "skip": 3,
+    "skip_width": 2,
+    "width": 11,
+    "blocks": 2,
+}
+
+
+@pytest.fixture
+def network():
+    return perturb(TimeSeriesNetwork(SAMPLES, **SIZES).double(), 0.4)
+
+
+@pytest.fixture
+def records():
+    return np.random.default_rng(1).standard_normal((6, SAMPLES))
+
+
+def arrays(module):
+    """Weights of a module by name, as arrays."""
+    return {name: weight.detach().numpy() for name, weight in module.state_dict().items()}
+
+
+def sigmoid(x):
+    return 1.0 / (1.0 + np.exp(-x))
+
+
+def silu(x):
+    return x * sigmoid(x)
+
+
+def convolved(series, weight, bias, stride):
+    """Sums over channels and taps, ``(channels in, t) -> (channels out, steps)``."""
+    channels_out, channels_in, kernel = weight.shape
+    steps = (series.shape[1] - kernel) // stride + 1
+    out = np.zeros((channels_out, steps))
+    for c in range(channels_out):
+        for k in range(steps):
+            out[c, k] = bias[c]
+            for j in range(channels_in):
+                for tap in range(kernel):
+                    out[c, k] += weight[c, j, tap] * series[j, k * stride + tap]
+    return out
+
+
+def gru_cell(x, h, w):
+    """One step of a gated recurrent unit (Cho et al. 2014; gates in the order r, z, n)."""
+    w_r, w_z, w_n = np.split(w["weight_ih_l0"], 3)
+    u_r, u_z, u_n = np.split(w["weight_hh_l0"], 3)
+    b_r, b_z, b_n = np.split(w["bias_ih_l0"], 3)
+    c_r, c_z, c_n = np.split(w["bias_hh_l0"], 3)
+    r = sigmoid(w_r @ x + b_r + u_r @ h + c_r)
+    z = sigmoid(w_z @ x + b_z + u_z @ h + c_z)
+    n = np.tanh(w_n @ x + b_n + r * (u_n @ h + c_n))
+    return (1.0 - z) * n + z * h
+
+
+def gru_by_hand(steps, w):
+    """Last state of a GRU over ``(steps, channels)``."""
+    h = np.zeros(w["weight_hh_l0"].shape[1])
+    for x in steps:
+        h = gru_cell(x, h, w)
+    return h
+
+
+def skip_gru_by_hand(steps, skip, w):
+    """States of the last ``skip`` steps, where a state follows from that ``skip`` steps before."""
+    start = len(steps) % skip
+    states = {}
+    for k in range(start, len(steps)):
+        before = states.get(k - skip, np.zeros(w["weight_hh_l0"].shape[1]))
+        states[k] = gru_cell(steps[k], before, w)
+    return np.concatenate([states[k] for k in range(len(steps) - skip, len(steps))])
+
+
+def blocks_of_time_by_hand(steps, skip, w):
+    """A wrong skip GRU: it runs over contiguous blocks instead of interleaved series."""
+    blocks = np.split(steps[len(steps) % skip :], skip)
+    return np.concatenate([gru_by_hand(block, w) for block in blocks])
+
+
+def residual_by_hand(x, w, blocks):
+    h = w["enter.weight"] @ x + w["enter.bias"]
+    for k in range(blocks):
+        inside = silu(w[f"inner.{k}.weight"] @ silu(h) + w[f"inner.{k}.bias"])
+        h = h + w[f"outer.{k}.weight"] @ inside + w[f"outer.{k}.bias"]
+    return w["leave.weight"] @ silu(h) + w["leave.bias"]
+
+
+def steps_by_hand(series, network):
+    """What the convolutions make of one scaled series, ``(steps, channels)``."""
+    w = arrays(network.convolutions)
+    first = silu(convolved(series[None], w["0.weight"], w["0.bias"], SIZES["strides"][0]))
+    return silu(convolved(first, w["2.weight"], w["2.bias"], SIZES["strides"][1])).T
+
+
+def network_by_hand(record, network, skipped=skip_gru_by_hand):
+    w = arrays(network)
+    centred = record - w["centre"]
+    steps = steps_by_hand(centred / w["scale"], network)
+    parts = [
+        w["highway.weight"] @ centred + w["highway.bias"],
+        gru_by_hand(steps, arrays(network.gru)),
+        skipped(steps, SIZES["skip"], arrays(network.skip_gru)),
+    ]
+    return residual_by_hand(np.concatenate(parts), arrays(network.join), SIZES["blocks"])
+
+
+def test_residual_network_by_hand():
+    network = perturb(ResidualMLP(3, 5, 4, blocks=2).double(), 0.5)
+    x = np.random.default_rng(2).standard_normal((2, 6, 3))
+    expected = [[residual_by_hand(row, arrays(network), 2) for row in rows] for rows in x]
+    result = network(torch.from_numpy(x)).detach().numpy()
+    np.testing.assert_allclose(result, expected, rtol=0, atol=1e-13)
+
+
+def test_a_new_residual_network_has_idle_blocks():
+    network = ResidualMLP(3, 5, 4, blocks=2)
+    x = torch.linspace(-1, 1, 6).reshape(2, 3)
+    without = network.leave(torch.nn.functional.silu(network.enter(x)))
+    torch.testing.assert_close(network(x), without, rtol=0, atol=0)
+
+
+def test_strided_convolutions_by_hand(network, records):
+    result = network.convolutions(torch.from_numpy(records).unsqueeze(1)).transpose(1, 2)
+    expected = np.stack([steps_by_hand(record, network) for record in records])
+    assert expected.shape == (6, 8, 5)
+    np.testing.assert_allclose(result.detach().numpy(), expected, rtol=0, atol=1e-13)
+
+
+def test_gru_and_skip_gru_by_hand(network):
+    steps = np.random.default_rng(3).standard_normal((6, 8, 5))
+    result = network.recur(torch.from_numpy(steps)).detach().numpy()
+    gru, skip_gru = arrays(network.gru), arrays(network.skip_gru)
+    last = [gru_by_hand(rows, gru) for rows in steps]
+    skipped = [skip_gru_by_hand(rows, 3, skip_gru) for rows in steps]
+    np.testing.assert_allclose(result[:, :4], last, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(result[:, 4:], skipped, rtol=0, atol=1e-13)
+
+
+def test_skip_gru_keeps_the_newest_steps(network):
+    """The two oldest of eight steps fill no span; the GRU beside it sees them."""
+    steps = torch.from_numpy(np.random.default_rng(4).standard_normal((1, 8, 5)))
+    other = steps.clone()
+    other[:, :2] += 1.0
+    before, after = network.recur(steps), network.recur(other)
+    torch.testing.assert_close(before[:, 4:], after[:, 4:], rtol=0, atol=0)
+    assert (before[:, :4] - after[:, :4]).abs().max() > 1e-6
+
+
+def test_whole_network_by_hand(network, records):
+    rng = np.random.default_rng(5)
+    centre, components = rng.standard_normal(SAMPLES), rng.standard_normal((SAMPLES, 9))
+    network.freeze(*map(torch.from_numpy, (centre, np.array(1.7), components)))
+    result = network(torch.from_numpy(records)).detach().numpy()
+    expected = np.stack([network_by_hand(record, network) for record in records])
+    np.testing.assert_allclose(result, expected, rtol=0, atol=1e-12)
+    # Planted fault: a skip GRU over the wrong axis has the right shape and is seen at once.
+    wrong = [network_by_hand(record, network, blocks_of_time_by_hand) for record in records]
+    assert np.abs(result - wrong).max() > 1e-3
+
+
+def test_highway_starts_as_the_linear_map_it_is_given(network, records):
+    rng = np.random.default_rng(6)
+    centre, components = rng.standard_normal(SAMPLES), rng.standard_normal((SAMPLES, 9))
+    network.freeze(*map(torch.from_numpy, (centre, np.array(2.0), components)))
+    outputs = network.highway(torch.from_numpy(records - centre)).detach().numpy()
+    np.testing.assert_allclose(outputs, (records - centre) @ components, rtol=0, atol=1e-12)
+
+
+def test_rows_do_not_see_each_other(network, records):
+    together = network(torch.from_numpy(records))
+    for i, record in enumerate(records):
+        alone = network(torch.from_numpy(record[None]))
+        torch.testing.assert_close(together[i : i + 1], alone, rtol=0, atol=1e-13)
+
+
+def test_gradients_reach_every_weight_and_scales_stay_frozen():
+    """After one step, for layers that start at zero let nothing through at first."""
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(0)
+        network = TimeSeriesNetwork(SAMPLES, **SIZES)
+    network.freeze(torch.full((SAMPLES,), 0.5), torch.tensor(3.0), torch.ones(SAMPLES, 9) / 20)
+    buffers = {name: value.clone() for name, value in network.named_buffers()}
+    optimiser = torch.optim.SGD(network.parameters(), lr=0.1)
+    x = torch.from_numpy(np.random.default_rng(7).standard_normal((32, SAMPLES))).float()
+    for _ in range(2):
+        optimiser.zero_grad()
+        network(x).square().mean().backward()
+        gradients = {name: weight.grad for name, weight in network.named_parameters()}
+        optimiser.step()
+    idle = [name for name, grad in gradients.items() if grad is None or not grad.any()]
+    assert idle == []
+    assert set(buffers) == {"centre", "scale"}
+    for name, value in network.named_buffers():
+        torch.testing.assert_close(value, buffers[name], rtol=0, atol=0)
+
+
+@pytest.mark.parametrize("name", ["channels", "kernels", "strides"])
+def test_convolutions_of_unequal_lengths_raise(name):
+    with pytest.raises(ValueError, match="one entry for each convolution"):
+        TimeSeriesNetwork(SAMPLES, **{**SIZES, name: (2,)})
+
+
+def test_too_few_steps_for_the_skip_raise():
+    assert TimeSeriesNetwork(SAMPLES, **{**SIZES, "skip": 8}).skip == 8
+    with pytest.raises(ValueError, match="leave 8 steps, fewer than skip = 9"):
+        TimeSeriesNetwork(SAMPLES, **{**SIZES, "skip": 9})
+
+
+def test_build_joins_the_two_networks():
+    summary, inference = build(NETWORK, samples=31, dims=5)
+    assert isinstance(summary, TimeSeriesNetwork)
+    assert isinstance(inference, FlowMatching)
+    features = summary(torch.zeros(2, 31))
+    assert features.shape == (2, NETWORK["summary"]["features"])
+    assert inference.sample(torch.zeros(2, 3, 5), features, steps=1).shape == (2, 3, 5)
+
+
+@pytest.mark.parametrize("role", ["summary", "inference"])
+def test_an_unknown_kind_is_named(role):
+    wrong = {**NETWORK, role: {**NETWORK[role], "kind": "oracle"}}
+    with pytest.raises(ValueError, match=f"unknown {role} network 'oracle'; known: "):
+        build(wrong, samples=31, dims=5)

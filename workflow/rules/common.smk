@@ -1,0 +1,113 @@
+"""Configuration, the names that several rules share, and what a script is made of."""
+
+import ast
+from math import ceil
+from pathlib import Path
+
+from breaker import configuration
+from breaker.curve_files import list_curves
+
+try:
+    configuration.check(
+        config,
+        schema=Path(workflow.basedir) / "workflow/schemas/config.schema.yaml",
+        files=workflow.configfiles,
+    )
+except configuration.ConfigurationError as error:
+    raise WorkflowError(str(error)) from None
+
+MOTIONS = config["motions"]
+SEED = config["validation"]["seed"]
+FIGURES = [
+    "prior_predictive",
+    "loss",
+    "sbc",
+    "sbc_reader",
+    "contraction",
+    "recovery",
+    "pairs",
+    "posterior_predictive",
+    "endurance_predictive",
+    "evolution",
+]
+ENVIRONMENT = "../../envs/breaker.yaml"
+
+
+wildcard_constraints:
+    motion="closing|opening",
+    chunk=r"\d{3,}",
+    shard=r"\d{3,}",
+    seed=r"\d+",
+
+
+def sources(script):
+    """The modules of the package that a script imports, and those that they import.
+
+    Snakemake runs a rule again when its script changes; named as inputs, modules count too.
+    """
+    package, found, open_files = Path("src/breaker"), [], [Path("workflow/scripts") / script]
+    while open_files:
+        for node in ast.walk(ast.parse(open_files.pop().read_text())):
+            if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith("breaker"):
+                continue
+            stem = package.joinpath(*node.module.split(".")[1:])
+            file = stem.with_suffix(".py") if stem.with_suffix(".py").exists() else stem / "__init__.py"
+            if file not in found:
+                found.append(file)
+                open_files.append(file)
+    return sorted(map(str, found))
+
+
+def time_grid():
+    """What of the sensor the reader depends on."""
+    return {key: config["sensor"][key] for key in ("start", "stop", "samples")}
+
+
+def curve_folder(wildcards):
+    """Where the curve files of a motion are: the stand-in's own, or the user's."""
+    return f"{config['endurance']['curves'] or 'results/rig/curves'}/{wildcards.motion}"
+
+
+def curve_files(wildcards):
+    """What the curves of a chunk are read from: the stand-in's folder, or the chunk's own files.
+
+    A file each, so that appended operations run their own chunk again and no other.
+    """
+    folder, size = curve_folder(wildcards), config["endurance"]["operations_per_job"]
+    if config["endurance"]["curves"] is None:
+        return {"folder": folder}
+    first = int(wildcards.chunk) * size
+    return {"files": [str(file) for _, file in list_curves(folder)[first : first + size]]}
+
+
+def chunks(wildcards):
+    """The numbers of the chunks in which the operations of a motion are read and inferred."""
+    if config["endurance"]["curves"] is None:
+        operations = config["rig"]["operations"]
+    else:
+        operations = len(list_curves(curve_folder(wildcards)))
+    count = ceil(operations / config["endurance"]["operations_per_job"])
+    return [f"{chunk:03d}" for chunk in range(count)]
+
+
+def curve_chunks(wildcards):
+    """All curves of a motion, as read."""
+    return [
+        f"results/endurance/{wildcards.motion}/curves_{chunk}.zarr"
+        for chunk in chunks(wildcards)
+    ]
+
+
+def inferred_chunks(wildcards):
+    """All operations of a motion, as inferred."""
+    return [
+        f"results/endurance/{wildcards.motion}/inferred_{chunk}.zarr"
+        for chunk in chunks(wildcards)
+    ]
+
+
+def effective_values(wildcards):
+    """The stand-in's effective values; real measurements have none."""
+    if config["endurance"]["curves"] is None:
+        return {"effective": f"results/rig/{wildcards.motion}_effective.zarr"}
+    return {}

@@ -1,0 +1,49 @@
+"""Simulated operations: the prior predictive and the training banks.
+
+Needs nothing but the configuration. Makes one Zarr store a shard, each a job of its own, whose
+content depends on the seed, the prior, the grid, the onset, the motion and its number.
+"""
+
+
+rule prior_predictive:
+    """Operations drawn from the prior, to look at."""
+    input:
+        code=sources("simulate.py"),
+    output:
+        directory("results/prior_predictive/{motion}.zarr"),
+    log:
+        "logs/prior_predictive/{motion}.log",
+    conda:
+        ENVIRONMENT
+    params:
+        seed=config["seed"],
+        purpose=["prior predictive"],
+        curves=config["prior_predictive"]["curves"],
+        prior=config["prior"],
+        grid=time_grid(),
+        onset_sd=config["sensor"]["onset_sd"],
+    script:
+        "../scripts/simulate.py"
+
+
+rule bank_shard:
+    """One shard of the training bank of one motion."""
+    input:
+        code=sources("simulate.py"),
+    output:
+        directory("results/bank/{motion}/shard_{shard}.zarr"),
+    log:
+        "logs/bank/{motion}_{shard}.log",
+    benchmark:
+        "results/benchmarks/bank_{motion}_{shard}.tsv"
+    conda:
+        ENVIRONMENT
+    params:
+        seed=config["seed"],
+        purpose=lambda wildcards: ["bank", int(wildcards.shard)],
+        curves=config["bank"]["curves_per_shard"],
+        prior=config["prior"],
+        grid=time_grid(),
+        onset_sd=config["sensor"]["onset_sd"],
+    script:
+        "../scripts/simulate.py"

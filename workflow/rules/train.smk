@@ -1,0 +1,42 @@
+"""Training of the posterior of each motion, apart and side by side.
+
+Needs all shards of the motion's bank. Makes the model file, the history of the losses and the
+convergence of the solver. Checkpoints are no outputs, for Snakemake removes those of a failed
+job: they lie in checkpoints/, and a training that was killed goes on from there.
+"""
+
+
+def bank_shards(wildcards):
+    return [
+        f"results/bank/{wildcards.motion}/shard_{shard:03d}.zarr"
+        for shard in range(config["bank"]["shards"])
+    ]
+
+
+rule train:
+    """Train summary and inference network together."""
+    input:
+        shards=bank_shards,
+        code=sources("train.py"),
+    output:
+        model="results/models/{motion}.safetensors",
+        history=directory("results/training/{motion}_history.zarr"),
+        solver=directory("results/training/{motion}_solver.zarr"),
+    log:
+        "logs/train/{motion}.log",
+    benchmark:
+        "results/benchmarks/train_{motion}.tsv"
+    conda:
+        ENVIRONMENT
+    threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
+    params:
+        seed=config["seed"],
+        prior=config["prior"],
+        sensor=config["sensor"],
+        network=lambda wildcards: config["network"][wildcards.motion],
+        training=lambda wildcards: config["training"][wildcards.motion],
+        solver=config["solver"],
+        bank_curves=config["bank"]["shards"] * config["bank"]["curves_per_shard"],
+        checkpoint="checkpoints/{motion}.pt",
+    script:
+        "../scripts/train.py"

@@ -1,0 +1,17 @@
+"""Predict the records at a few stages of the endurance test from their own posteriors."""
+
+import xarray as xr
+
+from breaker.bank import describe, save
+from breaker.inference import predict_stages
+from breaker.jobs import start
+from breaker.posterior import Posterior
+
+log = start(snakemake)
+params, motion = snakemake.params, snakemake.wildcards.motion
+posterior = Posterior.load(snakemake.input.model)
+inferred = xr.open_zarr(snakemake.input.inferred)
+
+result = predict_stages(posterior, inferred, stages=params.stages, seed=params.seed)
+log.info("inside the 95 %% band: %s", result.attrs["share_inside"])
+save(describe(result, f"predicted {motion} records", seed=params.seed), snakemake.output[0])

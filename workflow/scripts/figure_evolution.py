@@ -1,0 +1,15 @@
+"""Draw the parameters over the operations of the endurance test (Fig. 10)."""
+
+import xarray as xr
+
+from breaker.figures.evolution import evolution
+from breaker.jobs import start
+
+log = start(snakemake)
+inferred = xr.open_zarr(snakemake.input.inferred)
+effective = None
+if "effective" in snakemake.input.keys():  # noqa: SIM118
+    effective = xr.open_zarr(snakemake.input.effective).effective
+
+figure = evolution(inferred, motion=snakemake.wildcards.motion, effective=effective)
+figure.savefig(snakemake.output[0])

@@ -1,0 +1,12 @@
+"""Draw the loss over the training and the convergence of the solver."""
+
+import xarray as xr
+
+from breaker.figures.loss import loss
+from breaker.jobs import start
+
+log = start(snakemake)
+history = xr.open_zarr(snakemake.input.history)
+solver = xr.open_zarr(snakemake.input.solver)
+
+loss(history, solver, motion=snakemake.wildcards.motion).savefig(snakemake.output[0])

@@ -1,0 +1,27 @@
+"""Draw prior, posterior and truth of one simulated curve, pair by pair (Fig. 7)."""
+
+import numpy as np
+import xarray as xr
+
+from breaker.diagnostics import correlation
+from breaker.figures.pairs import pairs
+from breaker.jobs import start
+from breaker.parameters import is_logarithmic
+
+log = start(snakemake)
+data = xr.open_zarr(snakemake.input.validation)
+prior = xr.open_zarr(snakemake.input.prior)
+names = data.output.values
+
+# The first record, whichever it is: the seed chose it, nobody else.
+draws, truth = data.draws.values[0], data.truth.values[0]
+columns = np.concatenate([prior.parameters.values, prior.onset.values[:, None]], axis=1)
+figure = pairs(
+    columns[:, : len(names)],
+    draws,
+    truth,
+    names,
+    motion=snakemake.wildcards.motion,
+    correlation=correlation(draws, log=is_logarithmic(names)),
+)
+figure.savefig(snakemake.output[0])

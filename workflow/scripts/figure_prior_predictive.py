@@ -1,0 +1,24 @@
+"""Draw what the prior holds possible beside three measured curves (Fig. 3)."""
+
+import numpy as np
+import xarray as xr
+
+from breaker.diagnostics import pointwise_band
+from breaker.figures.predictive import prior_predictive
+from breaker.jobs import start
+from breaker.measurement import open_curves
+
+log = start(snakemake)
+prior = xr.open_zarr(snakemake.input.prior)
+measured = open_curves(snakemake.input.curves)
+measured = measured.isel(operation=np.flatnonzero(measured.accepted.values))
+
+# Three operations, from the first to the last.
+chosen = np.unique(np.linspace(0, measured.sizes["operation"] - 1, 3).astype(int))
+figure = prior_predictive(
+    prior,
+    pointwise_band(prior.travel.values),
+    measured.isel(operation=chosen),
+    motion=snakemake.wildcards.motion,
+)
+figure.savefig(snakemake.output[0])

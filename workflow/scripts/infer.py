@@ -1,0 +1,25 @@
+"""Infer some operations of the endurance test."""
+
+import torch
+import xarray as xr
+
+from breaker.bank import describe, save
+from breaker.inference import infer
+from breaker.jobs import start
+from breaker.posterior import Posterior
+
+log = start(snakemake)
+torch.set_num_threads(snakemake.threads)
+params, motion = snakemake.params, snakemake.wildcards.motion
+
+posterior = Posterior.load(snakemake.input.model)
+curves = xr.open_zarr(snakemake.input.curves).load()
+settings = {key: params[key] for key in ("seed", "draws", "misfit_p_value")}
+result = infer(posterior, curves, **settings)
+log.info(
+    "%d operations: %d rejected, %d do not fit the model, %d outside what the prior can produce",
+    *(result.sizes["operation"], (~result.accepted).sum()),
+    *(result.misfit.sum(), result.outside_prior.sum()),
+)
+title = f"posteriors of measured {motion} operations"
+save(describe(result, title, **settings, model=posterior.settings), snakemake.output[0])

@@ -1,0 +1,22 @@
+"""Read and check the curve files of some operations."""
+
+from pathlib import Path
+
+from breaker.bank import describe, save
+from breaker.curve_files import list_curves
+from breaker.jobs import start
+from breaker.measurement import read_curves
+from breaker.sensor import grid
+
+log = start(snakemake)
+params, motion = snakemake.params, snakemake.wildcards.motion
+# All files of the stand-in are one input, those of a user's folder one each.
+first = int(snakemake.wildcards.chunk) * params.operations_per_job
+folder = Path(params.folder)
+files = list_curves(folder)[first : first + params.operations_per_job]
+
+curves = read_curves(files, params.format, grid(**params.grid), motion)
+for operation in curves.operation.values[~curves.accepted.values]:
+    log.warning("operation %d rejected: %s", operation, curves.reason.sel(operation=operation).item())
+settings = {"format": params.format, "grid": params.grid}
+save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])

@@ -1,0 +1,30 @@
+"""Simulate operations of one motion from the prior: for a bank, or to look at."""
+
+from breaker.bank import describe, save, simulate
+from breaker.jobs import start
+from breaker.prior import Prior
+from breaker.randomness import generator
+from breaker.sensor import grid
+
+log = start(snakemake)
+params, motion = snakemake.params, snakemake.wildcards.motion
+
+bank = simulate(
+    Prior.from_settings(params.prior),
+    grid(**params.grid),
+    motion,
+    params.curves,
+    generator(params.seed, *params.purpose, motion),
+    onset_sd=params.onset_sd,
+)
+log.info(
+    "%d %s curves; contact force zero again after the touch in %d; touch or parting not within "
+    "the record in %d",
+    params.curves,
+    motion,
+    bank.reopening.sum(),
+    (bank.switching_time == float("inf")).sum(),
+)
+settings = {key: params[key] for key in ("prior", "grid", "onset_sd")}
+bank = describe(bank, f"{motion} simulated from the prior", **settings)
+save(bank.assign_attrs(seed=params.seed, purpose=list(params.purpose)), snakemake.output[0])

@@ -1,0 +1,52 @@
+"""Train the posterior of one motion on its bank."""
+
+from pathlib import Path
+
+import torch
+
+from breaker.bank import describe, open_bank, save
+from breaker.batches import Rows, freeze_inputs, split
+from breaker.jobs import start
+from breaker.posterior import Posterior
+from breaker.randomness import generator
+from breaker.solver import convergence, held_out_log_density, records
+from breaker.training import Trainer, choose_device, fingerprint
+
+log = start(snakemake)
+params, motion, output = snakemake.params, snakemake.wildcards.motion, snakemake.output
+training, seed = params.training, params.seed
+torch.set_num_threads(snakemake.threads)
+made_from = {
+    **{key: params[key] for key in ("seed", "prior", "sensor", "network", "training", "solver")},
+    "motion": motion,
+    "bank_curves": params.bank_curves,
+}
+
+bank = open_bank(snakemake.input.shards)
+rows, validation, unseen = split(bank, training["validation_curves"], training["held_out_curves"])
+device = choose_device(training["device"])
+posterior = Posterior(made_from, seed=seed)
+freeze_inputs(posterior, rows.travel.values, generator(seed, "components", motion))
+trainer = Trainer(
+    posterior=posterior.to(device),
+    rows=Rows.of(rows, posterior, device),
+    validation=Rows.of(validation, posterior, device),
+    settings=training,
+    seed=seed,
+    checkpoint=Path(params.checkpoint),
+    fingerprint=fingerprint(made_from, snakemake.input.code),
+)
+history = trainer.run()
+
+measured = records(posterior.eval(), unseen, seed)
+solver = convergence(posterior, measured, params.solver, seed)
+density, error = held_out_log_density(posterior, measured, unseen)
+log.info(
+    "%s: best EMA weights at step %d; %d solver steps; held-out log density %.3f +- %.3f",
+    *(motion, trainer.best_step, posterior.steps, density, error),
+)
+history = history.assign_attrs(held_out_log_density=density, held_out_log_density_se=error)
+save(describe(history, f"loss of {motion}", **made_from), output.history)
+save(describe(solver, f"solver of {motion}", **made_from), output.solver)
+posterior.save(output.model)
+trainer.checkpoint.unlink(missing_ok=True)

@@ -1,0 +1,17 @@
+"""Infer simulated records of one motion whose truth is known."""
+
+import torch
+
+from breaker.bank import describe, save
+from breaker.inference import validate
+from breaker.jobs import start
+from breaker.posterior import Posterior
+
+log = start(snakemake)
+torch.set_num_threads(snakemake.threads)
+params, wildcards = snakemake.params, snakemake.wildcards
+
+posterior = Posterior.load(snakemake.input.model)
+result = validate(posterior, params.curves, params.draws, int(wildcards.seed))
+title = f"posteriors of simulated {wildcards.motion} records"
+save(describe(result, title, model=posterior.settings), snakemake.output[0])

@@ -1,0 +1,29 @@
+"""Infer simulated records that went through curve files."""
+
+import torch
+
+from breaker.bank import describe, save
+from breaker.inference import sample_records
+from breaker.jobs import start
+from breaker.posterior import Posterior
+from breaker.randomness import generator
+from breaker.roundtrip import through_files
+
+log = start(snakemake)
+torch.set_num_threads(snakemake.threads)
+params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakemake.wildcards.seed)
+
+posterior = Posterior.load(snakemake.input.model)
+measured, truth = through_files(
+    posterior.prior,
+    posterior.sensor,
+    motion,
+    params.curves,
+    generator(seed, "records through files", motion),
+)
+if posterior.sensor.infers_onset:
+    error = truth[:, -1]
+    log.info("first motion found too late by %.3f ms, sd %.3f ms", -error.mean(), error.std())
+result = sample_records(posterior, measured, truth, params.draws, seed)
+title = f"posteriors of simulated {motion} records, read from files"
+save(describe(result, title, model=posterior.settings), snakemake.output[0])
