@@ -1,13 +1,19 @@
 """What the tests of networks, posterior, training and inference share: a small model, its bank."""
 
+from functools import cache
+from pathlib import Path
+
 import numpy as np
 import pytest
 import torch
 
 from breaker.bank import simulate
-from breaker.batches import freeze_inputs
+from breaker.batches import Rows, freeze_inputs, split, truth
+from breaker.mechanism import travel
+from breaker.networks.flow_matching import FlowMatching
 from breaker.posterior import Posterior
 from breaker.randomness import generator
+from breaker.training import Trainer
 
 PRIOR = {
     "mu": {"median": 2.0, "log_sd": 0.20},
@@ -43,6 +49,25 @@ NETWORK = {
     "inference": {"kind": "flow_matching", "width": 24, "blocks": 1},
 }
 
+TRAINING = {
+    "steps": 10,
+    "batch": 16,
+    "times_per_curve": 3,
+    "learning_rate": 5e-3,
+    "warm_up": 0.2,
+    "weight_decay": 0.01,
+    "clip": 1.0,
+    "ema": 0.6,
+    "evaluate_every": 5,
+    "checkpoint_every": 4,
+}
+# What modules of tests that compute with torch are marked with. Torch's forward-mode derivatives
+# load code of its own that torch calls deprecated.
+MARKS = [
+    pytest.mark.usefixtures("one_thread"),
+    pytest.mark.filterwarnings("ignore:`torch.jit.script` is:DeprecationWarning"),
+]
+
 
 @pytest.fixture
 def one_thread():
@@ -74,6 +99,13 @@ def frozen(*, motion="closing", onset=True, curves=512, seed=0):
     return posterior.eval()
 
 
+def built(kind, *sizes, seed=0, **more):
+    """A new network ``kind(*sizes, **more)``; torch's global generator stays as it was."""
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(seed)
+        return kind(*sizes, **more)
+
+
 @torch.no_grad()
 def perturb(module, scale, *, seed=3):
     """Draw all weights anew, so that no layer is zero; returns the module."""
@@ -96,3 +128,100 @@ def pin(posterior, mean, sd):
     head.bias[:q] = torch.as_tensor(np.broadcast_to(mean, q).copy(), dtype=torch.float32)
     head.bias[q : 2 * q] = -float(np.log(sd))
     return posterior
+
+
+@cache
+def training_rows():
+    """Rows of a small bank to train on, and to judge on."""
+    return split(bank_of(Posterior(settings()), 400), 24)
+
+
+def new_trainer(folder, *, kind=Trainer, seed=1, mark="this one", motion="closing", **changes):
+    """A small training with its checkpoint in a folder, as a new process would set it up."""
+    posterior = Posterior(settings(motion=motion), seed=seed)
+    rows, validation = training_rows()
+    freeze_inputs(posterior, rows.travel.values, generator(seed, "components"))
+    device = torch.device("cpu")
+    return kind(
+        posterior=posterior,
+        rows=Rows.of(rows, posterior, device),
+        validation=Rows.of(validation, posterior, device),
+        settings=TRAINING | changes,
+        seed=seed,
+        checkpoint=folder / "checkpoints" / "closing.pt",
+        fingerprint=mark,
+    )
+
+
+def weights(training):
+    """Copy of all weights and buffers, by name."""
+    return {name: value.clone() for name, value in training.posterior.state_dict().items()}
+
+
+def same(one, other):
+    """Whether two such copies agree bit for bit."""
+    return all(torch.equal(value, other[name]) for name, value in one.items())
+
+
+def exact_curves(posterior, values):
+    """Noise-free curves of values ``(n, q)``, by the mechanism."""
+    onset = values[:, 7] if values.shape[1] == 8 else 0.0
+    times = posterior.sensor.times
+    return travel(values[:, :7], times, posterior.motion, onset=onset).travel
+
+
+def simulated(posterior, n, *, seed=11):
+    """Truth ``(n, q)``, exact curves and records ``(n, t)``."""
+    values = truth(bank_of(posterior, n, seed=seed), posterior)
+    exact = exact_curves(posterior, values)
+    return values, exact, posterior.sensor.corrupt(exact, generator(seed, "test noise"))
+
+
+def certain_of(posterior, values, draws):
+    """Draws ``(n, draws, q)`` that all are the values ``(n, q)``."""
+    return np.repeat(values[:, None], draws, axis=1)
+
+
+def curved_model():
+    """A model whose posteriors depend on the record and are far from Gaussian, and records."""
+    posterior = frozen()
+    perturb(posterior.inference, 0.15)
+    posterior.solver_steps.fill_(3)
+    bank = bank_of(posterior, 5, seed=6)
+    return posterior, posterior.sensor.corrupt(bank.travel.values, generator(1, "test records"))
+
+
+def noise_of(posterior, o, d):
+    """Start points of draws, ``(o, d, q)``."""
+    return generator(2, "test noise").standard_normal((o, d, len(posterior.outputs)))
+
+
+def normal(*shape, seed=1):
+    """Standard normal numbers in float64."""
+    return torch.from_numpy(np.random.default_rng(seed).standard_normal(shape))
+
+
+class WrongSign(FlowMatching):
+    """Planted fault: the density takes the divergence with the wrong sign."""
+
+    def _field_and_trace(self, y, t, projected):
+        velocity, trace = super()._field_and_trace(y, t, projected)
+        return velocity, -trace
+
+
+class NoScale(FlowMatching):
+    """Planted fault: the density forgets the determinant of the base."""
+
+    def base(self, features):
+        mean, factor, log_det = super().base(features)
+        return mean, factor, torch.zeros_like(log_det)
+
+
+class Trap:
+    """A pickle that makes a file when it is read."""
+
+    def __init__(self, target):
+        self.target = target
+
+    def __reduce__(self):
+        return Path.touch, (self.target,)

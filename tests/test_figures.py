@@ -135,7 +135,7 @@ def draw_evolution(motion, names, *, misfit=True, effective=True):
 # Name of the figure, what draws it, and its number of panels with q outputs.
 FIGURES = {
     "prior_predictive": (draw_prior_predictive, lambda q: 1),
-    "loss": (draw_loss, lambda q: 3),
+    "loss": (draw_loss, lambda q: 4),
     "sbc": (draw_sbc, lambda q: q),
     "contraction": (draw_contraction, lambda q: q),
     "recovery": (draw_recovery, lambda q: q),
@@ -328,7 +328,7 @@ def test_sbc_names_what_is_outside():
 
 
 def test_figures_without_the_optional_parts():
-    assert len(draw_loss("closing", NAMES, convergence=False).axes) == 2
+    assert len(draw_loss("closing", NAMES, convergence=False).axes) == 3
     assert "exact" not in words(draw_contraction("closing", NAMES[:2], limit=False))
     assert len(draw_endurance_predictive("closing", NAMES, stages=1).axes) == 2
     assert len(draw_endurance_predictive("closing", NAMES, stages=3).axes) == 6

@@ -8,9 +8,9 @@ from breaker.networks import build
 from breaker.networks.blocks import ResidualMLP
 from breaker.networks.flow_matching import FlowMatching
 from breaker.networks.summary import TimeSeriesNetwork
-from tests.networks_fixtures import NETWORK, one_thread, perturb  # noqa: F401: a fixture
+from tests.networks_fixtures import MARKS, NETWORK, built, one_thread, perturb  # noqa: F401
 
-pytestmark = pytest.mark.usefixtures("one_thread")
+pytestmark = MARKS
 
 # No two sizes alike, so that no axis can pass for another. The convolutions leave 8 steps, of
 # which the skip GRU takes the last 6.
@@ -31,7 +31,7 @@ SIZES = {
 
 @pytest.fixture
 def network():
-    return perturb(TimeSeriesNetwork(SAMPLES, **SIZES).double(), 0.4)
+    return perturb(built(TimeSeriesNetwork, SAMPLES, **SIZES).double(), 0.4)
 
 
 @pytest.fixture
@@ -130,7 +130,7 @@ def network_by_hand(record, network, skipped=skip_gru_by_hand):
 
 
 def test_residual_network_by_hand():
-    network = perturb(ResidualMLP(3, 5, 4, blocks=2).double(), 0.5)
+    network = perturb(built(ResidualMLP, 3, 5, 4, blocks=2).double(), 0.5)
     x = np.random.default_rng(2).standard_normal((2, 6, 3))
     expected = [[residual_by_hand(row, arrays(network), 2) for row in rows] for rows in x]
     result = network(torch.from_numpy(x)).detach().numpy()
@@ -138,7 +138,7 @@ def test_residual_network_by_hand():
 
 
 def test_a_new_residual_network_has_idle_blocks():
-    network = ResidualMLP(3, 5, 4, blocks=2)
+    network = built(ResidualMLP, 3, 5, 4, blocks=2)
     x = torch.linspace(-1, 1, 6).reshape(2, 3)
     without = network.leave(torch.nn.functional.silu(network.enter(x)))
     torch.testing.assert_close(network(x), without, rtol=0, atol=0)
@@ -200,9 +200,7 @@ def test_rows_do_not_see_each_other(network, records):
 
 def test_gradients_reach_every_weight_and_scales_stay_frozen():
     """After one step, for layers that start at zero let nothing through at first."""
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(0)
-        network = TimeSeriesNetwork(SAMPLES, **SIZES)
+    network = built(TimeSeriesNetwork, SAMPLES, **SIZES)
     network.freeze(torch.full((SAMPLES,), 0.5), torch.tensor(3.0), torch.ones(SAMPLES, 9) / 20)
     buffers = {name: value.clone() for name, value in network.named_buffers()}
     optimiser = torch.optim.SGD(network.parameters(), lr=0.1)
@@ -226,13 +224,13 @@ def test_convolutions_of_unequal_lengths_raise(name):
 
 
 def test_too_few_steps_for_the_skip_raise():
-    assert TimeSeriesNetwork(SAMPLES, **{**SIZES, "skip": 8}).skip == 8
+    assert built(TimeSeriesNetwork, SAMPLES, **{**SIZES, "skip": 8}).skip == 8
     with pytest.raises(ValueError, match="leave 8 steps, fewer than skip = 9"):
         TimeSeriesNetwork(SAMPLES, **{**SIZES, "skip": 9})
 
 
 def test_build_joins_the_two_networks():
-    summary, inference = build(NETWORK, samples=31, dims=5)
+    summary, inference = built(build, NETWORK, samples=31, dims=5)
     assert isinstance(summary, TimeSeriesNetwork)
     assert isinstance(inference, FlowMatching)
     features = summary(torch.zeros(2, 31))

@@ -147,7 +147,9 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, name):
     kept = {
         path: (path.read_bytes(), path.stat())
         for top in ("config", "src", "README.md")
-        for path in ([workflow / top] if (workflow / top).is_file() else (workflow / top).rglob("*"))
+        for path in (
+            [workflow / top] if (workflow / top).is_file() else (workflow / top).rglob("*")
+        )
         if path.is_file()
     }
     try:

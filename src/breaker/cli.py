@@ -3,13 +3,16 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import reduce
 from pathlib import Path
 
-from breaker.configuration import ConfigurationError, merge, read
+from breaker.configuration import ConfigurationError, load, merge, read
 
 __all__ = ["main"]
 
 _DEFAULTS = Path("config/config.yaml")
+_SCHEMA = Path("workflow/schemas/config.schema.yaml")
+_NEEDED = ("seed", "endurance.format", "endurance.draws", "endurance.misfit_p_value")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -17,13 +20,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         result = _infer(options)
+        _show(result)
+        if options.output:
+            result.to_csv(options.output, index=False, float_format="%.6g")
+            print(f"written to {options.output}")
     except (ConfigurationError, OSError, ValueError) as error:
         print(f"breaker: {error}", file=sys.stderr)
         return 1
-    _show(result)
-    if options.output:
-        result.to_csv(options.output, index=False, float_format="%.6g")
-        print(f"written to {options.output}")
     return 0
 
 
@@ -83,17 +86,20 @@ def _settings(overlays: Sequence[str]) -> dict:
             f"there is no {_DEFAULTS} here; start the command from the project's folder, or name "
             "your configuration with --config"
         )
-    config: dict = {}
-    for path in paths:
-        config = merge(config, read(path))
-    wanted = {"endurance": ("format", "draws", "misfit_p_value")}
-    for section, keys in wanted.items():
-        lacking = [key for key in keys if key not in config.get(section, {})]
-        if lacking or "seed" not in config:
-            raise ConfigurationError(
-                f"{', '.join(map(str, paths))}: without {section}.{', '.join(lacking)} nothing can "
-                "be inferred; lay your file over config/config.yaml"
-            )
+    if _DEFAULTS.exists() and _SCHEMA.exists():
+        return load(paths, schema=_SCHEMA)
+    config = reduce(merge, map(read, paths), {})
+    section = config.get("endurance")
+    found = {
+        *config,
+        *(f"endurance.{key}" for key in (section if isinstance(section, dict) else ())),
+    }
+    lacking = [key for key in _NEEDED if key not in found]
+    if lacking:
+        raise ConfigurationError(
+            f"{', '.join(map(str, paths))}: without {', '.join(lacking)} nothing can be inferred; "
+            "start the command from the project's folder, or name its config/config.yaml first"
+        )
     return config
 
 

@@ -41,10 +41,12 @@ def first_motion(time: np.ndarray, travel: np.ndarray, direction: float) -> floa
     last = above[0] + _TOGETHER // 2
     step = (time[-1] - time[0]) / (time.size - 1)
     first = max(0, last - round(2 * _EARLIEST / step))
-    candidates = np.arange(max(time[first], time[last] - _EARLIEST), time[last] - step, _STEP)
-    if candidates.size == 0:
+    # At least one sample moves after each of them; of none, the misfit would be 0 / 0.
+    candidates = np.arange(max(time[first], time[last] - _EARLIEST), time[last] - 1.5 * step, _STEP)
+    best = candidates[_misfit(time[first:last], risen[first:last], candidates).argmin()]
+    if best <= time[0]:
         raise NoMotionError("no rest before the motion: the record begins too late")
-    return float(candidates[_misfit(time[first:last], risen[first:last], candidates).argmin()])
+    return float(best)
 
 
 def _misfit(time: np.ndarray, risen: np.ndarray, starts: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from breaker.mechanism import travel
 from breaker.parameters import NAMES
 from breaker.posterior import Posterior
 from breaker.randomness import generator
+from breaker.stroke import main_motion
 
 __all__ = [
     "infer",
@@ -224,7 +225,12 @@ def predict_stages(
     chosen = accepted[np.unique(np.linspace(0, accepted.size - 1, stages).astype(int))]
     part = inferred.isel(operation=chosen).load()
     result = predict(posterior, part.travel.values, part.draws.values, seed=seed)
-    main = np.stack([main_motion(median, posterior) for median in result["median"].values])
+    main = np.stack(
+        [
+            main_motion(median, posterior.sensor.times, posterior.motion)
+            for median in result["median"].values
+        ]
+    )
     share = share_inside(
         result.measured.values, result.lower.values, result.upper.values, where=main
     )

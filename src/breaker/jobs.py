@@ -17,7 +17,10 @@ def start(job: object) -> logging.Logger:
     Args:
         job: The object ``snakemake`` of a script.
     """
-    handlers = [logging.FileHandler(job.log[0], mode="w"), logging.StreamHandler(sys.stderr)]
+    handlers = [
+        logging.FileHandler(job.log[0], mode="w", encoding="utf-8"),
+        logging.StreamHandler(sys.stderr),
+    ]
     form = f"%(asctime)s {job.rule}: %(message)s"
     logging.basicConfig(level=logging.INFO, format=form, datefmt="%H:%M:%S", handlers=handlers)
     logger = logging.getLogger("breaker")

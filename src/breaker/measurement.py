@@ -9,14 +9,15 @@ Whole samples are kept: averaging or interpolating would change their noise. Wha
 first motion's time after rounding to a sample is part of the onset, which is inferred.
 """
 
+import codecs
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
+from breaker.curve_text import RejectedCurveError, head_lines, read_columns
 from breaker.first_motion import NoMotionError, first_motion
 
 __all__ = ["RejectedCurveError", "open_curves", "read_curve", "read_curves", "write_curve"]
@@ -25,15 +26,11 @@ _TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
 _TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
 _STROKES = (4.0, 60.0)  # mm, between the rest positions of any medium-voltage breaker
 _REST = 2.0  # mm, farthest that the open breaker may rest from zero
+_SETTINGS = (
+    *("encoding", "delimiter", "decimal", "skip_rows", "units_row", "zero", "sign"),
+    *("time_column", "time_unit", "travel_column", "travel_unit"),
+)
 _PREAMBLE = ("travel record", "motion: {motion}", "operation: {operation}", "zero: open position")
-
-
-class RejectedCurveError(ValueError):
-    """A curve file that cannot be used; the message names file, line and reason."""
-
-    def __init__(self, file: str | Path, reason: str, *, line: int | None = None) -> None:
-        place = f"{file}, line {line}" if line else f"{file}"
-        super().__init__(f"{place}: {reason}")
 
 
 def read_curves(
@@ -57,7 +54,9 @@ def read_curves(
 
     Raises:
         RejectedCurveError: If not one file can be used; the first reasons are listed.
+        ValueError: If the settings lack something, or name an unknown unit or encoding.
     """
+    _check_settings(settings)
     travel = np.full((len(files), len(times)), np.nan)
     start, reasons = np.full(len(files), np.nan), [""] * len(files)
     for i, (_, file) in enumerate(files):
@@ -106,7 +105,7 @@ def read_curve(
     Raises:
         RejectedCurveError: If the file cannot be used.
     """
-    time, travel = _columns(Path(file), settings)
+    time, travel = _columns(file, settings)
     step = _even_step(file, time, settings)
     _check_travel(file, travel, settings, motion)
     every = (times[1] - times[0]) / step
@@ -146,74 +145,42 @@ def write_curve(
     """
     preamble = [line.format(motion=motion, operation=operation) for line in _PREAMBLE]
     rows = [f"{t:.7f},{x:.3f}" for t, x in zip((time / 1e3).tolist(), travel.tolist(), strict=True)]
-    Path(file).write_text("\n".join([*preamble, "time,travel", "s,mm", *rows, ""]), encoding="utf-8")
+    Path(file).write_text(
+        "\n".join([*preamble, "time,travel", "s,mm", *rows, ""]), encoding="utf-8"
+    )
 
 
-def _columns(file: Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray]:
+def _columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray]:
     """Time in ms and travel in mm towards closed, from the file's columns."""
-    wanted = [settings["time_column"], settings["travel_column"]]
-    head = settings["skip_rows"] + 1 + settings["units_row"]
-    try:
-        with file.open(encoding=settings["encoding"]) as stream:
-            lines = [stream.readline() for _ in range(head)]
-        names, units = (
-            [cell.strip().strip('"') for cell in line.split(settings["delimiter"])]
-            for line in (lines[settings["skip_rows"]], lines[-1])
-        )
-        for column in wanted:
-            if column not in names:
-                raise RejectedCurveError(
-                    file,
-                    f"no column {column!r} among {', '.join(map(repr, names))}; see "
-                    "endurance.format",
-                    line=settings["skip_rows"] + 1,
-                )
-        frame = pd.read_csv(
-            file,
-            sep=settings["delimiter"],
-            decimal=settings["decimal"],
-            skiprows=head,
-            header=None,
-            encoding=settings["encoding"],
-            skip_blank_lines=False,
-        )
-    except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise RejectedCurveError(file, f"cannot be read: {error}") from error
-    columns = []
-    for column, kind in zip(wanted, ("time", "travel"), strict=True):
-        place = names.index(column)
-        if settings["units_row"] and units[place] != settings[f"{kind}_unit"]:
-            raise RejectedCurveError(
-                file,
-                f"the unit of {column!r} is {units[place]!r}, but endurance.format.{kind}_unit is "
-                f"{settings[f'{kind}_unit']!r}",
-                line=head,
-            )
-        columns.append(_numbers(file, frame, place, column, head))
-    time, travel = columns
+    time, travel = read_columns(file, settings)
     scale = settings["sign"] * _TO_MM[settings["travel_unit"]]
     return time * _TO_MS[settings["time_unit"]], scale * (travel - settings["zero"])
 
 
-def _numbers(file: Path, frame: pd.DataFrame, place: int, column: str, head: int) -> np.ndarray:
-    """One column as numbers; anything else is rejected with its line."""
-    # A last empty line is how text files end, not a missing sample.
-    rows = frame.iloc[:-1] if len(frame) and frame.iloc[-1].isna().all() else frame
-    if place >= rows.shape[1]:
-        raise RejectedCurveError(file, f"the rows have no column {column!r}", line=head + 1)
-    numbers = pd.to_numeric(rows[place], errors="coerce").to_numpy(dtype=np.float64)
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if bad.size:
-        cell = rows[place].iloc[bad[0]]
-        what = "is missing" if pd.isna(cell) else f"is {cell!r}, which is not a number"
-        more = f" ({bad.size} such samples)" if bad.size > 1 else ""
-        raise RejectedCurveError(file, f"{column!r} {what}{more}", line=head + int(bad[0]) + 1)
-    return numbers
+def _check_settings(settings: Mapping) -> None:
+    """Refuse settings with which no file can be read, rather than reject every file."""
+    lacking = [key for key in _SETTINGS if key not in settings]
+    if lacking:
+        raise ValueError(f"endurance.format lacks {', '.join(lacking)}")
+    for key, known in (("time_unit", _TO_MS), ("travel_unit", _TO_MM)):
+        if settings[key] not in known:
+            raise ValueError(
+                f"endurance.format.{key} is {settings[key]!r}, but must be one of "
+                f"{', '.join(known)}"
+            )
+    if len(settings["delimiter"]) != 1:
+        raise ValueError(
+            f"endurance.format.delimiter is {settings['delimiter']!r}, but must be one sign"
+        )
+    try:
+        codecs.lookup(settings["encoding"])
+    except LookupError as error:
+        raise ValueError(f"endurance.format.encoding: {error}; utf-8, for example") from error
 
 
 def _even_step(file: str | Path, time: np.ndarray, settings: Mapping) -> float:
     """Time between two samples, ms; rejects times that do not increase evenly."""
-    head = settings["skip_rows"] + 1 + settings["units_row"]
+    head = head_lines(settings)
     if time.size < 2:
         raise RejectedCurveError(file, f"has {time.size} samples")
     steps = np.diff(time)
@@ -226,7 +193,8 @@ def _even_step(file: str | Path, time: np.ndarray, settings: Mapping) -> float:
     if uneven.size:
         line = head + int(uneven[0]) + 2
         gap = steps[uneven[0]] / step
-        what = f"{gap - 1:.0f} samples missing" if gap > 1.5 else "the time steps are uneven"
+        missing = f"{gap - 1:.0f} sample(s) missing"
+        what = missing if gap > 1.5 else "the time steps are uneven"
         raise RejectedCurveError(file, f"{what} before this line", line=line)
     duration = time[-1] - time[0]
     for unit, factor in _TO_MS.items():
@@ -248,7 +216,8 @@ def _check_travel(file: str | Path, travel: np.ndarray, settings: Mapping, motio
     if not _STROKES[0] <= stroke <= _STROKES[1]:
         here = stroke / _TO_MM[settings["travel_unit"]]
         likely = [u for u, mm in _TO_MM.items() if _STROKES[0] <= here * mm <= _STROKES[1]]
-        hint = f"; is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
+        still = "did the breaker not move, or " if stroke < _STROKES[0] else ""
+        hint = f"; {still}is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
         raise RejectedCurveError(
             file,
             f"the stroke is {stroke:.4g} mm, not between {_STROKES[0]:g} and {_STROKES[1]:g} mm"
@@ -265,5 +234,5 @@ def _check_travel(file: str | Path, travel: np.ndarray, settings: Mapping, motio
         raise RejectedCurveError(
             file,
             f"the open breaker rests at {open_rest:.2f} mm, not near 0; set endurance.format.zero "
-            "to its reading",
+            "to its reading, or record the whole motion",
         )

@@ -45,6 +45,8 @@ __all__ = ["Motion", "rest_position", "travel"]
 
 _ORDER = 33  # 4^34 / 34! = 1e-18: below round-off with the bound on the intervals
 _REACH = 4.0  # rate * length of an interval
+_PIECES = 8  # of an interval, each short enough for at most one turn of a margin
+_LONGEST = 1e6  # rate * length of a record: 250,000 intervals, about a second a curve
 
 
 class Motion(NamedTuple):
@@ -80,13 +82,20 @@ def travel(
 
     Raises:
         ValueError: If a parameter is not finite or not positive (the message names the first),
-            if a shape is wrong, if times do not increase or an onset is not finite.
+            if a drive is too fast to follow over the record, if a shape is wrong, if times do not
+            increase or an onset is not finite.
     """
     theta = _checked_parameters(theta)
     _check_motion(motion)
     times = np.ascontiguousarray(times, dtype=np.float64)
-    if times.ndim != 1 or not np.all(np.isfinite(times)) or np.any(np.diff(times) <= 0):
+    if (
+        times.ndim != 1
+        or times.size == 0
+        or not np.all(np.isfinite(times))
+        or np.any(np.diff(times) <= 0)
+    ):
         raise ValueError("times must be one finite, increasing row")
+    _check_rates(theta, times[-1] - times[0])
     onset = np.asarray(onset, dtype=np.float64)
     if onset.shape not in {(), theta.shape[:1]} or not np.all(np.isfinite(onset)):
         raise ValueError(f"onset must be one finite time or one per row, ({len(theta)},)")
@@ -113,6 +122,16 @@ def _check_motion(motion: str) -> None:
         raise ValueError(f"unknown motion {motion!r}; it must be one of {', '.join(MOTIONS)}")
 
 
+def _check_rates(theta: np.ndarray, span: float) -> None:
+    rates = _rate(theta.T)
+    if np.any(rates * span > _LONGEST):
+        row = int(rates.argmax())
+        raise ValueError(
+            f"the drive of row {row} is too fast to follow over {span:g} ms: its rate is "
+            f"{rates[row]:.3g} / ms, from {dict(zip(NAMES, theta[row].tolist(), strict=True))}"
+        )
+
+
 def _checked_parameters(theta: np.ndarray) -> np.ndarray:
     theta = np.ascontiguousarray(theta, dtype=np.float64)
     if theta.ndim != 2 or theta.shape[1] != len(NAMES):
@@ -131,6 +150,13 @@ def _checked_parameters(theta: np.ndarray) -> np.ndarray:
 # measured: x_a'' = -m0 x_a - m1 x_a' + m2 x_b + m3 x_b' and
 # x_b'' = m4 (x_a - x_b) + m5 (x_a' - x_b').
 # It is left when its margin w . (x_a, x_a', x_b) + w0 falls to zero.
+
+
+@njit(cache=True)
+def _rate(theta):
+    """Bound of a drive's fastest rate, 1/ms, from parameters (p,) or (p, n)."""
+    mu, k_a, k_b, gamma_a, gamma_b = theta[0], theta[1], theta[2], theta[3], theta[4]
+    return np.sqrt(k_a + k_b * (1 + mu)) + gamma_a + gamma_b * (1 + mu)
 
 
 @njit(cache=True)
@@ -198,19 +224,25 @@ def _root(coefficients, low, high):
 def _first_zero(margin):
     """First u in [0, 1] at which a margin is no longer positive, or inf.
 
-    Inside an interval the margin may dip below zero and return: then it has a minimum there.
+    Between two nodes the margin may dip below zero and return: then it has a minimum there.
     """
     if margin[0] <= 0:
         return 0.0
-    if _value(margin, 1.0) <= 0:
-        return _root(margin, 0.0, 1.0)
-    if margin[1] >= 0:
+    if np.abs(margin[1:]).sum() < margin[0]:
         return np.inf
     slope = _derivative(margin)
-    if _value(slope, 1.0) <= 0:
-        return np.inf
-    lowest = _root(slope, 0.0, 1.0)
-    return np.inf if _value(margin, lowest) > 0 else _root(margin, 0.0, lowest)
+    low, slope_low = 0.0, margin[1]
+    for k in range(1, _PIECES + 1):
+        high = k / _PIECES
+        if _value(margin, high) <= 0:
+            return _root(margin, low, high)
+        slope_high = _value(slope, high)
+        if slope_low < 0 and slope_high > 0:
+            lowest = _root(slope, low, high)
+            if _value(margin, lowest) <= 0:
+                return _root(margin, low, lowest)
+        low, slope_low = high, slope_high
+    return np.inf
 
 
 @njit(cache=True)
@@ -220,7 +252,7 @@ def _curve(theta, times, onset, closing, travel):
     held = (f + k_b * gap) / (k_a + k_b)
     free = np.array([k_a + k_b, gamma_a + gamma_b, k_b, gamma_b, mu * k_b, mu * gamma_b])
     closed = np.array([k_a + k_b, gamma_a + gamma_b, 0.0, 0.0, 0.0, 0.0])
-    rate = np.sqrt(k_a + k_b * (1 + mu)) + gamma_a + gamma_b * (1 + mu)
+    rate = _rate(theta)
 
     # Equilibria of drive and contact, the margin's weights, and the state as deviations.
     force = np.array([k_b, gamma_b, 0.0])

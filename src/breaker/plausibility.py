@@ -42,6 +42,6 @@ def scores(measured: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> np.nd
 def distance(measured: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Return how far records lie from the bank's centre, ``(n, t) -> (n,)``.
 
-    The root mean square of the scores: about 1 for a record drawn from the bank.
+    The largest score, in standard deviations of the bank: a mean over all would hide one.
     """
-    return np.sqrt(np.square(scores(measured, mean, weights)).mean(axis=-1))
+    return np.abs(scores(measured, mean, weights)).max(axis=-1)

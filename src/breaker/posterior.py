@@ -120,6 +120,10 @@ class Posterior(nn.Module):
         """
         return self.inference.loss(z, self.summary(measured), noise, time)
 
+    def log_density(self, measured: Tensor, z: Tensor, *, steps: int) -> Tensor:
+        """Log density of standardised outputs ``(n, q)`` given records ``(n, t)``, ``(n,)``."""
+        return self.inference.log_prob(z[:, None], self.summary(measured), steps=steps)[:, 0]
+
     @torch.no_grad()
     def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Draw from the posterior.

@@ -41,8 +41,7 @@ def convergence(
 
     Args:
         measured: Records, ``(n, t)``, mm.
-        settings: The section ``solver`` of the configuration: ``candidates``, ``reference``,
-            ``draws`` and ``tolerance``.
+        settings: The section ``solver`` of the configuration.
 
     Returns:
         Dataset over ``solver_steps`` with ``mean_difference`` and ``max_difference``.
@@ -51,6 +50,7 @@ def convergence(
         ValueError: If no candidate is within the tolerance.
     """
     rng = generator(seed, "solver", posterior.motion)
+    measured = measured[: settings["curves"]]
     shape = (len(measured), settings["draws"], len(posterior.outputs))
     noise = rng.standard_normal(shape)
 

@@ -35,8 +35,8 @@ ENVIRONMENT = "../../envs/breaker.yaml"
 
 wildcard_constraints:
     motion="closing|opening",
-    chunk=r"\d{3,}",
-    shard=r"\d{3,}",
+    chunk=r"\d\d\d+",
+    shard=r"\d\d\d+",
     seed=r"\d+",
 
 

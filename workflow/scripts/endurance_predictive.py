@@ -13,5 +13,6 @@ posterior = Posterior.load(snakemake.input.model)
 inferred = xr.open_zarr(snakemake.input.inferred)
 
 result = predict_stages(posterior, inferred, stages=params.stages, seed=params.seed)
-log.info("inside the 95 %% band: %s", result.attrs["share_inside"])
+shares = ", ".join(f"{share:.1%}" for share in result.share_inside.values)
+log.info("main motion inside the 95 %% band, stage by stage: %s", shares)
 save(describe(result, f"predicted {motion} records", seed=params.seed), snakemake.output[0])

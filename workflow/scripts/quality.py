@@ -9,8 +9,7 @@ from breaker.quality import quality, words
 log = start(snakemake)
 params = snakemake.params
 data, reader, limit = (
-    xr.open_zarr(snakemake.input[name])
-    for name in ("validation", "reader", "limit")
+    xr.open_zarr(snakemake.input[name]) for name in ("validation", "reader", "limit")
 )
 names = data.output.values
 

@@ -16,7 +16,6 @@ folder = Path(params.folder)
 files = list_curves(folder)[first : first + params.operations_per_job]
 
 curves = read_curves(files, params.format, grid(**params.grid), motion)
-for operation in curves.operation.values[~curves.accepted.values]:
-    log.warning("operation %d rejected: %s", operation, curves.reason.sel(operation=operation).item())
+log.info("%d of %d operations rejected", (~curves.accepted).sum(), len(files))
 settings = {"format": params.format, "grid": params.grid}
 save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])

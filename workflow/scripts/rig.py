@@ -1,6 +1,9 @@
-"""Run the stand-in: write the curve files of its endurance test."""
+"""Run the stand-in: write the curve files of one motion of its endurance test."""
 
 from breaker.jobs import start
-from breaker.rig import run
+from breaker.rig import Rig
 
 log = start(snakemake)
+params = snakemake.params
+
+Rig.from_settings(params.rig, params.seed).run(snakemake.wildcards.motion, snakemake.output[0])

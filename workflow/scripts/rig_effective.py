@@ -1,6 +1,27 @@
-"""Run the stand-in: write the curve files of its endurance test."""
+"""Fit the model to noise-free curves of the stand-in, at stages of its life."""
 
+import numpy as np
+
+from breaker.bank import describe, save
+from breaker.effective import effective_values
 from breaker.jobs import start
-from breaker.rig import run
+from breaker.prior import Prior
+from breaker.rig import Rig
+from breaker.sensor import Sensor
 
 log = start(snakemake)
+params, motion = snakemake.params, snakemake.wildcards.motion
+
+rig = Rig.from_settings(params.rig, params.seed)
+count = min(params.rig["effective_stages"], params.rig["operations"])
+stages = np.unique(np.linspace(1, params.rig["operations"], count).round().astype(int))
+prior, sensor = Prior.from_settings(params.prior), Sensor.from_settings(params.sensor)
+result = effective_values(rig, prior, sensor, motion, stages.tolist())
+log.info(
+    "new %s: the model leaves at most %.2f noise sd of the main motion, %.2f of the end",
+    *(motion, result.main_largest[0], result.end_largest[0]),
+)
+settings = {key: params[key] for key in ("seed", "rig", "prior", "sensor")}
+save(
+    describe(result, f"effective values of the stand-in, {motion}", **settings), snakemake.output[0]
+)

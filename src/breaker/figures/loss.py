@@ -1,41 +1,40 @@
 """How a training went, and how many solver steps its posterior needs."""
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator
 
-from breaker.figures.style import MODEL, PRIOR, WARNING, heading, new_figure, styled
+from breaker.figures.style import MODEL, PRIOR, REFERENCE, WARNING, heading, new_figure, styled
 
 __all__ = ["loss"]
 
 
 @styled
 def loss(history: xr.Dataset, convergence: xr.Dataset | None = None, *, motion: str) -> Figure:
-    """Draw training and validation loss, learning rate, and the convergence in solver steps.
+    """Draw training loss, validation, learning rate, and the convergence in solver steps.
 
     Args:
         history: ``training_loss (step)``, ``learning_rate (step)``, coordinate ``step``, and
-            ``validation_loss (evaluation)`` of the EMA weights at ``evaluation_step (evaluation)``;
-            attributes ``best_step``, ``held_out_log_density`` and ``held_out_log_density_se`` in
-            nats per curve.
+            ``validation_loss (evaluation)``, the negative log density of the EMA weights in nats
+            per curve, at ``evaluation_step (evaluation)``; attributes ``best_step``,
+            ``held_out_log_density`` and ``held_out_log_density_se`` in nats per curve.
         convergence: ``mean_difference (solver_steps)`` and ``max_difference (solver_steps)`` from
             the finest solution, in posterior sd; attributes ``chosen_steps`` and
             ``reference_steps``, those of the finest. None for a network without a solver.
         motion: Motion of the title.
     """
-    figure = new_figure(11.5 if convergence is not None else 7.5, 5.4)
-    columns = (
-        [["loss", "steps"], ["rate", "steps"]] if convergence is not None else [["loss"], ["rate"]]
-    )
+    rows = ["loss", "validation", "rate"]
+    figure = new_figure(11.5 if convergence is not None else 7.5, 7.0)
+    columns = [[row, "steps"] if convergence is not None else [row] for row in rows]
     ratios = (1.6, 1.0) if convergence is not None else None
-    axes = figure.subplot_mosaic(columns, height_ratios=(3.2, 1.0), width_ratios=ratios)
-    _losses(axes["loss"], history)
+    axes = figure.subplot_mosaic(columns, height_ratios=(2.0, 2.0, 1.0), width_ratios=ratios)
+    _training(axes["loss"], history)
+    _validation(axes["validation"], history)
     _rate(axes["rate"], history)
-    axes["rate"].sharex(axes["loss"])
-    axes["loss"].tick_params(labelbottom=False)
+    for row in rows[:2]:
+        axes[row].sharex(axes["rate"])
+        axes[row].tick_params(labelbottom=False)
     if convergence is not None:
         _convergence(axes["steps"], convergence)
     density, error = (history.attrs[f"held_out_log_density{end}"] for end in ("", "_se"))
@@ -44,29 +43,30 @@ def loss(history: xr.Dataset, convergence: xr.Dataset | None = None, *, motion: 
     return figure
 
 
-def _losses(axis: Axes, history: xr.Dataset) -> None:
-    validation, at = history["validation_loss"].values, history["evaluation_step"].values
-    axis.plot(
-        history["step"],
-        history["training_loss"],
-        color=PRIOR,
-        lw=0.6,
-        alpha=0.8,
-        label="training, one batch",
-    )
-    axis.plot(at, validation, "o-", color=MODEL, ms=3, label="validation, EMA weights")
+def _training(axis: Axes, history: xr.Dataset) -> None:
+    values = history["training_loss"].values
+    axis.plot(history["step"], values, color=PRIOR, lw=0.6, label="one batch")
+    # The first steps, from far away, would dwarf all that follows.
+    start = min(values.size - 1, values.size // 20)
+    low, high = values[start:].min(), values[start:].max()
+    room = 0.05 * (high - low)
+    axis.set(title="loss that is trained on", ylabel="loss", ylim=(low - room, high + room))
+    axis.legend(loc="upper right")
+
+
+def _validation(axis: Axes, history: xr.Dataset) -> None:
+    values, at = history["validation_loss"].values, history["evaluation_step"].values
+    axis.plot(at, values, "o-", color=MODEL, ms=3, label="validation curves, EMA weights")
     best = int(history.attrs["best_step"])
-    value = validation[at == best]
+    value = values[at == best]
     if not value.size:
         raise ValueError(f"best_step {best} is not among the evaluation steps")
-    label = f"best, kept: step {best}, loss {value[0]:.4g}"
+    label = f"best, kept: step {best}, {value[0]:.3f}"
     axis.plot([best], value[:1], "*", color=WARNING, ms=13, label=label)
-    if np.nanmin(history["training_loss"]) > 0 and np.nanmin(validation) > 0:
-        axis.set_yscale("log")
-        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)))
-        axis.yaxis.set_major_formatter("{x:g}")  # 0.3 reads better than 3 x 10^-1
-        axis.minorticks_off()
-    axis.set(title="loss", ylabel="loss")
+    density, error = (history.attrs[f"held_out_log_density{end}"] for end in ("", "_se"))
+    axis.axhspan(-density - error, -density + error, color=PRIOR, alpha=0.4, lw=0)
+    axis.axhline(-density, color=REFERENCE, lw=1.0, ls="--", label="held-out curves, ± 1 s.e.")
+    axis.set(title="negative log density", ylabel="nats per curve")
     axis.legend(loc="upper right")
 
 

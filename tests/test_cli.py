@@ -1,0 +1,251 @@
+"""`breaker infer`: what it prints and writes, and what it says where nothing can be inferred."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from breaker.bank import simulate
+from breaker.batches import freeze_inputs
+from breaker.cli import main
+from breaker.inference import infer, table
+from breaker.measurement import read_curves, write_curve
+from breaker.mechanism import travel
+from breaker.parameters import outputs
+from breaker.posterior import Posterior
+from breaker.randomness import generator
+from tests.networks_fixtures import MARKS, NETWORK, one_thread  # noqa: F401
+
+pytestmark = MARKS
+ROOT = Path(__file__).parents[1]
+DRAWS = 40
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory, defaults, prior, sensor):
+    """File of a small model of closings, untrained: the command is the same for it."""
+    settings = {"motion": "closing", "network": NETWORK}
+    posterior = Posterior({**settings, "prior": defaults["prior"], "sensor": defaults["sensor"]})
+    rng = generator(0, "test command")
+    bank = simulate(prior, sensor.times, "closing", 128, rng, onset_sd=sensor.onset_sd)
+    freeze_inputs(posterior, bank.travel.values, rng)
+    file = tmp_path_factory.mktemp("models") / "closing.safetensors"
+    posterior.save(file)
+    return file
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch, trained):
+    """A project's folder: configuration, model, two closings and an opening."""
+    for part in ("config", "workflow/schemas"):
+        shutil.copytree(ROOT / part, tmp_path / part)
+    overlay = {"endurance": {"draws": DRAWS}}
+    (tmp_path / "few.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
+    shutil.copy(trained, tmp_path / "closing.safetensors")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(autouse=True)
+def curves(project, prior):
+    time = 0.1 * np.arange(760)
+    for name, motion in (("a.csv", "closing"), ("b 2.csv", "closing"), ("open.csv", "opening")):
+        exact = travel(prior.medians[None], time, motion, onset=10.0).travel[0]
+        noise = 0.1 * generator(1, "test curve", name).standard_normal(time.size)
+        write_curve(project / name, time, exact + noise, motion=motion, operation=1)
+
+
+def call(*arguments):
+    return main(["infer", *arguments])
+
+
+def few(*arguments):
+    return call(*arguments, "--config", "few.yaml")
+
+
+def failed(capsys, *arguments):
+    """Run what has to fail; returns the message."""
+    assert call(*arguments) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("breaker: ")
+    assert "Traceback" not in err
+    return err
+
+
+def test_medians_intervals_and_units_are_printed_for_each_file(capsys, defaults, sensor):
+    assert few("closing.safetensors", "a.csv", "b 2.csv") == 0
+    out = capsys.readouterr().out
+    settings = defaults["endurance"]
+    posterior = Posterior.load("closing.safetensors")
+    read = read_curves([(1, "a.csv"), (2, "b 2.csv")], settings["format"], sensor.times, "closing")
+    seed, p_value = defaults["seed"], settings["misfit_p_value"]
+    expected = table(infer(posterior, read, draws=DRAWS, seed=seed, misfit_p_value=p_value))
+    blocks = re.split(r"\n(?=a\.csv\n|b 2\.csv\n)", out)
+    assert [block.split("\n")[0] for block in blocks[1:]] == ["a.csv", "b 2.csv"]
+    for k, block in enumerate(blocks[1:], start=1):
+        rows = expected[expected.operation == k]
+        assert rows.output.tolist() == [output.name for output in outputs(onset=True)]
+        for row in rows.itertuples():
+            numbers = f"{row.interval_95_lower:.4g} to {row.interval_95_upper:.4g}"
+            line = rf"  {row.output} +{row.median:.4g} +95 %: {re.escape(numbers)} +{row.unit}"
+            assert re.search(rf"^{line}$", block, flags=re.MULTILINE)
+        p = f"posterior predictive p = {rows.iloc[0].p_value:.2g}"
+        verdict = "does NOT fit the model" if rows.iloc[0].misfit else "fits the model"
+        assert f"  {verdict} ({p})" in block
+
+
+def test_the_table_is_written_with_all_columns(project, capsys):
+    assert few("closing.safetensors", "a.csv", "open.csv", "b 2.csv", "--output", "out.csv") == 0
+    assert capsys.readouterr().out.endswith("written to out.csv\n")
+    written = pd.read_csv(project / "out.csv")
+    assert written.groupby("operation").file.first().to_dict() == {
+        1: "a.csv",
+        2: "open.csv",
+        3: "b 2.csv",
+    }
+    assert len(written) == 3 * 8
+    assert {"output", "unit", "median", "p_value", "misfit", "reason"} <= set(written.columns)
+    accepted = written.accepted
+    assert accepted.groupby(written.operation).first().tolist() == [True, False, True]
+    assert written["median"].notna().equals(accepted)
+    assert (written.interval_95_lower < written["median"])[accepted].all()
+    assert (written["median"] < written.interval_95_upper)[accepted].all()
+
+
+def test_a_rejected_file_is_told_and_the_rest_goes_on(capsys):
+    assert few("closing.safetensors", "open.csv", "a.csv") == 0
+    out = capsys.readouterr().out
+    assert re.search(r"\nopen\.csv\n  rejected: open\.csv: .* which is no closing", out)
+    assert "nan" not in out
+    assert re.search(r"\na\.csv\n  mu +\d", out)
+
+
+def test_if_every_file_is_rejected_it_fails(capsys):
+    message = failed(capsys, "closing.safetensors", "open.csv")
+    assert "none of 1 closing files can be used" in message
+    assert "which is no closing" in message
+
+
+def test_the_same_call_prints_the_same(capsys):
+    texts = []
+    for _ in range(2):
+        assert few("closing.safetensors", "a.csv") == 0
+        texts.append(capsys.readouterr().out)
+    assert texts[0] == texts[1]
+
+
+def test_an_overlay_says_how_the_files_are_written(project, capsys):
+    text = (project / "a.csv").read_text(encoding="utf-8")
+    text = text.replace(".", ";").replace(",", "|").replace(";", ",").replace("|", ";")
+    (project / "german.csv").write_text(text, encoding="utf-8")
+    assert few("closing.safetensors", "a.csv") == 0
+    plain = capsys.readouterr().out
+    overlay = {"endurance": {"format": {"delimiter": ";", "decimal": ","}}}
+    (project / "german.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
+    arguments = ("closing.safetensors", "german.csv", "--config", "few.yaml", "german.yaml")
+    assert call(*arguments) == 0
+    assert capsys.readouterr().out == plain.replace("a.csv", "german.csv")
+
+
+# ---- what fails ---------------------------------------------------------------------------------
+
+
+def test_a_model_that_is_not_there(capsys):
+    assert "there is no model file opening.safetensors" in failed(
+        capsys, "opening.safetensors", "a.csv"
+    )
+
+
+def test_a_file_that_is_no_model(project, capsys):
+    message = failed(capsys, "a.csv", "a.csv")
+    assert re.match(
+        r"breaker: a\.csv is not a model file of breaker \(.*\); train it anew", message
+    )
+    content = (project / "closing.safetensors").read_bytes()
+    (project / "cut.safetensors").write_bytes(content[:-100])
+    assert "cut.safetensors is not a model file" in failed(capsys, "cut.safetensors", "a.csv")
+
+
+def test_a_curve_file_that_is_not_there(capsys):
+    message = failed(capsys, "closing.safetensors", "a.csv", "c.csv", "d.csv")
+    assert message == "breaker: there is no file c.csv, d.csv\n"
+
+
+def test_a_folder_for_the_output_that_is_not_there(capsys):
+    assert few("closing.safetensors", "a.csv", "--output", "results/out.csv") == 1
+    last = capsys.readouterr().err.splitlines()[-1]  # after the progress bar
+    assert last.startswith("breaker: ")
+    assert "'results'" in last
+
+
+def test_no_configuration(project, capsys, monkeypatch):
+    (project / "elsewhere").mkdir()
+    monkeypatch.chdir(project / "elsewhere")
+    message = failed(capsys, "../closing.safetensors", "../a.csv")
+    assert "there is no config/config.yaml here" in message
+    assert "--config" in message
+
+
+def test_elsewhere_the_configuration_can_be_named(project, capsys, monkeypatch):
+    (project / "elsewhere").mkdir()
+    monkeypatch.chdir(project / "elsewhere")
+    arguments = ("../closing.safetensors", "../a.csv", "--config")
+    assert call(*arguments, "../config/config.yaml", "../few.yaml") == 0
+    assert "../a.csv" in capsys.readouterr().out
+    message = failed(capsys, *arguments, "../few.yaml")
+    assert "../few.yaml: without seed, endurance.format, endurance.misfit_p_value" in message
+    overlay = {"endurance": {"format": {"travel_unit": "foot"}}}
+    Path("foot.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
+    message = failed(capsys, *arguments, "../config/config.yaml", "foot.yaml")
+    assert "endurance.format.travel_unit is 'foot', but must be one of mm" in message
+
+
+@pytest.mark.parametrize(
+    ("overlay", "reason"),
+    [
+        ("endurance:\n  format:\n    travel_unit: foot\n", "wrong.yaml, line 3: endurance.format"),
+        ("endurance:\n  formatt:\n    zero: 1.0\n", "wrong.yaml, line 2: endurance.formatt"),
+        ("endurance: [", "wrong.yaml: is not valid YAML"),
+        ("endurance:\n", "endurance"),
+        ("", "wrong.yaml: must hold keys and values"),
+    ],
+)
+def test_a_wrong_configuration(project, capsys, overlay, reason):
+    (project / "wrong.yaml").write_text(overlay, encoding="utf-8")
+    message = failed(capsys, "closing.safetensors", "a.csv", "--config", "wrong.yaml")
+    assert reason in message
+
+
+def test_a_configuration_that_is_not_there(capsys):
+    message = failed(capsys, "closing.safetensors", "a.csv", "--config", "mine.yaml")
+    assert "mine.yaml: cannot be read: No such file" in message
+
+
+@pytest.mark.parametrize("arguments", [[], ["infer"], ["infer", "closing.safetensors"], ["learn"]])
+def test_wrong_options_show_the_usage(capsys, arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert "usage: breaker" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["infer", "--help"]])
+def test_help_answers_without_what_infers(arguments):
+    script = (
+        "import atexit, sys; from breaker.cli import main\n"
+        "heavy = {'torch', 'pandas', 'xarray', 'numba'}\n"
+        "atexit.register(lambda: print('imported:', sorted(heavy & set(sys.modules))))\n"
+        f"main({arguments})"
+    )
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0
+    assert done.stdout.startswith("usage: breaker")
+    assert done.stdout.endswith("imported: []\n")

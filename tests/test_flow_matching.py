@@ -1,0 +1,289 @@
+"""Flow matching: loss, draws and density against closed forms and automatic differentiation."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import multivariate_normal, norm
+
+from breaker.networks.flow_matching import FlowMatching
+from tests.networks_fixtures import (
+    MARKS,
+    NoScale,
+    WrongSign,
+    built,
+    normal,
+    one_thread,  # noqa: F401
+    perturb,
+)
+
+pytestmark = MARKS
+
+DIMS, FEATURES, WIDTH, BLOCKS = 3, 4, 10, 2
+
+
+def gaussian(dims=DIMS, features=FEATURES):
+    """A new network whose head has been given weights: a Gaussian, by its documentation."""
+    network = built(FlowMatching, dims, features, width=WIDTH, blocks=BLOCKS).double()
+    perturb(network.head, 0.4)
+    return network
+
+
+def curved(dims=DIMS, features=FEATURES, *, kind=FlowMatching):
+    """A network of random weights, whose density is far from a Gaussian."""
+    network = built(kind, dims, features, width=WIDTH, blocks=BLOCKS).double()
+    return perturb(network, 0.35)
+
+
+# ---- the Gaussian base --------------------------------------------------------------------------
+
+
+def test_base_is_lower_triangular_with_its_log_determinant():
+    _, factor, log_det = gaussian().base(normal(5, FEATURES))
+    torch.testing.assert_close(factor, factor.tril(), rtol=0, atol=0)
+    assert (factor.diagonal(dim1=1, dim2=2) > 0).all()
+    assert (factor.tril(-1).abs().sum(0)[torch.tril_indices(3, 3, -1).unbind()] > 0).all()
+    torch.testing.assert_close(log_det, torch.logdet(factor), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+def test_a_new_network_is_the_gaussian_of_its_head(steps):
+    network, features = gaussian(), normal(2, FEATURES)
+    noise = normal(2, 20_000, DIMS, seed=2)
+    with torch.no_grad():
+        mean, factor, _ = network.base(features)
+        draws = network.sample(noise, features, steps=steps)
+        density = network.log_prob(draws[:, :50], features, steps=steps)
+    for i in range(2):
+        inverse = np.linalg.inv(factor[i].numpy())
+        covariance = inverse @ inverse.T
+        # Exactly: draws are the noise carried by the inverse of the factor.
+        expected = mean[i].numpy() + noise[i].numpy() @ inverse.T
+        np.testing.assert_allclose(draws[i].numpy(), expected, rtol=0, atol=1e-12)
+        exact = multivariate_normal(mean[i].numpy(), covariance).logpdf(draws[i, :50].numpy())
+        np.testing.assert_allclose(density[i].numpy(), exact, rtol=0, atol=1e-10)
+        # And by their moments: 2 x 9 whitened numbers, each within 4.5 standard errors, so a false
+        # alarm in both curves has a probability of 36 * 7e-6 = 2.5e-4.
+        assert deviation(draws[i].numpy(), mean[i].numpy(), covariance) < 4.5
+        # Planted fault: the factor instead of its inverse.
+        wrong = mean[i].numpy() + noise[i].numpy() @ factor[i].numpy().T
+        assert deviation(wrong, mean[i].numpy(), covariance) > 4.5
+
+
+def deviation(draws, mean, covariance):
+    """Largest deviation of mean and covariance of draws ``(d, q)``, in standard errors."""
+    d, q = draws.shape
+    white = np.linalg.solve(np.linalg.cholesky(covariance), (draws - mean).T).T
+    of_mean = white.mean(axis=0) * math.sqrt(d)
+    of_covariance = (white.T @ white / d - np.eye(q)) * np.sqrt(d / (1 + np.eye(q)))
+    return max(np.abs(of_mean).max(), np.abs(of_covariance).max())
+
+
+# ---- velocity field and loss --------------------------------------------------------------------
+
+
+def velocity_by_hand(field, y, t, features):
+    """Velocity at one point ``(q,)``, one time, one condition ``(s,)``, in numpy."""
+    w = {name: weight.detach().numpy() for name, weight in field.state_dict().items()}
+    waves = math.pi / 2 * np.arange(1, 9) * t
+    embedded = w["time.weight"] @ np.r_[np.sin(waves), np.cos(waves)] + w["time.bias"]
+    condition = w["condition.weight"] @ features + w["condition.bias"]
+    shifts = np.split(embedded + condition, BLOCKS + 1)
+    h = w["enter.weight"] @ y + w["enter.bias"] + shifts[0]
+    for k in range(BLOCKS):
+        inside = w[f"inner.{k}.weight"] @ silu(h) + w[f"inner.{k}.bias"] + shifts[k + 1]
+        h = h + w[f"outer.{k}.weight"] @ silu(inside) + w[f"outer.{k}.bias"]
+    return w["leave.weight"] @ silu(h) + w["leave.bias"]
+
+
+def silu(x):
+    return x / (1.0 + np.exp(-x))
+
+
+def test_loss_by_hand():
+    """The velocity to match is the path's derivative, taken here by a central difference."""
+    network, n, k = curved(), 4, 5
+    theta, features, noise = (
+        normal(n, DIMS),
+        normal(n, FEATURES, seed=2),
+        normal(n, k, DIMS, seed=3),
+    )
+    time = torch.from_numpy(np.random.default_rng(4).random((n, k, 1)))
+    result = network.loss(theta, features, noise, time).detach().numpy()
+    mean, factor, _ = (value.detach().numpy() for value in network.base(features))
+
+    expected = np.zeros(n)
+    for i in range(n):
+        whitened = factor[i] @ (theta[i].numpy() - mean[i])
+        covariance = np.linalg.inv(factor[i].T @ factor[i])
+        base = multivariate_normal(mean[i], covariance).logpdf(theta[i].numpy())
+        expected[i] = -base - DIMS / 2 * math.log(2 * math.pi)
+        for j in range(k):
+            start, at, step = noise[i, j].numpy(), float(time[i, j, 0]), 1e-5
+
+            def path(t, start=start, whitened=whitened):
+                return math.sin(math.pi * t / 2) * whitened + math.cos(math.pi * t / 2) * start
+
+            velocity = (path(at + step) - path(at - step)) / (2 * step)
+            field = velocity_by_hand(network.field, path(at), at, features[i].numpy())
+            expected[i] += np.sum((field - velocity) ** 2) / k
+    # The difference errs by pi^3/48 step^2 = 6e-11 relative and 1e-16/step by rounding; the
+    # frequencies are float32 numbers, off by 3e-8.
+    np.testing.assert_allclose(result, expected, rtol=1e-6)
+
+
+def test_the_flow_does_not_pull_at_the_base():
+    """The head learns by likelihood alone, or it would make the matching easy by a wide base."""
+    network = curved()
+    theta, features = normal(6, DIMS), normal(6, FEATURES, seed=2)
+    noise, time = normal(6, 2, DIMS, seed=3), torch.full((6, 2, 1), 0.3, dtype=torch.float64)
+    network.loss(theta, features, noise, time).sum().backward()
+    from_loss = network.head.weight.grad.clone()
+    network.zero_grad()
+    mean, factor, log_det = network.base(features)
+    whitened = (factor @ (theta - mean).unsqueeze(-1)).squeeze(-1)
+    (0.5 * whitened.square().sum(-1) - log_det).sum().backward()
+    torch.testing.assert_close(from_loss, network.head.weight.grad, rtol=0, atol=1e-12)
+
+
+def test_gradients_reach_every_weight():
+    """After one step, for layers that start at zero let nothing through at first."""
+    network = built(FlowMatching, DIMS, FEATURES, width=WIDTH, blocks=BLOCKS).double()
+    optimiser = torch.optim.SGD(network.parameters(), lr=0.05)
+    theta, features = normal(32, DIMS), normal(32, FEATURES, seed=2)
+    noise, time = normal(32, 2, DIMS, seed=3), torch.rand_like(normal(32, 2, 1))
+    for _ in range(3):
+        optimiser.zero_grad()
+        network.loss(theta, features, noise, time).mean().backward()
+        gradients = {name: weight.grad for name, weight in network.named_parameters()}
+        optimiser.step()
+    assert [name for name, grad in gradients.items() if grad is None or not grad.any()] == []
+
+
+# ---- draws and density of a curved posterior -----------------------------------------------------
+
+
+def density_by_autograd(network, noise, features, steps):
+    """Draws, and their log density from the Jacobian of the sampling map, one point at a time."""
+    points, densities = torch.empty_like(noise), torch.empty(noise.shape[:2], dtype=noise.dtype)
+    for i in range(noise.shape[0]):
+        for j in range(noise.shape[1]):
+
+            def sample(start, condition=features[i : i + 1]):
+                return network.sample(start[None, None], condition, steps=steps)[0, 0]
+
+            points[i, j] = sample(noise[i, j])
+            jacobian = torch.autograd.functional.jacobian(sample, noise[i, j])
+            normal_density = norm.logpdf(noise[i, j].numpy()).sum()
+            densities[i, j] = normal_density - torch.linalg.slogdet(jacobian).logabsdet
+    return points.detach(), densities.detach()
+
+
+def density_errors(network, steps):
+    """Largest error of the density of draws that were made with as many steps."""
+    noise, features = normal(2, 2, DIMS), normal(2, FEATURES, seed=2)
+    errors = []
+    for count in steps:
+        points, expected = density_by_autograd(network, noise, features, count)
+        with torch.no_grad():
+            density = network.log_prob(points, features, steps=count)
+        errors.append(float((density - expected).abs().max()))
+    return np.array(errors)
+
+
+def slope(steps, errors):
+    """Order of convergence: minus the slope of log error over log steps."""
+    return -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+def test_density_is_that_of_the_sampling_map():
+    """The backward rule undoes the forward rule but for O(1/steps^3).
+
+    Each errs by order two, and the leading errors cancel: they are odd in the step.
+    """
+    steps = np.array([4, 8, 16, 32])
+    errors = density_errors(curved(), steps)
+    assert 2.4 < slope(steps, errors) < 3.5
+    assert errors[-1] < 1e-3
+    for fault in (WrongSign, NoScale):
+        assert density_errors(curved(kind=fault), [32]) > 0.1
+
+
+def euler(network, noise, features, *, steps):
+    """Planted fault: draws by the rule of Euler, of first order."""
+    mean, factor, _ = network.base(features)
+    projected, y = network.field.project(features), noise
+    for k in range(steps):
+        time = torch.full((1, 1, 1), k / steps, dtype=y.dtype)
+        y = y + network.field(y, time, projected) / steps
+    return mean.unsqueeze(1) + torch.linalg.solve(factor, y.transpose(1, 2)).transpose(1, 2)
+
+
+def test_draws_converge_with_the_order_of_the_midpoint_rule():
+    network = curved()
+    noise, features = normal(2, 40, DIMS), normal(2, FEATURES, seed=2)
+    steps = np.array([8, 16, 32, 64])
+    with torch.no_grad():
+        exact = network.sample(noise, features, steps=2048)
+        orders = []
+        for rule in (network.sample, lambda *args, **more: euler(network, *args, **more)):
+            draws = [rule(noise, features, steps=int(count)) for count in steps]
+            orders.append(slope(steps, [float((d - exact).abs().max()) for d in draws]))
+    assert 1.8 < orders[0] < 2.2
+    assert orders[1] < 1.3
+
+
+def test_density_is_consistent_with_draws_as_steps_grow():
+    """The density at points that do not move converges with order two as well."""
+    network, features = curved(), normal(2, FEATURES, seed=2)
+    steps = np.array([8, 16, 32])
+    with torch.no_grad():
+        points = network.sample(normal(2, 10, DIMS), features, steps=64)
+        exact = network.log_prob(points, features, steps=128)
+        errors = [
+            float((network.log_prob(points, features, steps=int(k)) - exact).abs().max())
+            for k in steps
+        ]
+    assert 1.8 < slope(steps, errors) < 2.2
+
+
+def mass(network, features, *, steps):
+    """Integral of a density of two dimensions over eight base sds each side, ``(n,)``."""
+    with torch.no_grad():
+        mean, factor, _ = network.base(features)
+        ticks = torch.linspace(-8, 8, 65, dtype=torch.float64)
+        grid = torch.cartesian_prod(ticks, ticks).expand(len(features), -1, -1)
+        points = torch.linalg.solve_triangular(factor, grid.transpose(1, 2), upper=False)
+        points = points.transpose(1, 2) + mean.unsqueeze(1)
+        density = network.log_prob(points, features, steps=steps).exp()
+    cell = (ticks[1] - ticks[0]) ** 2 / torch.linalg.det(factor)
+    return (density.sum(1) * cell).numpy()
+
+
+def test_density_integrates_to_one():
+    """The trapezoidal sum of a smooth density is exact to round-off; the solver errs by 1/k^2."""
+    features = normal(2, FEATURES, seed=2)
+    errors = [np.abs(mass(curved(2), features, steps=k) - 1.0).max() for k in (8, 16)]
+    assert errors[1] < 2e-3
+    assert errors[1] < errors[0] / 3.0
+    for fault in (WrongSign, NoScale):
+        assert np.abs(mass(curved(2, kind=fault), features, steps=16) - 1.0).max() > 0.02
+
+
+def test_rows_do_not_see_each_other():
+    network, n = curved(), 5
+    noise, features = normal(n, 7, DIMS), normal(n, FEATURES, seed=2)
+    time = torch.full((n, 7, 1), 0.4, dtype=torch.float64)
+    with torch.no_grad():
+        draws = network.sample(noise, features, steps=4)
+        density = network.log_prob(draws, features, steps=4)
+        loss = network.loss(draws[:, 0], features, noise, time)
+        for i in range(n):
+            row = slice(i, i + 1)
+            alone = network.sample(noise[row], features[row], steps=4)
+            torch.testing.assert_close(alone, draws[row], rtol=0, atol=1e-12)
+            alone = network.log_prob(draws[row, 2:3], features[row], steps=4)
+            torch.testing.assert_close(alone, density[row, 2:3], rtol=0, atol=1e-12)
+            alone = network.loss(draws[row, 0], features[row], noise[row], time[row])
+            torch.testing.assert_close(alone, loss[row], rtol=0, atol=1e-12)

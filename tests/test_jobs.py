@@ -1,0 +1,77 @@
+"""What a job does first: its messages and its errors reach the log file and stderr."""
+
+import subprocess
+import sys
+
+import pytest
+
+HEADER = """
+import sys
+from types import SimpleNamespace
+{first}
+from breaker.jobs import start
+job = SimpleNamespace(log=[{log!r}], rule="read_curves", threads={threads})
+log = start(job)
+"""
+
+
+@pytest.fixture
+def log(tmp_path):
+    return tmp_path / "read_curves.log"
+
+
+def run(log, script, *, first="", threads=1):
+    """Run a script that starts a job, in a process of its own: logging is global."""
+    text = HEADER.format(first=first, log=str(log), threads=threads) + script
+    return subprocess.run(
+        [sys.executable, "-c", text], capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def test_messages_go_to_the_log_file_and_to_stderr(log):
+    done = run(log, 'log.info("3 of 500 operations rejected"); print("a result")')
+    assert done.returncode == 0
+    assert done.stdout == "a result\n"
+    assert done.stderr.endswith(" read_curves: 3 of 500 operations rejected\n")
+    assert log.read_text(encoding="utf-8") == done.stderr
+
+
+def test_messages_of_the_package_itself_are_logged_too(log):
+    run(log, 'import logging; logging.getLogger("breaker").warning("rejected: a file")')
+    assert "read_curves: rejected: a file" in log.read_text(encoding="utf-8")
+
+
+def test_the_log_of_an_earlier_run_is_replaced(log):
+    log.write_text("old", encoding="utf-8")
+    run(log, 'log.info("new")')
+    assert "old" not in log.read_text(encoding="utf-8")
+
+
+def test_an_uncaught_exception_is_logged_with_its_traceback_and_fails_the_job(log):
+    done = run(log, 'def compute():\n    raise ValueError("no curve at all")\ncompute()')
+    assert done.returncode == 1
+    text = log.read_text(encoding="utf-8")
+    assert text == done.stderr
+    assert "read_curves: ValueError: no curve at all" in text
+    assert "Traceback (most recent call last)" in text
+    assert "in compute" in text
+
+
+@pytest.mark.parametrize(("threads", "used"), [(1, 1), (2, 2), (64, 2)])
+def test_numba_has_the_threads_of_the_rule_but_no_more_than_there_are(log, threads, used):
+    first = (
+        "class Numba:\n"
+        "    config = SimpleNamespace(NUMBA_NUM_THREADS=2)\n"
+        "    def set_num_threads(self, n): print(n)\n"
+        "sys.modules['numba'] = Numba()"
+    )
+    assert run(log, "", first=first, threads=threads).stdout == f"{used}\n"
+
+
+def test_numba_itself_takes_them(log):
+    done = run(log, "print(numba.get_num_threads())", first="import numba")
+    assert done.stdout == "1\n"
+
+
+def test_a_job_that_does_not_use_numba_does_not_load_it(log):
+    assert run(log, "print('numba' in sys.modules)").stdout == "False\n"
