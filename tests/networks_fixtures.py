@@ -69,7 +69,7 @@ MARKS = [
 ]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def one_thread():
     """One thread of torch, so that the order of its sums is always the same."""
     threads = torch.get_num_threads()

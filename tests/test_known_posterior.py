@@ -39,8 +39,6 @@ def banana_density(theta, x):
 @pytest.fixture(scope="module")
 def trained():
     """A network trained on the banana, in a few seconds."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
     network = built(FlowMatching, 2, 2, width=48, blocks=2)
     features, theta = (torch.from_numpy(v).float() for v in banana(20_000, 1))
     rng = torch.Generator().manual_seed(2)
@@ -55,7 +53,6 @@ def trained():
         network.loss(theta[rows], features[rows], noise, time).mean().backward()
         optimiser.step()
         schedule.step()
-    torch.set_num_threads(threads)
     return network.double()
 
 

@@ -19,6 +19,8 @@ from tests.networks_fixtures import (
 
 pytestmark = MARKS
 
+UNREADABLE = (EOFError, RuntimeError, ValueError, pickle.UnpicklingError)
+
 
 @pytest.fixture
 def trainer(tmp_path):
@@ -145,6 +147,19 @@ def test_a_checkpoint_is_data_and_never_run(trainer, tmp_path):
     training, trap = trainer(), tmp_path / "ran"
     training.checkpoint.parent.mkdir()
     torch.save({"fingerprint": Trap(trap)}, training.checkpoint)
-    with pytest.raises(pickle.UnpicklingError):
+    with pytest.raises(UNREADABLE):
         training.run()
     assert not trap.exists()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_checkpoint_that_cannot_be_read_stops_the_training(trainer, share):
+    """Never a silent start from the beginning, nor one from half a state."""
+    with pytest.raises(Killed):
+        trainer(kind=stopping_at(7)).run()
+    training = trainer()
+    content = training.checkpoint.read_bytes()
+    training.checkpoint.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(UNREADABLE):
+        training.run()
+    assert training.step == 0

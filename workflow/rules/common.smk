@@ -48,10 +48,16 @@ def sources(script):
     package, found, open_files = Path("src/breaker"), [], [Path("workflow/scripts") / script]
     while open_files:
         for node in ast.walk(ast.parse(open_files.pop().read_text())):
-            if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith("breaker"):
+            if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith(
+                "breaker"
+            ):
                 continue
             stem = package.joinpath(*node.module.split(".")[1:])
-            file = stem.with_suffix(".py") if stem.with_suffix(".py").exists() else stem / "__init__.py"
+            file = (
+                stem.with_suffix(".py")
+                if stem.with_suffix(".py").exists()
+                else stem / "__init__.py"
+            )
             if file not in found:
                 found.append(file)
                 open_files.append(file)
@@ -93,16 +99,14 @@ def chunks(wildcards):
 def curve_chunks(wildcards):
     """All curves of a motion, as read."""
     return [
-        f"results/endurance/{wildcards.motion}/curves_{chunk}.zarr"
-        for chunk in chunks(wildcards)
+        f"results/endurance/{wildcards.motion}/curves_{chunk}.zarr" for chunk in chunks(wildcards)
     ]
 
 
 def inferred_chunks(wildcards):
     """All operations of a motion, as inferred."""
     return [
-        f"results/endurance/{wildcards.motion}/inferred_{chunk}.zarr"
-        for chunk in chunks(wildcards)
+        f"results/endurance/{wildcards.motion}/inferred_{chunk}.zarr" for chunk in chunks(wildcards)
     ]
 
 

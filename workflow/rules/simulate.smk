@@ -36,6 +36,7 @@ rule bank_shard:
         "logs/bank/{motion}_{shard}.log",
     benchmark:
         "results/benchmarks/bank_{motion}_{shard}.tsv"
+    priority: 10  # the longest chain first: what follows fills the cores after it
     conda:
         ENVIRONMENT
     params:

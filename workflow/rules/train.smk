@@ -26,6 +26,7 @@ rule train:
         "logs/train/{motion}.log",
     benchmark:
         "results/benchmarks/train_{motion}.tsv"
+    priority: 10  # the longest chain first: what follows fills the cores after it
     conda:
         ENVIRONMENT
     threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
