@@ -7,7 +7,7 @@ import torch
 import xarray as xr
 from torch import Tensor
 
-from breaker.plausibility import distance, principal_components
+from breaker.plausibility import distance, excess, principal_components
 from breaker.posterior import Posterior
 
 __all__ = ["Rows", "freeze_inputs", "split", "truth"]
@@ -83,13 +83,23 @@ def freeze_inputs(posterior: Posterior, travel: np.ndarray, rng: np.random.Gener
     Args:
         posterior: The model.
         travel: Noise-free curves of the bank, ``(n, t)``, mm.
-        rng: Generator of their noise. The records' distance from the bank's centre, at its 0.9999
-            quantile, is the farthest that the prior produces.
+        rng: Generator of their noise. The records' distance from the bank's centre, and how far
+            they leave its envelope, at their 0.9999 quantiles, are the farthest that the prior
+            produces.
     """
     sensor, travel = posterior.sensor, travel[:_ROWS_FOR_COMPONENTS].astype(np.float64)
     mean, weights = principal_components(travel, sensor, posterior.curve_weights.shape[1])
-    far = np.quantile(distance(sensor.corrupt(travel, rng), mean, weights), 0.9999)
-    for name, value in (("curve_mean", mean), ("curve_weights", weights), ("farthest", far)):
+    records, lowest, highest = sensor.corrupt(travel, rng), travel.min(axis=0), travel.max(axis=0)
+    frozen = {
+        "curve_mean": mean,
+        "curve_weights": weights,
+        "farthest": np.quantile(distance(records, mean, weights), 0.9999),
+        "lowest": lowest,
+        "highest": highest,
+        # At least the noise: a small bank's records may leave its envelope by less.
+        "margin": max(sensor.noise_sd, np.quantile(excess(records, lowest, highest), 0.9999)),
+    }
+    for name, value in frozen.items():
         getattr(posterior, name).copy_(torch.as_tensor(value, dtype=torch.float64))
     scale = torch.as_tensor(np.std(travel - mean), dtype=torch.float32)
     posterior.summary.freeze(posterior.curve_mean.float(), scale, posterior.curve_weights.float())

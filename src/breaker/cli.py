@@ -57,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
 def _infer(options: argparse.Namespace):
     # Imported here, so that --help and wrong options answer at once.
     from breaker.inference import infer, table
-    from breaker.measurement import read_curves
+    from breaker.measurement import read_curves, require_any
     from breaker.posterior import Posterior
 
     config = _settings(options.config)
@@ -68,6 +68,7 @@ def _infer(options: argparse.Namespace):
         raise FileNotFoundError(f"there is no file {', '.join(missing)}")
     files = list(enumerate(options.files, start=1))
     curves = read_curves(files, endurance["format"], posterior.sensor.times, posterior.motion)
+    require_any(curves)
     result = infer(
         posterior,
         curves,

@@ -132,15 +132,22 @@ def infer(
     operations = curves.operation.values
     measured = curves.travel.values.astype(np.float64)
     values = np.full((o, draws, q), np.nan)
-    p_value, outside = np.full(o, np.nan), np.full(o, np.nan)
+    p_value, outside, distance = np.full((3, o), np.nan)
     progress = tqdm(accepted, desc=f"inferring {posterior.motion}", mininterval=5, unit="operation")
+    reasons = curves.reason.values.astype(object)
     for i in progress:
         noise = _noise(posterior, seed, "draws", operations[i : i + 1], draws)
-        values[i] = posterior.sample(measured[i : i + 1], noise)[0]
-        p_value[i] = predictive_p_value(posterior, measured[i], values[i])
+        # One by one, as the draws: sums over more rows may round in another order.
+        distance[i] = posterior.distance(measured[i : i + 1])[0]
+        try:
+            found = posterior.sample(measured[i : i + 1], noise)[0]
+            p_value[i] = predictive_p_value(posterior, measured[i], found)
+        except (FloatingPointError, ValueError) as error:
+            # So unlike the bank that the network's answer is no posterior; the rest goes on.
+            reasons[i] = f"{curves.file.values[i]}: no posterior: {error}"
+            continue
+        values[i] = found
         outside[i] = 1.0 - posterior.prior.supported(values[i][:, : len(NAMES)]).mean()
-    distance = np.full(o, np.nan)
-    distance[accepted] = posterior.distance(measured[accepted])
     by_operation = {
         "median": (("operation", "output"), np.quantile(values, 0.5, axis=1)),
         **{
@@ -158,6 +165,10 @@ def infer(
         "draws": (("operation", "draw", "output"), values.astype(np.float32)),
     }
     coords = {**_coordinates(posterior), "bound": ("bound", ["lower", "upper"])}
+    by_operation |= {
+        "reason": ("operation", reasons.astype(str)),
+        "accepted": ("operation", reasons == ""),
+    }
     return curves.assign(by_operation).assign_coords(coords)
 
 

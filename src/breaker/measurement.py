@@ -20,7 +20,14 @@ import xarray as xr
 from breaker.curve_text import RejectedCurveError, head_lines, read_columns
 from breaker.first_motion import NoMotionError, first_motion
 
-__all__ = ["RejectedCurveError", "open_curves", "read_curve", "read_curves", "write_curve"]
+__all__ = [
+    "RejectedCurveError",
+    "open_curves",
+    "read_curve",
+    "read_curves",
+    "require_any",
+    "write_curve",
+]
 
 _TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
 _TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
@@ -53,7 +60,6 @@ def read_curves(
         grid, ms.
 
     Raises:
-        RejectedCurveError: If not one file can be used; the first reasons are listed.
         ValueError: If the settings lack something, or name an unknown unit or encoding.
     """
     _check_settings(settings)
@@ -66,12 +72,6 @@ def read_curves(
             reasons[i] = str(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
     accepted = np.array([not reason for reason in reasons], dtype=bool)
-    if not accepted.any():
-        raise RejectedCurveError(
-            Path(files[0][1]).parent,
-            f"none of {len(files)} {motion} files can be used; check endurance.format and the "
-            "folder. The first reasons: " + " | ".join(reasons[:3]),
-        )
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
@@ -89,9 +89,30 @@ def read_curves(
 
 
 def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
-    """Read stores of consecutive operations as one dataset over ``operation``."""
+    """Read stores of consecutive operations as one dataset over ``operation``.
+
+    Raises:
+        RejectedCurveError: If not one operation was accepted.
+    """
     parts = [xr.open_zarr(store, chunks=None) for store in stores]
-    return xr.concat(parts, dim="operation", join="exact", combine_attrs="override").load()
+    curves = xr.concat(parts, dim="operation", join="exact", combine_attrs="override").load()
+    require_any(curves)
+    return curves
+
+
+def require_any(curves: xr.Dataset) -> None:
+    """Refuse curves of which not one can be used, for then the settings are wrong.
+
+    Raises:
+        RejectedCurveError: If not one operation was accepted; the first reasons are listed.
+    """
+    if not curves.accepted.any():
+        raise RejectedCurveError(
+            Path(str(curves.file.values[0])).parent,
+            f"none of {curves.sizes['operation']} {curves.attrs['motion']} files can be used; "
+            "check endurance.format and the folder. The first reasons: "
+            + " | ".join(curves.reason.values[:3].tolist()),
+        )
 
 
 def read_curve(

@@ -9,7 +9,7 @@ import numpy as np
 
 from breaker.sensor import Sensor
 
-__all__ = ["distance", "principal_components", "scores"]
+__all__ = ["distance", "excess", "principal_components", "scores"]
 
 
 def principal_components(
@@ -45,3 +45,17 @@ def distance(measured: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> np.
     The largest score, in standard deviations of the bank: a mean over all would hide one.
     """
     return np.abs(scores(measured, mean, weights)).max(axis=-1)
+
+
+def excess(measured: np.ndarray, lowest: np.ndarray, highest: np.ndarray) -> np.ndarray:
+    """Return how far records leave the bank's envelope, ``(n, t) -> (n,)``, mm.
+
+    The largest over the samples; negative where a record stays inside everywhere. It sees what
+    the components cannot: a record of half the stroke lies near the bank's mean in all of them.
+
+    Args:
+        measured: Records, ``(n, t)``, mm.
+        lowest: Lowest noise-free curve of the bank, sample by sample, ``(t,)``, mm.
+        highest: The highest, ``(t,)``, mm.
+    """
+    return np.maximum(measured - highest, lowest - measured).max(axis=-1)

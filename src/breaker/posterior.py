@@ -20,8 +20,8 @@ from safetensors.torch import save_file
 from torch import Tensor, nn
 
 from breaker.networks import build
-from breaker.parameters import NAMES, Parameter, outputs
-from breaker.plausibility import distance
+from breaker.parameters import MOTIONS, NAMES, Parameter, outputs
+from breaker.plausibility import distance, excess
 from breaker.prior import Prior
 from breaker.randomness import seed_integer
 from breaker.sensor import Sensor
@@ -53,6 +53,8 @@ class Posterior(nn.Module):
         super().__init__()
         self.settings = dict(settings)
         self.motion: str = settings["motion"]
+        if self.motion not in MOTIONS:
+            raise ValueError(f"unknown motion {self.motion!r}; known: {', '.join(MOTIONS)}")
         self.prior = Prior.from_settings(settings["prior"])
         self.sensor = Sensor.from_settings(settings["sensor"])
         self.outputs: tuple[Parameter, ...] = outputs(self.sensor.infers_onset)
@@ -68,7 +70,13 @@ class Posterior(nn.Module):
         samples = self.sensor.samples
         self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
         self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
-        self.register_buffer("farthest", torch.zeros((), dtype=torch.float64))
+        for name, shape in (
+            ("farthest", ()),
+            ("lowest", (samples,)),
+            ("highest", (samples,)),
+            ("margin", ()),
+        ):
+            self.register_buffer(name, torch.zeros(shape, dtype=torch.float64))
         self.register_buffer("solver_steps", torch.ones((), dtype=torch.int64))
 
     @property
@@ -171,10 +179,15 @@ class Posterior(nn.Module):
         return density + self.log_scaling(values)
 
     def distance(self, measured: np.ndarray) -> np.ndarray:
-        """Return how far records lie from the bank's centre, ``(o, t) -> (o,)``, in units of the
-        farthest that the prior produces: above 1 is unlike anything in the bank."""
-        mean, weights = self.curve_mean.cpu().numpy(), self.curve_weights.cpu().numpy()
-        return distance(measured, mean, weights) / float(self.farthest)
+        """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
+
+        In units of the farthest that the prior produces, so that above 1 is unlike anything in
+        the bank: the larger of two distances, from its centre and from its envelope.
+        """
+        names = ("curve_mean", "curve_weights", "lowest", "highest")
+        mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
+        from_centre = distance(measured, mean, weights) / float(self.farthest)
+        return np.maximum(from_centre, excess(measured, lowest, highest) / float(self.margin))
 
     def _tensor(self, values: np.ndarray) -> Tensor:
         return torch.as_tensor(values, dtype=torch.float32, device=self._device)
@@ -235,7 +248,7 @@ class Posterior(nn.Module):
             )
         try:
             return cls(json.loads(header["settings"]))
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        except (ArithmeticError, KeyError, TypeError, ValueError, RuntimeError) as error:
             raise ModelFileError(
                 f"its settings do not describe a model ({type(error).__name__}: {error}); "
                 "train it anew"

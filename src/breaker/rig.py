@@ -2,9 +2,10 @@
 
 Stands in for the paper's endurance test, which is not public (paper, Sec. 7). The rig is what the
 two-mass model leaves out: a rotary lever whose ratio changes along the stroke, dry friction, and
-at both ends of the stroke a stop, stiff and damped, that acts one way. It is integrated with
-``solve_ivp``, wears out over its life, has a sensor of its own and writes the CSV files of an
-instrument. Its rates of wear are assumptions.
+at both ends of the stroke a damper, with a return spring, that acts one way. Closing also moves the
+closing train (spring, shaft and cam), whose mass and friction opening is free of. It is
+integrated with ``solve_ivp``, wears out over its life, has a sensor of its own and writes the CSV
+files of an instrument. Its rates of wear are assumptions.
 
 Units: kg, mm, ms, hence kN, kN/mm and kN ms/mm.
 """
@@ -29,25 +30,28 @@ _TOLERANCES = {"rtol": 1e-8, "atol": 1e-9}
 
 @dataclass(frozen=True)
 class Stop:
-    """A stop at one end of the stroke, pushing back only.
+    """A damper at one end of the stroke, pushing back only.
 
     Attributes:
         position: Where on the lever's arc it begins to act, mm.
-        stiffness: Its spring, kN/mm.
-        damping: Its damper, kN ms/mm.
-        depth: Way over which the damper comes in, mm.
+        stiffness: Its return spring, kN/mm.
+        damping: Its force at 1 mm/ms, kN.
+        depth: Way over which the damping comes in, mm.
+        power: Power of the speed with which the damping grows: 1 viscous, 2 an orifice, more a
+            throttle that closes with the flow.
     """
 
     position: float
     stiffness: float
     damping: float
     depth: float
+    power: float = 1.0
 
     def force(self, way: float, speed: float) -> float:
         """Force against going further in, kN; ``way`` mm beyond the position, ``speed`` inwards."""
         if way <= 0.0:
             return 0.0
-        damper = self.damping * min(1.0, way / self.depth) * speed
+        damper = self.damping * min(1.0, way / self.depth) * speed * abs(speed) ** (self.power - 1)
         return max(0.0, self.stiffness * way + damper)
 
 
@@ -84,7 +88,9 @@ class Mechanism:
         closing_force: kN, along the arc.
         gap: Contact gap, mm.
         lever: The lever.
-        closing_stop, opening_stop: The stops, on the arc.
+        closing_stop, opening_stop: The dampers, on the arc.
+        closing_mass, closing_friction: Of the closing train, kg and kN ms/mm: added to those of
+            the drive while closing.
     """
 
     drive_mass: float
@@ -100,6 +106,8 @@ class Mechanism:
     lever: Lever
     closing_stop: Stop
     opening_stop: Stop
+    closing_mass: float = 0.0
+    closing_friction: float = 0.0
 
     def closed_arc(self) -> float:
         """Arc at rest in the closed position, held by the closing force, mm."""
@@ -124,7 +132,7 @@ class Mechanism:
         first = np.searchsorted(times, 0.0, side="right")
         arc, begin, end = np.full(len(times), state[0]), 0.0, float(times[-1])
         for closed in (not closing, closing):
-            rates = self._rates(closed, self.closing_force if closing else 0.0)
+            rates = self._rates(closed, closing)
             leaves = self._parting if closed else self._touching
             events = leaves if closed is not closing else None
             part = solve_ivp(
@@ -161,8 +169,11 @@ class Mechanism:
     _touching.terminal = True
     _touching.direction = 1
 
-    def _rates(self, closed: bool, force: float):
+    def _rates(self, closed: bool, closing: bool):
         """Right-hand side on plain floats, several times faster than on arrays."""
+        force = self.closing_force if closing else 0.0
+        mass = self.drive_mass + (self.closing_mass if closing else 0.0)
+        friction = self.drive_friction + (self.closing_friction if closing else 0.0)
         radius, angle, low = self.lever.radius, self.lever.angle, sin(self.lever.angle)
 
         def rates(_: float, state: np.ndarray) -> tuple[float, float, float, float]:
@@ -175,15 +186,15 @@ class Mechanism:
             total = (
                 force
                 - self.opening_spring * arc
-                - self.drive_friction * speed
+                - friction * speed
                 - self.dry_friction * tanh(speed / self.dry_speed)
                 + ratio * push
                 - self.closing_stop.force(arc - self.closing_stop.position, speed)
                 + self.opening_stop.force(self.opening_stop.position - arc, -speed)
             )
             if closed:
-                return speed, total / self.drive_mass, 0.0, 0.0
-            return speed, total / self.drive_mass, contact_speed, -push / self.contact_mass
+                return speed, total / mass, 0.0, 0.0
+            return speed, total / mass, contact_speed, -push / self.contact_mass
 
         return rates
 

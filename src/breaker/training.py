@@ -16,6 +16,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from pickle import UnpicklingError
 
 import numpy as np
 import torch
@@ -200,8 +201,15 @@ class Trainer:
         if not self.checkpoint.exists():
             return
         # weights_only: a checkpoint is data, whoever wrote it.
-        state = torch.load(self.checkpoint, weights_only=True, map_location=self.rows.z.device)
-        if state["fingerprint"] != self.fingerprint:
+        try:
+            state = torch.load(self.checkpoint, weights_only=True, map_location=self.rows.z.device)
+            found = state["fingerprint"]
+        except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
+            raise ValueError(
+                f"{self.checkpoint} cannot be read ({type(error).__name__}); delete it to train "
+                "from the start"
+            ) from error
+        if found != self.fingerprint:
             tqdm.write(f"{self.checkpoint} is of another training; starting anew")
             return
         for name in ("step", "best_step", "best_loss", "losses", "evaluations"):
