@@ -9,11 +9,12 @@ import xarray as xr
 from scipy.stats import kstest
 
 from breaker import __version__
-from breaker.bank import describe, open_bank, save, simulate
+from breaker.bank import open_bank, simulate
 from breaker.mechanism import travel
 from breaker.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.prior import Prior
 from breaker.randomness import generator
+from breaker.stores import describe, save
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ import torch
 import xarray as xr
 from scipy.stats import chi2
 
-from breaker.bank import save
 from breaker.inference import (
     infer,
     predict,
@@ -18,6 +17,7 @@ from breaker.inference import (
 )
 from breaker.measurement import open_curves
 from breaker.parameters import NAMES, outputs
+from breaker.stores import save
 from tests.networks_fixtures import (
     MARKS,
     exact_curves,

@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 
-from breaker.bank import describe, save
 from breaker.measurement import (
     RejectedCurveError,
     open_curves,
@@ -18,6 +17,7 @@ from breaker.mechanism import travel
 from breaker.parameters import MOTIONS
 from breaker.randomness import generator
 from breaker.roundtrip import FORMAT
+from breaker.stores import describe, save
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
 HEAD = 6  # lines before the first sample of what write_curve writes

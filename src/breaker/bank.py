@@ -5,9 +5,7 @@ training, so that one bank serves every sensor of the same grid and onset. A sha
 and one job; its content depends on the seed, the motion and its number alone.
 """
 
-import json
 from collections.abc import Sequence
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +15,7 @@ from breaker.mechanism import travel
 from breaker.parameters import NAMES, PARAMETERS
 from breaker.prior import Prior
 
-__all__ = ["describe", "open_bank", "save", "simulate"]
+__all__ = ["open_bank", "simulate"]
 
 _TRAVEL_DTYPE = np.float32  # 1e-6 mm, a hundred-thousandth of the noise
 
@@ -70,25 +68,6 @@ def simulate(
         },
         attrs={"motion": motion},
     )
-
-
-def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
-    """Return the dataset with what made it in its attributes: title, settings, version."""
-    return dataset.assign_attrs(
-        title=title,
-        settings=json.dumps(settings, sort_keys=True),
-        breaker_version=version("breaker"),
-    )
-
-
-def save(dataset: xr.Dataset, path: str | Path) -> None:
-    """Write a dataset as one Zarr store, in place of what is there.
-
-    Nothing of the time of writing goes in, so the same dataset gives the same bytes. Format 2,
-    as format 3 does not specify text yet. How an array was stored where it was read from is
-    forgotten: a text would keep the length that it had there.
-    """
-    dataset.drop_encoding().to_zarr(path, mode="w", consolidated=True, zarr_format=2)
 
 
 def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:

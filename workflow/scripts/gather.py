@@ -1,9 +1,9 @@
 """Put all inferred operations of one motion into one store and one tidy table."""
 
-from breaker.bank import save
 from breaker.inference import table
 from breaker.jobs import start
 from breaker.measurement import open_curves
+from breaker.stores import save
 
 log = start(snakemake)
 motion = snakemake.wildcards.motion

@@ -1,11 +1,11 @@
 """Compute the contraction that an exact posterior reaches, over draws from the prior."""
 
-from breaker.bank import describe, save
 from breaker.identifiability import limit_over_prior
 from breaker.jobs import start
 from breaker.prior import Prior
 from breaker.randomness import generator
 from breaker.sensor import Sensor
+from breaker.stores import describe, save
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

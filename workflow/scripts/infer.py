@@ -3,10 +3,10 @@
 import torch
 import xarray as xr
 
-from breaker.bank import describe, save
 from breaker.inference import infer
 from breaker.jobs import start
 from breaker.posterior import Posterior
+from breaker.stores import describe, save
 
 log = start(snakemake)
 torch.set_num_threads(snakemake.threads)

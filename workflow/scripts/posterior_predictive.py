@@ -2,10 +2,10 @@
 
 import xarray as xr
 
-from breaker.bank import describe, save
 from breaker.inference import predict
 from breaker.jobs import start
 from breaker.posterior import Posterior
+from breaker.stores import describe, save
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

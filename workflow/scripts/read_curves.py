@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from breaker.bank import describe, save
 from breaker.curve_files import list_curves
 from breaker.jobs import start
 from breaker.measurement import read_curves
 from breaker.sensor import grid
+from breaker.stores import describe, save
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

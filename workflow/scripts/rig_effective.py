@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from breaker.bank import describe, save
 from breaker.effective import effective_values
 from breaker.jobs import start
 from breaker.prior import Prior
 from breaker.rig import Rig
 from breaker.sensor import Sensor
+from breaker.stores import describe, save
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -1,10 +1,11 @@
 """Simulate operations of one motion from the prior: for a bank, or to look at."""
 
-from breaker.bank import describe, save, simulate
+from breaker.bank import simulate
 from breaker.jobs import start
 from breaker.prior import Prior
 from breaker.randomness import generator
 from breaker.sensor import grid
+from breaker.stores import describe, save
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -4,12 +4,13 @@ from pathlib import Path
 
 import torch
 
-from breaker.bank import describe, open_bank, save
+from breaker.bank import open_bank
 from breaker.batches import Rows, freeze_inputs, split
 from breaker.jobs import start
 from breaker.posterior import Posterior
 from breaker.randomness import generator
 from breaker.solver import convergence, held_out_log_density, records
+from breaker.stores import describe, save
 from breaker.training import Trainer, choose_device, fingerprint
 
 log = start(snakemake)

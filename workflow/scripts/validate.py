@@ -2,10 +2,10 @@
 
 import torch
 
-from breaker.bank import describe, save
 from breaker.inference import validate
 from breaker.jobs import start
 from breaker.posterior import Posterior
+from breaker.stores import describe, save
 
 log = start(snakemake)
 torch.set_num_threads(snakemake.threads)

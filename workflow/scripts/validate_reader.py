@@ -2,12 +2,12 @@
 
 import torch
 
-from breaker.bank import describe, save
 from breaker.inference import sample_records
 from breaker.jobs import start
 from breaker.posterior import Posterior
 from breaker.randomness import generator
 from breaker.roundtrip import through_files
+from breaker.stores import describe, save
 
 log = start(snakemake)
 torch.set_num_threads(snakemake.threads)
