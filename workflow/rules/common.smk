@@ -69,6 +69,14 @@ def time_grid():
     return {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 
 
+def bank_shards(wildcards):
+    """The shards of a motion's bank, named from the configuration."""
+    return [
+        f"results/bank/{wildcards.motion}/shard_{shard:03d}.zarr"
+        for shard in range(config["bank"]["shards"])
+    ]
+
+
 def curve_folder(wildcards):
     """Where the curve files of a motion are: the stand-in's own, or the user's."""
     return f"{config['endurance']['curves'] or 'results/rig/curves'}/{wildcards.motion}"

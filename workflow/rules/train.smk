@@ -6,13 +6,6 @@ job: they lie in checkpoints/, and a training that was killed goes on from there
 """
 
 
-def bank_shards(wildcards):
-    return [
-        f"results/bank/{wildcards.motion}/shard_{shard:03d}.zarr"
-        for shard in range(config["bank"]["shards"])
-    ]
-
-
 rule train:
     """Train summary and inference network together."""
     input:
