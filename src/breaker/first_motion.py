@@ -1,9 +1,9 @@
 """When does the drive start to move?
 
 From rest, under a constant force and friction, travel begins as ``A tau^2 (1 - kappa tau)``,
-``tau`` the time since the first motion and ``kappa`` about a third of the friction. Fitting that to the
-rest and the first rise, rather than waiting for a threshold, makes the time nearly free of bias
-and of the force: a threshold alone is late by milliseconds, and later for a weak drive.
+``tau`` the time since the first motion and ``kappa`` about a third of the friction. Fitting that
+to the rest and the first rise, rather than waiting for a threshold, makes the time nearly free of
+bias and of the force: a threshold alone is late by milliseconds, and later for a weak drive.
 """
 
 import numpy as np
@@ -13,9 +13,7 @@ __all__ = ["NoMotionError", "first_motion"]
 _RISE = 1.5  # mm, rise up to which the start is fitted
 _EARLIEST = 5.0  # ms, longest time that the rise may take
 _STEP = 0.01  # ms, of the times tried
-_KAPPA = (
-    0.12  # 1/ms, the median over the default prior; the time is then right to 0.01 ms on average
-)
+_KAPPA = 0.12  # 1/ms, the median over the default prior: right to 0.01 ms on average there
 _TOGETHER = 5  # samples whose mean has to rise, so that noise does not
 
 
