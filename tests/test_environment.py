@@ -148,7 +148,11 @@ def test_default_profile_gives_the_cores():
 
 def test_make_test_lints_first_and_ends_with_the_tests():
     commands = subprocess.run(
-        ["make", "--dry-run", "test"], cwd=ROOT, capture_output=True, text=True, check=True
+        ["make", "--no-print-directory", "--dry-run", "test"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     ).stdout
     order = ["ruff check", "ruff format --check", "snakefmt --check", "snakemake --lint"]
     places = [commands.index(f"bin/{command}") for command in [*order, "python -m pytest"]]

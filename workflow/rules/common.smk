@@ -16,6 +16,20 @@ try:
 except configuration.ConfigurationError as error:
     raise WorkflowError(str(error)) from None
 
+
+def ordered(value):
+    """A part of the configuration with its keys in order, at any depth.
+
+    An overlay puts its own keys first, and Snakemake takes another order for another setting.
+    """
+    if isinstance(value, dict):
+        return {key: ordered(value[key]) for key in sorted(value)}
+    return value
+
+
+for section in config:
+    config[section] = ordered(config[section])
+
 MOTIONS = config["motions"]
 SEED = config["validation"]["seed"]
 FIGURES = [
