@@ -87,7 +87,8 @@ def append(folder: Path, file: str, line: str = "# an edit") -> None:
 def edit_closing_training(folder: Path) -> None:
     path = folder / "config/test.yaml"
     overlay = yaml.safe_load(path.read_text())
-    overlay["training"]["closing"]["steps"] += 20
+    closing = overlay["training"]["closing"]  # the file may say that opening is the same
+    overlay["training"]["closing"] = {**closing, "steps": closing["steps"] + 20}
     path.write_text(yaml.safe_dump(overlay))
 
 
