@@ -61,3 +61,9 @@ def test_a_folder_without_csv_is_refused(tmp_path, folder):
     fill(tmp_path, "op_1.txt")
     with pytest.raises(FileNotFoundError, match=r"no CSV file: endurance\.curves must name"):
         list_curves(tmp_path / folder)
+
+
+def test_endings_in_capitals_count_and_hidden_files_do_not(tmp_path):
+    for name in ("op_2.CSV", "op_1.csv", "._op_1.csv", "op_3.txt"):
+        (tmp_path / name).write_text("")
+    assert [number for number, _ in list_curves(tmp_path)] == [1, 2]

@@ -14,6 +14,7 @@ from typing import Any
 
 import yaml
 
+from breaker.curve_files import csv_files
 from breaker.parameters import MOTIONS
 from breaker.schema import Key, dotted, problems
 
@@ -262,7 +263,7 @@ def _no_curves(curves: str | None, motions: Sequence[str]) -> str | None:
     if curves is None:
         return None
     folders = [Path(curves, motion) for motion in motions]
-    empty = [f"{folder}/" for folder in folders if not any(folder.glob("*.csv"))]
+    empty = [f"{folder}/" for folder in folders if not csv_files(folder)]
     if not empty:
         return None
     return (

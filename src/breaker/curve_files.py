@@ -3,7 +3,21 @@
 import re
 from pathlib import Path
 
-__all__ = ["list_curves", "operation_number"]
+__all__ = ["csv_files", "list_curves", "operation_number"]
+
+
+def csv_files(folder: str | Path) -> list[Path]:
+    """List the CSV files of a folder by name, however the ending is spelt; hidden ones are none.
+
+    An absent folder has none.
+    """
+    if not Path(folder).is_dir():
+        return []
+    return sorted(
+        file
+        for file in Path(folder).iterdir()
+        if file.suffix.lower() == ".csv" and not file.name.startswith(".")
+    )
 
 
 def operation_number(file: str | Path) -> int:
@@ -28,7 +42,7 @@ def list_curves(folder: str | Path) -> list[tuple[int, Path]]:
         FileNotFoundError: If there is no such folder or no CSV file in it.
         ValueError: If a name has no number, or two files have the same one.
     """
-    files = sorted(Path(folder).glob("*.csv"))
+    files = csv_files(folder)
     if not files:
         raise FileNotFoundError(
             f"{folder} has no CSV file: endurance.curves must name a folder with a subfolder of "
