@@ -10,6 +10,7 @@ from scipy.stats import chi2
 from tqdm import tqdm
 
 from breaker.bank import simulate
+from breaker.batches import truth as truth_of
 from breaker.diagnostics import share_inside
 from breaker.mechanism import travel
 from breaker.parameters import NAMES
@@ -61,11 +62,8 @@ def validate(posterior: Posterior, n: int, draws: int, seed: int) -> xr.Dataset:
     sensor, motion = posterior.sensor, posterior.motion
     rng = generator(seed, "validation records", motion)
     bank = simulate(posterior.prior, sensor.times, motion, n, rng, onset_sd=sensor.onset_sd)
-    truth = bank.parameters.values
-    if sensor.infers_onset:
-        truth = np.concatenate([truth, bank.onset.values[:, None]], axis=1)
     measured = sensor.corrupt(bank.travel.values.astype(np.float64), rng)
-    return sample_records(posterior, measured, truth, draws, seed)
+    return sample_records(posterior, measured, truth_of(bank, posterior), draws, seed)
 
 
 def sample_records(
@@ -163,12 +161,10 @@ def infer(
         "outside_prior": ("operation", distance > 1.0),
         "outside_support": ("operation", outside),
         "draws": (("operation", "draw", "output"), values.astype(np.float32)),
-    }
-    coords = {**_coordinates(posterior), "bound": ("bound", ["lower", "upper"])}
-    by_operation |= {
         "reason": ("operation", reasons.astype(str)),
         "accepted": ("operation", reasons == ""),
     }
+    coords = {**_coordinates(posterior), "bound": ("bound", ["lower", "upper"])}
     return curves.assign(by_operation).assign_coords(coords)
 
 
