@@ -103,7 +103,7 @@ def test_intervals_and_shares_are_those_of_the_draws(posterior, curves, inferred
     assert kept.output.values.tolist() == [output.name for output in outputs(True)]
     assert kept.output_unit.values.tolist() == [output.unit for output in outputs(True)]
     for i, record in enumerate(kept.travel.values):
-        p_value = predictive_p_value(posterior, record, draws[i])
+        p_value = predictive_p_value(posterior.model, record, draws[i])
         assert float(kept.p_value[i]) == pytest.approx(p_value, rel=1e-2, abs=1e-12)
     assert np.array_equal(kept.misfit.values, kept.p_value.values < 1e-3)
 

@@ -33,7 +33,7 @@ def test_p_value_at_the_truth_is_uniform_and_in_closed_form(motion, onset):
     values, exact, records = simulated(posterior, 400)
     found = np.array(
         [
-            predictive_p_value(posterior, record, row[None])
+            predictive_p_value(posterior.model, record, row[None])
             for record, row in zip(records[:40], values[:40], strict=True)
         ]
     )
@@ -51,8 +51,8 @@ def test_p_value_at_the_truth_is_uniform_and_in_closed_form(motion, onset):
 
 def test_p_value_is_the_mean_over_draws(posterior):
     values, _, records = simulated(posterior, 3)
-    alone = [predictive_p_value(posterior, records[0], values[k : k + 1]) for k in range(3)]
-    together = predictive_p_value(posterior, records[0], values)
+    alone = [predictive_p_value(posterior.model, records[0], values[k : k + 1]) for k in range(3)]
+    together = predictive_p_value(posterior.model, records[0], values)
     assert together == pytest.approx(np.mean(alone), rel=1e-12)
     assert alone[0] > 1e-3 > max(alone[1:])
 
@@ -63,8 +63,8 @@ def test_p_value_of_a_misfit_is_tiny(posterior):
     bump = 0.9 * np.exp(-np.square((posterior.sensor.times - 30) / 6))
     draws = values[:, None] * np.exp(1e-4 * generator(3, "test draws").standard_normal((5, 20, 8)))
     for record, around in zip(records, draws, strict=True):
-        assert predictive_p_value(posterior, record, around) > 1e-3
-        assert predictive_p_value(posterior, record + bump, around) < 1e-9
+        assert predictive_p_value(posterior.model, record, around) > 1e-3
+        assert predictive_p_value(posterior.model, record + bump, around) < 1e-9
 
 
 # ---- predictions --------------------------------------------------------------------------------

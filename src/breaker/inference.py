@@ -12,7 +12,7 @@ from tqdm import tqdm
 from breaker.bank import simulate
 from breaker.batches import truth as truth_of
 from breaker.diagnostics import share_inside
-from breaker.mechanism import travel
+from breaker.model import Model
 from breaker.parameters import NAMES
 from breaker.posterior import Posterior
 from breaker.randomness import generator
@@ -24,18 +24,12 @@ __all__ = [
     "predict_stages",
     "predictive_p_value",
     "sample_records",
+    "summaries",
     "table",
     "validate",
 ]
 
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
-
-
-def _curves(posterior: Posterior, values: np.ndarray) -> np.ndarray:
-    """Exact curves of outputs ``(d, q)``, ``(d, t)``, mm."""
-    p = len(NAMES)
-    onset = values[:, p] if posterior.sensor.infers_onset else 0.0
-    return travel(values[:, :p], posterior.sensor.times, posterior.motion, onset=onset).travel
 
 
 def _noise(posterior: Posterior, seed: int, purpose: str, keys: np.ndarray, draws: int):
@@ -83,27 +77,27 @@ def sample_records(
             "truth": (("curve", "output"), truth),
             "measured": (("curve", "time"), measured, {"unit": "mm"}),
         },
-        coords=_coordinates(posterior),
+        coords=_coordinates(posterior.model),
         attrs={"motion": posterior.motion, "seed": seed, "solver_steps": posterior.steps},
     )
 
 
-def _coordinates(posterior: Posterior) -> dict:
+def _coordinates(model: Model) -> dict:
     return {
-        "output": ("output", posterior.names),
-        "output_unit": ("output", [output.unit for output in posterior.outputs]),
-        "time": ("time", posterior.sensor.times, {"unit": "ms"}),
+        "output": ("output", model.names),
+        "output_unit": ("output", [output.unit for output in model.outputs]),
+        "time": ("time", model.sensor.times, {"unit": "ms"}),
     }
 
 
-def predictive_p_value(posterior: Posterior, record: np.ndarray, values: np.ndarray) -> float:
+def predictive_p_value(model: Model, record: np.ndarray, values: np.ndarray) -> float:
     """Return the posterior predictive p-value of a record, from draws ``(d, q)``.
 
     The discrepancy is the squared Mahalanobis distance of the record from the exact curve of a
     draw, with the zero integrated. That of a replicate follows a chi-square with t degrees of
     freedom, so its tail needs no simulation. Small values: the model cannot make such a record.
     """
-    discrepancy = posterior.sensor.chi_square(record, _curves(posterior, values))
+    discrepancy = model.sensor.chi_square(record, model.curves(values))
     return float(chi2.sf(discrepancy, df=record.size).mean())
 
 
@@ -130,7 +124,7 @@ def infer(
     operations = curves.operation.values
     measured = curves.travel.values.astype(np.float64)
     values = np.full((o, draws, q), np.nan)
-    p_value, outside, distance = np.full((3, o), np.nan)
+    p_value, distance = np.full((2, o), np.nan)
     progress = tqdm(accepted, desc=f"inferring {posterior.motion}", mininterval=5, unit="operation")
     reasons = curves.reason.values.astype(object)
     for i in progress:
@@ -139,33 +133,55 @@ def infer(
         distance[i] = posterior.distance(measured[i : i + 1])[0]
         try:
             found = posterior.sample(measured[i : i + 1], noise)[0]
-            p_value[i] = predictive_p_value(posterior, measured[i], found)
+            p_value[i] = predictive_p_value(posterior.model, measured[i], found)
         except (FloatingPointError, ValueError) as error:
             # So unlike the bank that the network's answer is no posterior; the rest goes on.
             reasons[i] = f"{curves.file.values[i]}: no posterior: {error}"
             continue
         values[i] = found
-        outside[i] = 1.0 - posterior.prior.supported(values[i][:, : len(NAMES)]).mean()
-    by_operation = {
-        "median": (("operation", "output"), np.quantile(values, 0.5, axis=1)),
-        **{
-            name: (
-                ("operation", "output", "bound"),
-                np.moveaxis(np.quantile(values, ends, 1), 0, -1),
-            )
-            for name, ends in _INTERVALS.items()
-        },
-        "p_value": ("operation", p_value),
-        "misfit": ("operation", p_value < misfit_p_value),
+    flags = {
         "distance": ("operation", distance),
         "outside_prior": ("operation", distance > 1.0),
-        "outside_support": ("operation", outside),
-        "draws": (("operation", "draw", "output"), values.astype(np.float32)),
         "reason": ("operation", reasons.astype(str)),
         "accepted": ("operation", reasons == ""),
     }
-    coords = {**_coordinates(posterior), "bound": ("bound", ["lower", "upper"])}
-    return curves.assign(by_operation).assign_coords(coords)
+    found = summaries(posterior.model, values, p_value, misfit_p_value)
+    return curves.assign(flags | found).assign_coords(_coordinates(posterior.model))
+
+
+def summaries(
+    model: Model, values: np.ndarray, p_value: np.ndarray, misfit_p_value: float
+) -> dict[str, xr.DataArray]:
+    """Summarise the posteriors of operations.
+
+    Args:
+        model: Joint model.
+        values: Draws, ``(o, d, q)``, physical units; nan where there is no posterior.
+        p_value: Posterior predictive p-values, ``(o,)``.
+        misfit_p_value: The one below which a record counts as misfit.
+
+    Returns:
+        ``draws``, ``median``, ``interval_50``, ``interval_95``, ``p_value``, ``misfit`` and
+        ``outside_support``, as ``infer`` returns them.
+    """
+    outside = 1.0 - model.prior.supported(values[..., : len(NAMES)]).mean(axis=1)
+    bounds = {"bound": ["lower", "upper"]}
+    intervals = {
+        name: xr.DataArray(
+            np.moveaxis(np.quantile(values, ends, axis=1), 0, -1),
+            dims=("operation", "output", "bound"),
+            coords=bounds,
+        )
+        for name, ends in _INTERVALS.items()
+    }
+    found = {
+        "median": (("operation", "output"), np.quantile(values, 0.5, axis=1)),
+        "p_value": (("operation",), p_value),
+        "misfit": (("operation",), p_value < misfit_p_value),
+        "outside_support": (("operation",), np.where(np.isnan(p_value), np.nan, outside)),
+        "draws": (("operation", "draw", "output"), values.astype(np.float32)),
+    }
+    return {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()} | intervals
 
 
 def predict(
@@ -189,7 +205,7 @@ def predict(
     bands = []
     for i, (record, values) in enumerate(zip(measured, draws, strict=True)):
         rng = generator(seed, "predictive", posterior.motion, i)
-        exact = _curves(posterior, values.astype(np.float64))
+        exact = posterior.model.curves(values.astype(np.float64))
         zero = sensor.sample_zero(record, exact, rng)
         replicates = exact + zero + sensor.noise_sd * rng.standard_normal(exact.shape)
         bands.append(np.quantile(replicates, [0.5, 0.025, 0.975], axis=0))

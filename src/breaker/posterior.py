@@ -1,8 +1,7 @@
 """Amortised posterior of one motion: scaling by the prior, summary network, inference network.
 
-The one place where networks meet the breaker. Networks see standardised outputs: log parameters
-in prior standard deviations, and the onset in its own where it is on. Densities change variables
-here, once.
+The one place where networks meet the breaker. Networks see the standardised outputs of
+:class:`breaker.model.Model`.
 
 A model file is a safetensors file, without pickle: weights, and in its header a JSON text with
 all settings that made it.
@@ -19,12 +18,11 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
 
+from breaker.model import Model
 from breaker.networks import build
-from breaker.parameters import MOTIONS, NAMES, Parameter, outputs
+from breaker.parameters import Parameter
 from breaker.plausibility import distance, excess
-from breaker.prior import Prior
 from breaker.randomness import seed_integer
-from breaker.sensor import Sensor
 
 __all__ = ["ModelFileError", "Posterior"]
 
@@ -44,7 +42,8 @@ class Posterior(nn.Module):
         seed: Seed of the first weights.
 
     Attributes:
-        prior, sensor, motion: What the model was made for.
+        model: Prior, sensor and motion that it was made for, also by themselves as ``prior``,
+            ``sensor`` and ``motion``.
         outputs: What it infers, in order.
         steps: Solver steps for sampling and density, chosen at the end of the training.
     """
@@ -52,12 +51,10 @@ class Posterior(nn.Module):
     def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
         super().__init__()
         self.settings = dict(settings)
-        self.motion: str = settings["motion"]
-        if self.motion not in MOTIONS:
-            raise ValueError(f"unknown motion {self.motion!r}; known: {', '.join(MOTIONS)}")
-        self.prior = Prior.from_settings(settings["prior"])
-        self.sensor = Sensor.from_settings(settings["sensor"])
-        self.outputs: tuple[Parameter, ...] = outputs(self.sensor.infers_onset)
+        self.model = Model.from_settings(settings)
+        self.motion: str = self.model.motion
+        self.prior, self.sensor = self.model.prior, self.model.sensor
+        self.outputs: tuple[Parameter, ...] = self.model.outputs
         components = settings["network"]["summary"]["components"]
         # Layers draw their first weights from torch's global generator; fork it, so that the seed
         # decides and nothing else is touched.
@@ -97,27 +94,15 @@ class Posterior(nn.Module):
 
     def standardise(self, values: np.ndarray) -> np.ndarray:
         """Map outputs ``(..., q)`` in physical units to standardised ones."""
-        p = len(NAMES)
-        z = np.array(values, dtype=np.float64)
-        z[..., :p] = self.prior.standardise(z[..., :p])
-        z[..., p:] /= self.sensor.onset_sd or 1.0
-        return z
+        return self.model.standardise(values)
 
     def destandardise(self, z: np.ndarray) -> np.ndarray:
         """Map standardised outputs ``(..., q)`` to physical units."""
-        p = len(NAMES)
-        values = np.array(z, dtype=np.float64)
-        values[..., :p] = self.prior.destandardise(values[..., :p])
-        values[..., p:] *= self.sensor.onset_sd
-        return values
+        return self.model.destandardise(z)
 
     def log_scaling(self, values: np.ndarray) -> np.ndarray:
         """Return the log of ``|d z / d values|``, ``(..., q) -> (...)``."""
-        p = len(NAMES)
-        log_slope = -(np.log(self.prior.log_sds) + np.log(values[..., :p])).sum(-1)
-        if self.sensor.infers_onset:
-            log_slope = log_slope - np.log(self.sensor.onset_sd)
-        return log_slope
+        return self.model.log_scaling(values)
 
     # Training, sampling, density.
 

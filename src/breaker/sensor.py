@@ -101,8 +101,12 @@ class Sensor:
 
     def chi_square(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Return the squared Mahalanobis distance of records from curves, ``(..., t) -> (...)``."""
-        whitened = self.whiten(measured - travel)
-        return np.einsum("...t,...t->...", whitened, whitened)
+        residual = measured - travel
+        t, total = residual.shape[-1], residual.sum(axis=-1)
+        # That of the noise alone, less what the zero explains of the mean.
+        explained = self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
+        square = np.einsum("...t,...t->...", residual, residual)
+        return (square - explained * total**2) / self.noise_sd**2
 
     def log_likelihood(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Return the log density of records given exact curves, ``(..., t) -> (...)``.
