@@ -15,7 +15,9 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/validate.smk"
+include: "workflow/rules/correct.smk"
 include: "workflow/rules/endurance.smk"
+include: "workflow/rules/networks.smk"
 
 
 rule all:
@@ -24,6 +26,7 @@ rule all:
     input:
         expand("figures/{figure}_{motion}.png", figure=FIGURES, motion=MOTIONS),
         expand("results/quality/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
+        expand("results/exactness/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
         expand("results/endurance/{motion}.csv", motion=MOTIONS),
 
 
@@ -34,4 +37,15 @@ rule second_seed:
             "results/quality/{motion}_seed{seed}.csv",
             motion=MOTIONS,
             seed=config["validation"]["second_seed"],
+        ),
+
+
+rule networks:
+    """Every combination of networks trained and compared, outside of `all`."""
+    input:
+        expand("figures/networks_{motion}.png", motion=MOTIONS),
+        expand(
+            "figures/missing_{network}_{motion}.png",
+            network=[name for name in NETWORKS if name.startswith("deep_set")],
+            motion=MOTIONS,
         ),

@@ -3,6 +3,7 @@
 from functools import cache
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 import torch
@@ -48,6 +49,24 @@ NETWORK = {
     },
     "inference": {"kind": "flow_matching", "width": 24, "blocks": 1},
 }
+DEEP_SET = {
+    "kind": "deep_set",
+    "features": 12,
+    "components": 8,
+    "pair_width": 6,
+    "pair_blocks": 1,
+    "width": 24,
+    "blocks": 1,
+    "missing": 0.5,
+    "uneven": 0.5,
+}
+COUPLING_FLOW = {"kind": "coupling_flow", "transforms": 3, "bins": 5, "hidden": [10, 12]}
+# Every summary network with every inference network.
+COMBINATIONS = {
+    f"{summary['kind']} and {inference['kind']}": {"summary": summary, "inference": inference}
+    for summary in (NETWORK["summary"], DEEP_SET)
+    for inference in (NETWORK["inference"], COUPLING_FLOW)
+}
 
 TRAINING = {
     "steps": 10,
@@ -72,16 +91,19 @@ MARKS = [
 @pytest.fixture(scope="module")
 def one_thread():
     """One thread of torch, so that the order of its sums is always the same."""
-    threads = torch.get_num_threads()
+    # numba too: its parallel kernels set the number of threads that torch then works with.
+    threads, of_numba = torch.get_num_threads(), numba.get_num_threads()
+    numba.set_num_threads(1)
     torch.set_num_threads(1)
     yield
+    numba.set_num_threads(of_numba)
     torch.set_num_threads(threads)
 
 
-def settings(*, motion="closing", onset=True):
+def settings(*, motion="closing", onset=True, network=NETWORK):
     """Settings of a small model."""
     sensor = SENSOR if onset else {**SENSOR, "onset_sd": 0.0, "zero_sd": 0.0}
-    return {"motion": motion, "prior": PRIOR, "sensor": sensor, "network": NETWORK}
+    return {"motion": motion, "prior": PRIOR, "sensor": sensor, "network": network}
 
 
 def bank_of(posterior, n, *, seed=5):
@@ -91,9 +113,9 @@ def bank_of(posterior, n, *, seed=5):
     return simulate(posterior.prior, sensor.times, motion, n, rng, onset_sd=sensor.onset_sd)
 
 
-def frozen(*, motion="closing", onset=True, curves=512, seed=0):
+def frozen(*, motion="closing", onset=True, network=NETWORK, curves=512, seed=0):
     """A small new model, its inputs frozen on a bank of its own."""
-    posterior = Posterior(settings(motion=motion, onset=onset), seed=seed)
+    posterior = Posterior(settings(motion=motion, onset=onset, network=network), seed=seed)
     travel = bank_of(posterior, curves).travel.values
     freeze_inputs(posterior, travel, generator(0, "test components"))
     return posterior.eval()
@@ -119,7 +141,8 @@ def perturb(module, scale, *, seed=3):
 def pin(posterior, mean, sd):
     """Make a new model the Gaussian N(mean, sd^2) of standardised outputs, whatever the record.
 
-    The velocity field of a new model is zero, so its posterior is the head's Gaussian.
+    The velocity field of a new model is zero, and its splines are the identity, so its posterior
+    is the head's Gaussian.
     """
     q = len(posterior.outputs)
     head = posterior.inference.head
@@ -136,9 +159,11 @@ def training_rows():
     return split(bank_of(Posterior(settings()), 400), 24)
 
 
-def new_trainer(folder, *, kind=Trainer, seed=1, mark="this one", motion="closing", **changes):
+def new_trainer(
+    folder, *, kind=Trainer, seed=1, mark="this one", motion="closing", network=NETWORK, **changes
+):
     """A small training with its checkpoint in a folder, as a new process would set it up."""
-    posterior = Posterior(settings(motion=motion), seed=seed)
+    posterior = Posterior(settings(motion=motion, network=network), seed=seed)
     rows, validation = training_rows()
     freeze_inputs(posterior, rows.travel.values, generator(seed, "components"))
     device = torch.device("cpu")
@@ -182,11 +207,12 @@ def certain_of(posterior, values, draws):
     return np.repeat(values[:, None], draws, axis=1)
 
 
-def curved_model():
+def curved_model(network=NETWORK):
     """A model whose posteriors depend on the record and are far from Gaussian, and records."""
-    posterior = frozen()
+    posterior = frozen(network=network)
     perturb(posterior.inference, 0.15)
     posterior.solver_steps.fill_(3)
+    posterior.density_solver_steps.fill_(3)
     bank = bank_of(posterior, 5, seed=6)
     return posterior, posterior.sensor.corrupt(bank.travel.values, generator(1, "test records"))
 
@@ -213,8 +239,8 @@ class NoScale(FlowMatching):
     """Planted fault: the density forgets the determinant of the base."""
 
     def base(self, features):
-        mean, factor, log_det = super().base(features)
-        return mean, factor, torch.zeros_like(log_det)
+        base = super().base(features)
+        return base._replace(log_det=torch.zeros_like(base.log_det))
 
 
 class Trap:

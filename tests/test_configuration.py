@@ -10,7 +10,17 @@ import pytest
 import yaml
 
 from breaker import schema
-from breaker.configuration import RULES, ConfigurationError, check, load, merge, read
+from breaker.configuration import (
+    RULES,
+    ConfigurationError,
+    check,
+    chosen_network,
+    load,
+    merge,
+    read,
+)
+from breaker.networks import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
+from tests.networks_fixtures import built
 
 ROOT = Path(__file__).resolve().parents[1]
 DEFAULTS = ROOT / "config" / "config.yaml"
@@ -145,6 +155,44 @@ def test_merge_replaces_lists_and_values_and_changes_neither_argument():
     assert (base, overlay) == copies
 
 
+# ---- the networks chosen
+
+
+def test_chosen_network_is_what_is_in_common_and_the_section_of_the_kind():
+    settings = {
+        "summary": {"kind": "a", "features": 3, "a": {"width": 1}, "b": {"width": 2, "depth": 4}},
+        "inference": {"kind": "d", "c": {"width": [5]}, "d": {"bins": 6}},
+    }
+    before = deepcopy(settings)
+    assert chosen_network(settings) == {
+        "summary": {"kind": "a", "features": 3, "width": 1},
+        "inference": {"kind": "d", "bins": 6},
+    }
+    settings["summary"]["kind"] = "b"
+    chosen = chosen_network(settings)["summary"]
+    assert chosen == {"kind": "b", "features": 3, "width": 2, "depth": 4}
+    settings["summary"]["kind"] = "a"
+    assert settings == before
+
+
+@pytest.mark.parametrize("summary_kind", SUMMARY_NETWORKS)
+@pytest.mark.parametrize("inference_kind", INFERENCE_NETWORKS)
+@pytest.mark.parametrize("overlays", [[], ["test.yaml"]])
+def test_an_overlay_that_names_the_kinds_makes_every_network(
+    tmp_path, summary_kind, inference_kind, overlays
+):
+    overlay = tmp_path / "kinds.yaml"
+    kinds = {"summary": {"kind": summary_kind}, "inference": {"kind": inference_kind}}
+    overlay.write_text(yaml.safe_dump({"network": {"closing": kinds}}))
+    files = [DEFAULTS, *(ROOT / "config" / name for name in overlays), overlay]
+    chosen = chosen_network(load(files, schema=SCHEMA)["network"]["closing"])
+    found = built(build, chosen, samples=151, dims=8)
+    assert [type(network) for network in found] == [
+        SUMMARY_NETWORKS[summary_kind],
+        INFERENCE_NETWORKS[inference_kind],
+    ]
+
+
 # ---- messages
 
 
@@ -159,6 +207,27 @@ def test_merge_replaces_lists_and_values_and_changes_neither_argument():
         ("shards: 3", ["shards is not a known key", "Did you mean bank.shards?"]),
         ("bank: {zzz: 3}", ["bank.zzz is not a known key", "Known here: shards, curves_per_shard"]),
         ("prior: {mu: {mean: 2}}", ["prior.mu.mean is not", "Did you mean prior.mu.median?"]),
+        # networks
+        (
+            "network: {closing: {summary: {kind: lstm}}}",
+            ['kind is "lstm"', "one of time_series, deep_set", "the one that counts"],
+        ),
+        (
+            "network: {closing: {summary: {kind: deep_set, channels: [8]}}}",
+            ["channels is not a known key", "mean network.closing.summary.time_series.channels?"],
+        ),
+        (
+            "network: {opening: {inference: {kind: coupling_flow, width: 64}}}",
+            ["width is not a known key", "mean network.opening.inference.flow_matching.width?"],
+        ),
+        (
+            "network: {closing: {inference: {coupling_flow: {hidden: 64}}}}",
+            ["hidden is 64", "a list of 1 or more entries, each a whole number, at least 1"],
+        ),
+        (
+            "network: {closing: {summary: {deep_set: {missing: 1.0}}}}",
+            ["missing is 1.0", "at least 0 and at most 0.95", "share of missing samples"],
+        ),
         # types
         ("seed: first", ['seed is "first"', "a whole number, at least 0"]),
         ("bank: {shards: 2.0}", ["bank.shards is 2.0", "a whole number", "Write 2."]),
@@ -197,10 +266,11 @@ def test_message_names_key_value_and_remedy(complaint, overlay, fragments):
         assert fragment in message
 
 
-def summary(**settings: object) -> str:
+def summary(kind: str = "time_series", components: int = 8, **settings: object) -> str:
     """An overlay of the summary network of opening, with layers that leave 35 of 151 samples."""
     layers = {"channels": [8, 8], "kernels": [5, 5], "strides": [2, 2]}
-    return yaml.safe_dump({"network": {"opening": {"summary": layers | settings}}})
+    section = {"kind": kind, "components": components, "time_series": layers | settings}
+    return yaml.safe_dump({"network": {"opening": {"summary": section}}})
 
 
 UNFIT = [
@@ -232,6 +302,10 @@ UNFIT = [
         "but the convolutions leave 0 steps",
     ),
     (
+        summary(kind="deep_set") + "sensor: {samples: 3}",
+        "sensor.samples is 3, but summary.kind deep_set interpolates between 4 samples",
+    ),
+    (
         "solver: {reference: 8, candidates: [4, 8]}",
         "solver.reference is 8, but must be more than any of solver.candidates (8)",
     ),
@@ -254,6 +328,14 @@ def test_layers_and_sizes_that_just_fit_are_accepted(tmp_path):
 @pytest.mark.parametrize(("overlay", "fragment"), UNFIT)
 def test_keys_that_do_not_fit_each_other_are_noticed(complaint, overlay, fragment):
     assert fragment in complaint(overlay)
+
+
+def test_what_a_kind_does_not_use_is_not_judged(tmp_path):
+    """Layers that fit no record, of a network that is not chosen."""
+    overlay = tmp_path / "overlay.yaml"
+    overlay.write_text(summary(kind="deep_set", skip=36, kernels=[5]))
+    config = load([DEFAULTS, overlay], schema=SCHEMA)
+    assert config["network"]["opening"]["summary"]["kind"] == "deep_set"
 
 
 def test_every_rule_is_about_keys_that_exist():

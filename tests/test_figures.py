@@ -63,9 +63,10 @@ def draw_loss(motion, names, *, convergence=True, best=200):
         {
             "mean_difference": ("solver_steps", [0.1, 0.03, 0.01]),
             "max_difference": ("solver_steps", [1.0, 0.4, 0.1]),
+            "density_difference": ("solver_steps", [0.3, 0.08, 0.02]),
         },
         {"solver_steps": [2, 4, 8]},
-        {"chosen_steps": 4, "reference_steps": 64},
+        {"chosen_steps": 4, "chosen_density_steps": 8, "reference_steps": 64},
     )
     return loss.loss(history, solver if convergence else None, motion=motion)
 
@@ -106,7 +107,7 @@ def draw_endurance_predictive(motion, names, *, noise_sd=NOISE_SD, stages=4):
     return predictive.endurance_predictive(data, motion=motion, noise_sd=noise_sd)
 
 
-def draw_evolution(motion, names, *, misfit=True, effective=True):
+def draw_evolution(motion, names, *, misfit=True, effective=True, corrected=True):
     draws, _ = (values[..., : len(names)] for values in inferred())
     summary = recovery(draws, draws[:, 0])
     accepted = np.arange(len(draws)) % 7 != 3
@@ -124,6 +125,8 @@ def draw_evolution(motion, names, *, misfit=True, effective=True):
         misfit=("operation", accepted & misfit),
         outside_prior=("operation", np.arange(len(draws)) > 55),
     )
+    if corrected:  # 12 are not resolved, two of them because they were rejected
+        data = data.assign(resolved=("operation", np.arange(len(draws)) % 5 != 0))
     values = xr.DataArray(
         np.ones((3, 7)),
         dims=("stage", "output"),
@@ -187,7 +190,15 @@ def test_without_onset(name):
     [
         ("prior_predictive", ["time (ms)", "travel (mm)", "pointwise 95 % band", "operation 50"]),
         ("loss", ["training step", "learning rate", "step 200", "4 steps"]),
-        ("loss", ["64 steps (posterior sd)", "held-out log density 3.420 ± 0.050 nats"]),
+        (
+            "loss",
+            [
+                "difference from 64 steps",
+                "draws, mean (posterior sd)",
+                "log density, mean (nats)",
+                "held-out log density 3.420 ± 0.050 nats",
+            ],
+        ),
         ("sbc", ["ECDF difference", "rank of the truth", "95 %", "all 8 outputs inside"]),
         ("contraction", ["z-score", "contraction", "±3", "mean 0.", "exact 0.500"]),
         ("recovery", ["true $k_a$ (1/ms²)", "inferred $L$ (mm)", "95 % interval"]),
@@ -196,6 +207,7 @@ def test_without_onset(name):
         ("endurance_predictive", ["operation 301", "100 % of the main motion", "(noise sd)"]),
         ("evolution", ["operation", "$\\gamma_a$ (1/ms)", "$L$ (mm)", "effective values"]),
         ("evolution", ["50 % interval", "51 of 60", "rejected by the reader: 9 of 60"]),
+        ("evolution", ["not resolved: exact posterior not reached: 10 of 60"]),
     ],
 )
 def test_labels_with_units(drawn, name, labels):
@@ -277,8 +289,11 @@ def test_settings_are_left_alone_and_not_taken_over():
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_nothing_overlaps(drawn, name):
+    assert_nothing_overlaps(drawn[name])
+
+
+def assert_nothing_overlaps(figure):
     """Panels with their labels, legend and title share no more than a line's width."""
-    figure = drawn[name]
     boxes = {f"panel {i}": axis.get_tightbbox() for i, axis in enumerate(figure.axes)}
     boxes |= {f"legend {i}": legend.get_window_extent() for i, legend in enumerate(figure.legends)}
     boxes["title"] = figure._suptitle.get_window_extent()
@@ -310,10 +325,24 @@ def test_flags_leave_the_data_free(drawn):
 
 
 def test_flags_are_drawn_only_where_they_are():
-    text = words(draw_evolution("closing", NAMES[:2], misfit=False, effective=False))
+    few = {"misfit": False, "effective": False, "corrected": False}
+    text = words(draw_evolution("closing", NAMES[:2], **few))
     assert "does not fit" not in text
     assert "effective values" not in text
+    assert "not resolved" not in text
     assert "rejected by the reader" in text
+
+
+def test_flags_are_those_of_the_data(drawn):
+    """Each strip, from the foot up, has a tick at each flagged operation and nowhere else."""
+    i = np.arange(60)
+    rejected = i % 7 == 3
+    flagged = [~rejected, i > 55, (i % 5 == 0) & ~rejected, rejected]
+    for axis in drawn["evolution"].axes:
+        strips = [each for each in axis.collections if isinstance(each, LineCollection)]
+        at = [{segment[0, 0] for segment in strip.get_segments()} for strip in strips]
+        assert at == [set((i[flag] + 1).tolist()) for flag in flagged]
+        assert len({to_hex(strip.get_color()[0]) for strip in strips}) == 4
 
 
 def test_sbc_names_what_is_outside():

@@ -7,6 +7,7 @@ import pytest
 import torch
 from scipy.stats import multivariate_normal, norm
 
+from breaker.networks import flow_matching
 from breaker.networks.flow_matching import FlowMatching
 from tests.networks_fixtures import (
     MARKS,
@@ -159,6 +160,35 @@ def test_gradients_reach_every_weight():
         gradients = {name: weight.grad for name, weight in network.named_parameters()}
         optimiser.step()
     assert [name for name, grad in gradients.items() if grad is None or not grad.any()] == []
+
+
+def test_divergence_is_the_trace_of_the_jacobian():
+    """To round-off, and beside the velocity itself."""
+    network, features, y = curved(), normal(2, FEATURES), normal(2, 3, DIMS, seed=2)
+    time = torch.full((1, 1, 1), 0.37, dtype=torch.float64)
+    projected = network.field.project(features)
+    with torch.no_grad():
+        velocity, divergence = network.field.with_divergence(y, time, projected)
+        torch.testing.assert_close(velocity, network.field(y, time, projected), rtol=0, atol=1e-13)
+    for i, j in np.ndindex(2, 3):
+
+        def field(point, shifts=projected[i : i + 1]):
+            return network.field(point[None, None], time, shifts)[0, 0]
+
+        jacobian = torch.autograd.functional.jacobian(field, y[i, j])
+        torch.testing.assert_close(divergence[i, j], jacobian.trace(), rtol=0, atol=1e-12)
+        # Planted fault: the sum of all slopes is another number.
+        assert (divergence[i, j] - jacobian.sum()).abs() > 1e-3
+
+
+@pytest.mark.parametrize("tangents", [1, 4 * DIMS * WIDTH, 10**9])
+def test_blocks_of_points_make_no_difference(monkeypatch, tangents):
+    network, features, theta = curved(), normal(6, FEATURES), normal(6, 5, DIMS, seed=2)
+    with torch.no_grad():
+        expected = network.log_prob(theta, features, steps=3)
+        monkeypatch.setitem(flow_matching._TANGENTS, "cpu", tangents)
+        found = network.log_prob(theta, features, steps=3)
+    torch.testing.assert_close(found, expected, rtol=0, atol=1e-12)
 
 
 # ---- draws and density of a curved posterior -----------------------------------------------------

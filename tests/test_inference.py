@@ -42,6 +42,7 @@ def posterior():
         rng = torch.Generator().manual_seed(4)
         weight[:8] = 0.3 * torch.randn((8, weight.shape[1]), generator=rng)
     model.solver_steps.fill_(2)
+    model.density_solver_steps.fill_(2)
     return model
 
 

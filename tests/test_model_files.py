@@ -12,6 +12,7 @@ from safetensors.torch import save_file
 from breaker.parameters import NAMES
 from breaker.posterior import ModelFileError, Posterior
 from tests.networks_fixtures import (
+    COMBINATIONS,
     MARKS,
     SENSOR,
     Trap,
@@ -48,6 +49,24 @@ def test_a_loaded_model_is_the_saved_one_bit_for_bit(curved, model_file):
     assert loaded.settings == posterior.settings
     assert (loaded.steps, loaded.motion, loaded.names) == (3, "closing", posterior.names)
     assert not loaded.training
+
+
+@pytest.mark.parametrize("name", COMBINATIONS)
+def test_every_combination_of_networks_is_kept(name, tmp_path):
+    """With its frozen inputs, and records with samples missing where they are accepted."""
+    posterior, records = curved_model(COMBINATIONS[name])
+    if posterior.summary.accepts_missing:
+        records[:, ::3] = np.nan
+    posterior.save(tmp_path / "m.safetensors")
+    loaded = Posterior.load(tmp_path / "m.safetensors")
+    assert [type(part) for part in loaded.children()] == [
+        type(part) for part in posterior.children()
+    ]
+    draws = posterior.sample(records, noise_of(posterior, 5, 20))
+    np.testing.assert_array_equal(loaded.sample(records, noise_of(posterior, 5, 20)), draws)
+    density = posterior.log_prob(draws, records)
+    np.testing.assert_array_equal(loaded.log_prob(draws, records), density)
+    np.testing.assert_array_equal(loaded.distance(records), posterior.distance(records))
 
 
 def test_a_model_file_explains_itself(model_file):

@@ -23,6 +23,10 @@ FIGURES = (
     "posterior_predictive",
     "endurance_predictive",
     "evolution",
+    "exactness",
+    "identifiability",
+    "networks",
+    "missing",
 )
 PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))
 
@@ -33,7 +37,7 @@ def filled_in(page, motion, *, curves=None):
     config["endurance"]["curves"] = curves
     job = SimpleNamespace(config=config)
     if page != "workflow":  # the front page belongs to no job
-        job.wildcards = SimpleNamespace(motion=motion)
+        job.wildcards = SimpleNamespace(motion=motion, network="deep_set-flow_matching")
     text = (ROOT / f"workflow/report/{page}.rst").read_text()
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
     return environment.from_string(text).render(snakemake=job)

@@ -7,11 +7,21 @@ from scipy.stats import chi2, norm
 from breaker.batches import truth
 from breaker.randomness import generator
 from breaker.solver import convergence, held_out_log_density, records
-from tests.networks_fixtures import MARKS, bank_of, frozen, one_thread, perturb, pin  # noqa: F401
+from tests.networks_fixtures import (
+    COUPLING_FLOW,
+    MARKS,
+    NETWORK,
+    bank_of,
+    frozen,
+    one_thread,  # noqa: F401
+    perturb,
+    pin,
+)
 
 pytestmark = MARKS
 
 SOLVER = {"candidates": [8, 1, 2, 4], "reference": 32, "curves": 6, "draws": 30, "tolerance": 10.0}
+SOLVER["density_tolerance"] = 1e3
 
 
 @pytest.fixture
@@ -56,6 +66,28 @@ def test_differences_are_in_posterior_sds_of_standardised_outputs(curved, measur
     assert float(found.mean_difference) != pytest.approx((expected * sd[:, None]).mean(), rel=0.05)
 
 
+def test_density_has_steps_of_its_own_by_its_own_tolerance(curved, measured):
+    result = convergence(curved, measured, SOLVER, 1)
+    found = result.density_difference.values
+    assert np.all(np.diff(found) < 0)
+    for k, steps in enumerate([1, 2, 4, 8]):
+        settings = SOLVER | {"density_tolerance": float(found[k])}
+        attrs = convergence(curved, measured, settings, 1).attrs
+        assert (attrs["chosen_density_steps"], curved.density_steps) == (steps, steps)
+        assert (attrs["chosen_steps"], curved.steps) == (1, 1)
+    # By hand: log densities of every fifth of the finest draws.
+    noise = generator(1, "solver", "closing").standard_normal((6, 30, 8))
+    curved.solver_steps.fill_(32)
+    points, density = curved.sample(measured, noise)[:, ::5], {}
+    for steps in (2, 32):
+        curved.density_solver_steps.fill_(steps)
+        density[steps] = curved.log_prob(points, measured)
+    expected = np.abs(density[2] - density[32]).mean()
+    assert float(result.density_difference.sel(solver_steps=2)) == pytest.approx(expected, rel=1e-4)
+    with pytest.raises(ValueError, match=r"solver.density_tolerance = 1e-12; .* more steps"):
+        convergence(curved, measured, SOLVER | {"density_tolerance": 1e-12}, 1)
+
+
 def test_only_the_curves_asked_for_are_compared(curved, measured):
     result = convergence(curved, measured, SOLVER | {"curves": 2}, 1)
     first = convergence(curved, measured[:2], SOLVER, 1)
@@ -72,6 +104,27 @@ def test_a_gaussian_needs_one_step(measured):
     result = convergence(pin(frozen(), 0.3, 0.5), measured, SOLVER | {"tolerance": 1e-6}, 1)
     assert result.attrs["chosen_steps"] == 1
     assert np.all(result.max_difference.values < 1e-5)
+
+
+def test_a_network_without_solver_takes_one_step(measured):
+    """The same layout, differences of zero by construction, and said so."""
+    network = {**NETWORK, "inference": COUPLING_FLOW}
+    posterior = frozen(network=network)
+    perturb(posterior.inference, 0.15)
+    posterior.solver_steps.fill_(7)
+    result = convergence(posterior, measured, SOLVER, 1)
+    assert posterior.steps == 1
+    assert result.solver_steps.values.tolist() == [1]
+    assert float(result.mean_difference[0]) == float(result.max_difference[0]) == 0.0
+    assert result.attrs["solves"] == 0
+    assert {result.attrs[key] for key in result.attrs if key.endswith("_steps")} == {1}
+    assert posterior.density_steps == 1
+    with_solver = convergence(frozen(), measured, SOLVER, 1)
+    assert with_solver.attrs["solves"] == 1
+    assert set(with_solver.attrs) == set(result.attrs)
+    assert set(with_solver.data_vars) == set(result.data_vars)
+    rows = bank_of(posterior, 20, seed=8)
+    assert np.isfinite(held_out_log_density(posterior, records(posterior, rows, 1), rows)).all()
 
 
 @pytest.mark.parametrize("onset", [True, False])

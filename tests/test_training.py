@@ -63,9 +63,17 @@ def test_validation_is_fixed(trainer):
     assert history.evaluation_step.values.tolist() == [5, 10]
     assert np.unique(history.validation_loss.values).size == 1
     assert np.unique(history.training_loss.values).size == 10
-    assert all(map(torch.equal, training.fixed_batch, trainer().fixed_batch))
-    measured = training.fixed_batch[0]
+    assert all(map(torch.equal, training.fixed_batch[:4], trainer().fixed_batch[:4]))
+    measured = training.fixed_batch.measured
     assert (measured - training.validation.travel).abs().max() > 0.1
+
+
+def judged(training):
+    """Log density of the fixed rows."""
+    batch = training.fixed_batch
+    return training.posterior.log_density(
+        batch.measured, batch.z, positions=batch.positions, steps=8
+    )
 
 
 # ---- the numbers by formula ---------------------------------------------------------------------
@@ -134,7 +142,7 @@ def test_the_best_average_is_kept(trainer):
     assert history.attrs["best_validation_loss"] == losses[best]
     assert all(map(torch.equal, training.weights, averages[best + 1]))
     with torch.no_grad():
-        density = training.posterior.log_density(*training.fixed_batch, steps=8)
+        density = judged(training)
     assert -density.mean().item() == losses[best]
 
 
@@ -175,7 +183,7 @@ def test_the_loss_goes_down(trainer):
             checkpoint_every=500,
         )
         with torch.no_grad():
-            start = -training.posterior.log_density(*training.fixed_batch, steps=8).mean().item()
+            start = -judged(training).mean().item()
         history = training.run()
         gains.append(start - float(history.validation_loss[-1]))
         assert history.sizes == {"step": 60, "evaluation": 2}
@@ -204,7 +212,7 @@ def test_a_loss_that_is_not_finite_names_motion_and_step(trainer, bad):
 def test_a_validation_loss_that_is_not_finite_is_not_passed_over(trainer):
     """Or the first weights, which no comparison with NaN replaces, would be kept as the best."""
     training = trainer()
-    training.fixed_batch[0][5] = math.nan
+    training.fixed_batch.measured[5] = math.nan
     with pytest.raises(FloatingPointError, match="closing"):
         training.run()
 

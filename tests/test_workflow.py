@@ -17,8 +17,7 @@ PARTS = ("Snakefile", "config", "envs", "profiles", "src", "workflow", "README.m
 SNAKEMAKE = (sys.executable, "-m", "snakemake", "--configfile", "config/test.yaml")
 
 # Rules by what they need, as they follow each other for one motion.
-FROM_VALIDATION = [
-    "quality",
+VALIDATION_FIGURES = [
     "figure_sbc",
     "figure_contraction",
     "figure_recovery",
@@ -26,13 +25,17 @@ FROM_VALIDATION = [
     "posterior_predictive",
     "figure_posterior_predictive",
 ]
-VALIDATION = ["validate", "validate_reader", "figure_sbc_reader", *FROM_VALIDATION]
-FROM_INFERENCE = [
-    "gather",
-    "endurance_predictive",
-    "figure_endurance_predictive",
-    "figure_evolution",
+FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability"]
+VALIDATION = [
+    "validate",
+    "validate_reader",
+    "figure_sbc_reader",
+    "correct_validation",
+    *FROM_CORRECTION,
+    *VALIDATION_FIGURES,
 ]
+ENDURANCE_FIGURES = ["endurance_predictive", "figure_endurance_predictive", "figure_evolution"]
+FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 LIMIT = ["identifiability", "rig_effective"]
@@ -132,6 +135,21 @@ EDITS = {
         ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT],
         2,
     ),
+    "validation.posterior": (
+        lambda folder: edit_config(folder, validation={"posterior": "corrected"}),
+        VALIDATION_FIGURES,
+        2,
+    ),
+    "endurance.posterior": (
+        lambda folder: edit_config(folder, endurance={"posterior": "amortised"}),
+        ENDURANCE_FIGURES,
+        2,
+    ),
+    "correction": (
+        lambda folder: edit_config(folder, correction={"draws": 1000}),
+        ["correct_validation", *FROM_CORRECTION, *FROM_INFERENCE],
+        2,
+    ),
     "endurance.curves": (put_own_curves, READING, 2),
     "mechanism.py": (
         lambda folder: append(folder, "src/breaker/mechanism.py"),
@@ -162,7 +180,7 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, name):
             os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
     assert set(jobs) == set(rules)
     # Shards and chunks are several jobs a motion; everything else is one.
-    several = {"bank_shard", "read_curves", "infer"}
+    several = {"bank_shard", "read_curves", "infer", "correct_operations"}
     assert {name: n for name, n in jobs.items() if name not in several} == {
         rule: motions for rule in rules if rule not in several
     }

@@ -1,16 +1,21 @@
-"""Batches of records from a bank: fresh noise and a fresh zero every time a row is drawn."""
+"""Batches of records from a bank: fresh noise and a fresh zero every time a row is drawn.
+
+For a summary network that accepts them, samples are also missing at random, and lie off the grid.
+"""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import torch
 import xarray as xr
 from torch import Tensor
 
+from breaker.networks.interpolation import cubic
 from breaker.plausibility import distance, excess, principal_components
 from breaker.posterior import Posterior
 
-__all__ = ["Rows", "freeze_inputs", "split", "truth"]
+__all__ = ["Batch", "Rows", "freeze_inputs", "split", "truth"]
 
 _ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
 
@@ -39,6 +44,23 @@ def split(bank: xr.Dataset, *counts: int) -> list[xr.Dataset]:
     return [bank.isel(curve=slice(i, j)) for i, j in zip([0, *ends[:-1]], ends, strict=True)]
 
 
+class Batch(NamedTuple):
+    """What ``Posterior.loss`` takes, in its order.
+
+    Attributes:
+        measured: Records, ``(n, t)``, mm; NaN where a sample is missing.
+        z: Standardised outputs, ``(n, q)``.
+        noise, time: Start points ``(n, 1, q)`` and times ``(n, 1, 1)`` of flow matching.
+        positions: Times of the samples in steps of the grid, ``(n, t)``; None for the grid's own.
+    """
+
+    measured: Tensor
+    z: Tensor
+    noise: Tensor
+    time: Tensor
+    positions: Tensor | None
+
+
 @dataclass
 class Rows:
     """Rows of a bank, on the device of a training.
@@ -47,12 +69,18 @@ class Rows:
         travel: Noise-free curves, ``(n, t)``, mm.
         z: Standardised outputs, ``(n, q)``.
         noise_sd, zero_sd: Errors of the sensor, mm.
+        missing: Largest share of missing samples. Each record has a share of its own, uniform up
+            to this, and each of its samples is missing with that probability.
+        uneven: Share of the records whose samples lie off the grid, each by up to half a step.
+            Their travel is interpolated (``networks.interpolation``).
     """
 
     travel: Tensor
     z: Tensor
     noise_sd: float
     zero_sd: float
+    missing: float = 0.0
+    uneven: float = 0.0
 
     @classmethod
     def of(cls, bank: xr.Dataset, posterior: Posterior, device: torch.device) -> "Rows":
@@ -63,18 +91,38 @@ class Rows:
             z=torch.as_tensor(z, dtype=torch.float32, device=device),
             noise_sd=posterior.sensor.noise_sd,
             zero_sd=posterior.sensor.zero_sd,
+            missing=posterior.summary.missing,
+            uneven=posterior.summary.uneven,
         )
 
-    def draw(self, rows: Tensor, rng: torch.Generator) -> tuple[Tensor, ...]:
-        """Return a batch for ``Posterior.loss``: records, outputs, start points and times."""
+    def draw(self, rows: Tensor, rng: torch.Generator) -> Batch:
+        """Return a batch for ``Posterior.loss``."""
         device = self.travel.device
         n, q = len(rows), self.z.shape[1]
-        travel = self.travel[rows]
+        travel, positions = self.travel[rows], None
         error = self.noise_sd * torch.randn(travel.shape, generator=rng, device=device)
         zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
         noise = torch.randn((n, 1, q), generator=rng, device=device)
         time = torch.rand((n, 1, 1), generator=rng, device=device)
-        return travel + error + zero, self.z[rows], noise, time
+        if self.uneven:
+            travel, positions = self._off_grid(travel, rng)
+        measured = travel + error + zero
+        if self.missing:
+            share = self.missing * torch.rand((n, 1), generator=rng, device=device)
+            lost = torch.rand(travel.shape, generator=rng, device=device) < share
+            measured = measured.masked_fill(lost, torch.nan)
+        return Batch(measured, self.z[rows], noise, time, positions)
+
+    def _off_grid(self, travel: Tensor, rng: torch.Generator) -> tuple[Tensor, Tensor]:
+        """Travel ``(n, t)`` at positions of its own, ``(n, t)``, within the grid's ends."""
+        (n, samples), device = travel.shape, travel.device
+        moved = torch.rand((n, 1), generator=rng, device=device) < self.uneven
+        jitter = torch.rand((n, samples), generator=rng, device=device) - 0.5
+        grid = torch.arange(samples, device=device)
+        positions = (grid + moved * jitter).clamp(0, samples - 1)
+        indices, weights = cubic(positions, samples)
+        values = travel.gather(1, indices.flatten(1)).view_as(weights)
+        return (values * weights).sum(-1), positions
 
 
 def freeze_inputs(posterior: Posterior, travel: np.ndarray, rng: np.random.Generator) -> None:
@@ -101,5 +149,10 @@ def freeze_inputs(posterior: Posterior, travel: np.ndarray, rng: np.random.Gener
     }
     for name, value in frozen.items():
         getattr(posterior, name).copy_(torch.as_tensor(value, dtype=torch.float64))
-    scale = torch.as_tensor(np.std(travel - mean), dtype=torch.float32)
-    posterior.summary.freeze(posterior.curve_mean.float(), scale, posterior.curve_weights.float())
+    posterior.summary.freeze(
+        posterior.curve_mean,
+        torch.as_tensor(np.std(travel - mean)),
+        posterior.curve_weights,
+        noise_sd=sensor.noise_sd,
+        offset_sd=sensor.zero_sd,
+    )

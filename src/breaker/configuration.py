@@ -18,7 +18,16 @@ from breaker.curve_files import csv_files
 from breaker.parameters import MOTIONS
 from breaker.schema import Key, dotted, problems
 
-__all__ = ["RULES", "ConfigurationError", "Rule", "check", "load", "merge", "read"]
+__all__ = [
+    "RULES",
+    "ConfigurationError",
+    "Rule",
+    "check",
+    "chosen_network",
+    "load",
+    "merge",
+    "read",
+]
 
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where PyYAML has it
@@ -63,6 +72,24 @@ def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]
         both = isinstance(value, Mapping) and isinstance(below, Mapping)
         merged[key] = merge(below, value) if both else value
     return merged
+
+
+def chosen_network(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Return the settings of the networks that are chosen, without those of the other kinds.
+
+    Args:
+        settings: A section ``network.MOTION``, in which each of ``summary`` and ``inference``
+            has its ``kind``, what all kinds have in common, and a section for every kind.
+
+    Returns:
+        ``{"summary": {"kind", ...}, "inference": {"kind", ...}}``, each flat: what is in common
+        and what is in the section of its kind. So models are built, and so their files keep it.
+    """
+    chosen = {}
+    for role, section in settings.items():
+        common = {key: value for key, value in section.items() if not isinstance(value, Mapping)}
+        chosen[role] = common | section[section["kind"]]
+    return chosen
 
 
 def check(
@@ -230,9 +257,11 @@ def _too_many_components(components: int, samples: int) -> str | None:
     return f"is {components}, but a curve has {samples} samples (sensor.samples). Lower it."
 
 
-def _uneven_layers(channels: Sequence, kernels: Sequence, strides: Sequence) -> str | None:
+def _uneven_layers(
+    channels: Sequence, kernels: Sequence, strides: Sequence, kind: str
+) -> str | None:
     lengths = [len(channels), len(kernels), len(strides)]
-    if len(set(lengths)) == 1:
+    if kind != "time_series" or len(set(lengths)) == 1:
         return None
     return (
         "has {} entries, kernels has {} and strides {}. All three need one entry for each "
@@ -241,16 +270,22 @@ def _uneven_layers(channels: Sequence, kernels: Sequence, strides: Sequence) -> 
 
 
 def _too_short_to_skip(
-    skip: int, kernels: Sequence[int], strides: Sequence[int], samples: int
+    skip: int, kernels: Sequence[int], strides: Sequence[int], samples: int, kind: str
 ) -> str | None:
-    if len(kernels) != len(strides):
-        return None  # which is another rule's complaint
+    if kind != "time_series" or len(kernels) != len(strides):
+        return None  # unequal lengths are another rule's complaint
     steps = samples
     for kernel, stride in zip(kernels, strides, strict=True):
         steps = max(0, (steps - kernel) // stride + 1)
     if skip <= steps:
         return None
     return f"is {skip}, but the convolutions leave {steps} steps. Lower it, a kernel or a stride."
+
+
+def _too_short_to_interpolate(samples: int, *kinds: str) -> str | None:
+    if samples >= 4 or "deep_set" not in kinds:
+        return None
+    return f"is {samples}, but summary.kind deep_set interpolates between 4 samples. Raise it."
 
 
 def _reference_too_coarse(reference: int, candidates: Sequence[int]) -> str | None:
@@ -275,18 +310,23 @@ def _no_curves(curves: str | None, motions: Sequence[str]) -> str | None:
 def _rules_of(motion: str) -> tuple[Rule, ...]:
     network, training = f"network.{motion}.summary", f"training.{motion}"
     needs = (f"{training}.{key}" for key in ("batch", "validation_curves", "held_out_curves"))
-    kernels, strides = f"{network}.kernels", f"{network}.strides"
+    series, kind, samples = f"{network}.time_series", f"{network}.kind", "sensor.samples"
+    channels, kernels, strides = (f"{series}.{key}" for key in ("channels", "kernels", "strides"))
     return (
         Rule(("bank.shards", "bank.curves_per_shard", *needs), _bank_too_small),
         Rule((f"{training}.evaluate_every", f"{training}.steps"), _never_evaluated),
-        Rule((f"{network}.components", "sensor.samples"), _too_many_components),
-        Rule((f"{network}.channels", kernels, strides), _uneven_layers),
-        Rule((f"{network}.skip", kernels, strides, "sensor.samples"), _too_short_to_skip),
+        Rule((f"{network}.components", samples), _too_many_components),
+        Rule((channels, kernels, strides, kind), _uneven_layers),
+        Rule((f"{series}.skip", kernels, strides, samples, kind), _too_short_to_skip),
     )
 
 
 RULES = (
     *(rule for motion in MOTIONS for rule in _rules_of(motion)),
+    Rule(
+        ("sensor.samples", *(f"network.{motion}.summary.kind" for motion in MOTIONS)),
+        _too_short_to_interpolate,
+    ),
     Rule(("solver.reference", "solver.candidates"), _reference_too_coarse),
     Rule(("validation.second_seed", "validation.seed"), _same_seed),
     Rule(("endurance.curves", "motions"), _no_curves),

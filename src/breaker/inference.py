@@ -12,6 +12,7 @@ from tqdm import tqdm
 from breaker.bank import simulate
 from breaker.batches import truth as truth_of
 from breaker.diagnostics import share_inside
+from breaker.missing import remove
 from breaker.model import Model
 from breaker.parameters import NAMES
 from breaker.posterior import Posterior
@@ -40,7 +41,9 @@ def _noise(posterior: Posterior, seed: int, purpose: str, keys: np.ndarray, draw
     )
 
 
-def validate(posterior: Posterior, n: int, draws: int, seed: int) -> xr.Dataset:
+def validate(
+    posterior: Posterior, n: int, draws: int, seed: int, *, missing: float = 0.0
+) -> xr.Dataset:
     """Infer records simulated from the prior, whose truth is known.
 
     Args:
@@ -48,6 +51,7 @@ def validate(posterior: Posterior, n: int, draws: int, seed: int) -> xr.Dataset:
         n: Number of records.
         draws: Draws for each.
         seed: Seed of the records and of the draws.
+        missing: Share of the samples of each record that are taken away at random.
 
     Returns:
         Dataset with dims ``curve``, ``draw``, ``output``, ``time``: ``draws`` and ``truth`` in
@@ -57,6 +61,8 @@ def validate(posterior: Posterior, n: int, draws: int, seed: int) -> xr.Dataset:
     rng = generator(seed, "validation records", motion)
     bank = simulate(posterior.prior, sensor.times, motion, n, rng, onset_sd=sensor.onset_sd)
     measured = sensor.corrupt(bank.travel.values.astype(np.float64), rng)
+    if missing:
+        measured = remove(measured, missing, generator(seed, "missing samples", motion))
     return sample_records(posterior, measured, truth_of(bank, posterior), draws, seed)
 
 
@@ -129,9 +135,9 @@ def infer(
     reasons = curves.reason.values.astype(object)
     for i in progress:
         noise = _noise(posterior, seed, "draws", operations[i : i + 1], draws)
-        # One by one, as the draws: sums over more rows may round in another order.
-        distance[i] = posterior.distance(measured[i : i + 1])[0]
         try:
+            # One by one, as the draws: sums over more rows may round in another order.
+            distance[i] = posterior.distance(measured[i : i + 1])[0]
             found = posterior.sample(measured[i : i + 1], noise)[0]
             p_value[i] = predictive_p_value(posterior.model, measured[i], found)
         except (FloatingPointError, ValueError) as error:
@@ -265,7 +271,10 @@ def predict_stages(
 
 
 def table(result: xr.Dataset) -> pd.DataFrame:
-    """Return one tidy row for each operation and output of what ``infer`` returns."""
+    """Return one tidy row for each operation and output of what ``infer`` returns.
+
+    Also of what ``exactness.correct_operations`` makes of it, and then with how it came about.
+    """
     units = dict(zip(result.output.values, result.output_unit.values, strict=True))
     frame = result["median"].to_dataframe(name="median")[["median"]]
     for name in _INTERVALS:
@@ -282,5 +291,6 @@ def table(result: xr.Dataset) -> pd.DataFrame:
         "accepted",
         "reason",
         "file",
+        *(name for name in ("resolved", "effective_size", "pareto_k") if name in result),
     ]
     return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")

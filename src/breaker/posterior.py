@@ -8,7 +8,7 @@ all settings that made it.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
 
+from breaker.irregular import positions
 from breaker.model import Model
 from breaker.networks import build
 from breaker.parameters import Parameter
@@ -26,7 +27,7 @@ from breaker.randomness import seed_integer
 
 __all__ = ["ModelFileError", "Posterior"]
 
-_FORMAT = "breaker posterior 1"
+_FORMAT = "breaker posterior 2"
 
 
 class ModelFileError(ValueError):
@@ -45,7 +46,8 @@ class Posterior(nn.Module):
         model: Prior, sensor and motion that it was made for, also by themselves as ``prior``,
             ``sensor`` and ``motion``.
         outputs: What it infers, in order.
-        steps: Solver steps for sampling and density, chosen at the end of the training.
+        steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
+            the training so that either is converged.
     """
 
     def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
@@ -75,11 +77,17 @@ class Posterior(nn.Module):
         ):
             self.register_buffer(name, torch.zeros(shape, dtype=torch.float64))
         self.register_buffer("solver_steps", torch.ones((), dtype=torch.int64))
+        self.register_buffer("density_solver_steps", torch.ones((), dtype=torch.int64))
 
     @property
     def steps(self) -> int:
-        """Solver steps for sampling and density."""
+        """Solver steps for sampling."""
         return int(self.solver_steps)
+
+    @property
+    def density_steps(self) -> int:
+        """Solver steps for the density: more, for it forgives less."""
+        return int(self.density_solver_steps)
 
     @property
     def names(self) -> list[str]:
@@ -106,39 +114,53 @@ class Posterior(nn.Module):
 
     # Training, sampling, density.
 
-    def loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
+    def loss(
+        self,
+        measured: Tensor,
+        z: Tensor,
+        noise: Tensor,
+        time: Tensor,
+        positions: Tensor | None = None,
+    ) -> Tensor:
         """Loss of each row, ``(n,)``, from records ``(n, t)`` and standardised outputs ``(n, q)``.
 
-        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
+        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``,
+        ``positions`` ``(n, t)`` those of ``DeepSet.forward``.
         """
-        return self.inference.loss(z, self.summary(measured), noise, time)
+        return self.inference.loss(z, self.summary(measured, positions), noise, time)
 
-    def log_density(self, measured: Tensor, z: Tensor, *, steps: int) -> Tensor:
+    def log_density(
+        self, measured: Tensor, z: Tensor, *, steps: int, positions: Tensor | None = None
+    ) -> Tensor:
         """Log density of standardised outputs ``(n, q)`` given records ``(n, t)``, ``(n,)``."""
-        return self.inference.log_prob(z[:, None], self.summary(measured), steps=steps)[:, 0]
+        features = self.summary(measured, positions)
+        return self.inference.log_prob(z[:, None], features, steps=steps)[:, 0]
 
     @torch.no_grad()
-    def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    def sample(
+        self, measured: np.ndarray, noise: np.ndarray, *, times: np.ndarray | None = None
+    ) -> np.ndarray:
         """Draw from the posterior.
 
         One curve at a time, so that its draws never depend on which others are beside it.
 
         Args:
-            measured: Records on the sensor's grid, ``(o, t)``, mm.
+            measured: Records, ``(o, t)``, mm; NaN where a sample is missing, which some summary
+                networks accept (``irregular.positions``).
             noise: Standard normal numbers, ``(o, d, q)``.
+            times: Times of the samples, ``(t,)`` or ``(o, t)``, ms; None for the sensor's grid.
 
         Returns:
             Draws in physical units, ``(o, d, q)``, float64. They may lie outside the prior's
             support, as the network knows it only by example; callers count those.
 
         Raises:
-            ValueError: If a record does not fit the grid or is not finite.
+            ValueError: If the model does not answer for such a record.
             FloatingPointError: If a draw is not finite.
         """
-        self._check_records(measured)
         draws = np.empty(noise.shape)
-        for i, (record, start) in enumerate(zip(measured, noise, strict=True)):
-            features = self.summary(self._tensor(record[None]))
+        summaries = self._summaries(measured, times)
+        for i, (features, start) in enumerate(zip(summaries, noise, strict=True)):
             z = self.inference.sample(self._tensor(start[None]), features, steps=self.steps)
             draws[i] = self.destandardise(z[0].cpu().numpy())
         bad = ~np.isfinite(draws).all(axis=(1, 2))
@@ -149,42 +171,73 @@ class Posterior(nn.Module):
         return draws
 
     @torch.no_grad()
-    def log_prob(self, values: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    def log_prob(
+        self, values: np.ndarray, measured: np.ndarray, *, times: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
 
+        Records and times are those of ``sample``.
+
         Raises:
-            ValueError: If a record does not fit the grid or is not finite.
+            ValueError: If the model does not answer for such a record.
         """
-        self._check_records(measured)
         density = np.empty(values.shape[:2])
-        for i, (record, points) in enumerate(zip(measured, values, strict=True)):
-            features = self.summary(self._tensor(record[None]))
+        summaries = self._summaries(measured, times)
+        for i, (features, points) in enumerate(zip(summaries, values, strict=True)):
             z = self._tensor(self.standardise(points[None]))
-            density[i] = self.inference.log_prob(z, features, steps=self.steps)[0].cpu().numpy()
+            density[i] = (
+                self.inference.log_prob(z, features, steps=self.density_steps)[0].cpu().numpy()
+            )
         return density + self.log_scaling(values)
 
-    def distance(self, measured: np.ndarray) -> np.ndarray:
+    def distance(self, measured: np.ndarray, *, times: np.ndarray | None = None) -> np.ndarray:
         """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
 
         In units of the farthest that the prior produces, so that above 1 is unlike anything in
-        the bank: the larger of two distances, from its centre and from its envelope.
+        the bank: the larger of two distances, from its centre and from its envelope. Of a record
+        with missing samples or uneven times (``sample``), the centre's is that of the components'
+        regression on the samples that are there, which stays closer the fewer they are.
+
+        Raises:
+            ValueError: If the model does not answer for such a record.
         """
         names = ("curve_mean", "curve_weights", "lowest", "highest")
         mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
-        from_centre = distance(measured, mean, weights) / float(self.farthest)
-        return np.maximum(from_centre, excess(measured, lowest, highest) / float(self.margin))
+        at, present = None, np.ones(measured.shape, dtype=bool)
+        if times is not None or self.summary.accepts_missing:
+            at = positions(measured, times, self.sensor, motion=self.motion, taken=self.summary)
+            present = ~np.isnan(measured)
+        if at is None and present.all():
+            far = distance(measured, mean, weights)
+        else:
+            far = self._regressed_scores(measured, present, at)
+            at = np.arange(self.sensor.samples) if at is None else at
+            lowest, highest = (np.interp(at, np.arange(len(v)), v) for v in (lowest, highest))
+            # A missing sample leaves no envelope; and less than zero is no distance.
+            measured = np.where(present, measured, lowest)
+        from_envelope = excess(measured, lowest, highest) / float(self.margin)
+        return np.maximum(far / float(self.farthest), from_envelope)
+
+    @torch.no_grad()
+    def _regressed_scores(
+        self, measured: np.ndarray, present: np.ndarray, at: np.ndarray | None
+    ) -> np.ndarray:
+        """Largest score of irregular records, ``(o,)``."""
+        x, there, where = (
+            None if values is None else torch.as_tensor(values, device=self._device)
+            for values in (measured, present, at)
+        )
+        return self.summary.highway(x, there, where)[0].abs().amax(1).cpu().numpy()
 
     def _tensor(self, values: np.ndarray) -> Tensor:
         return torch.as_tensor(values, dtype=torch.float32, device=self._device)
 
-    def _check_records(self, measured: np.ndarray) -> None:
-        if measured.ndim != 2 or measured.shape[1] != self.sensor.samples:
-            raise ValueError(
-                f"records must have the shape (o, {self.sensor.samples}), not {measured.shape}"
-            )
-        bad = ~np.isfinite(measured).all(axis=1)
-        if bad.any():
-            raise ValueError(f"{bad.sum()} of {len(bad)} records are not finite; reject them first")
+    def _summaries(self, measured: np.ndarray, times: np.ndarray | None = None) -> Iterator[Tensor]:
+        """Check all records, then yield the features ``(1, s)`` of one after the other."""
+        at = positions(measured, times, self.sensor, motion=self.motion, taken=self.summary)
+        for i, record in enumerate(measured):
+            where = None if at is None else self._tensor(at[i : i + 1])
+            yield self.summary(self._tensor(record[None]), where)
 
     # Model files.
 

@@ -84,6 +84,8 @@ def _unknown(key: Key, name: Any, root: Mapping[str, Any], section: Mapping[str,
     siblings = list(section.get("properties", {}))
     meant = difflib.get_close_matches(str(name), siblings, n=1)
     elsewhere = [path for path in leaves(root) if path[-1] == name]
+    # Further down in this section, if it is there: of sections that are alike, this one is meant.
+    elsewhere = [path for path in elsewhere if path[: len(key)] == key] or elsewhere
     if meant:
         return f"is not a known key. Did you mean {dotted((*key, meant[0]))}?"
     if elsewhere:

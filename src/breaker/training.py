@@ -1,6 +1,7 @@
 """Training of a posterior on a bank of simulated operations.
 
-Every batch gets a fresh zero and fresh noise; the rows for validation got theirs once. The
+Every batch gets a fresh zero and fresh noise, and where the summary network accepts them fresh
+gaps and times; the rows for validation got theirs once. The
 exponential moving average (EMA) of the weights is what is judged and kept, by the mean negative
 log density of the validation rows. The loss that is trained on would not do: flow matching is
 scored in coordinates that the base whitens, so its value falls where the base is too wide. The
@@ -92,7 +93,7 @@ class Trainer:
         self.rng = torch.Generator(device).manual_seed(seed_integer(self.seed, "training", motion))
         fixed = torch.Generator(device).manual_seed(seed_integer(self.seed, "validation", motion))
         rows = torch.arange(len(self.validation.z), device=device)
-        self.fixed_batch = self.validation.draw(rows, fixed)[:2]
+        self.fixed_batch = self.validation.draw(rows, fixed)
 
     def run(self) -> xr.Dataset:
         """Train to the end of the budget, put the best weights in place, return the history.
@@ -159,7 +160,11 @@ class Trainer:
     def _evaluate(self) -> None:
         kept = [weight.detach().clone() for weight in self.weights]
         self._copy(self.ema, self.weights)
-        loss = -self.posterior.log_density(*self.fixed_batch, steps=_SOLVER_STEPS).mean().item()
+        batch = self.fixed_batch
+        density = self.posterior.log_density(
+            batch.measured, batch.z, positions=batch.positions, steps=_SOLVER_STEPS
+        )
+        loss = -density.mean().item()
         self._copy(kept, self.weights)
         self.evaluations.append((self.step, loss))
         if not math.isfinite(loss):

@@ -41,15 +41,23 @@ FIGURES = [
     "recovery",
     "pairs",
     "posterior_predictive",
+    "exactness",
+    "identifiability",
     "endurance_predictive",
     "evolution",
 ]
 ENVIRONMENT = "../../envs/breaker.yaml"
+NETWORKS = [
+    f"{summary}-{inference}"
+    for summary in config["comparison"]["summaries"]
+    for inference in config["comparison"]["inferences"]
+]
 
 
 wildcard_constraints:
     motion="closing|opening",
     chunk=r"\d\d\d+",
+    network="[a-z_]+-[a-z_]+",
     shard=r"\d\d\d+",
     seed=r"\d+",
 
@@ -81,6 +89,17 @@ def sources(script):
 def time_grid():
     """What of the sensor the reader depends on."""
     return {key: config["sensor"][key] for key in ("start", "stop", "samples")}
+
+
+def network_of(wildcards):
+    """The settings of a combination of networks of one motion, of the kinds in its name."""
+    summary, inference = wildcards.network.split("-")
+    sections = config["network"][wildcards.motion]
+    chosen = {
+        "summary": {**sections["summary"], "kind": summary},
+        "inference": {**sections["inference"], "kind": inference},
+    }
+    return configuration.chosen_network(chosen)
 
 
 def bank_shards(wildcards):
@@ -123,6 +142,20 @@ def curve_chunks(wildcards):
     return [
         f"results/endurance/{wildcards.motion}/curves_{chunk}.zarr" for chunk in chunks(wildcards)
     ]
+
+
+def corrected_chunks(wildcards):
+    """All operations of a motion, as corrected."""
+    return [
+        f"results/endurance/{wildcards.motion}/corrected_{chunk}.zarr"
+        for chunk in chunks(wildcards)
+    ]
+
+
+def validated(wildcards):
+    """The validation that figures show: of the network's posteriors, or of the corrected ones."""
+    corrected = "_corrected" if config["validation"]["posterior"] == "corrected" else ""
+    return f"results/validation/{wildcards.motion}{corrected}_seed{SEED}.zarr"
 
 
 def inferred_chunks(wildcards):

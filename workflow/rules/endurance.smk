@@ -89,14 +89,15 @@ rule infer:
 rule gather:
     """All operations of one motion, as one store and one table."""
     input:
-        chunks=inferred_chunks,
+        inferred=inferred_chunks,
+        corrected=corrected_chunks,
         code=sources("gather.py"),
     output:
         store=directory("results/endurance/{motion}.zarr"),
         table=report(
             "results/endurance/{motion}.csv",
             caption="../report/endurance_table.rst",
-            category="4 Endurance test",
+            category="5 Endurance test",
             labels={"figure": "table of all operations", "motion": "{motion}"},
         ),
     log:
@@ -122,6 +123,7 @@ rule endurance_predictive:
     params:
         seed=config["seed"],
         stages=config["endurance"]["stages"],
+        posterior=config["endurance"]["posterior"],
     script:
         "../scripts/endurance_predictive.py"
 
@@ -135,7 +137,7 @@ rule figure_endurance_predictive:
         report(
             "figures/endurance_predictive_{motion}.png",
             caption="../report/endurance_predictive.rst",
-            category="4 Endurance test",
+            category="5 Endurance test",
             labels={"figure": "posterior predictive", "motion": "{motion}"},
         ),
     log:
@@ -156,12 +158,14 @@ rule figure_evolution:
         report(
             "figures/evolution_{motion}.png",
             caption="../report/evolution.rst",
-            category="4 Endurance test",
+            category="5 Endurance test",
             labels={"figure": "evolution", "motion": "{motion}"},
         ),
     log:
         "logs/figures/evolution_{motion}.log",
     conda:
         ENVIRONMENT
+    params:
+        posterior=config["endurance"]["posterior"],
     script:
         "../scripts/figure_evolution.py"

@@ -27,7 +27,7 @@ rule train:
         seed=config["seed"],
         prior=config["prior"],
         sensor=config["sensor"],
-        network=lambda wildcards: config["network"][wildcards.motion],
+        network=lambda wildcards: configuration.chosen_network(config["network"][wildcards.motion]),
         training=lambda wildcards: config["training"][wildcards.motion],
         solver=config["solver"],
         bank_curves=config["bank"]["shards"] * config["bank"]["curves_per_shard"],

@@ -110,6 +110,7 @@ rule quality:
     """One row an output: calibration, z-score, contraction beside its exact limit."""
     input:
         validation="results/validation/{motion}_seed{seed}.zarr",
+        corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
         reader="results/validation/{motion}_reader_seed{seed}.zarr",
         limit="results/identifiability/{motion}.zarr",
         code=sources("quality.py"),
@@ -134,7 +135,7 @@ rule quality:
 rule figure_sbc:
     """Fig. 4: simulation-based calibration."""
     input:
-        validation=f"results/validation/{{motion}}_seed{SEED}.zarr",
+        validation=validated,
         code=sources("figure_sbc.py"),
     output:
         report(
@@ -148,7 +149,7 @@ rule figure_sbc:
     conda:
         ENVIRONMENT
     params:
-        subject="simulation-based calibration",
+        subject=f"simulation-based calibration, {config['validation']['posterior']} posterior",
     script:
         "../scripts/figure_sbc.py"
 
@@ -173,7 +174,7 @@ use rule figure_sbc as figure_sbc_reader with:
 rule figure_contraction:
     """Fig. 5: z-score against contraction, with the exact limit."""
     input:
-        validation=f"results/validation/{{motion}}_seed{SEED}.zarr",
+        validation=validated,
         limit="results/identifiability/{motion}.zarr",
         code=sources("figure_contraction.py"),
     output:
@@ -197,7 +198,7 @@ rule figure_contraction:
 rule figure_recovery:
     """Fig. 6: what was inferred against the truth."""
     input:
-        validation=f"results/validation/{{motion}}_seed{SEED}.zarr",
+        validation=validated,
         code=sources("figure_recovery.py"),
     output:
         report(
@@ -217,7 +218,7 @@ rule figure_recovery:
 rule figure_pairs:
     """Fig. 7: prior, posterior and truth of one simulated curve, pair by pair."""
     input:
-        validation=f"results/validation/{{motion}}_seed{SEED}.zarr",
+        validation=validated,
         prior="results/prior_predictive/{motion}.zarr",
         code=sources("figure_pairs.py"),
     output:
@@ -239,7 +240,7 @@ rule posterior_predictive:
     """What the posteriors of four simulated records predict for them."""
     input:
         model="results/models/{motion}.safetensors",
-        validation=f"results/validation/{{motion}}_seed{SEED}.zarr",
+        validation=validated,
         code=sources("posterior_predictive.py"),
     output:
         directory("results/validation/{motion}_predictive.zarr"),

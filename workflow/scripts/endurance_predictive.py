@@ -2,6 +2,7 @@
 
 import xarray as xr
 
+from breaker.exactness import choose
 from breaker.inference import predict_stages
 from breaker.jobs import start
 from breaker.posterior import Posterior
@@ -10,7 +11,7 @@ from breaker.stores import describe, save
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 posterior = Posterior.load(snakemake.input.model)
-inferred = xr.open_zarr(snakemake.input.inferred)
+inferred = choose(xr.open_zarr(snakemake.input.inferred), params.posterior)
 
 result = predict_stages(posterior, inferred, stages=params.stages, seed=params.seed)
 shares = ", ".join(f"{share:.1%}" for share in result.share_inside.values)

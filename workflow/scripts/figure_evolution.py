@@ -2,11 +2,12 @@
 
 import xarray as xr
 
+from breaker.exactness import choose
 from breaker.figures.evolution import evolution
 from breaker.jobs import start
 
 log = start(snakemake)
-inferred = xr.open_zarr(snakemake.input.inferred)
+inferred = choose(xr.open_zarr(snakemake.input.inferred), snakemake.params.posterior)
 effective = None
 if "effective" in snakemake.input.keys():  # noqa: SIM118
     effective = xr.open_zarr(snakemake.input.effective).effective

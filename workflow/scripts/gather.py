@@ -1,6 +1,6 @@
-"""Put all inferred operations of one motion into one store and one tidy table."""
+"""Put all operations of one motion, with both posteriors, into one store and one tidy table."""
 
-from breaker.inference import table
+from breaker.exactness import beside, table_of_both
 from breaker.jobs import start
 from breaker.measurement import open_curves
 from breaker.stores import save
@@ -8,7 +8,9 @@ from breaker.stores import save
 log = start(snakemake)
 motion = snakemake.wildcards.motion
 
-result = open_curves(snakemake.input.chunks)
+result = beside(open_curves(snakemake.input.inferred), open_curves(snakemake.input.corrected))
 save(result, snakemake.output.store)
-table(result).to_csv(snakemake.output.table, index=False, float_format="%.6g")
-log.info("%d operations of %s", result.sizes["operation"], motion)
+table_of_both(result).to_csv(snakemake.output.table, index=False, float_format="%.6g")
+log.info(
+    "%d operations of %s, %d resolved", result.sizes["operation"], motion, result.resolved.sum()
+)

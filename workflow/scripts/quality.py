@@ -1,5 +1,6 @@
-"""Put the quality of one motion's posterior into a table: one row an output."""
+"""Put the quality of one motion's posteriors into a table: one row an output and posterior."""
 
+import pandas as pd
 import xarray as xr
 
 from breaker.jobs import start
@@ -8,17 +9,21 @@ from breaker.quality import quality, words
 
 log = start(snakemake)
 params = snakemake.params
-data, reader, limit = (
-    xr.open_zarr(snakemake.input[name]) for name in ("validation", "reader", "limit")
+amortised, corrected, reader, limit = (
+    xr.open_zarr(snakemake.input[name]) for name in ("validation", "corrected", "reader", "limit")
 )
-names = data.output.values
+names = amortised.output.values
 
-table = quality(
-    data,
-    reader,
-    limit.contraction.mean("curve").values,
-    prior_sd=prior_sds(names, params.prior, params.onset_sd),
-    log=is_logarithmic(names),
-)
-table.to_csv(snakemake.output[0], index=False, float_format="%.5g")
-log.info("%s", words(table))
+tables = []
+for posterior, data, files in (("amortised", amortised, reader), ("corrected", corrected, None)):
+    table = quality(
+        data,
+        files,
+        limit.contraction.mean("curve").values,
+        prior_sd=prior_sds(names, params.prior, params.onset_sd),
+        log=is_logarithmic(names),
+    )
+    log.info("%s: %s", posterior, words(table))
+    table.insert(0, "posterior", posterior)
+    tables.append(table)
+pd.concat(tables).to_csv(snakemake.output[0], index=False, float_format="%.5g")

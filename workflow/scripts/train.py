@@ -43,8 +43,9 @@ measured = records(posterior.eval(), unseen, seed)
 solver = convergence(posterior, measured, params.solver, seed)
 density, error = held_out_log_density(posterior, measured, unseen)
 log.info(
-    "%s: best EMA weights at step %d; %d solver steps; held-out log density %.3f +- %.3f",
-    *(motion, trainer.best_step, posterior.steps, density, error),
+    "%s: best EMA weights at step %d; %d solver steps for draws and %d for the density; "
+    "held-out log density %.3f +- %.3f",
+    *(motion, trainer.best_step, posterior.steps, posterior.density_steps, density, error),
 )
 history = history.assign_attrs(held_out_log_density=density, held_out_log_density_se=error)
 save(describe(history, f"loss of {motion}", **made_from), output.history)

@@ -12,6 +12,7 @@ torch.set_num_threads(snakemake.threads)
 params, wildcards = snakemake.params, snakemake.wildcards
 
 posterior = Posterior.load(snakemake.input.model)
-result = validate(posterior, params.curves, params.draws, int(wildcards.seed))
+missing = params.get("missing", 0.0)
+result = validate(posterior, params.curves, params.draws, int(wildcards.seed), missing=missing)
 title = f"posteriors of simulated {wildcards.motion} records"
 save(describe(result, title, model=posterior.settings), snakemake.output[0])

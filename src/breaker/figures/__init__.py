@@ -8,6 +8,9 @@ settings as they were. Saving is ``figure.savefig(path)``: size and resolution a
     validation    sbc, contraction, recovery
     pairs         pairs
     evolution     evolution
+    exactness     exactness
+    identifiability  identifiability
+    networks      networks, missing
     style         what they share
 
 Import from the module, ``from breaker.figures.pairs import pairs``, so that a change of one

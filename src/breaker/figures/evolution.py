@@ -25,6 +25,7 @@ __all__ = ["evolution"]
 _FLAGS = (
     ("misfit", "#C9A227", "does not fit the model"),
     ("outside_prior", WARNING, "outside what the prior can produce"),
+    ("unresolved", "#3F51B5", "not resolved: exact posterior not reached"),
     ("rejected", MEASURED, "rejected by the reader"),
 )
 _STRIP = 0.028  # height of a strip, share of the panel
@@ -43,17 +44,15 @@ def evolution(
     Args:
         inference: ``median (operation, output)``, ``interval_50`` and ``interval_95``
             ``(operation, output, bound)`` in physical units, flags ``misfit``, ``outside_prior``
-            and ``accepted`` ``(operation)``; coordinates ``operation`` and ``output``.
+            and ``accepted`` ``(operation)``; coordinates ``operation`` and ``output``. Where the
+            posteriors were corrected, ``resolved (operation)`` gives one more flag: accepted
+            operations whose exact posterior was not reached.
         motion: Motion of the title.
         effective: Effective values of the stand-in, ``(stage, output)``, with a coordinate
             ``operation (stage)``; None for real measurements. Outputs it lacks are left out.
     """
     names = [str(name) for name in inference["output"].values]
-    flags = {
-        "misfit": inference["misfit"].values.astype(bool),
-        "outside_prior": inference["outside_prior"].values.astype(bool),
-        "rejected": ~inference["accepted"].values.astype(bool),
-    }
+    flags = _flags(inference)
     figure, axes = panels(len(names), columns=2, width=6.2, height=2.5, sharex=True)
     for axis, name in zip(axes, names, strict=True):
         _bands(axis, inference.sel(output=name), name)
@@ -71,6 +70,19 @@ def evolution(
     return figure
 
 
+def _flags(inference: xr.Dataset) -> dict[str, np.ndarray]:
+    """Return which operations are flagged ``(operation,)``, flag by flag."""
+    accepted = inference["accepted"].values.astype(bool)
+    flags = {
+        "misfit": inference["misfit"].values.astype(bool),
+        "outside_prior": inference["outside_prior"].values.astype(bool),
+        "rejected": ~accepted,
+    }
+    if "resolved" in inference:
+        flags["unresolved"] = accepted & ~inference["resolved"].values.astype(bool)
+    return flags
+
+
 def _bands(axis: Axes, one: xr.Dataset, name: str) -> None:
     operation = one["operation"]
     for interval, alpha in (("interval_95", 0.22), ("interval_50", 0.4)):
@@ -83,9 +95,10 @@ def _bands(axis: Axes, one: xr.Dataset, name: str) -> None:
 def _strips(axis: Axes, operation: np.ndarray, flags: dict[str, np.ndarray]) -> None:
     """Mark flagged operations at the foot of the panel, in room made below the data."""
     low, high = axis.get_ylim()
-    room = len(_FLAGS) * _STRIP
+    shown = [(flag, mark) for flag, mark, _ in _FLAGS if flag in flags]
+    room = len(shown) * _STRIP
     axis.set_ylim(low - (high - low) * room / (1 - room), high)
-    for i, (flag, mark, _) in enumerate(_FLAGS):
+    for i, (flag, mark) in enumerate(shown):
         axis.vlines(
             operation[flags[flag]],
             i * _STRIP,
@@ -106,7 +119,7 @@ def _handles(flags: dict[str, np.ndarray], with_effective: bool) -> list:
         label = "effective values of the stand-in"
         handles.append(Line2D([], [], color=MEASURED, ls="--", marker="D", ms=3.5, label=label))
     for flag, mark, words in _FLAGS:
-        if count := int(flags[flag].sum()):
+        if flag in flags and (count := int(flags[flag].sum())):
             label = f"{words}: {count} of {flags[flag].size}"
             handles.append(Line2D([], [], color=mark, ls="", marker="|", ms=9, mew=2, label=label))
     return handles

@@ -20,8 +20,9 @@ def loss(history: xr.Dataset, convergence: xr.Dataset | None = None, *, motion: 
             per curve, at ``evaluation_step (evaluation)``; attributes ``best_step``,
             ``held_out_log_density`` and ``held_out_log_density_se`` in nats per curve.
         convergence: ``mean_difference (solver_steps)`` and ``max_difference (solver_steps)`` from
-            the finest solution, in posterior sd; attributes ``chosen_steps`` and
-            ``reference_steps``, those of the finest. None for a network without a solver.
+            the finest solution, in posterior sd, ``density_difference (solver_steps)`` in nats;
+            attributes ``chosen_steps``, ``chosen_density_steps`` and ``reference_steps``, those of
+            the finest. None for a network without a solver.
         motion: Motion of the title.
     """
     rows = ["loss", "validation", "rate"]
@@ -78,19 +79,29 @@ def _rate(axis: Axes, history: xr.Dataset) -> None:
 
 def _convergence(axis: Axes, convergence: xr.Dataset) -> None:
     steps = convergence["solver_steps"].values
-    chosen = int(convergence.attrs["chosen_steps"])
-    for name, marker, label in (("max", "s--", "largest"), ("mean", "o-", "mean")):
+    for name, marker, colour, label in (
+        ("max", "s--", MODEL, "draws, largest (posterior sd)"),
+        ("mean", "o-", MODEL, "draws, mean (posterior sd)"),
+        ("density", "^-", PRIOR, "log density, mean (nats)"),
+    ):
         values = convergence[f"{name}_difference"].values
-        axis.plot(steps, values, marker, color=MODEL, ms=5, label=label)
-    axis.axvline(chosen, color=WARNING, lw=1.2, ls=":")
+        axis.plot(steps, values, marker, color=colour, ms=5, label=label)
+    marks = []
+    for key, style, words in (
+        ("chosen_steps", ":", "draws"),
+        ("chosen_density_steps", "--", "density"),
+    ):
+        chosen = int(convergence.attrs[key])
+        axis.axvline(chosen, color=WARNING, lw=1.2, ls=style)
+        label = f"chosen for the {words}: {chosen}"
+        marks.append(Line2D([], [], color=WARNING, lw=1.2, ls=style, label=label))
     axis.set_xscale("log", base=2)
     axis.set_yscale("log")
     axis.set_xticks(steps, [str(step) for step in steps])
     axis.minorticks_off()
     axis.set(
-        title="convergence of the draws",
+        title="convergence of the solver",
         xlabel="solver steps",
-        ylabel=f"difference from {convergence.attrs['reference_steps']} steps (posterior sd)",
+        ylabel=f"difference from {convergence.attrs['reference_steps']} steps",
     )
-    mark = Line2D([], [], color=WARNING, lw=1.2, ls=":", label=f"chosen: {chosen} steps")
-    axis.legend(handles=[*axis.get_lines()[:2], mark], loc="best")
+    axis.legend(handles=[*axis.get_lines()[:3], *marks], loc="best", fontsize=8)

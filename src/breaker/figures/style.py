@@ -15,7 +15,9 @@ from matplotlib.figure import Figure
 from breaker.parameters import MOTIONS, ONSET, PARAMETERS, Parameter
 
 __all__ = [
+    "AMORTISED",
     "COLOURS",
+    "CORRECTED",
     "MEASURED",
     "MODEL",
     "PRIOR",
@@ -51,6 +53,8 @@ MODEL = "#33486B"  # what the model predicts
 PRIOR = "#9A9A9A"
 REFERENCE = "#404040"  # diagonals, zero lines, limits
 WARNING = "#B2182B"
+AMORTISED = "#D98C21"  # posterior by the network alone
+CORRECTED = "#2166AC"  # posterior brought to the exact one
 
 P = ParamSpec("P")
 

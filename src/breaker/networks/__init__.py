@@ -1,21 +1,25 @@
 """Neural networks: summary networks and conditional densities. They know nothing of breakers.
 
-A summary network maps ``(n, t)`` to features ``(n, s)`` and has ``freeze``; an inference network
-has ``loss``, ``sample`` and ``log_prob``, each with the shapes of ``FlowMatching``. A new kind is
-one entry in a table below.
+A summary network maps records ``(n, t)`` to features ``(n, s)`` and has ``freeze``. If it
+``accepts_missing`` samples, these are NaN, and ``forward`` takes the samples' ``positions`` too;
+``missing`` and ``uneven`` say what share of either it is to be trained with. An inference network
+has ``loss``, ``sample`` and ``log_prob``, each with the shapes of ``FlowMatching``, and ``solves``
+says whether solver steps make a difference to it. A new kind is one entry in a table below.
 """
 
 from collections.abc import Mapping
 
 from torch import nn
 
+from breaker.networks.coupling_flow import CouplingFlow
+from breaker.networks.deep_set import DeepSet
 from breaker.networks.flow_matching import FlowMatching
 from breaker.networks.summary import TimeSeriesNetwork
 
 __all__ = ["INFERENCE_NETWORKS", "SUMMARY_NETWORKS", "build"]
 
-SUMMARY_NETWORKS = {"time_series": TimeSeriesNetwork}
-INFERENCE_NETWORKS = {"flow_matching": FlowMatching}
+SUMMARY_NETWORKS = {"time_series": TimeSeriesNetwork, "deep_set": DeepSet}
+INFERENCE_NETWORKS = {"flow_matching": FlowMatching, "coupling_flow": CouplingFlow}
 
 
 def build(

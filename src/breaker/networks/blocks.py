@@ -1,8 +1,11 @@
 """Pieces that several networks share."""
 
+from typing import NamedTuple
+
+import torch
 from torch import Tensor, nn
 
-__all__ = ["ResidualMLP"]
+__all__ = ["Gaussian", "GaussianHead", "ResidualMLP"]
 
 
 class ResidualMLP(nn.Module):
@@ -32,3 +35,53 @@ class ResidualMLP(nn.Module):
         for inner, outer in zip(self.inner, self.outer, strict=True):
             h = h + outer(nn.functional.silu(inner(nn.functional.silu(h))))
         return self.leave(nn.functional.silu(h))
+
+
+class Gaussian(NamedTuple):
+    """Gaussians of n conditions: ``y = P (theta - mean)`` is standard normal.
+
+    Attributes:
+        mean: ``(n, q)``.
+        factor: Lower-triangular P, ``(n, q, q)``; ``P^T P`` is the precision.
+        log_det: Log determinant of P, ``(n,)``.
+    """
+
+    mean: Tensor
+    factor: Tensor
+    log_det: Tensor
+
+    def whiten(self, theta: Tensor) -> Tensor:
+        """Map theta ``(n, d, q)`` to y."""
+        return torch.einsum("nij,ndj->ndi", self.factor, theta - self.mean.unsqueeze(1))
+
+    def restore(self, y: Tensor) -> Tensor:
+        """Map y ``(n, d, q)`` to theta."""
+        shifted = torch.linalg.solve_triangular(self.factor, y.transpose(1, 2), upper=False)
+        return self.mean.unsqueeze(1) + shifted.transpose(1, 2)
+
+
+class GaussianHead(nn.Linear):
+    """Linear map from features to a Gaussian of theta, at first the standard normal.
+
+    A conditional density that acts on the whitened ``y`` has only to describe where the
+    posterior is not Gaussian.
+
+    Args:
+        features: Number s of features.
+        dims: Number q of dimensions of theta.
+    """
+
+    def __init__(self, features: int, dims: int) -> None:
+        super().__init__(features, 2 * dims + dims * (dims - 1) // 2)
+        self.dims = dims
+        nn.init.zeros_(self.weight)
+        nn.init.zeros_(self.bias)
+
+    def forward(self, features: Tensor) -> Gaussian:
+        """Map features ``(n, s)`` to n Gaussians."""
+        q, outputs = self.dims, super().forward(features)
+        mean, log_diagonal, below = outputs.split([q, q, q * (q - 1) // 2], dim=-1)
+        factor = torch.eye(q, dtype=outputs.dtype, device=outputs.device).repeat(len(mean), 1, 1)
+        rows, columns = torch.tril_indices(q, q, offset=-1, device=outputs.device)
+        factor[:, rows, columns] = below
+        return Gaussian(mean, log_diagonal.exp().unsqueeze(-1) * factor, log_diagonal.sum(-1))

@@ -30,10 +30,16 @@ class TimeSeriesNetwork(nn.Module):
         skip_width: Width of the skip GRU.
         width, blocks: Size of the residual network that joins the parts.
 
+    Attributes:
+        accepts_missing: False: a record is a whole series on the grid.
+        missing, uneven: 0, shares of missing samples and of uneven records in training.
+
     Raises:
         ValueError: If the convolutions' settings differ in length, or leave fewer steps than the
             skip GRU spans.
     """
+
+    accepts_missing, missing, uneven = False, 0.0, 0.0
 
     def __init__(
         self,
@@ -73,11 +79,20 @@ class TimeSeriesNetwork(nn.Module):
         self.register_buffer("scale", torch.ones(()))
 
     @torch.no_grad()
-    def freeze(self, centre: Tensor, scale: Tensor, components: Tensor) -> None:
+    def freeze(
+        self,
+        centre: Tensor,
+        scale: Tensor,
+        components: Tensor,
+        *,
+        noise_sd: float = 1.0,
+        offset_sd: float = 0.0,
+    ) -> None:
         """Set the input's frozen centre ``(t,)`` and scale ``()``, and where the highway starts.
 
         Args:
             components: First weights of the highway, ``(t, components)``, for centred input.
+            noise_sd, offset_sd: What networks that weigh samples need; not used.
         """
         self.centre.copy_(centre)
         self.scale.copy_(scale)
@@ -98,8 +113,14 @@ class TimeSeriesNetwork(nn.Module):
         skipped = self.skip_gru(series)[1][0]
         return torch.cat([last, skipped.reshape(n, -1)], dim=1)
 
-    def forward(self, x: Tensor) -> Tensor:
-        """Map ``(n, t)`` to ``(n, s)``."""
+    def forward(self, x: Tensor, positions: Tensor | None = None) -> Tensor:
+        """Map ``(n, t)`` to ``(n, s)``.
+
+        Raises:
+            ValueError: If positions are given, for a series has the grid's own.
+        """
+        if positions is not None:
+            raise ValueError("a time series is on the grid; a deep set takes other positions")
         centred = x - self.centre
         steps = self.convolutions((centred / self.scale).unsqueeze(1)).transpose(1, 2)
         return self.join(torch.cat([self.highway(centred), self.recur(steps)], dim=1))

@@ -1,0 +1,199 @@
+"""How far a network is from the exact posterior, and what the correction makes of it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from breaker.comparison import exactness_words, percent, plus_minus
+from breaker.figures.style import (
+    AMORTISED,
+    CORRECTED,
+    MEASURED,
+    REFERENCE,
+    WARNING,
+    heading,
+    legend_below,
+    new_figure,
+    parameter,
+    styled,
+)
+
+__all__ = ["exactness"]
+
+_LARGEST_K = 0.7  # of Pareto's tail, from which importance weights do not settle
+_BODY = 0.97  # share of the curves that the panel of the gap has room for
+_ABOVE = {"loc": "lower left", "bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}
+_PAD = 44.0  # points between a panel of the first row and its title, for the words in between
+_ROWS = {"amortised": (-0.17, AMORTISED), "corrected": (0.17, CORRECTED)}  # shift, colour
+
+
+@styled
+def exactness(
+    judged: xr.Dataset,
+    corrected: xr.Dataset,
+    examples: xr.Dataset,
+    summary: Mapping,
+    *,
+    motion: str,
+) -> Figure:
+    """Draw efficiency, tail, gap and rounds over curves, and three curves with both posteriors.
+
+    Args:
+        judged: Over ``curve``: ``efficiency``, ``pareto_k`` and ``divergence`` (nats) of the
+            network's own draws, from ``exactness.judge``.
+        corrected: Over ``curve``: ``efficiency``, ``pareto_k``, ``rounds`` and ``resolved``, from
+            ``exactness.correct_validation``.
+        examples: From :func:`breaker.comparison.examples`; without any, their row is left out.
+        summary: The row of ``exactness.summary``.
+        motion: Motion of the title.
+    """
+    count = examples.sizes["example"]
+    figure = new_figure(14.0, 10.2 if count else 5.0)
+    rows = figure.subfigures(2 if count else 1, 1, height_ratios=(1.0, 1.3)[: 1 + bool(count)])
+    above, *below = np.atleast_1d(rows)
+    axes = above.subplots(1, 4)
+    _efficiency(axes[0], judged, corrected, summary)
+    _tail(axes[1], judged, corrected)
+    _gap(axes[2], judged, summary)
+    _rounds(axes[3], corrected)
+    for place in below:
+        grid = place.subplots(1, count, sharey=True, squeeze=False)
+        for i, axis in enumerate(grid.flat):
+            _example(axis, examples.isel(example=i))
+    heading(figure, motion, "the network against the exact posterior", exactness_words(summary))
+    legend_below(figure, _handles(), columns=3)
+    return figure
+
+
+def _efficiency(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset, summary: Mapping) -> None:
+    for data, colour, words, median in (
+        (judged, AMORTISED, "network", summary["efficiency_median"]),
+        (corrected, CORRECTED, "correction", summary["corrected_efficiency_median"]),
+    ):
+        label = f"{words}: median {percent(median)}"
+        _shares(axis, 100 * data["efficiency"].values, colour, label, above=True)
+    axis.set(xlabel="efficiency (%)", ylabel="curves at or above (%)", xlim=(0, 100))
+    axis.set_title("efficiency of the weights", pad=_PAD)
+    axis.legend(**_ABOVE)
+
+
+def _tail(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset) -> None:
+    both = ((judged, AMORTISED, "network"), (corrected, CORRECTED, "correction"))
+    for data, colour, words in both:
+        k = data["pareto_k"].values
+        label = f"{words}: {np.sum(k < _LARGEST_K)} of {k.size} below {_LARGEST_K}"
+        _shares(axis, k, colour, label)
+    low, high = axis.get_xlim()
+    high = max(high, _LARGEST_K + 0.3)
+    label = f"from {_LARGEST_K} on weights do not settle"
+    axis.axvline(_LARGEST_K, color=WARNING, lw=1.2, ls="--", label=label)
+    axis.axvspan(_LARGEST_K, high, color=WARNING, alpha=0.08, lw=0)
+    axis.set(xlabel="Pareto k", ylabel="curves at or below (%)", xlim=(low, high))
+    axis.set_title("tail of the weights", pad=_PAD)
+    axis.legend(**_ABOVE)
+
+
+def _gap(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
+    mean, error = summary["gap_nats"], summary["gap_se"]
+    divergence = judged["divergence"].values
+    label = f"each curve (weights): up to {np.nanmax(divergence, initial=-np.inf):.2f}"
+    _shares(axis, divergence, AMORTISED, label)
+    label = f"mean (true values): {plus_minus(mean, error)}"
+    axis.plot([mean, mean], [0, 103], color=MEASURED, lw=1.2, label=label)
+    axis.fill_betweenx([0, 103], mean - error, mean + error, color=MEASURED, alpha=0.15, lw=0)
+    axis.axvline(0.0, color=REFERENCE, lw=1.2, ls="--", label="exact: 0")
+    # The last few curves, far away, would dwarf all others; the legend says how far.
+    shown = np.sort(divergence[np.isfinite(divergence)])
+    shown = [0.1, mean + error, *shown[: int(np.ceil(_BODY * shown.size))]]
+    axis.set_xlim(right=1.2 * max(x for x in shown if np.isfinite(x)))
+    axis.set(xlabel="divergence (nats)", ylabel="curves at or below (%)")
+    axis.set_title("gap to the exact posterior", pad=_PAD)
+    axis.legend(**_ABOVE)
+
+
+def _rounds(axis: Axes, corrected: xr.Dataset) -> None:
+    """Count the curves by the rounds that they took, those not resolved apart."""
+    resolved = corrected["resolved"].values.astype(bool)
+    kinds, counts = np.unique(corrected["rounds"].values[resolved], return_counts=True)
+    places = np.arange(len(kinds) + 1)
+    for at, values, colour, words in (
+        (places[:-1], counts, CORRECTED, "resolved"),
+        (places[-1:], [np.sum(~resolved)], WARNING, "not resolved"),
+    ):
+        label = f"{words}: {np.sum(values):.0f} of {resolved.size}"
+        bars = axis.bar(at, values, color=colour, width=0.7, label=label)
+        axis.bar_label(bars, padding=2, color=colour)
+    axis.set_xticks(places, [*(str(kind) for kind in kinds), "not\nresolved"])
+    axis.margins(y=0.12)
+    axis.yaxis.get_major_locator().set_params(integer=True)
+    axis.grid(axis="x", visible=False)
+    axis.set(xlabel="rounds of adaptation", ylabel="curves")
+    axis.set_title("rounds of the correction", pad=_PAD)
+    axis.legend(**_ABOVE)
+
+
+def _shares(
+    axis: Axes, values: np.ndarray, colour: str, label: str, *, above: bool = False
+) -> None:
+    """Draw the share of all curves at or below, or above, each value; nan counts as neither."""
+    known = np.sort(values[~np.isnan(values)])
+    if missing := values.size - known.size:
+        label += f", {missing} without"
+    steps = 100 * np.arange(known.size + 1) / values.size
+    if above:
+        x, y, style = np.append(known, known[-1:]), steps[::-1], "steps-pre"
+    else:
+        x, y, style = np.append(known[:1], known), steps, "steps-post"
+    axis.plot(x, y, color=colour, drawstyle=style, label=label, lw=1.8)
+    axis.set_ylim(0, 103)
+
+
+def _example(axis: Axes, one: xr.Dataset) -> None:
+    """Draw both posteriors of a curve, output by output from the top down."""
+    rows = np.arange(one.sizes["output"])
+    for posterior, (shift, colour) in _ROWS.items():
+        each, at = one.sel(posterior=posterior), rows + shift
+        for interval, width in (("interval_95", 1.4), ("interval_50", 5.0)):
+            low, high = (each[interval].sel(bound=bound).values for bound in ("lower", "upper"))
+            axis.hlines(at, low, high, color=colour, lw=width)
+        axis.plot(each["median"], at, "o", color=colour, mec="white", mew=0.8, ms=6)
+    axis.plot(one["truth"], rows, "|", color=MEASURED, ms=17, mew=1.8)
+    axis.axvline(0.0, color=REFERENCE, lw=0.6)
+    axis.set_yticks(rows, [parameter(str(name)).symbol for name in one["output"].values])
+    axis.set_ylim(len(rows) - 0.45, -0.55)
+    limit = max(3.5, *np.abs(axis.get_xlim()))
+    axis.set_xlim(-limit, limit)
+    axis.tick_params(axis="y", labelsize=11)
+    axis.grid(axis="y", visible=False)
+    axis.set_xlabel("difference from the corrected median (corrected sd)")
+    _example_title(axis, one)
+
+
+def _example_title(axis: Axes, one: xr.Dataset) -> None:
+    resolved, k = bool(one["resolved"]), float(one["pareto_k"])
+    words = [
+        f"efficiency {percent(float(one['efficiency']))}",
+        f"k {k:.2f}" if np.isfinite(k) else "k not known",
+        *([] if resolved else ["not resolved"]),
+    ]
+    axis.set_title(
+        f"{one['place'].item()} efficiency: simulated curve {int(one['curve']) + 1}\n"
+        + ", ".join(words),
+        color="black" if resolved else WARNING,
+    )
+
+
+def _handles() -> list[Line2D]:
+    plain = {"color": REFERENCE}
+    return [
+        Line2D([], [], color=AMORTISED, lw=3, label="amortised: the network alone"),
+        Line2D([], [], color=CORRECTED, lw=3, label="corrected by importance sampling"),
+        Line2D([], [], color=MEASURED, ls="", marker="|", ms=13, mew=1.8, label="truth"),
+        Line2D([], [], **plain, ls="", marker="o", ms=6, label="posterior median"),
+        Line2D([], [], **plain, lw=5, label="50 % interval"),
+        Line2D([], [], **plain, lw=1.4, label="95 % interval"),
+    ]

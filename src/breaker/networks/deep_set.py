@@ -1,0 +1,222 @@
+r"""Deep set: features of a set of samples, whichever of them there are, at whatever times.
+
+Zaheer et al. (2017), "Deep sets": a network maps each pair of time and value by itself, a mean
+over the pairs that are there is blind to their order, and a second network maps the mean to the
+features. A missing sample is NaN; it is not in the set, and nothing stands in for it.
+
+A mean over pairs finds it hard to learn the sharp linear statistics that a long record holds. So a
+linear highway runs beside it, as in the time-series network: there a fixed linear map of the whole
+record, here its counterpart for a set, the regression of the samples on the frozen components.
+"""
+
+import math
+
+import torch
+from torch import Tensor, nn
+
+from breaker.networks.blocks import ResidualMLP
+from breaker.networks.interpolation import NODES, cubic
+
+__all__ = ["DeepSet", "SetHighway"]
+
+_FREQUENCIES = 4  # of a sample's time; more would resolve what the highway does better
+
+
+class SetHighway(nn.Module):
+    r"""Posterior of the components' amplitudes given the samples that are there.
+
+    A record is taken for ``centre + Psi b + zero + noise`` with independent normal terms: the
+    amplitudes b, the zero of sd ``offset_sd`` that all samples share, and the noise of sd
+    ``noise_sd``. Given the samples at hand, with residuals r and covariance
+    ``C = noise_sd^2 I + offset_sd^2 1 1^T``, the precision and the mean of b are
+
+        Lambda = diag(1 / (1 + v)) + Psi^T C^-1 Psi,    b = Lambda^-1 Psi^T C^-1 r,
+
+    where v is the variance of a component over the noise's, and Psi is scaled so that Lambda is
+    the unit matrix for a whole record. There ``b / sqrt(v)`` is the plain highway,
+    ``(record - centre) @ components``. Between samples of the grid, centre and Psi are
+    interpolated (``interpolation.cubic``). All of it in float64: with few samples the precision
+    spans as many orders of magnitude as v.
+
+    Args:
+        samples: Number of samples of the grid.
+        components: Number c of components.
+    """
+
+    def __init__(self, samples: int, components: int) -> None:
+        super().__init__()
+        self.register_buffer("table", torch.zeros(samples, 1 + components, dtype=torch.float64))
+        self.register_buffer("spread", torch.ones(components, dtype=torch.float64))
+        self.register_buffer("variances", torch.tensor([1.0, 0.0], dtype=torch.float64))
+
+    @torch.no_grad()
+    def freeze(
+        self, centre: Tensor, components: Tensor, *, noise_sd: float, offset_sd: float
+    ) -> None:
+        """Set centre ``(t,)``, components ``(t, c)`` and the noise that they were whitened by.
+
+        ``components.T @ C @ components`` has to be diagonal: components are whitened, orthogonal,
+        and scaled to the unit variance of signal and noise together, as those of
+        ``plausibility.principal_components``. So its diagonal is ``1 / (1 + v)``.
+        """
+        weights = components.to(self.table)
+        loadings = noise_sd**2 * weights + offset_sd**2 * weights.sum(0)
+        # A component without any signal (v = 0) gets a little, which moves no score visibly.
+        spread = (1.0 / (weights * loadings).sum(0) - 1.0).clamp(min=1e-9).sqrt()
+        self.table.copy_(torch.cat([centre.to(self.table)[:, None], loadings * spread], dim=1))
+        self.spread.copy_(spread)
+        self.variances.copy_(self.variances.new_tensor([noise_sd**2, offset_sd**2]))
+
+    @torch.no_grad()
+    def forward(
+        self, x: Tensor, present: Tensor, positions: Tensor | None
+    ) -> tuple[Tensor, Tensor, Tensor]:
+        """Regress records ``(n, t)`` on the components.
+
+        Args:
+            x: Records; what is not present may be anything.
+            present: Which samples are there, ``(n, t)`` of bool.
+            positions: Times of the samples in steps of the grid, ``(n, t)``, finite; None for
+                the grid's own.
+
+        Returns:
+            Scores ``(n, c)``, which for whole records are the plain highway's outputs; the log
+            of their sd given the samples over that given a whole record, ``(n, c)``; and the
+            centred records ``(n, t)``, zero where nothing is present. All in float64.
+        """
+        table = self.table if positions is None else self._at(positions)
+        centred = torch.where(present, x.double() - table[..., 0], 0.0)
+        there = present.to(self.table)
+        precision, product = self._normal_equations(table[..., 1:], centred, there)
+        precision.diagonal(dim1=1, dim2=2).add_(1.0 / (1.0 + self.spread**2))
+        factor = torch.linalg.cholesky(precision)
+        amplitudes = torch.cholesky_solve(product.unsqueeze(-1), factor).squeeze(-1)
+        variance = torch.cholesky_inverse(factor).diagonal(dim1=1, dim2=2)
+        return amplitudes / self.spread, 0.5 * variance.log(), centred
+
+    def _normal_equations(self, psi: Tensor, centred: Tensor, there: Tensor) -> tuple:
+        """``Psi^T C^-1 Psi`` and ``Psi^T C^-1 r`` over the samples that are there.
+
+        ``C^-1 = (I - k 1 1^T) / noise_sd^2`` with ``k = offset_sd^2 / (noise_sd^2 + m
+        offset_sd^2)`` for m samples.
+        """
+        noise, offset = self.variances
+        if psi.ndim == 2:  # one grid for all records: products of pairs of components, once
+            pairs = (psi.unsqueeze(2) * psi.unsqueeze(1)).flatten(1)
+            square = (there @ pairs).unflatten(1, (psi.shape[1], -1))
+            sums, product = there @ psi, centred @ psi
+        else:
+            masked = psi * there.unsqueeze(-1)
+            square = masked.transpose(1, 2) @ psi
+            sums = masked.sum(1)
+            product = (centred.unsqueeze(1) @ psi).squeeze(1)
+        shared = offset / (noise + there.sum(1, keepdim=True) * offset)
+        square = square - shared.unsqueeze(-1) * sums.unsqueeze(2) * sums.unsqueeze(1)
+        product = product - shared * sums * centred.sum(1, keepdim=True)
+        return square / noise, product / noise
+
+    def _at(self, positions: Tensor) -> Tensor:
+        """Rows of the table between samples, ``(n, t) -> (n, t, 1 + c)``."""
+        indices, weights = cubic(positions.double(), len(self.table))
+        rows = nn.functional.embedding_bag(
+            indices.flatten(0, 1),
+            self.table,
+            per_sample_weights=weights.flatten(0, 1),
+            mode="sum",
+        )
+        return rows.unflatten(0, positions.shape)
+
+
+class DeepSet(nn.Module):
+    """Features of records with missing samples and uneven times.
+
+    Args:
+        samples: Length t of the grid that the components live on.
+        features: Number s of features.
+        components: Number c of components of the highway.
+        pair_width, pair_blocks: Size of the residual network of a pair.
+        width, blocks: Size of the residual network that joins the parts.
+        missing: Largest share of missing samples in training.
+        uneven: Share of the records in training whose samples are off the grid.
+
+    Attributes:
+        accepts_missing: True.
+        fewest: Samples that a record needs at least, by what it has been trained on.
+
+    Raises:
+        ValueError: If the grid is too short to interpolate on, or a share is not one.
+    """
+
+    accepts_missing = True
+
+    def __init__(
+        self,
+        samples: int,
+        features: int,
+        *,
+        components: int,
+        pair_width: int,
+        pair_blocks: int,
+        width: int,
+        blocks: int,
+        missing: float,
+        uneven: float,
+    ) -> None:
+        super().__init__()
+        if samples < NODES:
+            raise ValueError(f"{samples} samples are too few to interpolate between; {NODES} do")
+        if not (0.0 <= missing < 1.0 and 0.0 <= uneven <= 1.0):
+            raise ValueError("missing must be in [0, 1) and uneven in [0, 1]")
+        self.samples, self.missing, self.uneven = samples, missing, uneven
+        self.fewest = math.ceil(round((1.0 - missing) * samples, 6))
+        self.highway = SetHighway(samples, components)
+        self.pair = ResidualMLP(2 + 2 * _FREQUENCIES, pair_width, pair_width, blocks=pair_blocks)
+        self.join = ResidualMLP(2 * components + pair_width + 1, width, features, blocks=blocks)
+        self.register_buffer("scale", torch.ones(()))
+
+    def freeze(
+        self,
+        centre: Tensor,
+        scale: Tensor,
+        components: Tensor,
+        *,
+        noise_sd: float = 1.0,
+        offset_sd: float = 0.0,
+    ) -> None:
+        """Set the frozen centre ``(t,)``, scale ``()`` and components ``(t, c)`` of records.
+
+        Args:
+            noise_sd: Standard deviation of a sample's noise, in the unit of a record.
+            offset_sd: That of an offset which all samples of a record share.
+        """
+        self.highway.freeze(centre, components, noise_sd=noise_sd, offset_sd=offset_sd)
+        with torch.no_grad():
+            self.scale.copy_(scale)
+
+    def forward(self, x: Tensor, positions: Tensor | None = None) -> Tensor:
+        """Map records ``(n, t)``, NaN where a sample is missing, to features ``(n, s)``.
+
+        Args:
+            positions: Times of the samples in steps of the grid, within ``[0, samples - 1]``,
+                ``(n, t)``; those of missing samples may be anything. None for the grid's own.
+        """
+        present = ~x.isnan()
+        if positions is not None:
+            positions = torch.where(present, positions, 0.0)
+        scores, log_sd, centred = self.highway(x, present, positions)
+        pooled = self._pool(centred.to(self.scale) / self.scale, present, positions)
+        share = present.to(self.scale).sum(1, keepdim=True) / self.samples
+        parts = [scores.to(self.scale), log_sd.to(self.scale), pooled, share]
+        return self.join(torch.cat(parts, dim=1))
+
+    def _pool(self, values: Tensor, present: Tensor, positions: Tensor | None) -> Tensor:
+        """Mean over the pairs that are there, ``(n, t) -> (n, pair_width)``."""
+        if positions is None:
+            positions = torch.arange(self.samples, device=values.device).to(values)
+        share = (positions / (self.samples - 1)).unsqueeze(-1)
+        angles = math.pi * share * torch.arange(1, 1 + _FREQUENCIES, device=values.device)
+        waves = torch.cat([2.0 * share - 1.0, angles.sin(), angles.cos()], dim=-1)
+        waves = waves.to(values).expand(*values.shape, -1)
+        mapped = self.pair(torch.cat([values.unsqueeze(-1), waves], dim=-1))
+        there = present.to(mapped).unsqueeze(-1)
+        return (mapped * there).sum(1) / there.sum(1).clamp(min=1.0)

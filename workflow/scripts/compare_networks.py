@@ -1,0 +1,28 @@
+"""Put all networks of one motion into a table."""
+
+import pandas as pd
+import torch
+import xarray as xr
+
+from breaker.jobs import start
+from breaker.network_table import row
+from breaker.posterior import Posterior
+
+log = start(snakemake)
+torch.set_num_threads(snakemake.threads)
+inputs = snakemake.input
+
+rows = [
+    row(
+        network,
+        Posterior.load(inputs.models[i]),
+        xr.open_zarr(inputs.validations[i]).load(),
+        pd.read_csv(inputs.judged[i]),
+        xr.open_zarr(inputs.histories[i]),
+        pd.read_csv(inputs.trainings[i], sep="\t"),
+    )
+    for i, network in enumerate(snakemake.params.networks)
+]
+table = pd.concat(rows)
+log.info("\n%s", table.to_string(index=False))
+table.to_csv(snakemake.output[0], index=False, float_format="%.5g")

@@ -1,0 +1,24 @@
+"""Correct the posteriors of some operations of the endurance test."""
+
+import xarray as xr
+
+from breaker.exactness import correct_operations
+from breaker.jobs import start
+from breaker.model import Model
+from breaker.stores import describe, save
+
+log = start(snakemake)
+params, motion = snakemake.params, snakemake.wildcards.motion
+settings = {key: params[key] for key in ("prior", "sensor", "correction", "misfit_p_value")}
+model = Model.from_settings({**settings, "motion": motion})
+inferred = xr.open_zarr(snakemake.input.inferred).load()
+
+result = correct_operations(
+    model, inferred, params.correction, seed=params.seed, misfit_p_value=params.misfit_p_value
+)
+log.info(
+    "%d of %d operations resolved, %.1f rounds on average, %d do not fit the model",
+    *(result.resolved.sum(), result.sizes["operation"], result.rounds.mean(), result.misfit.sum()),
+)
+title = f"exact posteriors of measured {motion} operations"
+save(describe(result, title, seed=params.seed, **settings), snakemake.output[0])

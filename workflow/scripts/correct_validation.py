@@ -1,0 +1,22 @@
+"""Correct the posteriors of simulated records of one motion."""
+
+import xarray as xr
+
+from breaker.exactness import correct_validation
+from breaker.jobs import start
+from breaker.model import Model
+from breaker.stores import describe, save
+
+log = start(snakemake)
+params, wildcards = snakemake.params, snakemake.wildcards
+settings = {key: params[key] for key in ("prior", "sensor", "correction")}
+model = Model.from_settings({**settings, "motion": wildcards.motion})
+data = xr.open_zarr(snakemake.input.validation).load()
+
+result = correct_validation(model, data, params.correction, seed=int(wildcards.seed))
+log.info(
+    "%d of %d curves resolved, %.1f rounds on average",
+    *(result.resolved.sum(), result.sizes["curve"], result.rounds.mean()),
+)
+title = f"exact posteriors of simulated {wildcards.motion} records"
+save(describe(result, title, **settings), snakemake.output[0])

@@ -1,0 +1,21 @@
+"""Draw how far the network's posteriors are from the exact ones."""
+
+import xarray as xr
+
+from breaker.comparison import examples
+from breaker.exactness import summary
+from breaker.figures.exactness import exactness
+from breaker.jobs import start
+
+start(snakemake)
+judged, amortised, corrected = (
+    xr.open_zarr(snakemake.input[name]).load() for name in ("judged", "amortised", "corrected")
+)
+figure = exactness(
+    judged,
+    corrected,
+    examples(judged, amortised, corrected),
+    summary(judged, corrected).iloc[0],
+    motion=snakemake.wildcards.motion,
+)
+figure.savefig(snakemake.output[0])
