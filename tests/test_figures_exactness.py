@@ -51,6 +51,7 @@ def judgement(corrected, curves=JUDGED):
     rng = generator(22, "test", "exactness")
     values = {
         "efficiency": rng.uniform(0.6, 0.95, curves),
+        "faulty_weights": np.zeros(curves, dtype=int),
         "pareto_k": np.where(np.arange(curves) < 2, 0.8, rng.normal(0.2, 0.1, curves)),
         "divergence": rng.lognormal(-2.3, 0.5, curves),
         "gap": rng.normal(0.1, 0.5, curves),
