@@ -20,7 +20,10 @@ use rule train as train_network with:
         prior=config["prior"],
         sensor=config["sensor"],
         network=network_of,
-        training=lambda wildcards: config["training"][wildcards.motion],
+        training=lambda wildcards: {
+            **config["training"][wildcards.motion],
+            "steps": config["comparison"]["steps"],
+        },
         solver=config["solver"],
         bank_curves=config["bank"]["shards"] * config["bank"]["curves_per_shard"],
         checkpoint="checkpoints/{network}_{motion}.pt",
