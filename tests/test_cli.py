@@ -45,7 +45,7 @@ def project(tmp_path, monkeypatch, trained):
     """A project's folder: configuration, model, two closings and an opening."""
     for part in ("config", "workflow/schemas"):
         shutil.copytree(ROOT / part, tmp_path / part)
-    overlay = {"endurance": {"draws": DRAWS}}
+    overlay = {"endurance": {"draws": DRAWS, "posterior": "amortised"}}
     (tmp_path / "few.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
     shutil.copy(trained, tmp_path / "closing.safetensors")
     monkeypatch.chdir(tmp_path)
@@ -99,6 +99,26 @@ def test_medians_intervals_and_units_are_printed_for_each_file(capsys, defaults,
         p = f"posterior predictive p = {rows.iloc[0].p_value:.2g}"
         verdict = "does NOT fit the model" if rows.iloc[0].misfit else "fits the model"
         assert f"  {verdict} ({p})" in block
+
+
+def test_the_corrected_posterior_is_the_default_and_says_what_is_not_resolved(project, capsys):
+    """The untrained model is far off: one round does not get there, and the rest do."""
+    overlay = {"endurance": {"draws": 500, "posterior": "corrected"}}
+    (project / "many.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
+    arguments = ("closing.safetensors", "a.csv", "--output", "out.csv", "--config", "many.yaml")
+    assert call(*arguments) == 0
+    assert "resolved" not in capsys.readouterr().out
+    written = pd.read_csv(project / "out.csv").set_index("output")
+    assert written.resolved.all()
+    assert (written.effective_size > 400).all()
+    # The curve is that of the prior's medians: the exact posterior of its best known is near.
+    known = written.loc[["gamma_a", "k_a", "f"]]
+    assert known["median"].to_numpy() == pytest.approx([0.30, 0.045, 0.75], rel=0.15)
+    overlay["correction"] = {"rounds": 1}
+    (project / "many.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
+    assert call(*arguments) == 0
+    assert "NOT resolved" in capsys.readouterr().out
+    assert not pd.read_csv(project / "out.csv").resolved.any()
 
 
 def test_the_table_is_written_with_all_columns(project, capsys):
@@ -200,7 +220,7 @@ def test_elsewhere_the_configuration_can_be_named(project, capsys, monkeypatch):
     assert call(*arguments, "../config/config.yaml", "../few.yaml") == 0
     assert "../a.csv" in capsys.readouterr().out
     message = failed(capsys, *arguments, "../few.yaml")
-    assert "../few.yaml: without seed, endurance.format, endurance.misfit_p_value" in message
+    assert "../few.yaml: without seed, correction, endurance.format, " in message
     overlay = {"endurance": {"format": {"travel_unit": "foot"}}}
     Path("foot.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
     message = failed(capsys, *arguments, "../config/config.yaml", "foot.yaml")

@@ -12,7 +12,14 @@ __all__ = ["main"]
 
 _DEFAULTS = Path("config/config.yaml")
 _SCHEMA = Path("workflow/schemas/config.schema.yaml")
-_NEEDED = ("seed", "endurance.format", "endurance.draws", "endurance.misfit_p_value")
+_NEEDED = (
+    "seed",
+    "correction",
+    "endurance.format",
+    "endurance.draws",
+    "endurance.misfit_p_value",
+    "endurance.posterior",
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,8 +45,9 @@ def _parser() -> argparse.ArgumentParser:
     infer = commands.add_parser(
         "infer",
         help="infer curve files with a trained model",
-        description="Infer curve files of one motion with a trained model. How the files are read "
-        "is said by endurance.format of the configuration.",
+        description="Infer curve files of one motion with a trained model. How the files are read, "
+        "and whether the network's posterior is corrected to the exact one, is said by "
+        "endurance.format and endurance.posterior of the configuration.",
     )
     infer.add_argument("model", metavar="MODEL", help="such as results/models/closing.safetensors")
     infer.add_argument("files", metavar="FILE", nargs="+", help="CSV file of one operation")
@@ -56,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _infer(options: argparse.Namespace):
     # Imported here, so that --help and wrong options answer at once.
+    from breaker.exactness import correct_operations
     from breaker.inference import infer, table
     from breaker.measurement import read_curves, require_any
     from breaker.posterior import Posterior
@@ -69,13 +78,10 @@ def _infer(options: argparse.Namespace):
     files = list(enumerate(options.files, start=1))
     curves = read_curves(files, endurance["format"], posterior.sensor.times, posterior.motion)
     require_any(curves)
-    result = infer(
-        posterior,
-        curves,
-        draws=endurance["draws"],
-        seed=config["seed"],
-        misfit_p_value=endurance["misfit_p_value"],
-    )
+    common = {"seed": config["seed"], "misfit_p_value": endurance["misfit_p_value"]}
+    result = infer(posterior, curves, draws=endurance["draws"], **common)
+    if endurance["posterior"] == "corrected":
+        result = correct_operations(posterior.model, result, config["correction"], **common)
     return table(result)
 
 
@@ -115,6 +121,8 @@ def _show(result) -> None:
         for row in rows.itertuples():
             interval = f"{row.interval_95_lower:.4g} to {row.interval_95_upper:.4g}"
             print(f"  {row.output:8s} {row.median:10.4g}   95 %: {interval:22s} {row.unit}")
+        if "resolved" in rows and not first.resolved:
+            print("  NOT resolved: the exact posterior was not reached; this is the best so far")
         verdict = "fits the model" if not first.misfit else "does NOT fit the model"
         outside = ", OUTSIDE what the prior can produce" if first.outside_prior else ""
         print(f"  {verdict} (posterior predictive p = {first.p_value:.2g}){outside}")
