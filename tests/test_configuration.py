@@ -309,6 +309,19 @@ UNFIT = [
         "solver: {reference: 8, candidates: [4, 8]}",
         "solver.reference is 8, but must be more than any of solver.candidates (8)",
     ),
+    (
+        "validation: {curves: 100, judged_curves: 101}",
+        "validation.judged_curves is 101, but must not exceed validation.curves (100). Lower it, "
+        "or raise validation.curves.",
+    ),
+    (
+        "correction: {draws: 500, smallest_size: 501}",
+        "correction.smallest_size is 501, but must not exceed correction.draws (500)",
+    ),
+    (
+        "correction: {round_draws: 300, fit_size: 301}",
+        "correction.fit_size is 301, but must not exceed correction.round_draws (300)",
+    ),
     ("endurance: {curves: nowhere}", "endurance.curves is nowhere, but there is no CSV file in"),
 ]
 
@@ -321,6 +334,8 @@ def test_layers_and_sizes_that_just_fit_are_accepted(tmp_path):
         "training:\n"
         "  closing: {batch: 60, validation_curves: 30, held_out_curves: 10}\n"
         "  opening: {batch: 60, validation_curves: 30, held_out_curves: 10}\n"
+        "validation: {curves: 100, judged_curves: 100}\n"
+        "correction: {draws: 500, smallest_size: 500, round_draws: 300, fit_size: 300}\n"
     )
     assert load([DEFAULTS, overlay], schema=SCHEMA)["bank"]["shards"] == 2
 

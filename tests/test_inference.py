@@ -19,7 +19,9 @@ from breaker.measurement import open_curves
 from breaker.parameters import NAMES, outputs
 from breaker.stores import save
 from tests.networks_fixtures import (
+    DEEP_SET,
     MARKS,
+    NETWORK,
     exact_curves,
     frozen,
     one_thread,  # noqa: F401
@@ -153,6 +155,45 @@ def test_flags_of_fit_and_prior(posterior, curves):
     assert strict.misfit.values.all()
 
 
+@pytest.mark.parametrize("where", ["distance", "sample"])
+@pytest.mark.parametrize("kind", [ValueError, FloatingPointError])
+def test_an_operation_that_the_network_fails_on_leaves_the_rest(
+    posterior, curves, inferred, monkeypatch, where, kind
+):
+    """It stays, with the reason; the others are as they were, bit for bit."""
+    bad, right = curves.travel.values[3], getattr(posterior, where)
+
+    def failing(measured, *more):
+        if np.array_equal(measured[0], bad):
+            raise kind("no answer for this one")
+        return right(measured, *more)
+
+    monkeypatch.setattr(posterior, where, failing)
+    result = infer(posterior, curves, draws=DRAWS, seed=1, misfit_p_value=1e-3)
+    assert result.reason.values[3] == "close_3.csv: no posterior: no answer for this one"
+    assert not result.accepted.values[3]
+    for name in ("draws", "median", "interval_95", "p_value", "outside_support"):
+        assert np.isnan(result[name].values[3]).all(), name
+    assert not result.misfit.values[3]
+    # How far it is from the bank is known where that is not what failed.
+    assert np.isnan(result.distance.values[3]) == (where == "distance")
+    others = [0, 1, 2, 4, 5, 6]
+    xr.testing.assert_identical(
+        result.isel(operation=others).drop_vars("reason"),
+        inferred.isel(operation=others).drop_vars("reason"),
+    )
+    assert result.reason.values[others].tolist() == inferred.reason.values[others].tolist()
+
+
+def test_other_errors_are_not_caught(posterior, curves, monkeypatch):
+    def failing(measured):
+        raise TypeError("a fault of the code")
+
+    monkeypatch.setattr(posterior, "distance", failing)
+    with pytest.raises(TypeError, match="a fault of the code"):
+        infer(posterior, curves, draws=DRAWS, seed=1, misfit_p_value=1e-3)
+
+
 # ---- validation ---------------------------------------------------------------------------------
 
 
@@ -186,6 +227,30 @@ def test_validation_follows_its_seed_and_nothing_else(posterior):
     # The draws of a record depend on its number and the seed, not on how many there are.
     part = sample_records(posterior, data.measured.values[:3], data.truth.values[:3], 5, 11)
     np.testing.assert_array_equal(part.draws.values, data.draws.values[:3])
+
+
+def test_validation_with_samples_missing():
+    """The same records and truth, of which each has lost its share of samples at random."""
+    network = {"summary": DEEP_SET, "inference": NETWORK["inference"]}
+    deep_set = pin(frozen(network=network, curves=256), 0.0, 0.5)
+    whole = validate(deep_set, 30, 5, seed=11)
+    missing, again = (validate(deep_set, 30, 5, seed=11, missing=0.3) for _ in range(2))
+    xr.testing.assert_identical(missing, again)
+    lost = np.isnan(missing.measured.values)
+    samples = deep_set.sensor.samples
+    assert (lost.sum(axis=1) == round(0.3 * samples)).all()
+    assert len({tuple(row) for row in lost}) == 30
+    np.testing.assert_array_equal(missing.measured.values[~lost], whole.measured.values[~lost])
+    np.testing.assert_array_equal(missing.truth, whole.truth)
+    assert np.isfinite(missing.draws).all()
+    xr.testing.assert_identical(validate(deep_set, 30, 5, seed=11, missing=0.0), whole)
+    other = np.isnan(validate(deep_set, 30, 5, seed=12, missing=0.3).measured.values)
+    assert not np.array_equal(other, lost)
+
+
+def test_a_network_that_takes_no_missing_samples_says_so(posterior):
+    with pytest.raises(ValueError, match=r"not finite.*deep_set"):
+        validate(posterior, 3, 5, seed=11, missing=0.3)
 
 
 # ---- stages ----------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """The quality table on posteriors that are known in closed form."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
@@ -100,6 +101,18 @@ def test_a_fault_of_the_reader_shows_in_its_own_column(exact):
     table = judged(reader=validation(seed=2, bias=0.5))
     assert table.calibration_p_reader[1] < 1e-4
     np.testing.assert_array_equal(table.calibration_p, exact.calibration_p)
+
+
+def test_without_a_reader_its_column_is_unknown(exact):
+    """And all others are as they were; the words leave it out."""
+    table = quality(validation(), None, CONTRACTION, prior_sd=PRIOR_SD, log=LOG)
+    assert table.columns.tolist() == exact.columns.tolist()
+    assert table.calibration_p_reader.isna().all()
+    others = exact.columns.drop("calibration_p_reader")
+    pd.testing.assert_frame_equal(table[others], exact[others])
+    assert "files" not in words(table)
+    files = f", through files {family_p_value(exact.calibration_p_reader):.2g}"
+    assert words(exact).replace(files, "") == words(table)
 
 
 def test_logarithms_are_taken_where_they_are_said_to_be(exact):

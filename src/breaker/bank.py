@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import travel
+from breaker.arguments import blocks
+from breaker.mechanism import Motion, travel
 from breaker.parameters import NAMES, PARAMETERS
 from breaker.prior import Prior
 
@@ -49,17 +50,22 @@ def simulate(
     """
     theta = prior.sample(n, rng)
     onset = onset_sd * rng.standard_normal(n)
-    result = travel(theta, times, motion, onset=onset)
-    bad = ~np.isfinite(result.travel).all(axis=1)
-    if bad.any():
-        raise FloatingPointError(f"{bad.sum()} of {n} simulated {motion} curves are not finite")
+    curves = Motion(np.empty((n, len(times)), _TRAVEL_DTYPE), np.empty(n), np.empty(n, np.bool_))
+    bad = 0
+    for rows in blocks(n):  # of float64: never all of them at once
+        block = travel(theta[rows], times, motion, onset=onset[rows])
+        bad += np.count_nonzero(~np.isfinite(block.travel).all(axis=1))
+        for whole, part in zip(curves, block, strict=True):
+            whole[rows] = part
+    if bad:
+        raise FloatingPointError(f"{bad} of {n} simulated {motion} curves are not finite")
     return xr.Dataset(
         {
-            "travel": (("curve", "time"), result.travel.astype(_TRAVEL_DTYPE), {"unit": "mm"}),
+            "travel": (("curve", "time"), curves.travel, {"unit": "mm"}),
             "parameters": (("curve", "parameter"), theta),
             "onset": ("curve", onset, {"unit": "ms"}),
-            "switching_time": ("curve", result.switching, {"unit": "ms"}),
-            "reopening": ("curve", result.reopening),
+            "switching_time": ("curve", curves.switching, {"unit": "ms"}),
+            "reopening": ("curve", curves.reopening),
         },
         coords={
             "time": ("time", times, {"unit": "ms"}),

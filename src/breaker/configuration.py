@@ -294,6 +294,17 @@ def _reference_too_coarse(reference: int, candidates: Sequence[int]) -> str | No
     return f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
 
 
+def _at_most(limit: str) -> Callable[[int, int], str | None]:
+    """Return the complaint of a rule that the first key must not exceed the second, ``limit``."""
+
+    def complaint(value: int, most: int) -> str | None:
+        if value <= most:
+            return None
+        return f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
+
+    return complaint
+
+
 def _no_curves(curves: str | None, motions: Sequence[str]) -> str | None:
     if curves is None:
         return None
@@ -329,5 +340,13 @@ RULES = (
     ),
     Rule(("solver.reference", "solver.candidates"), _reference_too_coarse),
     Rule(("validation.second_seed", "validation.seed"), _same_seed),
+    *(
+        Rule((key, limit), _at_most(limit))
+        for key, limit in (
+            ("validation.judged_curves", "validation.curves"),
+            ("correction.smallest_size", "correction.draws"),
+            ("correction.fit_size", "correction.round_draws"),
+        )
+    ),
     Rule(("endurance.curves", "motions"), _no_curves),
 )

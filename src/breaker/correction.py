@@ -24,6 +24,8 @@ from breaker.transport import TriangularMap
 
 __all__ = ["Corrected", "correct", "temper"]
 
+_NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 5, 0)  # before there are weights
+
 
 @dataclass(frozen=True)
 class Corrected:
@@ -72,34 +74,38 @@ def correct(
         joints.append(model.log_joint(z, record))
         return importance(joints[-1], proposal.log_prob(z))
 
-    rounds, best = 0, None
+    rounds, last, best, failure = 0, _NOTHING, None, ""
     try:
         proposal = TriangularMap.fit(model.standardise(draws))
         while rounds < settings["rounds"] and not _good(best, settings):
-            judged = add(proposal, settings["round_draws"])
+            last = add(proposal, settings["round_draws"])
             proposal = _refit(points, joints, maps, settings["fit_size"])
             rounds += 1
-            if judged.efficiency >= settings["efficiency"] or rounds == settings["rounds"]:
-                best = add(proposal, settings["draws"])
+            if last.efficiency >= settings["efficiency"] or rounds == settings["rounds"]:
+                last = add(proposal, settings["draws"])
                 proposal = _refit(points, joints, maps, settings["fit_size"])
+                best, z = last, points[-1]
     except np.linalg.LinAlgError as error:
-        nothing = importance(np.full(1, np.nan), np.zeros(1))
-        return Corrected(np.full((d, q), np.nan), nothing, rounds, False, f"no map: {error}")
-    chosen = points[-1][resample(best.log_weights, d, rng)]
-    return Corrected(
-        draws=model.destandardise(chosen),
-        importance=best,
-        rounds=rounds,
-        resolved=_good(best, settings),
-        reason=_reason(best, settings),
-    )
+        failure = f"no map: {error}"
+    if best is None:
+        return Corrected(np.full((d, q), np.nan), last, rounds, False, failure)
+    reason = failure or _reason(best, settings)
+    if best.size == 0:
+        return Corrected(np.full((d, q), np.nan), best, rounds, False, reason)
+    chosen = z[resample(best.log_weights, d, rng)]
+    return Corrected(model.destandardise(chosen), best, rounds, not reason, reason)
 
 
 def _refit(points: list, joints: list, maps: list, size: float) -> TriangularMap:
-    """Fit a map to all draws so far, weighed by the mixture of all maps so far."""
+    """Fit a map to all draws so far, weighed by the mixture of all maps so far.
+
+    While too few of them are in the prior's support, more are drawn from the last map.
+    """
     z = np.concatenate(points)
     densities = [proposal.log_prob(z) + np.log(n / len(z)) for proposal, n in maps]
     log_ratio = np.concatenate(joints) - np.logaddexp.reduce(densities)
+    if np.sum(log_ratio > -np.inf) < size and not np.isnan(log_ratio).any():
+        return maps[-1][0]
     return TriangularMap.fit(z, temper(log_ratio, size))
 
 
@@ -112,7 +118,10 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
         numpy.linalg.LinAlgError: If fewer than ``size`` draws have a finite ratio.
     """
     finite = np.isfinite(log_ratio)
-    if finite.sum() < size or np.any(log_ratio[~finite] != -np.inf):
+    faulty = np.sum(~finite & (log_ratio != -np.inf))
+    if faulty:
+        raise np.linalg.LinAlgError(f"{faulty} weights are not finite")
+    if finite.sum() < size:
         raise np.linalg.LinAlgError(
             f"{finite.sum()} of {finite.size} draws have a usable weight, {size:g} are needed"
         )
@@ -122,7 +131,10 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
         weights = np.exp(power * centred)
         return weights.sum() ** 2 / np.square(weights).sum() - size
 
-    power = 1.0 if excess(1.0) >= 0 else brentq(excess, 0.0, 1.0, xtol=1e-3)
+    # The root is found to 1e-3 of itself, however small, and taken from below.
+    power = 1.0
+    if excess(power) < 0:
+        power = (1 - 1e-3) * brentq(excess, 0.0, 1.0, xtol=1e-300, rtol=1e-3)
     weights = np.zeros(log_ratio.size)
     weights[finite] = np.exp(power * centred)
     return weights / weights.sum()

@@ -74,7 +74,7 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
     size = float(np.exp(-logsumexp(2 * log_weights)))
     log_evidence = total - np.log(d)
     positive = log_weights > -np.inf
-    gap = float(np.exp(log_weights[positive]) @ log_ratio[positive]) - log_evidence
+    gap = float(np.exp(log_weights[positive]) @ (log_ratio[positive] - log_evidence))
     return Importance(
         log_weights=log_weights,
         size=size,
@@ -89,10 +89,14 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
 def _pareto_k(log_weights: np.ndarray) -> float:
     if log_weights.size < _FEWEST:
         return np.nan
-    if np.ptp(log_weights) < 1e-12:  # all alike: no tail
+    # The largest weights, as many as ArviZ takes, and the one below them.
+    n = log_weights.size
+    tail = np.sort(log_weights)[-(n // 5 if n <= 225 else int(3 * np.sqrt(n))) - 1 :]
+    if tail[-1] - tail[1] < 1e-12:  # all alike: nothing is beyond them
         return -np.inf
-    # ArviZ takes the log likelihood of a left-out observation: minus the log weight. Where a few
-    # weights are everything, its fit overflows and k is not finite; no k is then good enough.
+    if tail[-1] - tail[0] > 700:  # one weight is everything: the others underflow, and k with them
+        return np.inf
+    # ArviZ takes the log likelihood of a left-out observation: minus the log weight.
     with np.errstate(all="ignore"):
         return float(array_stats.psislw(-log_weights)[1])
 
@@ -104,5 +108,5 @@ def resample(log_weights: np.ndarray, n: int, rng: np.random.Generator) -> np.nd
     The order is random, so that the first few are as good as any.
     """
     edges = np.cumsum(np.exp(log_weights))
-    positions = (rng.random() + np.arange(n)) / n * edges[-1]
-    return rng.permutation(np.minimum(np.searchsorted(edges, positions), len(edges) - 1))
+    positions = (1.0 - rng.random() + np.arange(n)) / n * edges[-1]
+    return rng.permutation(np.searchsorted(edges, positions))

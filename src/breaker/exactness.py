@@ -206,11 +206,15 @@ def judge(posterior: Density, data: xr.Dataset, corrected: xr.Dataset) -> xr.Dat
         over curves is the mean divergence, whatever the weights), both nats, ``log_evidence`` by
         the network's draws, ``truth_log_density``, the network's log density of the truth per
         unit of standardised outputs, and ``resolved``, whether the evidence can be relied on.
+
+    Raises:
+        ValueError: If the corrected curves are others.
     """
     model, rows = posterior.model, []
-    progress = tqdm(
-        range(data.sizes["curve"]), desc=f"judging {model.motion}", mininterval=5, unit="curve"
-    )
+    n = data.sizes["curve"]
+    if not np.array_equal(corrected.truth.values[:n], data.truth.values):
+        raise ValueError("the corrected curves are not those to be judged: validate both anew")
+    progress = tqdm(range(n), desc=f"judging {model.motion}", mininterval=5, unit="curve")
     for i in progress:
         record = data.measured.values[i]
         # The truth goes along as one more point.
@@ -238,10 +242,10 @@ def summary(judged: xr.Dataset, corrected: xr.Dataset) -> pd.DataFrame:
     """Sum up what ``judge`` and ``correct_validation`` return, in one row.
 
     The gap's standard error is that of a mean over curves. Curves whose evidence is not resolved
-    have no gap, and those with faulty weights no efficiency: they are left out of these numbers,
-    and ``gap_curves`` and ``faulty_curves`` say how many there are.
+    have no gap, and those with faulty weights no efficiency: they are left out of these numbers
+    (an infinite gap is not), and ``gap_curves`` and ``faulty_curves`` say how many there are.
     """
-    gap = judged["gap"].values[judged.resolved.values & np.isfinite(judged["gap"].values)]
+    gap = judged["gap"].values[judged.resolved.values & ~np.isnan(judged["gap"].values)]
     sound = judged.isel(curve=judged.faulty_weights.values == 0)
     efficiency = sound.efficiency.values if sound.sizes["curve"] else np.array([np.nan])
     numbers = {

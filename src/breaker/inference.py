@@ -101,10 +101,12 @@ def predictive_p_value(model: Model, record: np.ndarray, values: np.ndarray) -> 
 
     The discrepancy is the squared Mahalanobis distance of the record from the exact curve of a
     draw, with the zero integrated. That of a replicate follows a chi-square with t degrees of
-    freedom, so its tail needs no simulation. Small values: the model cannot make such a record.
+    freedom, so its tail needs no simulation. Samples that are nan are missing. Small values: the
+    model cannot make such a record.
     """
-    discrepancy = model.sensor.chi_square(record, model.curves(values))
-    return float(chi2.sf(discrepancy, df=record.size).mean())
+    present = ~np.isnan(record)
+    discrepancy = model.sensor.chi_square(record[present], model.curves(values)[:, present])
+    return float(chi2.sf(discrepancy, df=present.sum()).mean())
 
 
 def infer(

@@ -17,13 +17,10 @@ starts from the closed state that ``f`` had held.
 parts when its force ``k_b (x_a - L) + gamma_b x_a'`` falls to zero. One transition a motion.
 
 Method. Each mode is linear with constant coefficients, so its solution is the Taylor series of
-the matrix exponential. The record is cut into intervals short against the fastest rate, the
-series is summed to round-off once an interval, and every sample and event inside is a value or a
-root of the same polynomial: there is no step error, and the result does not depend on the grid of
-the samples. Intervals are bounded by ``rate * length <= 4``, with
-``rate = sqrt(k_a + k_b (1 + mu)) + gamma_a + gamma_b (1 + mu)``, a bound of the norm of the
-system in coordinates scaled by mass. In the stiff limit (large ``k_b``) nothing fails; the cost
-grows with the rate.
+the matrix exponential (``modes``). The record is cut into intervals short against the fastest rate,
+the series is summed to round-off in each, and every sample and event inside is a value or a root of
+the same polynomial: there is no step error, and the result does not depend on the grid of the
+samples. In the stiff limit (large ``k_b``) nothing fails; the cost grows with the rate.
 
 Answers at the edges:
 
@@ -39,14 +36,28 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from breaker.parameters import MOTIONS, NAMES, split
+from breaker.arguments import blocks, check, check_motion, contiguous
+from breaker.modes import (
+    REACH,
+    SOURCE,
+    coefficients,
+    compiled,
+    equilibrium,
+    first_zero,
+    make_buffers,
+    mode_of,
+    passed,
+    propagate,
+    rate_of,
+    times_matrix,
+    value_and_slope,
+    values,
+)
+from breaker.parameters import split
 
 __all__ = ["Motion", "rest_position", "travel"]
 
-_ORDER = 33  # 4^34 / 34! = 1e-18: below round-off with the bound on the intervals
-_REACH = 4.0  # rate * length of an interval
-_PIECES = 8  # of an interval, each short enough for at most one turn of a margin
-_LONGEST = 1e6  # rate * length of a record: 250,000 intervals, about a second a curve
+_ROWS = 64  # of a thread at a time, in the same buffers
 
 
 class Motion(NamedTuple):
@@ -82,236 +93,135 @@ def travel(
 
     Raises:
         ValueError: If a parameter is not finite or not positive (the message names the first),
-            if a drive is too fast to follow over the record, if a shape is wrong, if times do not
-            increase or an onset is not finite.
+            if a drive is too fast to follow to the end of the record, if a shape is wrong, if
+            times do not increase or an onset is not finite.
     """
-    theta = _checked_parameters(theta)
-    _check_motion(motion)
-    times = np.ascontiguousarray(times, dtype=np.float64)
-    if (
-        times.ndim != 1
-        or times.size == 0
-        or not np.all(np.isfinite(times))
-        or np.any(np.diff(times) <= 0)
-    ):
-        raise ValueError("times must be one finite, increasing row")
-    _check_rates(theta, times[-1] - times[0])
-    onset = np.asarray(onset, dtype=np.float64)
-    if onset.shape not in {(), theta.shape[:1]} or not np.all(np.isfinite(onset)):
-        raise ValueError(f"onset must be one finite time or one per row, ({len(theta)},)")
-    onset = np.ascontiguousarray(np.broadcast_to(onset, theta.shape[:1]))
-
-    result = Motion(
-        travel=np.empty((len(theta), len(times))),
-        switching=np.empty(len(theta)),
-        reopening=np.empty(len(theta), dtype=np.bool_),
-    )
-    _simulate(theta, times, onset, motion == "closing", *result)
+    theta, times, onset = check(theta, times, motion, onset)
+    n = len(theta)
+    result = Motion(np.empty((n, times.size)), np.empty(n), np.empty(n, dtype=np.bool_))
+    for rows in blocks(n):
+        _simulate(
+            *contiguous(theta[rows], times, onset[rows]),
+            motion == "closing",
+            *(each[rows] for each in result),
+        )
     return result
 
 
 def rest_position(theta: np.ndarray, motion: str) -> np.ndarray:
     """Return where the drive rests before a motion, ``(..., p) -> (...)``, mm (Eqs. 6 and 7)."""
-    _check_motion(motion)
+    check_motion(motion)
     _, k_a, k_b, _, _, f, gap = split(np.asarray(theta, dtype=np.float64))
     return np.zeros_like(f) if motion == "closing" else (f + k_b * gap) / (k_a + k_b)
 
 
-def _check_motion(motion: str) -> None:
-    if motion not in MOTIONS:
-        raise ValueError(f"unknown motion {motion!r}; it must be one of {', '.join(MOTIONS)}")
+# ---- one curve -------------------------------------------------------------------------------
+# A mode is left when its margin falls to zero: four numbers, (w, w0) of w . (x_a, x_a', x_b) + w0.
 
 
-def _check_rates(theta: np.ndarray, span: float) -> None:
-    rates = _rate(theta.T)
-    if np.any(rates * span > _LONGEST):
-        row = int(rates.argmax())
-        raise ValueError(
-            f"the drive of row {row} is too fast to follow over {span:g} ms: its rate is "
-            f"{rates[row]:.3g} / ms, from {dict(zip(NAMES, theta[row].tolist(), strict=True))}"
-        )
+@compiled
+def _watch(margin, h, rows):
+    """Fill the rows of a margin from those of x_a and x_b."""
+    terms = rows.shape[2]
+    for s in range(4):
+        for k in range(terms):
+            rows[2, s, k] = margin[0] * rows[0, s, k] + margin[2] * rows[1, s, k]
+        for k in range(terms - 1):
+            rows[2, s, k] += margin[1] / h * (k + 1) * rows[0, s, k + 1]
 
 
-def _checked_parameters(theta: np.ndarray) -> np.ndarray:
-    theta = np.ascontiguousarray(theta, dtype=np.float64)
-    if theta.ndim != 2 or theta.shape[1] != len(NAMES):
-        raise ValueError(f"parameters must have the shape (n, {len(NAMES)}), not {theta.shape}")
-    bad = ~(np.isfinite(theta) & (theta > 0))
-    if bad.any():
-        row, column = np.argwhere(bad)[0]
-        raise ValueError(
-            f"{bad.any(axis=1).sum()} of {len(theta)} rows have a parameter that is not finite "
-            f"and positive; the first is {NAMES[column]} = {theta[row, column]} in row {row}"
-        )
-    return theta
+@compiled
+def _stays_positive(mode, margin, offset, y):
+    """Whether the force of a closed contact can fall to zero no more.
 
-
-# One curve. A mode is a row of six coefficients and an equilibrium, from which deviations are
-# measured: x_a'' = -m0 x_a - m1 x_a' + m2 x_b + m3 x_b' and
-# x_b'' = m4 (x_a - x_b) + m5 (x_a' - x_b').
-# It is left when its margin w . (x_a, x_a', x_b) + w0 falls to zero.
-
-
-@njit(cache=True)
-def _rate(theta):
-    """Bound of a drive's fastest rate, 1/ms, from parameters (p,) or (p, n)."""
-    mu, k_a, k_b, gamma_a, gamma_b = theta[0], theta[1], theta[2], theta[3], theta[4]
-    return np.sqrt(k_a + k_b * (1 + mu)) + gamma_a + gamma_b * (1 + mu)
-
-
-@njit(cache=True)
-def _series(mode, state, length, series):
-    """Fill ``series`` (4, order + 1) with the solution's coefficients in time / length."""
-    for i in range(4):
-        series[i, 0] = state[i]
-    for k in range(_ORDER):
-        step = length / (k + 1)
-        x_a, v_a, x_b, v_b = series[0, k], series[1, k], series[2, k], series[3, k]
-        series[0, k + 1] = step * v_a
-        series[1, k + 1] = step * (mode[2] * x_b + mode[3] * v_b - mode[0] * x_a - mode[1] * v_a)
-        series[2, k + 1] = step * v_b
-        series[3, k + 1] = step * (mode[4] * (x_a - x_b) + mode[5] * (v_a - v_b))
-
-
-@njit(cache=True)
-def _value(coefficients, u):
-    total = coefficients[-1]
-    for k in range(coefficients.size - 2, -1, -1):
-        total = total * u + coefficients[k]
-    return total
-
-
-@njit(cache=True)
-def _values(coefficients, u, values):
-    """Fill the values at several ``u``: the inner loop runs over them, so that it vectorises."""
-    values[:] = coefficients[-1]
-    for k in range(coefficients.size - 2, -1, -1):
-        for i in range(u.size):
-            values[i] = values[i] * u[i] + coefficients[k]
-
-
-@njit(cache=True)
-def _derivative(coefficients):
-    derivative = np.empty(coefficients.size - 1)
-    for k in range(derivative.size):
-        derivative[k] = (k + 1) * coefficients[k + 1]
-    return derivative
-
-
-@njit(cache=True)
-def _root(coefficients, low, high):
-    """Root of a polynomial that is positive at just one end: Newton's steps, kept in a bracket."""
-    derivative = _derivative(coefficients)
-    falling = _value(coefficients, high) <= 0
-    u = 0.5 * (low + high)
-    for _ in range(100):
-        value = _value(coefficients, u)
-        if (value > 0) == falling:
-            low = u
-        else:
-            high = u
-        slope = _value(derivative, u)
-        step = value / slope if slope != 0 else np.inf
-        if abs(step) < 1e-15:
-            break
-        u = u - step if low < u - step < high else 0.5 * (low + high)
-        if high - low < 1e-15:
-            break
-    return u
-
-
-@njit(cache=True)
-def _first_zero(margin):
-    """First u in [0, 1] at which a margin is no longer positive, or inf.
-
-    Between two nodes the margin may dip below zero and return: then it has a minimum there.
+    ``m0 x_a^2 + x_a'^2`` of the deviation never grows, and bounds how far the force can be from
+    ``offset``, its value at rest.
     """
-    if margin[0] <= 0:
-        return 0.0
-    if np.abs(margin[1:]).sum() < margin[0]:
-        return np.inf
-    slope = _derivative(margin)
-    low, slope_low = 0.0, margin[1]
-    for k in range(1, _PIECES + 1):
-        high = k / _PIECES
-        if _value(margin, high) <= 0:
-            return _root(margin, low, high)
-        slope_high = _value(slope, high)
-        if slope_low < 0 and slope_high > 0:
-            lowest = _root(slope, low, high)
-            if _value(margin, lowest) <= 0:
-                return _root(margin, low, lowest)
-        low, slope_low = high, slope_high
-    return np.inf
+    reach = (margin[0] ** 2 / mode[0] + margin[1] ** 2) * (mode[0] * y[0] ** 2 + y[1] ** 2)
+    return mode[4] == 0 and offset > 0 and reach < offset**2
 
 
-@njit(cache=True)
-def _curve(theta, times, onset, closing, travel):
-    """Fill one curve (t,); return its switching time and reopening flag."""
-    mu, k_a, k_b, gamma_a, gamma_b, f, gap = theta
-    held = (f + k_b * gap) / (k_a + k_b)
-    free = np.array([k_a + k_b, gamma_a + gamma_b, k_b, gamma_b, mu * k_b, mu * gamma_b])
-    closed = np.array([k_a + k_b, gamma_a + gamma_b, 0.0, 0.0, 0.0, 0.0])
-    rate = _rate(theta)
+@compiled
+def _follow(theta, free, pull, state, start, margin, ends, times, sample, travel, row, buffers):
+    """Fill the curve in one mode, from the state at ``start`` until the margin is not positive.
 
-    # Equilibria of drive and contact, the margin's weights, and the state as deviations.
-    force = np.array([k_b, gamma_b, 0.0])
-    if closing:
-        mode, centre_a, centre_b, weights = free, f / k_a, f / k_a, np.array([0.0, 0.0, -1.0])
-        rest, state = 0.0, np.array([-centre_a, 0.0, -centre_b, 0.0])
-        constant = gap - centre_b
-    else:
-        mode, centre_a, centre_b, weights = closed, k_b * gap / (k_a + k_b), gap, force
-        rest, state = held, np.array([held - centre_a, 0.0, 0.0, 0.0])
-        constant = k_b * (centre_a - gap)
-
-    switching, reopening, switched = np.inf, False, False
-    series, margin = np.empty((4, _ORDER + 1)), np.empty(_ORDER + 1)
-    now, sample, last = onset, 0, times[-1]
-    while sample < times.size and times[sample] <= onset:
-        travel[sample] = rest
-        sample += 1
+    A margin that ends nothing (``ends``) is only watched; one without weights is not. Return the
+    next sample, the time of the margin's zero (inf if not by the last sample), and x_a and x_a'
+    at the end of the mode.
+    """
+    mode, h = mode_of(theta, free), REACH / rate_of(theta, free)
+    x_a, x_b = equilibrium(theta, free, pull)
+    rows, half, whole, position, margins, slope, nodes = buffers
+    propagate(mode, h, rows, half, whole)
+    _watch(margin, h, rows)
+    offset = margin[3] + margin[0] * x_a + margin[2] * x_b
+    watching = margin[0] != 0 or margin[2] != 0
+    y = times_matrix(half, (state[0] - x_a, state[1], state[2] - x_b, state[3]))
+    zero = u = np.inf
+    interval = 0
     while sample < times.size:
-        length = min(_REACH / rate, last - now)
-        _series(mode, state, length, series)
-        end, leave = 1.0, np.inf
-        if not switched or (closing and not reopening):
-            for k in range(_ORDER + 1):
-                margin[k] = (
-                    weights[0] * series[0, k]
-                    + weights[1] * series[1, k]
-                    + weights[2] * series[2, k]
+        begin, stop = start + 2 * interval * h, start + 2 * (interval + 1) * h
+        if watching:
+            coefficients(rows, 2, y, margins)
+            margins[0] += offset
+            u = first_zero(margins, slope, nodes)
+            if begin + (1 + u) * h <= times[-1]:
+                watching, zero = False, begin + (1 + u) * h
+            elif _stays_positive(mode, margin, offset, y):
+                watching = False
+        ended = ends and zero < np.inf
+        coefficients(rows, 0, y, position)
+        position[0] += x_a
+        first, sample = sample, passed(times, sample, zero if ended else stop)
+        # Whole vectors of eight: what is too many, the next interval fills again.
+        filled = min(times.size, first + (sample - first + 7) // 8 * 8)
+        values(position, times, first, filled, begin + h, h, travel, row)
+        if ended:
+            x_a, v_a = value_and_slope(position, u)
+            return sample, zero, x_a, v_a / h
+        y = times_matrix(whole, y)
+        interval += 1
+    return sample, zero, np.nan, np.nan
+
+
+@compiled
+def _curve(theta, times, onset, closing, travel, row, buffers):
+    """Fill one curve (t,); return its switching time and reopening flag."""
+    _, _, k_b, _, gamma_b, f, gap = theta
+    distance, force = (0.0, 0.0, -1.0, gap), (k_b, gamma_b, 0.0, -k_b * gap)
+    if closing:
+        pull, state, margin, later = f, (0.0, 0.0, 0.0, 0.0), distance, force
+    else:
+        held = equilibrium(theta, False, f)[0]
+        pull, state, margin, later = 0.0, (held, 0.0, gap, 0.0), force, (0.0, 0.0, 0.0, 0.0)
+    sample = passed(times, 0, onset)
+    travel[row, :sample] = state[0]
+    sample, switching, x_a, v_a = _follow(
+        theta, closing, pull, state, onset, margin, True, times, sample, travel, row, buffers
+    )
+    again = np.inf
+    if sample < times.size:  # the contact stops dead at the gap, or leaves it from rest
+        state = (x_a, v_a, gap, 0.0)
+        start, free = switching, not closing
+        _, again, _, _ = _follow(
+            theta, free, pull, state, start, later, False, times, sample, travel, row, buffers
+        )
+    return switching - onset, again < np.inf
+
+
+def _made_of(source):
+    @njit(cache=True, parallel=True, error_model="numpy")
+    def simulate(theta, times, onset, closing, travel, switching, reopening):
+        _ = source  # see ``modes.checksum``
+        n = theta.shape[0]
+        for block in prange((n + _ROWS - 1) // _ROWS):
+            buffers = make_buffers()
+            for i in range(block * _ROWS, min(n, (block + 1) * _ROWS)):
+                switching[i], reopening[i] = _curve(
+                    theta[i], times, onset[i], closing, travel, i, buffers
                 )
-            margin[0] += constant
-            leave = _first_zero(margin)
-        if leave <= 1.0 and not switched:
-            end = leave
-        stop = last if now + end * length >= last else now + end * length
-        first = sample
-        while sample < times.size and times[sample] <= stop:
-            sample += 1
-        _values(series[0], (times[first:sample] - now) / length, travel[first:sample])
-        travel[first:sample] += centre_a
-        for i in range(4):
-            state[i] = _value(series[i], end)
-        now = stop
-        if leave <= 1.0 and switched:
-            reopening = True
-        elif leave <= 1.0:
-            switched, switching = True, now - onset
-            position = centre_a + state[0]
-            if closing:  # the contact stops dead at the gap
-                mode, centre_a, weights = closed, held, force
-                constant = k_b * (centre_a - gap)
-                state[2] = state[3] = 0.0
-            else:  # the contact leaves from rest at the gap
-                mode, centre_a = free, 0.0
-                state[2], state[3] = gap, 0.0
-            state[0] = position - centre_a
-    return switching, reopening
+
+    return simulate
 
 
-@njit(cache=True, parallel=True)
-def _simulate(theta, times, onset, closing, travel, switching, reopening):
-    for i in prange(theta.shape[0]):
-        switching[i], reopening[i] = _curve(theta[i], times, onset[i], closing, travel[i])
+_simulate = _made_of(SOURCE)

@@ -27,10 +27,12 @@ def remove(measured: np.ndarray, share: float, rng: np.random.Generator) -> np.n
 def widening(whole: xr.Dataset, missing: xr.Dataset, names: Sequence[str]) -> np.ndarray:
     """Return how much wider posteriors are without the missing samples, ``(n, q)``.
 
-    The ratio of standard deviations, of log parameters and of the onset, curve by curve.
+    The ratio of standard deviations, of log parameters and of the onset, curve by curve. It is nan
+    where either of the two says that it is not ``resolved``: its draws are not the posterior's.
 
     Args:
-        whole, missing: ``draws (curve, draw, output)`` of the same curves.
+        whole, missing: ``draws (curve, draw, output)`` of the same curves, and ``resolved (curve)``
+            if they were corrected.
         names: Names of the outputs.
     """
     log = is_logarithmic(names)
@@ -38,5 +40,8 @@ def widening(whole: xr.Dataset, missing: xr.Dataset, names: Sequence[str]) -> np
     for data in (missing, whole):
         draws = data.draws.values.astype(np.float64)
         draws[..., log] = np.log(draws[..., log])
-        sds.append(draws.std(axis=1, ddof=1))
+        sd = draws.std(axis=1, ddof=1)
+        if "resolved" in data:
+            sd[~data.resolved.values] = np.nan
+        sds.append(sd)
     return sds[0] / sds[1]

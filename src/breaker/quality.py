@@ -30,7 +30,8 @@ def quality(
     Returns:
         Columns ``calibration_p`` (uniform ranks; see ``calibration_p_values``),
         ``calibration_p_reader`` (the same through files; nan without), ``z_mean``, ``z_sd``,
-        ``contraction``, ``contraction_limit`` and their ``shortfall``, and ``coverage_50``, ``coverage_95``.
+        ``contraction``, ``contraction_limit`` and their ``shortfall``, and ``coverage_50``,
+        ``coverage_95``.
     """
     draws, truth = data.draws.values, data.truth.values
     d = data.sizes["draw"]

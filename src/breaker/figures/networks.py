@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator, NullFormatter, StrMethodFormatter
 
 from breaker.calibration import Verdict
 from breaker.figures.style import (
@@ -27,15 +28,16 @@ from breaker.figures.style import (
 
 __all__ = ["missing", "networks"]
 
-# Column, that of its standard error, words, and whether its axis is logarithmic.
+# Column, that of its standard error, words, and how its axis runs: as the values do, from 0 (large
+# numbers), over the share from 0 to 1, or logarithmically.
 _MEASURES = (
-    ("held_out_log_density", "held_out_log_density_se", "held-out log density (nats)", False),
-    ("gap_nats", "gap_se", "gap to the exact posterior (nats)", False),
-    ("efficiency_median", None, "median efficiency", False),
-    ("calibration_p", None, "calibration, p of all outputs", False),
-    ("draws_per_second", None, "draws per second, one core", True),
-    ("training_seconds", None, "training, s of processor time", True),
-    ("weights", None, "weights", True),
+    ("held_out_log_density", "held_out_log_density_se", "held-out log density (nats)", "free"),
+    ("gap_nats", "gap_se", "gap to the exact posterior (nats)", "free"),
+    ("efficiency_median", None, "median efficiency", "share"),
+    ("calibration_p", None, "calibration, p of all outputs", "share"),
+    ("draws_per_second", None, "draws per second, one core", "logarithmic"),
+    ("training_seconds", None, "training, s of processor time", "from 0"),
+    ("weights", None, "weights", "from 0"),
 )
 _POOR = 0.01  # p-value below which a network counts as not calibrated
 
@@ -45,49 +47,76 @@ def networks(table: pd.DataFrame, *, motion: str) -> Figure:
     """Draw one panel a measure, one row a network.
 
     Args:
-        table: Rows of ``network_table.row``.
+        table: Rows of ``network_table.row``. What is nan in it is "not known" in the figure.
         motion: Motion of the title.
     """
     figure, axes = panels(len(_MEASURES), columns=4, width=3.6, height=0.42 * len(table) + 1.4)
+    names = table.network.str.replace("_", " ").to_numpy()
     rows = np.arange(len(table))[::-1]
-    for i, (axis, (column, error, words, logarithmic)) in enumerate(
-        zip(axes, _MEASURES, strict=True)
-    ):
+    poor = table.calibration_p.to_numpy() < _POOR
+    for i, (axis, (column, error, words, run)) in enumerate(zip(axes, _MEASURES, strict=True)):
         values = table[column].to_numpy(dtype=float)
         if error is not None:
             axis.errorbar(values, rows, xerr=2 * table[error], fmt="none", color=REFERENCE, lw=1)
-        poor = (values < _POOR) if column == "calibration_p" else np.zeros(len(rows), dtype=bool)
-        axis.scatter(values, rows, c=[WARNING if bad else AMORTISED for bad in poor], s=36)
-        if logarithmic:
-            axis.set_xscale("log")
+        marks = [WARNING if column == "calibration_p" and bad else AMORTISED for bad in poor]
+        axis.scatter(values, rows, c=marks, s=36, zorder=3)
+        if column == "gap_nats":
+            axis.axvline(0.0, color=REFERENCE, lw=0.9, ls="--")
+        _run(axis, values, run)
         axis.set(xlabel=words, ylim=(-0.6, len(rows) - 0.4))
-        names = table.network.str.replace("_", " ") if i % 4 == 0 else [""] * len(rows)
-        axis.set_yticks(rows, names)
-        axis.margins(x=0.15)
-        for row, value in zip(rows, values, strict=True):
-            axis.annotate(
-                f"{value:.3g}" if value < 1000 else f"{value:,.0f}",
-                (value, row),
-                xytext=(0, 7),
-                textcoords="offset points",
-                ha="center",
-                fontsize=8,
-            )
-    _limits(axes)
-    best = table.loc[table.held_out_log_density.idxmax(), "network"].replace("_", " ")
+        axis.set_yticks(rows, names if i % 4 == 0 else [""] * len(rows))
+        _numbers(axis, values, rows)
+    density = table.held_out_log_density.fillna(-np.inf).to_numpy()
+    best = names[density.argmax()] if np.isfinite(density).any() else "not known"
     heading(figure, motion, "networks side by side", f"highest held-out log density: {best}")
-    line = Line2D([], [], color=REFERENCE, lw=1, label="two standard errors")
-    legend_below(figure, [line])
+    handles = [
+        Line2D([], [], color=REFERENCE, lw=1, label="two standard errors"),
+        Line2D([], [], color=REFERENCE, lw=0.9, ls="--", label="no gap"),
+    ]
+    if poor.any():
+        label = f"not calibrated: p below {_POOR:g}"
+        handles.append(Line2D([], [], color=WARNING, ls="", marker="o", ms=6, label=label))
+    legend_below(figure, handles)
     return figure
 
 
-def _limits(axes: Sequence[Axes]) -> None:
-    """Show the gap from zero and shares from 0 to 1."""
-    low, high = axes[1].get_xlim()
-    axes[1].set_xlim(min(low, 0.0), high)
-    axes[1].axvline(0.0, color=REFERENCE, lw=0.9, ls="--")
-    for axis in axes[2:4]:
-        axis.set_xlim(-0.03, 1.03)
+def _run(axis: Axes, values: np.ndarray, run: str) -> None:
+    """Scale an axis of values, with room for the numbers at its ends."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        axis.set(xlim=(-0.1, 1.1), xticks=[])
+    elif run == "share":
+        axis.set(xlim=(-0.1, 1.1), xticks=np.linspace(0.0, 1.0, 6))
+    elif run == "logarithmic":
+        axis.set_xscale("log")
+        axis.set_xlim(known.min() / 4, 4 * known.max())  # at least one power of ten
+        axis.xaxis.set_minor_formatter(NullFormatter())
+    elif run == "from 0":
+        axis.set_xlim(-0.1 * known.max(), 1.2 * known.max())
+        axis.xaxis.set_major_locator(MaxNLocator(4))
+        axis.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
+    else:
+        axis.margins(x=0.15)
+
+
+def _numbers(axis: Axes, values: np.ndarray, rows: np.ndarray) -> None:
+    """Write each value above its mark, and where there is none, that it is not known."""
+    above = {"xytext": (0, 7), "textcoords": "offset points", "ha": "center", "fontsize": 8}
+    for row, value in zip(rows, values, strict=True):
+        if np.isfinite(value):
+            axis.annotate(_number(value), (value, row), **above)
+        else:
+            words = "not known" if np.isnan(value) else f"{value}"
+            axis.annotate(words, (0.5, row), xycoords=axis.get_yaxis_transform(), **above)
+
+
+def _number(value: float) -> str:
+    size = abs(value)
+    if size >= 99.5:
+        return f"{value:,.0f}"
+    if size >= 1.0:
+        return f"{value:#.3g}"
+    return f"{value:.2f}" if size >= 0.1 else f"{value:.2g}"
 
 
 @styled
@@ -105,14 +134,14 @@ def missing(
     Args:
         verdict: Of the ranks with missing samples.
         amortised, exact: Ratio of posterior sds with missing samples to those without, ``(n, q)``,
-            of the network and of the exact posterior.
+            of the network and of the exact posterior; nan where there is none.
         names: Names of the ``q`` outputs.
         motion: Motion of the title.
         share: Share of the samples that is missing.
     """
     q = len(names)
-    figure = new_figure(11.0, 5.2)
-    left, right = figure.subplots(1, 2, width_ratios=[1.15, 1.0])
+    figure = new_figure(12.0, 5.2)
+    left, right = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
     band = verdict.band
     left.fill_between(band.grid, band.lower, band.upper, color=PRIOR, alpha=0.35, lw=0)
     for i, name in enumerate(names):
@@ -126,10 +155,12 @@ def missing(
     left.axhline(0.0, color=REFERENCE, lw=0.6)
     left.set(xlim=(0, 1), xlabel="rank of the truth / (draws + 1)", ylabel="ECDF difference")
     left.set_title("calibrated?", loc="left")
-    left.legend(ncols=2, loc="best", fontsize=8)
+    left.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)  # beside all lines
 
     rows = np.arange(q)[::-1]
     for ratios, mark, shift in ((amortised, AMORTISED, 0.14), (exact, CORRECTED, -0.14)):
+        if np.isnan(ratios).all():
+            continue
         low, middle, high = np.nanquantile(ratios, [0.05, 0.5, 0.95], axis=0)
         right.hlines(rows + shift, low, high, color=mark, lw=2, alpha=0.5)
         right.plot(middle, rows + shift, "o", color=mark, ms=6)
@@ -140,12 +171,20 @@ def missing(
 
     outside = [parameter(n).symbol for n, bad in zip(names, verdict.outside, strict=True) if bad]
     words = f"outside the band: {', '.join(outside)}" if outside else "all outputs inside the band"
-    heading(figure, motion, f"{share:.0%} of the samples missing at random", words)
+    heading(figure, motion, f"{100 * share:g} % of the samples missing at random", words)
     band_words = f"simultaneous {100 * (1 - verdict.alpha):g} % band"
     handles = [
         Patch(color=PRIOR, alpha=0.35, lw=0, label=band_words),
-        Line2D([], [], color=AMORTISED, marker="o", lw=2, label="network: median, 5 to 95 %"),
-        Line2D([], [], color=CORRECTED, marker="o", lw=2, label="exact posterior"),
+        _widths(AMORTISED, "network", amortised),
+        _widths(CORRECTED, "exact posterior", exact),
     ]
     legend_below(figure, handles)
     return figure
+
+
+def _widths(mark: str, whose: str, ratios: np.ndarray) -> Line2D:
+    """Legend of the ratios: how they are drawn, and of how many curves there are some."""
+    known = np.isfinite(ratios).all(axis=1).sum()
+    count = f"{known}" if known == len(ratios) else f"{known} of {len(ratios)}"
+    label = f"{whose}: median, 5 to 95 % ({count} curves)"
+    return Line2D([], [], color=mark, marker="o", lw=2, label=label)

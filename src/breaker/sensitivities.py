@@ -1,0 +1,142 @@
+r"""Exact derivatives of travel curves by the logs of the parameters and by the onset.
+
+They go through the same series as the curves. In a mode, a row of coefficients obeys the product
+rule of its recursion, ``(r A)' = r' A + r A'``, and so does the state, ``exp(A h) y``, at a fixed
+time. Where the state's velocity changes from v to w, at an event whose time moves by ``dt``, the
+derivative of the state at a fixed time jumps by ``(v - w) dt``:
+
+- at the onset, from rest, ``dt`` is 1 by the onset and 0 by a parameter;
+- at the touch, ``x_b = L`` gives ``dt = (dL - dx_b) / x_b'``; from there the contact is at L;
+- at the parting the contact force is zero, so that both modes accelerate alike and ``dt`` does not
+  matter. A contact that parts at once (``f <= k_a L``) parts with the onset.
+
+Travel and speed of the drive are continuous at the onset and at the event, and with them these
+derivatives, in time and in the parameters: there is one at every sample. What jumps are their own
+slopes, so that differences over a step that carries an event across a sample are of first order
+only. Two limits are none of theirs: a touch by a maximum alone (``x_b' = 0``) comes and goes, and
+the derivatives after it are not finite, or large near it.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from breaker import modes, tangents
+from breaker.arguments import blocks, check, contiguous
+from breaker.mechanism import Motion, travel
+from breaker.modes import compiled
+
+__all__ = ["sensitivity"]
+
+_ROWS = 16  # of a thread at a time, in the same buffers
+
+
+def sensitivity(
+    theta: np.ndarray,
+    times: np.ndarray,
+    motion: str,
+    *,
+    onset: float | np.ndarray = 0.0,
+) -> tuple[Motion, np.ndarray]:
+    """Simulate operations with their derivatives.
+
+    Arguments and errors are those of ``mechanism.travel``.
+
+    Returns:
+        What ``travel`` returns, and the derivatives of the travel, ``(n, t, p + 1)``: by the
+        natural log of each parameter, mm, and last by the onset, mm/ms (minus the speed).
+    """
+    result = travel(theta, times, motion, onset=onset)
+    theta, times, onset = check(theta, times, motion, onset)
+    slopes = np.empty((*result.travel.shape, tangents.LANES))
+    for rows in blocks(len(theta)):
+        arrays = contiguous(theta[rows], times, onset[rows], result.switching[rows])
+        _differentiate(*arrays, motion == "closing", slopes[rows])
+    return result, slopes
+
+
+# ---- one curve -------------------------------------------------------------------------------
+
+
+@compiled
+def _follow(theta, free, pull, state, start, stop, times, sample, out, buffers, slopes):
+    """Fill the derivatives (t, 8) in one mode from ``start`` to ``stop``: a whole number of steps.
+
+    Return the next sample and the state at ``stop``; the state's derivatives stay in ``slopes``.
+    """
+    steps = int(np.ceil((stop - start) * modes.rate_of(theta, free) / (2 * modes.REACH)))
+    if steps == 0:
+        return sample, state
+    h, lanes = (stop - start) / (2 * steps), out.shape[1]
+    mode, (x_a, x_b) = modes.mode_of(theta, free), modes.equilibrium(theta, free, pull)
+    rows, half, whole, _, _, _, _ = buffers
+    d_mode, d_rows, d_half, d_whole, series, rest, dy, moved, _ = slopes
+    tangents.set_mode(theta, free, d_mode)
+    tangents.set_equilibrium(theta, free, pull, rest)
+    modes.propagate(mode, h, rows, half, whole)
+    tangents.propagate(mode, h, rows, half, slopes, lanes)
+    dy -= rest
+    y = state[0] - x_a, state[1], state[2] - x_b, state[3]
+    y = tangents.advance(half, d_half, y, dy, moved, lanes)
+    for step in range(1, steps + 1):
+        end = start + 2 * step * h if step < steps else stop
+        first, sample = sample, modes.passed(times, sample, end)
+        tangents.coefficients(rows, d_rows, y, dy, series, lanes)
+        middle = start + (2 * step - 1) * h
+        tangents.values(series, rest, times, first, sample, middle, h, out, lanes)
+        if step < steps:
+            y = tangents.advance(whole, d_whole, y, dy, moved, lanes)
+    y = tangents.advance(half, d_half, y, dy, moved, lanes)
+    dy += rest
+    return sample, (y[0] + x_a, y[1], y[2] + x_b, y[3])
+
+
+@compiled
+def _curve(theta, times, onset, closing, switching, out, buffers, slopes):
+    """Fill the derivatives of one curve, (t, 8), whose switching time is known."""
+    f, gap = theta[5], theta[6]
+    dx, event = slopes.state, slopes.event
+    pull, state = f, (0.0, 0.0, 0.0, 0.0)
+    dx[:] = 0.0
+    if not closing:
+        pull, state = 0.0, (modes.equilibrium(theta, False, f)[0], 0.0, gap, 0.0)
+        tangents.set_equilibrium(theta, False, f, dx)
+    sample = modes.passed(times, 0, onset)
+    out[:sample] = dx[: event.size]
+
+    event[:] = 0.0
+    event[-1] = 1.0
+    after = modes.velocity_of(theta, closing, pull, state)
+    tangents.jump((0.0, 0.0, 0.0, 0.0), after, event, dx)
+    stop, last = min(onset + switching, times[-1]), times[-1]
+    sample, state = _follow(
+        theta, closing, pull, state, onset, stop, times, sample, out, buffers, slopes
+    )
+    if sample == times.size:
+        return
+
+    free, before = not closing, modes.velocity_of(theta, closing, pull, state)
+    if closing:
+        for j in range(event.size):
+            x_a, v_a, x_b, _ = tangents.lane(dx, 0, j)
+            d_gap = gap if j == tangents.GAP else 0.0
+            event[j] = (d_gap - x_b) / state[3]
+            tangents.set_lane(dx, 0, j, (x_a, v_a, d_gap, 0.0))
+        before, state = (before[0], before[1], 0.0, 0.0), (state[0], state[1], gap, 0.0)
+    tangents.jump(before, modes.velocity_of(theta, free, pull, state), event, dx)
+    _follow(theta, free, pull, state, stop, last, times, sample, out, buffers, slopes)
+
+
+def _made_of(*sources):
+    @njit(cache=True, parallel=True, error_model="numpy")
+    def differentiate(theta, times, onset, switching, closing, out):
+        _ = sources  # see ``modes.checksum``
+        n = theta.shape[0]
+        for block in prange((n + _ROWS - 1) // _ROWS):
+            buffers, slopes = modes.make_buffers(), tangents.make_tangents()
+            for i in range(block * _ROWS, min(n, (block + 1) * _ROWS)):
+                _curve(theta[i], times, onset[i], closing, switching[i], out[i], buffers, slopes)
+
+    return differentiate
+
+
+_differentiate = _made_of(modes.SOURCE, tangents.SOURCE)
