@@ -19,7 +19,7 @@ SETTINGS = {
     "round_draws": 500,
     "fit_size": 100,
     "rounds": 20,
-    "efficiency": 0.5,
+    "efficiency": 0.6,
     "smallest_size": 400,
     "largest_k": 0.7,
 }
@@ -182,6 +182,20 @@ def test_draws_stay_in_the_support():
     for result in repeated(TRUNCATED, "shifted", repeats=3):
         z = TRUNCATED.standardise(result.draws)
         assert np.isfinite(TRUNCATED.log_posterior(z)).all()
+
+
+def test_draws_that_hardly_reach_the_support():
+    """Fewer of the first round are in the support than a fit needs: more are drawn, until it has
+    them. Evidence: false alarm 1e-3."""
+    results, model = [], TRUNCATED
+    for i in range(8):
+        rng = generator(1, "test correction", "hardly", i)
+        z = rng.standard_normal((500, 4)) - 2.2 * model.direction
+        share = np.mean(TriangularMap.fit(z).sample(4000, rng) @ model.direction > model.bound)
+        assert share * SETTINGS["round_draws"] < 0.5 * SETTINGS["fit_size"]
+        results.append(correct(model, RECORD, model.destandardise(z), SETTINGS, rng))
+    assert all(r.resolved for r in results)
+    assert evidence_p_value(results) > 1e-3
 
 
 @pytest.mark.parametrize("fault", ["normalisation", "scale"])

@@ -22,7 +22,7 @@ SETTINGS = {
     "round_draws": 500,
     "fit_size": 100,
     "rounds": 20,
-    "efficiency": 0.5,
+    "efficiency": 0.6,
     "smallest_size": 400,
     "largest_k": 0.7,
 }

@@ -83,7 +83,8 @@ def correct(
             rounds += 1
             if last.efficiency >= settings["efficiency"] or rounds == settings["rounds"]:
                 last = add(proposal, settings["draws"])
-                proposal = _refit(points, joints, maps, settings["fit_size"])
+                if not _good(last, settings):
+                    proposal = _refit(points, joints, maps, settings["fit_size"])
                 best, z = last, points[-1]
     except np.linalg.LinAlgError as error:
         failure = f"no map: {error}"
@@ -104,7 +105,7 @@ def _refit(points: list, joints: list, maps: list, size: float) -> TriangularMap
     z = np.concatenate(points)
     densities = [proposal.log_prob(z) + np.log(n / len(z)) for proposal, n in maps]
     log_ratio = np.concatenate(joints) - np.logaddexp.reduce(densities)
-    if np.sum(log_ratio > -np.inf) < size and not np.isnan(log_ratio).any():
+    if np.sum(log_ratio > -np.inf) < size and np.all(log_ratio < np.inf):
         return maps[-1][0]
     return TriangularMap.fit(z, temper(log_ratio, size))
 

@@ -64,7 +64,7 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
     with np.errstate(invalid="ignore"):
         log_ratio = log_joint - log_density
     d = log_ratio.size
-    faulty = int(np.sum(np.isnan(log_ratio) | (log_ratio == np.inf)))
+    faulty = int(np.sum(np.isnan(log_ratio) | (log_ratio == np.inf) | (log_density == np.inf)))
     if faulty:
         return Importance(np.full(d, np.nan), *[np.nan] * 5, faulty)
     total = logsumexp(log_ratio)

@@ -91,13 +91,16 @@ class Model:
     def log_prior(self, z: np.ndarray) -> np.ndarray:
         """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.
 
-        It is ``-inf`` outside the prior's support, and beyond 20 prior standard deviations.
+        It is ``-inf`` outside the prior's support, and beyond 20 prior standard deviations; nan
+        stays nan.
         """
         near = np.all(np.abs(z) <= _FARTHEST, axis=-1)
         values = self.destandardise(np.where(near[..., None], z, 0.0))
         inside = near & self.prior.supported(values[..., : len(NAMES)])
-        normal = -0.5 * (np.square(z).sum(-1) + z.shape[-1] * np.log(2 * np.pi))
-        return np.where(inside, normal - self.prior.log_support, -np.inf)
+        square = np.square(np.where(inside[..., None], z, 0.0)).sum(-1)
+        normal = -0.5 * (square + z.shape[-1] * np.log(2 * np.pi))
+        result = np.where(inside, normal - self.prior.log_support, -np.inf)
+        return np.where(np.isnan(z).any(axis=-1), np.nan, result)
 
     def log_joint(self, z: np.ndarray, record: np.ndarray) -> np.ndarray:
         """Return ``log p(z, record)`` of standardised outputs ``(n, q)`` and a record ``(t,)``.

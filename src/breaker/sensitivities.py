@@ -1,20 +1,22 @@
 r"""Exact derivatives of travel curves by the logs of the parameters and by the onset.
 
-They go through the same series as the curves. In a mode, a row of coefficients obeys the product
-rule of its recursion, ``(r A)' = r' A + r A'``, and so does the state, ``exp(A h) y``, at a fixed
-time. Where the state's velocity changes from v to w, at an event whose time moves by ``dt``, the
-derivative of the state at a fixed time jumps by ``(v - w) dt``:
+They go through the same series as the curves, by the product rule (``tangents``). Where the state's
+velocity changes from v to w, at an event whose time moves by ``dt``, the derivative of the state at
+a fixed time jumps by ``(v - w) dt``:
 
 - at the onset, from rest, ``dt`` is 1 by the onset and 0 by a parameter;
-- at the touch, ``x_b = L`` gives ``dt = (dL - dx_b) / x_b'``; from there the contact is at L;
+- at the touch, ``x_b = L`` gives ``dt = (dL - dx_b) / x_b'``. The drive's acceleration loses
+  ``gamma_b x_b'``, so the derivative of its speed jumps by ``gamma_b (dL - dx_b)``, also where
+  the contact only just arrives; the contact is at L from there;
 - at the parting the contact force is zero, so that both modes accelerate alike and ``dt`` does not
-  matter. A contact that parts at once (``f <= k_a L``) parts with the onset.
+  matter. But a contact that parts at once (``f <= k_a L``) parts with the onset.
 
-Travel and speed of the drive are continuous at the onset and at the event, and with them these
-derivatives, in time and in the parameters: there is one at every sample. What jumps are their own
-slopes, so that differences over a step that carries an event across a sample are of first order
-only. Two limits are none of theirs: a touch by a maximum alone (``x_b' = 0``) comes and goes, and
-the derivatives after it are not finite, or large near it.
+Travel and speed of the drive are continuous at the onset and at the event, and so are these
+derivatives in time: there is one at every sample. What jumps there are their own slopes, so that
+differences over a step that carries an event across a sample are of first order only.
+
+A touch by a maximum alone comes and goes with the parameters, and with it a part of the curve. The
+derivatives are those of the side that the curve is on.
 """
 
 import numpy as np
@@ -69,7 +71,7 @@ def _follow(theta, free, pull, state, start, stop, times, sample, out, buffers, 
     h, lanes = (stop - start) / (2 * steps), out.shape[1]
     mode, (x_a, x_b) = modes.mode_of(theta, free), modes.equilibrium(theta, free, pull)
     rows, half, whole, _, _, _, _ = buffers
-    d_mode, d_rows, d_half, d_whole, series, rest, dy, moved, _ = slopes
+    d_mode, d_rows, d_half, d_whole, series, rest, dy, moved = slopes
     tangents.set_mode(theta, free, d_mode)
     tangents.set_equilibrium(theta, free, pull, rest)
     modes.propagate(mode, h, rows, half, whole)
@@ -91,38 +93,42 @@ def _follow(theta, free, pull, state, start, stop, times, sample, out, buffers, 
 
 
 @compiled
+def _start(before, after, dx):
+    """Change the derivatives by the onset where the velocity changes with the onset."""
+    for s in range(4):
+        dx[(s + 1) * tangents.LANES - 1] += before[s] - after[s]
+
+
+@compiled
 def _curve(theta, times, onset, closing, switching, out, buffers, slopes):
     """Fill the derivatives of one curve, (t, 8), whose switching time is known."""
-    f, gap = theta[5], theta[6]
-    dx, event = slopes.state, slopes.event
-    pull, state = f, (0.0, 0.0, 0.0, 0.0)
+    gamma_b, f, gap = theta[4], theta[5], theta[6]
+    dx, still = slopes.state, (0.0, 0.0, 0.0, 0.0)
+    pull, state = f, still
     dx[:] = 0.0
     if not closing:
         pull, state = 0.0, (modes.equilibrium(theta, False, f)[0], 0.0, gap, 0.0)
         tangents.set_equilibrium(theta, False, f, dx)
     sample = modes.passed(times, 0, onset)
-    out[:sample] = dx[: event.size]
+    out[:sample] = dx[: tangents.LANES]
 
-    event[:] = 0.0
-    event[-1] = 1.0
-    after = modes.velocity_of(theta, closing, pull, state)
-    tangents.jump((0.0, 0.0, 0.0, 0.0), after, event, dx)
-    stop, last = min(onset + switching, times[-1]), times[-1]
+    _start(still, modes.velocity_of(theta, closing, pull, state), dx)
+    stop = min(onset + switching, times[-1])
     sample, state = _follow(
         theta, closing, pull, state, onset, stop, times, sample, out, buffers, slopes
     )
     if sample == times.size:
         return
-
-    free, before = not closing, modes.velocity_of(theta, closing, pull, state)
     if closing:
-        for j in range(event.size):
+        for j in range(tangents.LANES):
             x_a, v_a, x_b, _ = tangents.lane(dx, 0, j)
             d_gap = gap if j == tangents.GAP else 0.0
-            event[j] = (d_gap - x_b) / state[3]
-            tangents.set_lane(dx, 0, j, (x_a, v_a, d_gap, 0.0))
-        before, state = (before[0], before[1], 0.0, 0.0), (state[0], state[1], gap, 0.0)
-    tangents.jump(before, modes.velocity_of(theta, free, pull, state), event, dx)
+            tangents.set_lane(dx, 0, j, (x_a, v_a + gamma_b * (d_gap - x_b), d_gap, 0.0))
+        state = (state[0], state[1], gap, 0.0)
+    else:
+        before = modes.velocity_of(theta, False, pull, state)
+        _start(before, modes.velocity_of(theta, True, pull, state), dx)
+    last, free = times[-1], not closing
     _follow(theta, free, pull, state, stop, last, times, sample, out, buffers, slopes)
 
 

@@ -23,7 +23,6 @@ __all__ = [
     "Tangents",
     "advance",
     "coefficients",
-    "jump",
     "lane",
     "make_tangents",
     "propagate",
@@ -49,7 +48,6 @@ class Tangents(NamedTuple):
     rest: np.ndarray  # (4, 8) of the equilibrium
     state: np.ndarray  # (4, 8) of the state, or of its deviation from the equilibrium
     moved: np.ndarray  # (4, 8) of the deviation after a step
-    event: np.ndarray  # (8,) of the time of an event
 
 
 @compiled
@@ -64,7 +62,6 @@ def make_tangents():
         np.empty(4 * n),
         np.empty(4 * n),
         np.empty(4 * n),
-        np.empty(n),
     )
 
 
@@ -193,11 +190,3 @@ def values(series, rest, times, first, stop, middle, h, out, lanes):
             for k in range(TERMS - 2, -1, -1):
                 total = total * u + series[_at(k, j)]
             out[sample, np.uint64(j)] = rest[_at(0, j)] + total
-
-
-@compiled
-def jump(before, after, event, dx):
-    """Change the state's derivatives where its velocity changes."""
-    for j in range(event.size):
-        for s in range(4):
-            dx[_at(s, j)] += (before[s] - after[s]) * event[j]

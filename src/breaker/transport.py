@@ -21,7 +21,7 @@ from scipy.linalg import solve_triangular
 
 __all__ = ["TriangularMap"]
 
-_FREEDOM = 8.0  # of the Student-t
+_FREEDOM = 5.0  # of the Student-t: heavy enough for tails that the fit has not seen
 _LINEAR, _QUADRATIC = 2.0, 8.0  # ridge of the regression, in draws of unit variance
 
 
