@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from scipy.stats import kstest
 
-from breaker import __version__
+from breaker import __version__, arguments
 from breaker.bank import open_bank, simulate
 from breaker.mechanism import travel
 from breaker.parameters import MOTIONS, NAMES, PARAMETERS
@@ -101,6 +101,13 @@ def test_threads_do_not_change_bytes(shard, tmp_path):
     finally:
         numba.set_num_threads(before)
     assert content(tmp_path / "1") == content(tmp_path / "2")
+
+
+def test_blocks_do_not_change_bytes(shard, tmp_path, monkeypatch):
+    for rows in (8192, 7):
+        monkeypatch.setattr(arguments, "_ROWS", rows)
+        save(shard(n=300), tmp_path / str(rows))
+    assert content(tmp_path / "8192") == content(tmp_path / "7")
 
 
 def test_saving_again_replaces_the_store(shard, tmp_path):

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from breaker import arguments
 from breaker.mechanism import rest_position, travel
 from breaker.parameters import MOTIONS, NAMES
 from breaker.randomness import generator
@@ -219,6 +220,16 @@ def test_threads_do_not_change_bytes(prior, sensor, motion):
         numba.set_num_threads(before)
     for one, two in zip(*results, strict=True):
         assert one.tobytes() == two.tobytes()
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_blocks_do_not_change_bytes(prior, sensor, motion, monkeypatch):
+    theta, onset = draws(prior, 200, "blocks")
+    whole = travel(theta, sensor.times, motion, onset=onset)
+    for rows in (1, 7, 64, 199):
+        monkeypatch.setattr(arguments, "_ROWS", rows)
+        for one, many in zip(travel(theta, sensor.times, motion, onset=onset), whole, strict=True):
+            assert one.tobytes() == many.tobytes()
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -51,12 +51,7 @@ def simulate(
     theta = prior.sample(n, rng)
     onset = onset_sd * rng.standard_normal(n)
     curves = Motion(np.empty((n, len(times)), _TRAVEL_DTYPE), np.empty(n), np.empty(n, np.bool_))
-    bad = 0
-    for rows in blocks(n):  # of float64: never all of them at once
-        block = travel(theta[rows], times, motion, onset=onset[rows])
-        bad += np.count_nonzero(~np.isfinite(block.travel).all(axis=1))
-        for whole, part in zip(curves, block, strict=True):
-            whole[rows] = part
+    bad = sum(_fill(curves, rows, theta, times, motion, onset) for rows in blocks(n))
     if bad:
         raise FloatingPointError(f"{bad} of {n} simulated {motion} curves are not finite")
     return xr.Dataset(
@@ -74,6 +69,24 @@ def simulate(
         },
         attrs={"motion": motion},
     )
+
+
+def _fill(
+    curves: Motion,
+    rows: slice,
+    theta: np.ndarray,
+    times: np.ndarray,
+    motion: str,
+    onset: np.ndarray,
+) -> int:
+    """Fill a block of a bank, and return how many of its curves are not finite.
+
+    The curves in double precision are those of one block, and gone when it is filled.
+    """
+    block = travel(theta[rows], times, motion, onset=onset[rows])
+    for whole, part in zip(curves, block, strict=True):
+        whole[rows] = part
+    return np.count_nonzero(~np.isfinite(block.travel).all(axis=1))
 
 
 def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:

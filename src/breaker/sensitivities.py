@@ -22,10 +22,34 @@ derivatives are those of the side that the curve is on.
 import numpy as np
 from numba import njit, prange
 
-from breaker import modes, tangents
 from breaker.arguments import blocks, check, contiguous
 from breaker.mechanism import Motion, travel
-from breaker.modes import compiled
+from breaker.modes import (
+    REACH,
+    compiled,
+    equilibrium,
+    make_buffers,
+    mode_of,
+    passed,
+    propagate,
+    rate_of,
+    velocity_of,
+)
+from breaker.modes import SOURCE as MODES
+from breaker.tangents import (
+    GAP,
+    LANES,
+    advance_tangents,
+    lane,
+    make_tangents,
+    propagate_tangents,
+    set_equilibrium_tangents,
+    set_lane,
+    set_mode_tangents,
+    tangent_coefficients,
+    tangent_values,
+)
+from breaker.tangents import SOURCE as TANGENTS
 
 __all__ = ["sensitivity"]
 
@@ -49,7 +73,7 @@ def sensitivity(
     """
     result = travel(theta, times, motion, onset=onset)
     theta, times, onset = check(theta, times, motion, onset)
-    slopes = np.empty((*result.travel.shape, tangents.LANES))
+    slopes = np.empty((*result.travel.shape, LANES))
     for rows in blocks(len(theta)):
         arrays = contiguous(theta[rows], times, onset[rows], result.switching[rows])
         _differentiate(*arrays, motion == "closing", slopes[rows])
@@ -65,29 +89,29 @@ def _follow(theta, free, pull, state, start, stop, times, sample, out, buffers, 
 
     Return the next sample and the state at ``stop``; the state's derivatives stay in ``slopes``.
     """
-    steps = int(np.ceil((stop - start) * modes.rate_of(theta, free) / (2 * modes.REACH)))
+    steps = int(np.ceil((stop - start) * rate_of(theta, free) / (2 * REACH)))
     if steps == 0:
         return sample, state
     h, lanes = (stop - start) / (2 * steps), out.shape[1]
-    mode, (x_a, x_b) = modes.mode_of(theta, free), modes.equilibrium(theta, free, pull)
+    mode, (x_a, x_b) = mode_of(theta, free), equilibrium(theta, free, pull)
     rows, half, whole, _, _, _, _ = buffers
     d_mode, d_rows, d_half, d_whole, series, rest, dy, moved = slopes
-    tangents.set_mode(theta, free, d_mode)
-    tangents.set_equilibrium(theta, free, pull, rest)
-    modes.propagate(mode, h, rows, half, whole)
-    tangents.propagate(mode, h, rows, half, slopes, lanes)
+    set_mode_tangents(theta, free, d_mode)
+    set_equilibrium_tangents(theta, free, pull, rest)
+    propagate(mode, h, rows, half, whole)
+    propagate_tangents(mode, h, rows, half, slopes, lanes)
     dy -= rest
     y = state[0] - x_a, state[1], state[2] - x_b, state[3]
-    y = tangents.advance(half, d_half, y, dy, moved, lanes)
+    y = advance_tangents(half, d_half, y, dy, moved, lanes)
     for step in range(1, steps + 1):
         end = start + 2 * step * h if step < steps else stop
-        first, sample = sample, modes.passed(times, sample, end)
-        tangents.coefficients(rows, d_rows, y, dy, series, lanes)
+        first, sample = sample, passed(times, sample, end)
+        tangent_coefficients(rows, d_rows, y, dy, series, lanes)
         middle = start + (2 * step - 1) * h
-        tangents.values(series, rest, times, first, sample, middle, h, out, lanes)
+        tangent_values(series, rest, times, first, sample, middle, h, out, lanes)
         if step < steps:
-            y = tangents.advance(whole, d_whole, y, dy, moved, lanes)
-    y = tangents.advance(half, d_half, y, dy, moved, lanes)
+            y = advance_tangents(whole, d_whole, y, dy, moved, lanes)
+    y = advance_tangents(half, d_half, y, dy, moved, lanes)
     dy += rest
     return sample, (y[0] + x_a, y[1], y[2] + x_b, y[3])
 
@@ -96,7 +120,7 @@ def _follow(theta, free, pull, state, start, stop, times, sample, out, buffers, 
 def _start(before, after, dx):
     """Change the derivatives by the onset where the velocity changes with the onset."""
     for s in range(4):
-        dx[(s + 1) * tangents.LANES - 1] += before[s] - after[s]
+        dx[(s + 1) * LANES - 1] += before[s] - after[s]
 
 
 @compiled
@@ -107,12 +131,12 @@ def _curve(theta, times, onset, closing, switching, out, buffers, slopes):
     pull, state = f, still
     dx[:] = 0.0
     if not closing:
-        pull, state = 0.0, (modes.equilibrium(theta, False, f)[0], 0.0, gap, 0.0)
-        tangents.set_equilibrium(theta, False, f, dx)
-    sample = modes.passed(times, 0, onset)
-    out[:sample] = dx[: tangents.LANES]
+        pull, state = 0.0, (equilibrium(theta, False, f)[0], 0.0, gap, 0.0)
+        set_equilibrium_tangents(theta, False, f, dx)
+    sample = passed(times, 0, onset)
+    out[:sample] = dx[:LANES]
 
-    _start(still, modes.velocity_of(theta, closing, pull, state), dx)
+    _start(still, velocity_of(theta, closing, pull, state), dx)
     stop = min(onset + switching, times[-1])
     sample, state = _follow(
         theta, closing, pull, state, onset, stop, times, sample, out, buffers, slopes
@@ -120,14 +144,14 @@ def _curve(theta, times, onset, closing, switching, out, buffers, slopes):
     if sample == times.size:
         return
     if closing:
-        for j in range(tangents.LANES):
-            x_a, v_a, x_b, _ = tangents.lane(dx, 0, j)
-            d_gap = gap if j == tangents.GAP else 0.0
-            tangents.set_lane(dx, 0, j, (x_a, v_a + gamma_b * (d_gap - x_b), d_gap, 0.0))
+        for j in range(LANES):
+            x_a, v_a, x_b, _ = lane(dx, 0, j)
+            d_gap = gap if j == GAP else 0.0
+            set_lane(dx, 0, j, (x_a, v_a + gamma_b * (d_gap - x_b), d_gap, 0.0))
         state = (state[0], state[1], gap, 0.0)
     else:
-        before = modes.velocity_of(theta, False, pull, state)
-        _start(before, modes.velocity_of(theta, True, pull, state), dx)
+        before = velocity_of(theta, False, pull, state)
+        _start(before, velocity_of(theta, True, pull, state), dx)
     last, free = times[-1], not closing
     _follow(theta, free, pull, state, stop, last, times, sample, out, buffers, slopes)
 
@@ -138,11 +162,11 @@ def _made_of(*sources):
         _ = sources  # see ``modes.checksum``
         n = theta.shape[0]
         for block in prange((n + _ROWS - 1) // _ROWS):
-            buffers, slopes = modes.make_buffers(), tangents.make_tangents()
+            buffers, slopes = make_buffers(), make_tangents()
             for i in range(block * _ROWS, min(n, (block + 1) * _ROWS)):
                 _curve(theta[i], times, onset[i], closing, switching[i], out[i], buffers, slopes)
 
     return differentiate
 
 
-_differentiate = _made_of(modes.SOURCE, tangents.SOURCE)
+_differentiate = _made_of(MODES, TANGENTS)

@@ -21,15 +21,15 @@ __all__ = [
     "LANES",
     "SOURCE",
     "Tangents",
-    "advance",
-    "coefficients",
+    "advance_tangents",
     "lane",
     "make_tangents",
-    "propagate",
-    "set_equilibrium",
+    "propagate_tangents",
+    "set_equilibrium_tangents",
     "set_lane",
-    "set_mode",
-    "values",
+    "set_mode_tangents",
+    "tangent_coefficients",
+    "tangent_values",
 ]
 
 LANES = len(NAMES) + 1  # the onset's is the last
@@ -93,7 +93,7 @@ def _plus(a, b):
 
 
 @compiled
-def set_mode(theta, free, mode):
+def set_mode_tangents(theta, free, mode):
     """Fill the derivatives of ``modes.mode_of``: those that are ever other than zero."""
     mu, k_a, k_b, gamma_a, gamma_b, _, _ = theta
     if not free:
@@ -107,7 +107,7 @@ def set_mode(theta, free, mode):
 
 
 @compiled
-def set_equilibrium(theta, free, pull, rest):
+def set_equilibrium_tangents(theta, free, pull, rest):
     """Fill the derivatives of ``modes.equilibrium``; the pull is f or nothing."""
     _, k_a, k_b, _, _, _, gap = theta
     x_a, _ = equilibrium(theta, free, pull)
@@ -123,7 +123,7 @@ def set_equilibrium(theta, free, pull, rest):
 
 
 @compiled
-def propagate(mode, h, rows, half, tangents, lanes):
+def propagate_tangents(mode, h, rows, half, tangents, lanes):
     """Fill the derivatives of what ``modes.propagate`` filled."""
     d_mode, d_rows, d_half, d_whole = tangents.mode, tangents.rows, tangents.half, tangents.whole
     for i in range(2):
@@ -155,7 +155,7 @@ def propagate(mode, h, rows, half, tangents, lanes):
 
 
 @compiled
-def advance(matrix, d_matrix, y, dy, moved, lanes):
+def advance_tangents(matrix, d_matrix, y, dy, moved, lanes):
     """Return a matrix times a deviation, and fill the derivatives of both with the product's."""
     for s in range(4):
         for j in range(lanes):
@@ -168,7 +168,7 @@ def advance(matrix, d_matrix, y, dy, moved, lanes):
 
 
 @compiled
-def coefficients(rows, d_rows, y, dy, series, lanes):
+def tangent_coefficients(rows, d_rows, y, dy, series, lanes):
     """Fill the derivatives of ``modes.coefficients`` of x_a."""
     for k in range(TERMS):
         row = rows[0, 0, k], rows[0, 1, k], rows[0, 2, k], rows[0, 3, k]
@@ -180,7 +180,7 @@ def coefficients(rows, d_rows, y, dy, series, lanes):
 
 
 @compiled
-def values(series, rest, times, first, stop, middle, h, out, lanes):
+def tangent_values(series, rest, times, first, stop, middle, h, out, lanes):
     """Fill the derivatives at samples from first to stop, ``out[first:stop]``."""
     per_h = 1.0 / h
     for sample in range(np.uint64(first), np.uint64(stop)):
