@@ -11,7 +11,6 @@ import yaml
 
 from breaker import schema
 from breaker.configuration import (
-    RULES,
     ConfigurationError,
     check,
     chosen_network,
@@ -19,13 +18,14 @@ from breaker.configuration import (
     merge,
     read,
 )
+from breaker.configuration_rules import RULES
 from breaker.networks import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
 from tests.networks_fixtures import built
 
 ROOT = Path(__file__).resolve().parents[1]
 DEFAULTS = ROOT / "config" / "config.yaml"
 SCHEMA = ROOT / "workflow" / "schemas" / "config.schema.yaml"
-OVERLAYS = ["paper.yaml", "test.yaml"]
+OVERLAYS = ["paper.yaml", "networks.yaml", "test.yaml"]
 
 
 @pytest.fixture

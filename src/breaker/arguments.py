@@ -13,7 +13,7 @@ from breaker.parameters import MOTIONS, NAMES
 
 __all__ = ["blocks", "check", "check_motion", "contiguous"]
 
-_LONGEST = 1e6  # rate * length of a record: 280,000 intervals, some 20 ms a curve
+_LONGEST = 1e6  # rate * length of a record: 280,000 intervals, some 10 ms a curve
 _ROWS = 8192  # of a block: some 20 ms of simulation, and 10 MB of curves
 
 

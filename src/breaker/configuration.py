@@ -2,10 +2,10 @@
 
 Every default stands in ``config/config.yaml``; an overlay holds only what differs. What a key may
 be is said once, by the JSON schema ``workflow/schemas/config.schema.yaml``; what the schema cannot
-say, that several keys must fit each other, is the table ``RULES`` at the end of this module.
+say, that several keys must fit each other, is the table ``RULES`` of ``configuration_rules``.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import getitem
@@ -14,14 +14,11 @@ from typing import Any
 
 import yaml
 
-from breaker.curve_files import csv_files
-from breaker.parameters import MOTIONS
+from breaker.configuration_rules import RULES
 from breaker.schema import Key, dotted, problems
 
 __all__ = [
-    "RULES",
     "ConfigurationError",
-    "Rule",
     "check",
     "chosen_network",
     "load",
@@ -205,19 +202,6 @@ def _place(config: Mapping[str, Any], key: Key, sources: Sequence[_Source]) -> s
     return "command line: " if sources else ""
 
 
-@dataclass(frozen=True)
-class Rule:
-    """A condition on several keys.
-
-    Attributes:
-        keys: Keys in dotted form. A message is about the first of them.
-        complaint: Takes the values of the keys; says what is wrong and the remedy, or None.
-    """
-
-    keys: tuple[str, ...]
-    complaint: Callable[..., str | None]
-
-
 def _unfit(config: Mapping[str, Any], wrong: Sequence[Key]) -> Iterator[tuple[Key, str]]:
     """Yield the rules that do not hold, of those whose keys are all right by themselves."""
     for rule in RULES:
@@ -227,126 +211,3 @@ def _unfit(config: Mapping[str, Any], wrong: Sequence[Key]) -> Iterator[tuple[Ke
         text = rule.complaint(*(reduce(getitem, key, config) for key in keys))
         if text:
             yield keys[0], text
-
-
-def _same_seed(second: int, first: int) -> str | None:
-    if second != first:
-        return None
-    return f"is {second}, which validation.seed is too. A second look needs another number."
-
-
-def _bank_too_small(shards: int, curves: int, *needs: int) -> str | None:
-    if shards * curves >= sum(needs):
-        return None
-    return (
-        f"is {shards}: with bank.curves_per_shard {curves} the bank has {shards * curves} curves, "
-        f"but a training needs {sum(needs)} (batch + validation_curves + held_out_curves). "
-        "Raise either of the two, or lower one of the three."
-    )
-
-
-def _never_evaluated(every: int, steps: int) -> str | None:
-    if every <= steps:
-        return None
-    return f"is {every}, but the training ends after {steps} steps. Lower it, or raise steps."
-
-
-def _too_many_components(components: int, samples: int) -> str | None:
-    if components <= samples:
-        return None
-    return f"is {components}, but a curve has {samples} samples (sensor.samples). Lower it."
-
-
-def _uneven_layers(
-    channels: Sequence, kernels: Sequence, strides: Sequence, kind: str
-) -> str | None:
-    lengths = [len(channels), len(kernels), len(strides)]
-    if kind != "time_series" or len(set(lengths)) == 1:
-        return None
-    return (
-        "has {} entries, kernels has {} and strides {}. All three need one entry for each "
-        "convolution.".format(*lengths)
-    )
-
-
-def _too_short_to_skip(
-    skip: int, kernels: Sequence[int], strides: Sequence[int], samples: int, kind: str
-) -> str | None:
-    if kind != "time_series" or len(kernels) != len(strides):
-        return None  # unequal lengths are another rule's complaint
-    steps = samples
-    for kernel, stride in zip(kernels, strides, strict=True):
-        steps = max(0, (steps - kernel) // stride + 1)
-    if skip <= steps:
-        return None
-    return f"is {skip}, but the convolutions leave {steps} steps. Lower it, a kernel or a stride."
-
-
-def _too_short_to_interpolate(samples: int, *kinds: str) -> str | None:
-    if samples >= 4 or "deep_set" not in kinds:
-        return None
-    return f"is {samples}, but summary.kind deep_set interpolates between 4 samples. Raise it."
-
-
-def _reference_too_coarse(reference: int, candidates: Sequence[int]) -> str | None:
-    if reference > max(candidates):
-        return None
-    return f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
-
-
-def _at_most(limit: str) -> Callable[[int, int], str | None]:
-    """Return the complaint of a rule that the first key must not exceed the second, ``limit``."""
-
-    def complaint(value: int, most: int) -> str | None:
-        if value <= most:
-            return None
-        return f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
-
-    return complaint
-
-
-def _no_curves(curves: str | None, motions: Sequence[str]) -> str | None:
-    if curves is None:
-        return None
-    folders = [Path(curves, motion) for motion in motions]
-    empty = [f"{folder}/" for folder in folders if not csv_files(folder)]
-    if not empty:
-        return None
-    return (
-        f"is {curves}, but there is no CSV file in {' nor in '.join(empty)}. Name a folder with a "
-        "subfolder of CSV files for each motion, or null for the synthetic stand-in."
-    )
-
-
-def _rules_of(motion: str) -> tuple[Rule, ...]:
-    network, training = f"network.{motion}.summary", f"training.{motion}"
-    needs = (f"{training}.{key}" for key in ("batch", "validation_curves", "held_out_curves"))
-    series, kind, samples = f"{network}.time_series", f"{network}.kind", "sensor.samples"
-    channels, kernels, strides = (f"{series}.{key}" for key in ("channels", "kernels", "strides"))
-    return (
-        Rule(("bank.shards", "bank.curves_per_shard", *needs), _bank_too_small),
-        Rule((f"{training}.evaluate_every", f"{training}.steps"), _never_evaluated),
-        Rule((f"{network}.components", samples), _too_many_components),
-        Rule((channels, kernels, strides, kind), _uneven_layers),
-        Rule((f"{series}.skip", kernels, strides, samples, kind), _too_short_to_skip),
-    )
-
-
-RULES = (
-    *(rule for motion in MOTIONS for rule in _rules_of(motion)),
-    Rule(
-        ("sensor.samples", *(f"network.{motion}.summary.kind" for motion in MOTIONS)),
-        _too_short_to_interpolate,
-    ),
-    Rule(("solver.reference", "solver.candidates"), _reference_too_coarse),
-    Rule(("validation.second_seed", "validation.seed"), _same_seed),
-    *(
-        Rule((key, limit), _at_most(limit))
-        for key, limit in (
-            ("validation.judged_curves", "validation.curves"),
-            ("correction.smallest_size", "correction.draws"),
-            ("correction.fit_size", "correction.round_draws"),
-        )
-    ),
-    Rule(("endurance.curves", "motions"), _no_curves),
-)
