@@ -101,10 +101,10 @@ class Breaker:
         noise = np.random.default_rng(seed).standard_normal(shape)
         return self.posterior.standardise(self.posterior.sample(measured, noise))
 
-    def sample_with_calls(self, measured: np.ndarray, draws: int, calls: int) -> np.ndarray | None:
+    def sample_with_calls(self, measured: np.ndarray, draws: int, calls: int) -> np.ndarray:
         """Draw ``(o, d, q)`` with so many calls of the velocity network: two a step."""
         if not self.posterior.inference.solves:
-            return None
+            raise NotImplementedError("a coupling flow is one call")
         kept = self.posterior.steps
         self.posterior.solver_steps.fill_(calls // 2)
         found = self.sample(measured, draws, 0)
