@@ -192,7 +192,7 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 20
+    assert len(figures) == 24
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
@@ -211,10 +211,11 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         *results.glob(f"validation/{motion}*.zarr"),
         *results.glob(f"training/{motion}*.zarr"),
         *results.glob(f"endurance/{motion}*.zarr"),
+        *results.glob(f"exactness/{motion}*.zarr"),
         results / f"rig/{motion}_effective.zarr",
         results / f"identifiability/{motion}.zarr",
     ]
-    assert len(stores) == 2 + 1 + 3 + 2 + 2 + 1 + 1
+    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 1
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
