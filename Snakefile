@@ -17,7 +17,9 @@ include: "workflow/rules/train.smk"
 include: "workflow/rules/validate.smk"
 include: "workflow/rules/correct.smk"
 include: "workflow/rules/endurance.smk"
+include: "workflow/rules/decide.smk"
 include: "workflow/rules/networks.smk"
+include: "workflow/rules/lives.smk"
 
 
 rule all:
@@ -28,6 +30,14 @@ rule all:
         expand("results/quality/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
         expand("results/exactness/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
         expand("results/endurance/{motion}.csv", motion=MOTIONS),
+        expand("figures/{figure}.png", figure=DECISIONS),
+        "results/decisions.csv",
+
+
+rule lives:
+    """Change points and remaining life on simulated lives, outside of `all`."""
+    input:
+        "figures/prognostics.png",
 
 
 rule second_seed:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from breaker.curve_files import csv_files
+from breaker.limits import complaint_of_list
 from breaker.parameters import MOTIONS
 
 __all__ = ["RULES", "Rule"]
@@ -102,6 +103,17 @@ def _at_most(limit: str) -> Callable[[int, int], str | None]:
     return complaint
 
 
+def _not_a_range(ends: Sequence[float]) -> str | None:
+    low, high = ends
+    return None if low < high else f"is {list(ends)}, but the first must be less than the second."
+
+
+def _change_outside_life(ends: Sequence[float]) -> str | None:
+    if ends[1] < 1:
+        return None
+    return f"is {list(ends)}, but a wear that changes has to do so within the life, below 1."
+
+
 def _no_curves(curves: str | None, motions: Sequence[str]) -> str | None:
     if curves is None:
         return None
@@ -143,7 +155,12 @@ RULES = (
             ("validation.judged_curves", "validation.curves"),
             ("correction.smallest_size", "correction.draws"),
             ("correction.fit_size", "correction.round_draws"),
+            ("alarm.clear", "alarm.raise"),
+            ("wear_model.notice", "wear_model.horizon"),
         )
     ),
+    Rule(("limits",), complaint_of_list),
+    *(Rule((f"lives.{key}",), _not_a_range) for key in ("ratio", "change", "drift", "scatter")),
+    Rule(("lives.change",), _change_outside_life),
     Rule(("endurance.curves", "motions"), _no_curves),
 )

@@ -1,6 +1,7 @@
 """Configuration, the names that several rules share, and what a script is made of."""
 
 import ast
+from functools import cache
 from math import ceil
 from pathlib import Path
 
@@ -45,7 +46,9 @@ FIGURES = [
     "identifiability",
     "endurance_predictive",
     "evolution",
+    "changepoint",
 ]
+DECISIONS = ["verdict", "health", "remaining_life"]
 ENVIRONMENT = "../../envs/breaker.yaml"
 NETWORKS = [
     f"{summary}-{inference}"
@@ -56,6 +59,7 @@ NETWORKS = [
 
 wildcard_constraints:
     motion="closing|opening",
+    source="closing|opening|both",
     chunk=r"\d\d\d+",
     network="[a-z_]+-[a-z_]+",
     shard=r"\d\d\d+",
@@ -170,3 +174,78 @@ def effective_values(wildcards):
     if config["endurance"]["curves"] is None:
         return {"effective": f"results/rig/{wildcards.motion}_effective.zarr"}
     return {}
+
+
+def limits_here():
+    """The limits of the motions that are worked on."""
+    return [limit for limit in config["limits"] if limit["motion"] in MOTIONS]
+
+
+SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
+
+
+@cache
+def operation_numbers(motion):
+    """The numbers of the operations of a motion, rising."""
+    if config["endurance"]["curves"] is None:
+        return list(range(1, config["rig"]["operations"] + 1))
+    return [number for number, _ in list_curves(f"{config['endurance']['curves']}/{motion}")]
+
+
+@cache
+def paired_chunks():
+    """The numbers of all operations of any motion, in chunks: what trends go through."""
+    numbers = sorted(set().union(*(operation_numbers(motion) for motion in MOTIONS)))
+    size = config["endurance"]["operations_per_job"]
+    return [numbers[first : first + size] for first in range(0, len(numbers), size)]
+
+
+def paired_numbers(wildcards):
+    """The numbers of the operations of a chunk of both motions."""
+    return paired_chunks()[int(wildcards.chunk)]
+
+
+def corrected_of(motion):
+    """What holds the operations of a chunk of both motions in one of them."""
+
+    def files(wildcards):
+        wanted, size = set(paired_numbers(wildcards)), config["endurance"]["operations_per_job"]
+        places = [i for i, number in enumerate(operation_numbers(motion)) if number in wanted]
+        return [
+            f"results/endurance/{motion}/corrected_{chunk:03d}.zarr"
+            for chunk in sorted({place // size for place in places})
+        ]
+
+    return files
+
+
+def corrected_of_source(wildcards):
+    """What holds the operations of a chunk in the motions of a source."""
+    motions = MOTIONS if wildcards.source == "both" else [wildcards.source]
+    return {motion: corrected_of(motion)(wildcards) for motion in motions}
+
+
+def state_before(wildcards):
+    """The state of a trend after the chunk before; the first one has none."""
+    chunk = int(wildcards.chunk)
+    return [f"results/trend/{wildcards.source}/state_{chunk - 1:03d}.zarr"] if chunk else []
+
+
+def all_chunks(pattern):
+    """A file of every chunk of both motions."""
+
+    def files(wildcards):
+        names = [
+            pattern.format(chunk=f"{chunk:03d}", **wildcards)
+            for chunk in range(len(paired_chunks()))
+        ]
+        return names
+
+    return files
+
+
+def effective_of_all(wildcards):
+    """The stand-in's effective values in every motion; real measurements have none."""
+    if config["endurance"]["curves"] is None:
+        return [f"results/rig/{motion}_effective.zarr" for motion in MOTIONS]
+    return []

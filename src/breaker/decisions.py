@@ -1,0 +1,381 @@
+"""From trends and probabilities to decisions: is it healthy, what is wearing, how long has it left.
+
+Joins what single operations say (``condition``) with what trends say (``trend``). A limit is read
+from both motions where they agree on the parameters in the baseline, and from its own motion
+otherwise; once decided, for the whole series.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from breaker.limits import Limit, alarms, first
+from breaker.second_opinion import bends
+
+__all__ = [
+    "STATES",
+    "agreement",
+    "complete",
+    "decide",
+    "failures",
+    "health",
+    "join",
+    "remaining",
+    "verdict",
+]
+
+STATES = ("unknown", "healthy", "wearing", "alarm")
+
+
+def agreement(condition: xr.Dataset, baseline: int) -> float:
+    """Return the share of the first operations in which both motions agree; nan if none tells."""
+    first_ones = condition.isel(operation=slice(0, baseline))
+    tells = np.isfinite(first_ones.apart.values)
+    return float(first_ones.agree.values[tells].mean()) if tells.any() else float("nan")
+
+
+def join(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Put the chunks of a series into one dataset."""
+    return xr.concat(
+        parts, dim="operation", data_vars="minimal", join="exact", combine_attrs="override"
+    )
+
+
+def complete(trend: xr.Dataset, medians: np.ndarray, settings: Mapping, source: str) -> xr.Dataset:
+    """Add what a whole trend tells of its changes.
+
+    Args:
+        trend: What ``trend.Follower.follow`` returns, all operations.
+        medians: Posterior medians of single operations, ``(o, p)``, nan where there is none.
+        settings: The section ``wear_model`` of the configuration.
+        source: "closing", "opening" or "both".
+
+    Returns:
+        ``trend`` with ``median``; over ``change``: ``change_alarm``, ``change_start``,
+        ``change_interval (change, bound)`` and ``change_kind (change, kind)``, as known before the
+        next change; and ``second_opinion (rupture)``.
+    """
+    found = np.flatnonzero(trend.alarm.values)
+    last = np.append(found[1:] - 1, trend.sizes["operation"] - 1)[: found.size]
+    starts = trend.start_interval.values[last]
+    with np.errstate(divide="ignore"):
+        logs = np.log(medians)
+    return trend.assign(
+        median=(("operation", "parameter"), medians),
+        change_alarm=("change", trend.operation.values[found]),
+        change_start=("change", starts[:, 1]),
+        change_interval=(("change", "bound"), starts[:, [0, 2]]),
+        change_kind=(("change", "kind"), trend.kind_probability.values[last]),
+        second_opinion=("rupture", bends(trend.operation.values, logs)),
+    ).assign_attrs(
+        source=source,
+        alarm_level=settings["alarm_level"],
+        horizon=settings["horizon"],
+        notice=settings["notice"],
+        toward_level=settings["toward"],
+    )
+
+
+def remaining(
+    trends: Mapping[str, xr.Dataset], limits: Sequence[Limit], *, fused: bool
+) -> xr.Dataset:
+    """Return what trends say of each limit, from the source that it is read from.
+
+    Returns:
+        Dataset over ``operation``, ``limit``, ``part`` and ``quantile``: ``remaining``, ``toward``,
+        ``beyond``, ``soon`` and ``value`` of trends, and ``source (limit)``.
+    """
+    names = ["remaining", "toward", "beyond", "soon", "value"]
+    chosen = []
+    for limit in limits:
+        source = "both" if fused else limit.motion
+        one = trends[source][names].sel(limit=[limit.name])
+        one = one.isel(part=np.flatnonzero(one.part_limit.values == limit.name))
+        chosen.append(one.assign(source=("limit", [source])))
+    every = sorted(set().union(*(one.operation.values.tolist() for one in chosen)))
+    chosen = [one.reindex(operation=every) for one in chosen]
+    parts = xr.concat(
+        [one[["value"]].drop_dims("limit", errors="ignore") for one in chosen], "part"
+    )
+    rest = xr.concat([one.drop_dims("part") for one in chosen], "limit")
+    sources = {str(each) for each in rest.source.values}
+    attrs = dict(next(iter(trends.values())).attrs)
+    return rest.merge(parts).assign_attrs(
+        attrs | {"source": sources.pop() if len(sources) == 1 else "separate"}
+    )
+
+
+def health(condition: xr.Dataset, trend: xr.Dataset, alarm: Mapping, *, fused: bool) -> xr.Dataset:
+    """Return probabilities of limits and alarms over the operations.
+
+    Args:
+        condition: What ``condition.condition`` returns, all operations.
+        trend: What ``remaining`` returns.
+        alarm: The section ``alarm`` of the configuration.
+        fused: Whether limits are read from both motions.
+
+    Returns:
+        Dataset over ``operation`` and ``limit``: ``probability``, ``marginal``,
+        ``trend_probability`` and ``alarm``; ``first_alarm``, ``words`` and ``source`` of each
+        limit. An operation whose motions do not agree counts by the limit's own motion.
+    """
+    own = condition.sel(evidence="own")
+    data = own[["probability", "marginal"]]
+    if fused:
+        both = condition.sel(evidence="both")[["probability", "marginal"]]
+        data = xr.where(condition.agree & both.probability.notnull(), both, data)
+    data = data.transpose("operation", "limit").drop_vars("evidence", errors="ignore")
+    on = np.stack(
+        [
+            alarms(column, raise_at=alarm["raise"], clear_at=alarm["clear"], after=alarm["after"])
+            for column in data.probability.values.T
+        ],
+        axis=-1,
+    )
+    operations = data.operation.values
+    beyond = trend.beyond.reindex(operation=operations)
+    return data.assign(
+        trend_probability=beyond.transpose("operation", "limit"),
+        alarm=(("operation", "limit"), on),
+        first_alarm=("limit", np.array([first(column, operations) for column in on.T])),
+        words=("limit", condition.words.values),
+        source=("limit", trend.source.values),
+    ).assign_attrs(raise_=alarm["raise"], **alarm)
+
+
+def failures(effective: Mapping[str, xr.DataArray], limits: Sequence[Limit]) -> dict[str, float]:
+    """Return the operations at which effective values first exceed each limit, nan if never.
+
+    Args:
+        effective: Effective values ``(stage, output)`` of each motion, with a coordinate
+            ``operation (stage)``; between stages, quantities are interpolated.
+        limits: The limits.
+    """
+    from breaker.parameters import NAMES
+    from breaker.quantities import evaluate
+
+    result = {}
+    for limit in limits:
+        values = effective[limit.motion]
+        operations = values.operation.values.astype(float)
+        quantities = evaluate(limit.quantities, values.values[:, : len(NAMES)], limit.motion)
+        every = np.arange(operations[0], operations[-1] + 1)
+        along = np.stack([np.interp(every, operations, each) for each in quantities.T], axis=-1)
+        result[limit.name] = first(limit.exceeded(along), every)
+    return result
+
+
+# ---- what to do ------------------------------------------------------------------------------
+
+
+def states(health: xr.Dataset, trend: xr.Dataset, notice: float, toward: float) -> np.ndarray:
+    """Return the state of each limit after each operation, ``(o, limit)``, one of ``STATES``."""
+    operations = health.operation.values
+    trend = trend.reindex(operation=operations)
+    median = trend.remaining.sel(quantile=0.5).transpose("operation", "limit").values
+    leads = trend.toward.transpose("operation", "limit").values >= toward
+    known = np.isfinite(trend.beyond.transpose("operation", "limit").values)
+    beyond = trend.beyond.transpose("operation", "limit").values >= 0.95
+    result = np.where(known, "healthy", "unknown").astype(object)
+    result[known & leads & np.isfinite(median)] = "wearing"
+    result[health.alarm.values | beyond] = "alarm"
+    return result
+
+
+def decide(
+    health: xr.Dataset,
+    trend: xr.Dataset,
+    trends: Mapping[str, xr.Dataset],
+    curves: Mapping[str, xr.Dataset],
+    settings: Mapping,
+) -> pd.DataFrame:
+    """Return one row an operation: what is known, what changed, what to do when.
+
+    Args:
+        health: What ``health`` returns.
+        trend: What ``remaining`` returns.
+        trends: Whole trends by source, those that limits are read from.
+        curves: Results of each motion, with ``accepted``, ``misfit`` and ``resolved``.
+        settings: The section ``wear_model`` of the configuration.
+    """
+    operations = health.operation.values
+    every = states(health, trend, settings["notice"], settings["toward"])
+    left = trend.reindex(operation=operations)
+    quantiles = left.remaining.transpose("operation", "limit", "quantile").values
+    leads = left.toward.transpose("operation", "limit").values >= settings["toward"]
+    names = health.limit.values
+    median = np.where(leads, quantiles[..., 1], np.inf)
+    median = np.where(np.isnan(median), np.inf, median)
+    nearest = median.argmin(axis=1)
+    rows = []
+    noted = _changes(trends, operations)
+    used = {key: _flags(data, operations) for key, data in curves.items()}
+    for i, operation in enumerate(operations):
+        state = max(every[i], key=STATES.index)
+        limit = names[nearest[i]]
+        has_life = np.isfinite(median[i, nearest[i]])
+        ends = quantiles[i, nearest[i]] if has_life else np.full(3, np.nan)
+        over = [str(name) for name, each in zip(names, every[i], strict=True) if each == "alarm"]
+        rows.append(
+            {
+                "operation": operation,
+                "state": state,
+                "limits_exceeded": " ".join(over),
+                "next_limit": limit if has_life else "",
+                "remaining_5": ends[0],
+                "remaining_median": ends[1],
+                "remaining_95": ends[2],
+                "wearing": wearing(trends, operation),
+                "change": noted[i],
+                "action": _action(state, over, limit, ends, settings["notice"]),
+                "not_used": "; ".join(f"{m}: {flags[i]}" for m, flags in used.items() if flags[i]),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def wearing(trends: Mapping[str, xr.Dataset], operation: int) -> str:
+    """Say which parameters drift at an operation, by trends whose 90 % interval is not across 0."""
+    words = []
+    for source, trend in trends.items():
+        if operation not in trend.operation.values:
+            continue
+        one = trend.sel(operation=operation)
+        lower, upper = one.slope_interval.values.T
+        sure = np.flatnonzero(lower * upper > 0)
+        sure = sure[np.argsort(-np.abs(one.slope.values[sure]))]
+        told = [f"{one.parameter.values[j]} {one.slope.values[j]:+.2g} %" for j in sure]
+        if told:
+            words.append(f"{source}: {', '.join(told)}")
+    return "; ".join(words)
+
+
+def _changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[str]:
+    """What changed, noted at the operation of the alarm, ``(o,)``."""
+    noted = {int(operation): [] for operation in operations}
+    for source, trend in trends.items():
+        for k, operation in enumerate(trend.change_alarm.values):
+            kind = trend.change_kind.values[k]
+            low, high = trend.change_interval.values[k]
+            name = str(trend.kind.values[np.nanargmax(kind)]) if np.isfinite(kind).any() else "?"
+            noted[int(operation)].append(
+                f"{source}: change of {name} at about {trend.change_start.values[k]:.0f} "
+                f"({low:.0f} to {high:.0f})"
+            )
+    return ["; ".join(words) for words in noted.values()]
+
+
+def _flags(data: xr.Dataset, operations: np.ndarray) -> list[str]:
+    """Why an operation says nothing, or less, ``(o,)``; empty where all is well."""
+    by_number = {int(number): i for i, number in enumerate(data.operation.values)}
+    words = []
+    for operation in operations:
+        i = by_number.get(int(operation))
+        if i is None:
+            words.append("no record")
+        elif not data.accepted.values[i]:
+            words.append("rejected")
+        elif not data.resolved.values[i]:
+            words.append("not resolved")
+        else:
+            words.append("")
+    return words
+
+
+def _action(state: str, over: Sequence[str], limit: str, ends: np.ndarray, notice: float) -> str:
+    if state == "alarm":
+        return f"service now: {', '.join(over)} exceeded"
+    if state == "wearing" and ends[0] <= notice:
+        return f"plan service within {max(ends[0], 0):.0f} operations, before {limit}"
+    if state == "wearing":
+        return f"go on; {limit} in {ends[1]:.0f} operations ({ends[0]:.0f} to {_end(ends[2])})"
+    return "go on" if state == "healthy" else "cannot tell: no usable operation yet"
+
+
+def _end(value: float) -> str:
+    return f"{value:.0f}" if np.isfinite(value) else "unknown"
+
+
+# ---- the first page --------------------------------------------------------------------------
+
+
+def verdict(
+    health: xr.Dataset, trend: xr.Dataset, decisions: pd.DataFrame, settings: Mapping
+) -> xr.Dataset:
+    """Return the first page: three sentences, and how each limit stands after the last operation.
+
+    Returns:
+        Dataset over ``limit`` and ``quantile``: ``way``, percent of the way from the value in the
+        baseline to the limit, ``remaining``, ``trend`` (whether one leads there), ``state`` and
+        ``words``; attributes ``healthy``, ``wearing`` and ``left``.
+    """
+    every = states(health, trend, settings["notice"], settings["toward"])
+    last = trend.isel(operation=-1)
+    leads = last.toward.values >= settings["toward"]
+    row = decisions.iloc[-1]
+    return xr.Dataset(
+        {
+            "way": (("limit", "quantile"), _way(trend, settings["baseline"])),
+            "remaining": (
+                ("limit", "quantile"),
+                last.remaining.transpose("limit", "quantile").values,
+            ),
+            "trend": ("limit", leads),
+            "state": ("limit", every[-1].astype(str)),
+            "words": ("limit", health.words.values),
+        },
+        coords={"limit": health.limit.values, "quantile": trend["quantile"].values},
+        attrs={
+            "healthy": _healthy(health, every[-1]),
+            "wearing": _wearing(decisions, row),
+            "left": _left(row),
+            "operation": int(row.operation),
+        },
+    )
+
+
+def _way(trend: xr.Dataset, baseline: int) -> np.ndarray:
+    """Percent of the way to each limit, ``(limit, 3)``, of its part that is farthest from it."""
+    begin = min(baseline, trend.sizes["operation"]) - 1
+    start = trend.value.isel(operation=begin).sel(quantile=0.5).values
+    now = trend.value.isel(operation=-1).transpose("part", "quantile").values
+    way = 100.0 * (now - start[:, None]) / (trend.part_bound.values - start)[:, None]
+    way = np.sort(way, axis=1)
+    result = []
+    for limit in trend.limit.values:
+        mine = way[trend.part_limit.values == limit]
+        result.append(mine[mine[:, 1].argmin()])
+    return np.array(result)
+
+
+def _healthy(health: xr.Dataset, states_now: np.ndarray) -> str:
+    over = [str(n) for n, s in zip(health.limit.values, states_now, strict=True) if s == "alarm"]
+    operation = int(health.operation.values[-1])
+    if over:
+        when = health.first_alarm.sel(limit=over).min().item()
+        since = f", since operation {when:.0f}" if np.isfinite(when) else ""
+        return f"Not healthy at operation {operation}: {', '.join(over)} exceeded{since}."
+    if all(state == "unknown" for state in states_now):
+        return f"Unknown at operation {operation}: no operation could be used."
+    return f"Healthy at operation {operation}: no limit exceeded."
+
+
+def _wearing(decisions: pd.DataFrame, row: pd.Series) -> str:
+    if not row.wearing:
+        return "Wearing: no parameter that a trend could tell from none."
+    noted = decisions.change[decisions.change != ""]
+    since = f" Last change noticed: {noted.iloc[-1]}." if len(noted) else ""
+    return f"Wearing, in 1,000 operations: {row.wearing}.{since}"
+
+
+def _left(row: pd.Series) -> str:
+    if row.state == "alarm":
+        return f"Left: nothing, {row.action}."
+    if not row.next_limit:
+        return "Left: no trend leads to a limit."
+    return (
+        f"Left: {row.remaining_median:.0f} operations to {row.next_limit} "
+        f"({row.remaining_5:.0f} to {_end(row.remaining_95)}, 90 %)."
+    )

@@ -1,0 +1,219 @@
+"""Change points of the wear: series, posterior of the run length, alarms."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import PowerNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from breaker.figures.health import edges
+from breaker.figures.style import (
+    MEASURED,
+    REFERENCE,
+    WARNING,
+    colour,
+    legend_below,
+    new_figure,
+    parameter,
+    styled,
+)
+
+__all__ = ["change_words", "changepoint", "source_words"]
+
+_CHANGE = "#7A35D0"
+_SECOND = "#E69F00"
+_SHOWN = 6  # changes that are told in words beside the panels
+_KINDS = 3  # likeliest kinds of a change that are named,
+_LEAST = 0.05  # of at least this probability
+_SOURCES = {
+    "closing": "Closing",
+    "opening": "Opening",
+    "both": "Both motions",
+    "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
+}
+
+
+@styled
+def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | None = None) -> Figure:
+    """Draw the tracked parameters with their changes, and what the tracker held of run lengths.
+
+    Args:
+        trend: ``median`` and ``level`` ``(operation, parameter)``, ``level_interval (operation,
+            parameter, bound)``, ``run_length_probability (operation, age)`` with coordinates
+            ``age_lower`` and ``age_upper`` of bins that touch, ``change_probability`` and ``alarm``
+            ``(operation)``; of each change ``change_alarm``, ``change_start`` ``(change)``,
+            ``change_interval (change, bound)`` and ``change_kind (change, kind)``;
+            ``second_opinion (rupture)``, operations; attribute ``alarm_level``.
+        source: Where the series come from: "closing", "opening" or "both".
+        effective: Effective values of the stand-in, ``(stage, output)``, with a coordinate
+            ``operation (stage)``; None for real measurements. Outputs it lacks are left out.
+
+    Raises:
+        ValueError: If there is no such source.
+    """
+    names = [str(name) for name in trend["parameter"].values]
+    rows = -(-(len(names) + 1) // 4)  # one place more, for the words
+    figure = new_figure(14.4, 2.5 * rows + 6.2)
+    grid = figure.add_gridspec(rows + 2, 4, height_ratios=(*[1.0] * rows, 1.25, 0.75))
+    upper = [figure.add_subplot(grid[i // 4, i % 4]) for i in range(len(names))]
+    words = figure.add_subplot(grid[len(names) // 4, len(names) % 4])
+    ages = figure.add_subplot(grid[rows, :])
+    probability = figure.add_subplot(grid[rows + 1, :])
+    for axis, name in zip(upper, names, strict=True):
+        _series(axis, trend.sel(parameter=name), name)
+        if effective is not None and name in effective["output"].values:
+            values = effective.sel(output=name)
+            axis.plot(values["operation"], values, "D--", color=MEASURED, ms=3.0, lw=1.0)
+    _run_lengths(ages, trend)
+    _probability(probability, trend)
+    ends = edges(trend["operation"].values)
+    for axis in (*upper, ages, probability):
+        _changes(axis, trend)
+        axis.set(xlim=(ends[0], ends[-1]), xlabel="operation")
+    ages.set_xlabel("")
+    ages.tick_params(labelbottom=False)
+    _tell(words, trend)
+    count = trend.sizes["change"]
+    found = ("no change found", "1 change found")[count] if count < 2 else f"{count} changes found"
+    figure.suptitle(f"{source_words(source)}: change points of the wear\n{found}")
+    legend_below(figure, _handles(trend, effective is not None), columns=5)
+    return figure
+
+
+def source_words(source: str) -> str:
+    """Return the beginning of a title, by where the values come from.
+
+    Raises:
+        ValueError: If there is no such source.
+    """
+    if source not in _SOURCES:
+        raise ValueError(f"no source is called {source!r}; there are {', '.join(_SOURCES)}")
+    return _SOURCES[source]
+
+
+def change_words(change: xr.Dataset) -> tuple[str, str]:
+    """Tell one change: operation with its 90 % interval, and what changed at what probability."""
+    lower, upper = change["change_interval"].values
+    where = f"operation {change['change_start'].item():.0f} ({lower:.0f}–{upper:.0f})"
+    probability = change["change_kind"].values
+    likely = [i for i in np.argsort(-probability)[:_KINDS] if probability[i] >= _LEAST]
+    kinds = change["kind"].values
+    named = [f"{_kind(str(kinds[i]))} {probability[i]:.2f}" for i in likely]
+    return where, ", ".join(named)
+
+
+def _kind(kind: str) -> str:
+    return "all" if kind == "all" else parameter(kind).symbol
+
+
+def _series(axis: Axes, one: xr.Dataset, name: str) -> None:
+    operation = one["operation"].values
+    size = np.interp(operation.size, [50, 500, 5000], [3.5, 2.0, 1.2])
+    dots = {"alpha": 0.3, "mew": 0, "ms": size}
+    axis.plot(operation, one["median"], "o", color=colour(name), **dots)
+    low, high = (one["level_interval"].sel(bound=bound) for bound in ("lower", "upper"))
+    axis.fill_between(operation, low, high, color=colour(name), alpha=0.3, lw=0)
+    axis.plot(operation, one["level"], color=colour(name), lw=1.6)
+    axis.set_ylabel(parameter(name).label)
+    title = f"{parameter(name).symbol}   {parameter(name).meaning}"
+    axis.set_title(title, loc="left", fontsize=9.0)
+
+
+def _changes(axis: Axes, trend: xr.Dataset) -> None:
+    for i in range(trend.sizes["change"]):
+        one = trend.isel(change=i)
+        lower, upper = one["change_interval"].values
+        axis.axvspan(lower, upper, color=_CHANGE, alpha=0.15, lw=0)
+        axis.axvline(one["change_start"].item(), color=_CHANGE, lw=1.0, zorder=1.6)
+
+
+def _run_lengths(axis: Axes, trend: xr.Dataset) -> None:
+    """Draw the posterior of the run length, an image whose cells are operations and bins of age."""
+    operation = trend["operation"].values
+    ages = np.append(trend["age_lower"].values, trend["age_upper"].values[-1]).astype(float)
+    if ages[0] <= 0.0:  # a logarithmic axis has no place for it
+        ages[0] = ages[1] / 2
+    if not np.isfinite(ages[-1]):
+        ages[-1] = max(2 * ages[-2], operation[-1] - operation[0] + 1.0)
+    held = trend["run_length_probability"].transpose("age", "operation").values
+    scale = PowerNorm(0.5, vmin=0.0, vmax=1.0)
+    image = axis.pcolormesh(edges(operation), ages, held, cmap="Blues", norm=scale)
+    known = np.isfinite(held).all(axis=0)
+    likeliest = held[:, known].argmax(axis=0)
+    middle = np.sqrt(ages[:-1] * ages[1:])[likeliest]
+    axis.plot(operation[known], middle, color=WARNING, lw=1.3, drawstyle="steps-mid")
+    reached = np.nonzero((held > 1e-3).any(axis=1))[0]
+    top = ages[reached[-1] + 1] if reached.size else ages[-1]
+    axis.set(yscale="log", ylim=(ages[0], top), ylabel="age of the segment (operations)")
+    axis.set_title("how long ago the last change was", loc="left")
+    axis.yaxis.set_major_formatter("{x:,g}")
+    axis.grid(visible=False)
+    bar = axis.figure.colorbar(image, cax=axis.inset_axes([1.008, 0.0, 0.012, 1.0]))
+    bar.set_label("probability")
+    bar.set_ticks([0.0, 0.01, 0.1, 0.3, 0.6, 1.0], labels=["0", "0.01", "0.1", "0.3", "0.6", "1"])
+
+
+def _probability(axis: Axes, trend: xr.Dataset) -> None:
+    axis.plot(trend["operation"], trend["change_probability"], color=MEASURED, lw=1.2)
+    axis.axhline(trend.attrs["alarm_level"], color=REFERENCE, lw=1.0, ls="--")
+    alarms = trend["operation"].values[trend["alarm"].values.astype(bool)]
+    axis.plot(alarms, np.full(alarms.shape, 1.1), "v", color=WARNING, ms=8, mec="white")
+    second = trend["second_opinion"].values
+    axis.plot(second, np.full(second.shape, -0.1), "^", color=_SECOND, ms=7, mec="white")
+    axis.set(ylim=(-0.2, 1.2), yticks=[0.0, 0.5, 1.0], ylabel="probability")
+    axis.set_title("changed since the last alarm?", loc="left")
+
+
+def _tell(axis: Axes, trend: xr.Dataset) -> None:
+    """Write the changes in words, the first ones where there are many."""
+    axis.set_axis_off()
+    count = trend.sizes["change"]
+    lines = [] if count else [("No change found.", "normal")]
+    for i in range(min(count, _SHOWN)):
+        one = trend.isel(change=i)
+        where, what = change_words(one)
+        alarm = f"alarm at {one['change_alarm'].item():.0f}"
+        lines += [(where, "bold"), (f"   {what}; {alarm}" if what else f"   {alarm}", "normal")]
+    if count > _SHOWN:
+        lines.append((f"and {count - _SHOWN} more", "normal"))
+    for i, (text, weight) in enumerate(lines):
+        axis.annotate(
+            text,
+            (0.0, 1.0),
+            xycoords="axes fraction",
+            xytext=(0, -13.5 * i),
+            textcoords="offset points",
+            va="top",
+            weight=weight,
+            fontsize=9,
+        )
+
+
+def _handles(trend: xr.Dataset, with_effective: bool) -> list:
+    dots = "median of a single operation (pulled to the prior)"
+    handles = [
+        Line2D([], [], color=REFERENCE, ls="", marker="o", ms=4, alpha=0.4, label=dots),
+        Line2D([], [], color=REFERENCE, lw=1.6, label="level by the trend"),
+        Patch(color=REFERENCE, alpha=0.3, lw=0, label="90 % interval of the level"),
+    ]
+    if with_effective:
+        label = "effective values of the stand-in"
+        handles.append(Line2D([], [], color=MEASURED, ls="--", marker="D", ms=3.5, label=label))
+    if trend.sizes["change"]:
+        handles += [
+            Line2D([], [], color=_CHANGE, lw=1.0, label="change"),
+            Patch(color=_CHANGE, alpha=0.15, lw=0, label="90 % interval of the change"),
+        ]
+    label = f"alarm level {trend.attrs['alarm_level']:g}"
+    handles += [
+        Line2D([], [], color=WARNING, lw=1.3, label="most probable age"),
+        Line2D([], [], color=REFERENCE, lw=1.0, ls="--", label=label),
+    ]
+    if bool(trend["alarm"].any()):
+        handles.append(Line2D([], [], color=WARNING, ls="", marker="v", ms=8, label="alarm"))
+    if trend.sizes["rupture"]:
+        label = "second opinion, offline"
+        handles.append(Line2D([], [], color=_SECOND, ls="", marker="^", ms=7, label=label))
+    return handles

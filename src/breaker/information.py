@@ -1,0 +1,144 @@
+r"""What a record says of the parameters, the prior left out: a pseudo-observation.
+
+A posterior counts the prior. A trend through the posteriors of many operations would count it once
+an operation, and be pulled to it; so it is made of posteriors divided by the prior. That is the
+likelihood, which is exact here. Near parameters ``z0`` (standardised) it is the Gaussian
+
+``exp(g . (z - z0) - (z - z0)' J (z - z0) / 2)``,
+
+``J`` the information of the record and ``g`` the slope of the log likelihood at ``z0``, where the
+zero is integrated as always and the onset, an unknown of this record alone, by Laplace's method.
+``J`` is singular where the record says nothing: no inverse is ever taken of it.
+
+Where ``z0`` is matters. The likelihood of one record is wide and bent, and a Gaussian about its own
+mode is off by a part of its width, always to the same side: over hundreds of operations the error
+of the mean shrinks and this bias stays. So ``z0`` is a value that all operations share, that of
+the trend: what is then left out shrinks with the error of the trend itself.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from breaker.model import Model
+from breaker.parameters import NAMES
+from breaker.sensitivities import sensitivity
+
+__all__ = ["Information", "information", "pool"]
+
+_STEPS = 4  # Gauss-Newton steps of the onset, from the network's value
+_ROUNDS = 20  # of the pooled fit
+
+
+@dataclass(frozen=True)
+class Information:
+    """Gaussian likelihoods of records about given parameters, in standardised units.
+
+    Attributes:
+        matrix: Information ``J``, ``(n, p, p)``.
+        slope: Slope ``g`` of the log likelihood at the given parameters, ``(n, p)``.
+        onset: Most probable onset there, standardised, ``(n,)``.
+    """
+
+    matrix: np.ndarray
+    slope: np.ndarray
+    onset: np.ndarray
+
+
+def information(
+    model: Model,
+    records: np.ndarray,
+    centre: np.ndarray,
+    onset: np.ndarray,
+    *,
+    used: np.ndarray | None = None,
+) -> Information:
+    """Return what records say near given parameters.
+
+    Args:
+        model: Joint model of the motion.
+        records: Records, ``(n, t)``, mm.
+        centre: Standardised parameters, ``(n, p)``.
+        onset: Standardised onsets to start from, ``(n,)``; ignored where there is none.
+        used: Samples that count, ``(t,)``; all of them by default.
+    """
+    p = len(NAMES)
+    used = slice(None) if used is None else used
+    if not model.sensor.infers_onset:
+        jacobian, residual = _whitened(model, records, centre, np.zeros(len(centre)), used)
+        jacobian = jacobian[..., :p]
+        matrix = np.einsum("nti,ntj->nij", jacobian, jacobian)
+        return Information(
+            matrix, np.einsum("nti,nt->ni", jacobian, residual), np.zeros(len(centre))
+        )
+    onset = np.array(onset, dtype=np.float64)
+    for _ in range(_STEPS):
+        jacobian, residual = _whitened(model, records, centre, onset, used)
+        by_onset = jacobian[..., p]
+        curvature = np.einsum("nt,nt->n", by_onset, by_onset) + 1.0
+        step = (np.einsum("nt,nt->n", by_onset, residual) - onset) / curvature
+        onset += np.clip(step, -1.0, 1.0)
+    jacobian, residual = _whitened(model, records, centre, onset, used)
+    matrix = np.einsum("nti,ntj->nij", jacobian, jacobian)
+    slope = np.einsum("nti,nt->ni", jacobian, residual)
+    # The onset has a prior of its own in every record; it is integrated.
+    matrix[:, p, p] += 1.0
+    slope[:, p] -= onset
+    share = matrix[:, :p, p] / matrix[:, p, p, None]
+    return Information(
+        matrix[:, :p, :p] - share[:, :, None] * matrix[:, None, :p, p],
+        slope[:, :p] - share * slope[:, p, None],
+        onset,
+    )
+
+
+def _whitened(
+    model: Model,
+    records: np.ndarray,
+    centre: np.ndarray,
+    onset: np.ndarray,
+    used: np.ndarray | slice,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes ``(n, t, p + 1)`` and residuals ``(n, t)``, in units of the sensor's errors."""
+    sensor, prior = model.sensor, model.prior
+    theta = prior.destandardise(centre)
+    motion, slopes = sensitivity(theta, sensor.times, model.motion, onset=sensor.onset_sd * onset)
+    slopes = slopes[:, used] * np.append(prior.log_sds, sensor.onset_sd)
+    whitened = np.moveaxis(sensor.whiten(np.moveaxis(slopes, -1, -2)), -1, -2)
+    return whitened, sensor.whiten((records - motion.travel)[:, used])
+
+
+def pool(
+    models: list[Model],
+    records: list[np.ndarray],
+    centre: np.ndarray,
+    onsets: list[np.ndarray],
+    *,
+    single: bool = False,
+) -> np.ndarray:
+    """Return the parameters that all records of a stretch without wear agree on best.
+
+    The mode of prior times all likelihoods, by Gauss-Newton with halved steps, over one or both
+    motions.
+
+    Args:
+        models: Joint models, one a motion.
+        records: Records of each, ``(n, t)``, mm.
+        centre: Standardised parameters to start from, ``(p,)``.
+        onsets: Standardised onsets of each to start from, ``(n,)``.
+        single: Count all records of a motion as one, by the mean of their log likelihoods.
+    """
+    centre = np.array(centre, dtype=np.float64)
+    for _ in range(_ROUNDS):
+        matrix, slope = np.eye(centre.size), -centre
+        for model, record, onset in zip(models, records, onsets, strict=True):
+            found = information(model, record, np.tile(centre, (len(record), 1)), onset)
+            share = 1.0 / len(record) if single else 1.0
+            matrix = matrix + share * found.matrix.sum(axis=0)
+            slope = slope + share * found.slope.sum(axis=0)
+        step = np.linalg.solve(matrix, slope)
+        # No step farther than half a prior sd: far from the mode the curve bends.
+        centre += step * min(1.0, 0.5 / np.abs(step).max())
+        if np.abs(step).max() < 1e-4:
+            break
+    return centre

@@ -1,0 +1,145 @@
+"""The inner loops of the change points, compiled: Gaussian lines that learn from one operation.
+
+Information is about the level of a line, the first half of its state. Its matrix ``W`` may be
+singular, so everything goes through ``I + W P`` with the line's own covariance ``P``.
+"""
+
+import numpy as np
+from numba import njit
+
+__all__ = ["evidence", "thin", "update"]
+
+_fast = njit(cache=True, error_model="numpy")
+_SPACING = 0.2  # of neighbouring starts, share of their age
+
+
+@_fast
+def _solve(matrix, right):
+    """Solve in place by elimination with pivots; return the log of the determinant's size."""
+    p, columns = right.shape
+    log_determinant = 0.0
+    for i in range(p):
+        pivot = i
+        for row in range(i + 1, p):
+            if abs(matrix[row, i]) > abs(matrix[pivot, i]):
+                pivot = row
+        if pivot != i:
+            for j in range(p):
+                matrix[i, j], matrix[pivot, j] = matrix[pivot, j], matrix[i, j]
+            for j in range(columns):
+                right[i, j], right[pivot, j] = right[pivot, j], right[i, j]
+        log_determinant += np.log(abs(matrix[i, i]))
+        for row in range(i + 1, p):
+            share = matrix[row, i] / matrix[i, i]
+            for j in range(i + 1, p):
+                matrix[row, j] -= share * matrix[i, j]
+            for j in range(columns):
+                right[row, j] -= share * right[i, j]
+    for i in range(p - 1, -1, -1):
+        for j in range(columns):
+            for row in range(i + 1, p):
+                right[i, j] -= matrix[i, row] * right[row, j]
+            right[i, j] /= matrix[i, i]
+    return log_determinant
+
+
+@_fast
+def _gain(mean, cov, weight, slope, system, solved):
+    """Fill ``solved`` with ``(I + W P)^-1 [r, W]``, r the slope there; return the evidence."""
+    p = slope.size
+    log_evidence = 0.0
+    for i in range(p):
+        left = slope[i]
+        for j in range(p):
+            left -= weight[i, j] * mean[j]
+            solved[i, 1 + j] = weight[i, j]
+            system[i, j] = 1.0 if i == j else 0.0
+            for k in range(p):
+                system[i, j] += weight[i, k] * cov[k, j]
+        solved[i, 0] = left
+        log_evidence += 0.5 * mean[i] * (slope[i] + left)
+    residual = solved[:, 0].copy()
+    log_evidence -= 0.5 * _solve(system, solved)
+    for i in range(p):
+        for j in range(p):
+            log_evidence += 0.5 * residual[i] * cov[i, j] * solved[j, 0]
+    return log_evidence
+
+
+@_fast
+def evidence(mean, cov, weight, slope):
+    """Return the log evidence of information ``(p, p)``, ``(p,)`` about a Gaussian of size p."""
+    p = slope.size
+    return _gain(mean, cov, weight, slope, np.empty((p, p)), np.empty((p, p + 1)))
+
+
+@_fast
+def update(mean, cov, group, weights, slopes, base, log_out):
+    """Let lines learn, in place, where that is likelier than that the operation is an outlier.
+
+    Args:
+        mean: ``(h, 2 p)``, relative to where the information is about.
+        cov: ``(h, 2 p, 2 p)``.
+        group: Which information a line learns from, ``(h,)``.
+        weights, slopes, base: Information ``(k, p, p)``, ``(k, p)`` and constant ``(k,)``.
+        log_out: Log evidence of an outlier, ``(k,)``.
+
+    Returns:
+        Log evidence of each line, ``(h,)``.
+    """
+    h, n = mean.shape
+    p = n // 2
+    system, solved, moved = np.empty((p, p)), np.empty((p, p + 1)), np.empty((n, p))
+    result = np.empty(h)
+    for i in range(h):
+        g = group[i]
+        result[i] = base[g] + _gain(mean[i], cov[i, :p, :p], weights[g], slopes[g], system, solved)
+        if result[i] < log_out[g]:
+            continue
+        gains = cov[i, :, :p].copy()
+        for row in range(n):
+            for j in range(p):
+                moved[row, j] = 0.0
+                for k in range(p):
+                    moved[row, j] += gains[row, k] * solved[k, 1 + j]
+            for k in range(p):
+                mean[i, row] += gains[row, k] * solved[k, 0]
+        for row in range(n):
+            for column in range(row + 1):
+                change = 0.0
+                for k in range(p):
+                    change += moved[row, k] * gains[column, k]
+                cov[i, row, column] -= change
+                if column < row:
+                    cov[i, column, row] = cov[i, row, column]
+    return result
+
+
+@_fast
+def thin(log_weight, start, kind, scatter, now, hopeless, young):
+    """Say which hypotheses to keep, ``(h,)``, and with what log weight, ``(h,)``.
+
+    They are sorted by scatter, kind and start. Neighbours nearer than a fifth of their age become
+    one, the likelier, with the weight of both.
+    """
+    h = log_weight.size
+    kept = np.ones(h, dtype=np.bool_)
+    weight = log_weight.copy()
+    best = weight.max()
+    last = 0
+    for i in range(1, h):
+        together = kind[i] == kind[last] and scatter[i] == scatter[last]
+        if together and start[i] - start[last] < _SPACING * (now - start[last]):
+            both = np.logaddexp(weight[i], weight[last])
+            if weight[i] > weight[last]:
+                kept[last] = False
+                last = i
+            else:
+                kept[i] = False
+            weight[last] = both
+        else:
+            last = i
+    for i in range(h):
+        if kind[i] >= 0 and now - start[i] > young and weight[i] < best - hopeless:
+            kept[i] = False
+    return kept, weight

@@ -1,0 +1,389 @@
+"""The trend of a drive over its operations: from records to lines, alarms and remaining lives.
+
+One pass over the operations of a *source*: one motion, or both where they agree. Each operation's
+likelihood is taken near the trend so far (``information``), the hypotheses about the current
+segment learn from it (``changepoint``), and the remaining life follows (``lifetime``). All that the
+next operation needs is a :class:`State`, which is stored, so that new operations go on from it.
+
+The first operations, the *baseline*, are too few for a trend: see ``baseline``, also for what
+becomes of a drive that the model does not fit.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from breaker.baseline import Baseline, find_baseline, onset_of
+from breaker.changepoint import KINDS, Segments, Tracker
+from breaker.information import information
+from breaker.lifetime import Horizon, Remaining, remaining_life
+from breaker.limits import Limit
+from breaker.model import Model
+from breaker.parameters import NAMES
+from breaker.randomness import generator
+
+__all__ = ["Follower", "Series", "State", "age_bins", "series_of"]
+
+_QUANTILES = (0.05, 0.5, 0.95)
+_PER_CENT = 100.0
+_ROOM = 0.02  # share of a parameter that an operation may be off what is predicted
+_MOVES = 2  # of the place where an operation's likelihood is taken
+
+
+def age_bins(last: int) -> np.ndarray:
+    """Return the edges of the ages in which run lengths are counted, operations, geometric."""
+    return np.concatenate([[0.0], np.geomspace(1.0, max(last, 2), 60)])
+
+
+@dataclass(frozen=True)
+class Series:
+    """Records of some operations, in one or both motions.
+
+    Attributes:
+        operations: Their numbers, rising, ``(o,)``.
+        records: Of each motion, ``(o, t)``, mm; nan where there is none that can be used.
+        outputs: Mean of each motion's own posterior, standardised, ``(o, q)``: where to start
+            from; nan where there is none.
+    """
+
+    operations: np.ndarray
+    records: Mapping[str, np.ndarray]
+    outputs: Mapping[str, np.ndarray]
+
+    def usable(self, motion: str) -> np.ndarray:
+        """Say which operations have a record and a posterior of a motion, ``(o,)``."""
+        return np.isfinite(self.records[motion]).all(1) & np.isfinite(self.outputs[motion]).all(1)
+
+
+def series_of(
+    models: Mapping[str, Model], data: Mapping[str, xr.Dataset], usable: Mapping[str, np.ndarray]
+) -> Series:
+    """Return the series of measured operations.
+
+    Args:
+        models: Joint model of each motion.
+        data: What ``condition.align`` returns of each motion, for the same operations.
+        usable: Which of them have a posterior, ``(o,)``.
+    """
+    records, outputs = {}, {}
+    for motion, model in models.items():
+        there = usable[motion]
+        records[motion] = np.where(there[:, None], data[motion].travel.values, np.nan)
+        outputs[motion] = np.full((len(there), len(model.names)), np.nan)
+        draws = data[motion].draws.values[there].astype(np.float64)
+        outputs[motion][there] = model.standardise(draws).mean(axis=1)
+    return Series(next(iter(data.values())).operation.values, records, outputs)
+
+
+@dataclass(frozen=True)
+class State:
+    """All that the next operation needs of those before it.
+
+    Attributes:
+        segments: Hypotheses after the last operation.
+        baseline: Where the trend started.
+        seen: Operations seen.
+        first: Number of the first.
+        alarms: Numbers of the operations at which a change was noticed, the last two.
+    """
+
+    segments: Segments
+    baseline: Baseline
+    seen: int
+    first: int
+    alarms: tuple[int, ...]
+
+    @property
+    def since(self) -> int:
+        """Operation of the last alarm, the first of all without one."""
+        return self.alarms[-1] if self.alarms else self.first
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the state as a dataset, exactly."""
+        s = self.segments
+        dims = {"mean": ("hypothesis", "state"), "cov": ("hypothesis", "state", "other")}
+        fields = {
+            name: (dims.get(name, ("hypothesis",)), getattr(s, name))
+            for name in ("log_weight", "mean", "cov", "start", "kind", "scatter")
+        }
+        known = {"operation": s.operation, "seen": self.seen, "first": self.first}
+        known |= {"alarms": list(self.alarms), "p_value": self.baseline.p_value}
+        start = self.baseline
+        return xr.Dataset(
+            fields
+            | {
+                "centre": ("parameter", start.centre),
+                "projector": (("parameter", "other_parameter"), start.projector),
+                "offset": (("motion", "time"), np.array(list(start.offset.values()))),
+                "used": (("motion", "time"), np.array(list(start.used.values()))),
+            },
+            attrs={"known": json.dumps(known)},
+        )
+
+    @classmethod
+    def from_dataset(cls, data: xr.Dataset) -> "State":
+        """Return the state of what ``to_dataset`` returned."""
+        known = json.loads(data.attrs["known"])
+        names = ("log_weight", "mean", "cov", "start", "kind", "scatter")
+        segments = Segments(known["operation"], *(data[name].values for name in names))
+        motions = list(known["p_value"])
+        by_motion = [
+            dict(zip(motions, data[name].values, strict=True)) for name in ("offset", "used")
+        ]
+        baseline = Baseline(data.centre.values, known["p_value"], *by_motion, data.projector.values)
+        return cls(segments, baseline, known["seen"], known["first"], tuple(known["alarms"]))
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """What follows a drive: its models, its model of wear and its limits.
+
+    Attributes:
+        models: Joint model of each motion of the source.
+        tracker: The model of wear.
+        limits: Limits of which a remaining life is asked.
+        horizon: How far it is looked for.
+        settings: The section ``wear_model`` of the configuration.
+    """
+
+    models: Mapping[str, Model]
+    tracker: Tracker
+    limits: Sequence[Limit]
+    horizon: Horizon
+    settings: Mapping
+
+    @classmethod
+    def from_settings(
+        cls, models: Mapping[str, Model], limits: Sequence[Limit], settings: Mapping, seed: int
+    ) -> "Follower":
+        """Build from the section ``wear_model`` of the configuration."""
+        prior = next(iter(models.values())).prior
+        rng = generator(seed, "remaining life")
+        normals = rng.standard_normal((settings["lines"], 2 * len(NAMES)))
+        return cls(
+            models,
+            Tracker.from_settings(settings, prior.log_sds),
+            limits,
+            Horizon(settings["horizon"], normals),
+            settings,
+        )
+
+    @property
+    def prior(self):
+        """Prior of the parameters, one for both motions."""
+        return next(iter(self.models.values())).prior
+
+    def begin(self, series: Series) -> State:
+        """Return the state before the first operation of a series that holds the baseline.
+
+        Raises:
+            ValueError: If no operation can be used.
+        """
+        first, records, outputs = int(series.operations[0]), {}, {}
+        for motion in self.models:
+            used = np.flatnonzero(series.usable(motion))[: self.settings["baseline"]]
+            if not used.size:
+                raise ValueError(
+                    f"no {motion} operation can be used among the {len(series.operations)} "
+                    f"from number {first} on, so that no trend can start"
+                )
+            records[motion] = series.records[motion][used]
+            outputs[motion] = series.outputs[motion][used]
+        start = find_baseline(self.models, records, outputs)
+        return self._begin(first, start)
+
+    def _begin(self, first: int, start: Baseline) -> State:
+        centre = None if start.fits else start.centre
+        segments = self.tracker.begin(first, centre, start.projector)
+        return State(segments, start, 0, first, ())
+
+    def idle(self, first: int) -> tuple[State, xr.Dataset]:
+        """Return the state and the empty trend of a source that is not followed."""
+        p, t = len(NAMES), len(next(iter(self.models.values())).sensor.times)
+        zero = {motion: np.zeros(t) for motion in self.models}
+        none = {motion: np.zeros(t, dtype=bool) for motion in self.models}
+        start = Baseline(np.zeros(p), dict.fromkeys(self.models, 1.0), zero, none, np.eye(p))
+        state = self._begin(first, start)
+        left = remaining_life(self.tracker, state.segments, self.limits, self.prior, self.horizon)
+        row = self._row(state, left) | {"change_probability": 0.0, "alarm": False, "outlier": 0.0}
+        return state, self._dataset(np.array([first]), [row]).isel(operation=slice(0, 0))
+
+    def follow(self, state: State, series: Series) -> tuple[State, xr.Dataset]:
+        """Go through operations.
+
+        Args:
+            state: What is known before them.
+            series: The operations.
+
+        Returns:
+            What is known after them, and a dataset over ``operation``: ``level``, ``slope``
+            (percent a thousand operations) and their 90 % intervals; ``scatter`` (percent), ``outlier``;
+            ``run_length_probability`` over ``age``; ``change_probability`` and ``alarm``;
+            ``start_interval`` and ``kind_probability`` of the segment's beginning, by now;
+            ``remaining``, ``toward``, ``beyond`` and ``soon`` of each limit, and the ``value`` of
+            each of their parts.
+        """
+        rows = []
+        usable = {motion: series.usable(motion) for motion in self.models}
+        name = " and ".join(self.models)
+        count = range(len(series.operations))
+        for i in tqdm(count, desc=f"following {name}", mininterval=5, unit="operation"):
+            state, row, _ = self.step(state, series, i, usable)
+            rows.append(row)
+        return state, self._dataset(series.operations, rows)
+
+    def step(
+        self, state: State, series: Series, i: int, usable: Mapping[str, np.ndarray]
+    ) -> tuple[State, dict[str, np.ndarray], Remaining]:
+        """Learn from operation ``i`` of a series; return what follows and its row of results."""
+        operation = int(series.operations[i])
+        segments = self.tracker.predict(state.segments, operation, state.baseline.projector)
+        matrix, slope, centre = self._likelihood(state, segments, series, i, usable)
+        outlier = np.nan
+        if matrix.any():
+            segments, _, outlier = self.tracker.learn(segments, matrix, slope, centre)
+        changed = segments.began_after(state.since)
+        settled = state.seen + 1 >= self.settings["settle"]
+        alarm = settled and changed >= self.settings["alarm_level"]
+        alarms = (*state.alarms[-1:], operation) if alarm else state.alarms
+        state = replace(state, segments=segments, seen=state.seen + 1, alarms=alarms)
+        left = remaining_life(self.tracker, segments, self.limits, self.prior, self.horizon)
+        row = self._row(state, left) | {
+            "change_probability": changed,
+            "alarm": alarm,
+            "outlier": outlier,
+        }
+        return state, row, left
+
+    def _likelihood(
+        self,
+        state: State,
+        predicted: Segments,
+        series: Series,
+        i: int,
+        usable: Mapping[str, np.ndarray],
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What the records of an operation say, about where; all zero without a record.
+
+        The place is the mode of the operation's likelihood under what is predicted of it, with some
+        room for scatter and for a change not noticed yet. So it goes where the records leave no
+        doubt, and stays at the trend where they say little.
+        """
+        p = len(NAMES)
+        room = np.diag(np.square(_ROOM / self.prior.log_sds))
+        if state.seen < self.settings["baseline"]:
+            mean, spread = state.baseline.centre, room
+        else:
+            level, cov = predicted.level()
+            mean, spread = level[:p], cov[:p, :p] + room
+        precision, centre, start = np.linalg.inv(spread), mean, state.baseline
+        there = [motion for motion in self.models if usable[motion][i]]
+        onsets = {m: onset_of(series.outputs[m][i : i + 1]) for m in there}
+        for step in range(_MOVES + 1):
+            matrix, slope = np.zeros((p, p)), np.zeros(p)
+            for motion in there:
+                record = series.records[motion][i : i + 1] - start.offset[motion]
+                found = information(
+                    self.models[motion],
+                    *(record, centre[None], onsets[motion]),
+                    used=start.used[motion],
+                )
+                onsets[motion] = found.onset
+                matrix, slope = matrix + found.matrix[0], slope + found.slope[0]
+            matrix, slope = start.projector @ matrix @ start.projector, start.projector @ slope
+            if step < _MOVES:
+                right = slope + matrix @ (centre - mean)
+                centre = mean + np.linalg.solve(precision + matrix, right)
+        return matrix, slope, centre
+
+    def _row(self, state: State, left: Remaining) -> dict[str, np.ndarray]:
+        """What is stored of an operation."""
+        p, segments = len(NAMES), state.segments
+        mean, cov = segments.level()
+        sd = 1.6449 * np.sqrt(np.diag(cov))
+        ends = np.stack([mean - sd, mean, mean + sd])  # (3, 2 p)
+        levels = self.prior.destandardise(ends[:, :p])
+        slopes = _PER_CENT * self.prior.log_sds * ends[:, p:]
+        before = state.alarms[-2] if len(state.alarms) > 1 else state.first
+        began = segments.weight * ((segments.start > before) & (segments.start <= state.since))
+        kinds = np.bincount(segments.kind + 1, began, len(KINDS) + 1)[1:]
+        age = segments.operation - segments.start
+        ages = np.histogram(age, self._ages, weights=segments.weight)[0]
+        grid = self.horizon.grid
+        return {
+            "level": levels[1],
+            "level_interval": levels[[0, 2]].T,
+            "slope": slopes[1],
+            "slope_interval": slopes[[0, 2]].T,
+            "scatter": _PER_CENT * self.tracker.scatters[segments.scatter] @ segments.weight,
+            "run_length_probability": ages,
+            "start_interval": _quantiles(segments.start, began, _QUANTILES),
+            "kind_probability": kinds / began.sum()
+            if began.sum() > 0
+            else np.full(len(KINDS), np.nan),
+            "remaining": np.array([_reached(grid, cdf, _QUANTILES) for cdf in left.cdf]),
+            "toward": left.toward,
+            "beyond": left.beyond,
+            "value": np.quantile(left.now, _QUANTILES, axis=0).T,
+            "soon": np.array([np.interp(self.settings["notice"], grid, cdf) for cdf in left.cdf]),
+        }
+
+    @property
+    def _ages(self) -> np.ndarray:
+        return age_bins(self.settings["horizon"])
+
+    def _dataset(self, operations: np.ndarray, rows: list[dict]) -> xr.Dataset:
+        dims = {
+            **dict.fromkeys(("level", "slope"), ("parameter",)),
+            **dict.fromkeys(("level_interval", "slope_interval"), ("parameter", "bound")),
+            "run_length_probability": ("age",),
+            "start_interval": ("quantile",),
+            "kind_probability": ("kind",),
+            "remaining": ("limit", "quantile"),
+            **dict.fromkeys(("toward", "beyond", "soon"), ("limit",)),
+            "value": ("part", "quantile"),
+        }
+        edges = self._ages
+        parts = [(limit, part) for limit in self.limits for part in limit.parts]
+        coords = {
+            "operation": operations,
+            "parameter": list(NAMES),
+            "bound": ["lower", "upper"],
+            "kind": list(KINDS),
+            "quantile": list(_QUANTILES),
+            "limit": [limit.name for limit in self.limits],
+            "words": ("limit", [limit.words for limit in self.limits]),
+            "part_limit": ("part", [limit.name for limit, _ in parts]),
+            "part_quantity": ("part", [quantity for _, (quantity, _, _) in parts]),
+            "part_bound": ("part", [bound for _, (_, bound, _) in parts]),
+            "age_lower": ("age", edges[:-1]),
+            "age_upper": ("age", edges[1:]),
+        }
+        return xr.Dataset(
+            {
+                name: (("operation", *dims.get(name, ())), np.array([row[name] for row in rows]))
+                for name in rows[0]
+            },
+            coords=coords,
+        )
+
+
+def _quantiles(values: np.ndarray, weight: np.ndarray, shares: Sequence[float]) -> np.ndarray:
+    """Quantiles of weighted values, nan where nothing has a weight."""
+    if not weight.sum() > 0:
+        return np.full(len(shares), np.nan)
+    order = np.argsort(values, kind="stable")
+    ladder = np.cumsum(weight[order]) / weight.sum()
+    place = np.minimum(np.searchsorted(ladder, shares), len(values) - 1)
+    return values[order][place].astype(float)
+
+
+def _reached(grid: np.ndarray, cdf: np.ndarray, shares: Sequence[float]) -> np.ndarray:
+    """Future operations by which a probability is reached, inf where it is not."""
+    return np.array(
+        [np.interp(share, cdf, grid) if cdf[-1] >= share else np.inf for share in shares]
+    )

@@ -1,0 +1,36 @@
+"""Join single operations and trends into alarms, decisions and the first page."""
+
+import xarray as xr
+
+from breaker import decisions as tables
+from breaker.decisions import failures, health, join, remaining, verdict
+from breaker.jobs import start
+from breaker.limits import from_list, table
+from breaker.stores import describe, save
+
+log = start(snakemake)
+params, found = snakemake.params, snakemake.input
+limits = from_list(params.limits, params.motions)
+condition = join([xr.open_zarr(file).load() for file in found.conditions])
+trends = {data.attrs["source"]: data for data in (xr.open_zarr(f).load() for f in found.trends)}
+curves = dict(zip(params.motions, (xr.open_zarr(file) for file in found.curves), strict=True))
+fused = "both" in trends and trends["both"].sizes["operation"] > 0
+used = {"both": trends["both"]} if fused else {m: trends[m] for m in params.motions}
+
+left = remaining(used, limits, fused=fused)
+if found.get("effective"):
+    files = zip(params.motions, found.effective, strict=True)
+    truth = failures({motion: xr.open_zarr(file).effective for motion, file in files}, limits)
+    left = left.assign(failure=("limit", [truth[limit.name] for limit in limits]))
+judged = health(condition, left, params.alarm, fused=fused)
+rows = tables.decide(judged, left, used, curves, params.wear_model)
+page = verdict(judged, left, rows, params.wear_model)
+log.info("%s %s %s", *(page.attrs[name] for name in ("healthy", "wearing", "left")))
+
+settings = {"limits": params.limits, "alarm": params.alarm, "wear_model": params.wear_model}
+save(describe(judged, "health", **settings), snakemake.output.health)
+save(describe(left, "remaining life", **settings), snakemake.output.remaining)
+save(describe(page, "verdict", **settings), snakemake.output.verdict)
+rows.to_csv(snakemake.output.decisions, index=False, float_format="%.5g")
+alarms = table(limits, judged.operation.values, judged.alarm.values, judged.probability.values)
+alarms.to_csv(snakemake.output.alarms, index=False, float_format="%.5g")

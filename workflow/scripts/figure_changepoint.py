@@ -1,0 +1,15 @@
+"""Draw the trend of one motion, its run length and its changes."""
+
+import xarray as xr
+
+from breaker.figures.changepoint import changepoint
+from breaker.jobs import start
+
+log = start(snakemake)
+effective = None
+if "effective" in snakemake.input.keys():  # noqa: SIM118
+    effective = xr.open_zarr(snakemake.input.effective).effective
+
+trend = xr.open_zarr(snakemake.input.trend).load()
+figure = changepoint(trend, source=snakemake.wildcards.motion, effective=effective)
+figure.savefig(snakemake.output[0])

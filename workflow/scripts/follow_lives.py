@@ -1,0 +1,22 @@
+"""Simulate some lives, infer their records and follow them."""
+
+import torch
+
+from breaker.evaluation import follow_lives
+from breaker.jobs import start
+from breaker.posterior import Posterior
+from breaker.stores import describe, save
+
+log = start(snakemake)
+torch.set_num_threads(snakemake.threads)
+params, seed = snakemake.params, int(snakemake.wildcards.seed)
+found = [Posterior.load(file) for file in snakemake.input.models]
+posteriors = {posterior.motion: posterior for posterior in found}
+size = params.lives["lives_per_job"]
+first = int(snakemake.wildcards.chunk) * size
+numbers = range(first, min(first + size, params.lives["lives"]))
+
+result = follow_lives(posteriors, numbers, params.lives, params.wear_model, seed=seed)
+log.info("lives %d to %d followed", numbers[0], numbers[-1])
+settings = {"lives": params.lives, "wear_model": params.wear_model, "seed": seed}
+save(describe(result, "simulated lives, followed", **settings), snakemake.output[0])
