@@ -27,6 +27,11 @@ FIGURES = (
     "identifiability",
     "networks",
     "missing",
+    "verdict",
+    "health",
+    "changepoint",
+    "remaining_life",
+    "prognostics",
 )
 PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))
 

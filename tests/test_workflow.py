@@ -35,10 +35,13 @@ VALIDATION = [
     *VALIDATION_FIGURES,
 ]
 ENDURANCE_FIGURES = ["endurance_predictive", "figure_endurance_predictive", "figure_evolution"]
-FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES]
+PAGES = ["figure_verdict", "figure_health", "figure_remaining_life"]
+DECISIONS = ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"]
+FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES, *DECISIONS]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 LIMIT = ["identifiability", "rig_effective"]
+ONCE = {"decide", *PAGES}  # for both motions together
 READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
 
@@ -95,6 +98,13 @@ def edit_closing_training(folder: Path) -> None:
     path.write_text(yaml.safe_dump(overlay))
 
 
+def edit_limits(folder: Path) -> None:
+    path = folder / "config/test.yaml"
+    overlay = yaml.safe_load(path.read_text())
+    overlay["limits"] = [{"name": "late", "motion": "closing", "upper": {"touch_time": 11.0}}]
+    path.write_text(yaml.safe_dump(overlay))
+
+
 def put_own_curves(folder: Path) -> None:
     own = folder / "own"
     if not own.exists():
@@ -146,11 +156,26 @@ EDITS = {
         2,
     ),
     "correction": (
-        lambda folder: edit_config(folder, correction={"draws": 1000}),
+        lambda folder: edit_config(folder, correction={"largest_k": 0.6}),
         ["correct_validation", *FROM_CORRECTION, *FROM_INFERENCE],
         2,
     ),
     "endurance.curves": (put_own_curves, READING, 2),
+    "limits": (
+        lambda folder: edit_limits(folder),
+        ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"],
+        2,
+    ),
+    "alarm": (
+        lambda folder: edit_config(folder, alarm={"after": 2}),
+        ["decide", *PAGES],
+        2,
+    ),
+    "wear_model": (
+        lambda folder: edit_config(folder, wear_model={"horizon": 5000}),
+        ["trend", "whole_trend", "decide", *PAGES, "figure_changepoint"],
+        2,
+    ),
     "mechanism.py": (
         lambda folder: append(folder, "src/breaker/mechanism.py"),
         ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT],
@@ -179,10 +204,11 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, name):
             path.write_bytes(content)
             os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
     assert set(jobs) == set(rules)
-    # Shards and chunks are several jobs a motion; everything else is one.
+    # Shards, chunks and sources are several jobs; everything else is one a motion, or one.
     several = {"bank_shard", "read_curves", "infer", "correct_operations"}
+    several |= {"condition", "trend", "whole_trend"}
     assert {name: n for name, n in jobs.items() if name not in several} == {
-        rule: motions for rule in rules if rule not in several
+        rule: 1 if rule in ONCE else motions for rule in rules if rule not in several
     }
 
 
@@ -192,7 +218,7 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 24
+    assert len(figures) == 29
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
@@ -219,6 +245,31 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
+
+
+def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
+    own, path = workflow / "own", workflow / "config/test.yaml"
+    content, stat = path.read_bytes(), path.stat()
+    try:
+        shutil.rmtree(own, ignore_errors=True)
+        put_own_curves(workflow)
+        done = run(workflow, "-c2", "results/decisions.csv")
+        assert done.returncode == 0, done.stderr[-3000:]
+        for motion in ("closing", "opening"):
+            last = own / motion / f"{motion}_00030.csv"
+            for number in range(31, 36):
+                shutil.copy(last, last.with_name(f"{motion}_{number:05d}.csv"))
+        result = run(workflow, "-n", "results/decisions.csv")
+        table = (result.stdout + result.stderr).split("Job stats:")[1].split("total")[0]
+    finally:
+        path.write_bytes(content)
+        os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    jobs = {name: int(n) for name, n in re.findall(r"^(\w+) +(\d+) *$", table, re.M)}
+    # Two chunks of 20 and 10 operations: the second one alone, of each motion and source.
+    assert jobs == {
+        **dict.fromkeys(("read_curves", "infer", "correct_operations", "gather"), 2),
+        **{"condition": 1, "trend": 3, "whole_trend": 3, "decide": 1},
+    }
 
 
 def test_more_shards_simulate_only_the_new_ones(workflow):

@@ -114,48 +114,30 @@ class Tracker:
             whole=settings["whole"],
         )
 
-    def begin(
-        self,
-        operation: int,
-        centre: np.ndarray | None = None,
-        directions: np.ndarray | None = None,
-    ) -> Segments:
-        """Return what is held before the first operation: the prior, and any slope.
-
-        Args:
-            operation: Number of the first operation.
-            centre: Standardised parameters that take the place of the prior's mean, ``(p,)``.
-            directions: Projector onto the directions that may move, ``(p, p)``; all by default.
-        """
+    def begin(self, operation: int) -> Segments:
+        """Return what is held before the first operation: the prior, and any slope."""
         p, k = len(NAMES), len(self.scatters)
-        directions = np.eye(p) if directions is None else directions
-        cov = np.zeros((2 * p, 2 * p))
-        cov[:p, :p], cov[p:, p:] = directions, np.square(self.slope_sd) * directions
-        mean = np.zeros(2 * p)
-        mean[:p] = 0.0 if centre is None else centre
+        variance = np.append(np.ones(p), np.full(p, np.square(self.slope_sd)))
         return Segments(
             operation=operation,
             log_weight=np.full(k, -np.log(k)),
-            mean=np.tile(mean, (k, 1)),
-            cov=np.tile(cov, (k, 1, 1)),
+            mean=np.zeros((k, 2 * p)),
+            cov=np.tile(np.diag(variance), (k, 1, 1)),
             start=np.full(k, operation),
             kind=np.full(k, _FIRST),
             scatter=np.arange(k),
         )
 
-    def predict(
-        self, segments: Segments, operation: int, directions: np.ndarray | None = None
-    ) -> Segments:
+    def predict(self, segments: Segments, operation: int) -> Segments:
         """Go on to a later operation, before anything of it is seen.
 
-        Changes are possible after every operation that was seen, in the directions of ``begin``.
+        Changes are possible after every operation that was seen.
         """
         gap = operation - segments.operation
         if gap <= 0:
             return segments
         hazard = -np.expm1(gap * np.log1p(-self.hazard)) if self.hazard else 0.0
-        directions = np.eye(len(NAMES)) if directions is None else directions
-        grown = self._with_changes(segments, hazard, directions) if hazard else segments
+        grown = self._with_changes(segments, hazard) if hazard else segments
         p, way = len(NAMES), gap / _PER
         mean, cov = grown.mean.copy(), grown.cov.copy()
         mean[:, :p] += way * mean[:, p:]
@@ -163,16 +145,15 @@ class Tracker:
         cov[:, :, :p] += way * cov[:, :, p:]
         return replace(grown, operation=operation, mean=mean, cov=cov)
 
-    def _with_changes(self, segments: Segments, hazard: float, directions: np.ndarray) -> Segments:
+    def _with_changes(self, segments: Segments, hazard: float) -> Segments:
         """Add the segments that may begin after the last operation, and thin out the old."""
         p, n = len(NAMES), len(KINDS)
         odds = np.append(np.full(p, (1.0 - self.whole) / p), self.whole)
         log_odds = np.log(hazard) + np.log(odds)
         new = np.zeros((n, 2 * p, 2 * p))  # what becomes unknown in a change of each kind
-        for i, column in enumerate(directions.T):
-            new[i, p:, p:] = np.square(self.slope_sd) * np.outer(column, column)
-        new[p] = new[:p].sum(axis=0)
-        new[p, :p, :p] = directions * np.square(self.step_sd / self.log_sds) @ directions
+        one = np.arange(p)
+        new[one, p + one, p + one] = new[p, p + one, p + one] = np.square(self.slope_sd)
+        new[p, one, one] = np.square(self.step_sd / self.log_sds)
         parts = [
             (
                 segments.log_weight + np.log1p(-hazard),

@@ -26,7 +26,6 @@ from breaker.sensitivities import sensitivity
 
 __all__ = ["Information", "information", "pool"]
 
-_STEPS = 4  # Gauss-Newton steps of the onset, from the network's value
 _ROUNDS = 20  # of the pooled fit
 
 
@@ -51,7 +50,7 @@ def information(
     centre: np.ndarray,
     onset: np.ndarray,
     *,
-    used: np.ndarray | None = None,
+    steps: int = 3,
 ) -> Information:
     """Return what records say near given parameters.
 
@@ -60,25 +59,24 @@ def information(
         records: Records, ``(n, t)``, mm.
         centre: Standardised parameters, ``(n, p)``.
         onset: Standardised onsets to start from, ``(n,)``; ignored where there is none.
-        used: Samples that count, ``(t,)``; all of them by default.
+        steps: Gauss-Newton steps of the onset; one does where it is known from a place nearby.
     """
     p = len(NAMES)
-    used = slice(None) if used is None else used
     if not model.sensor.infers_onset:
-        jacobian, residual = _whitened(model, records, centre, np.zeros(len(centre)), used)
+        jacobian, residual = _whitened(model, records, centre, np.zeros(len(centre)))
         jacobian = jacobian[..., :p]
         matrix = np.einsum("nti,ntj->nij", jacobian, jacobian)
         return Information(
             matrix, np.einsum("nti,nt->ni", jacobian, residual), np.zeros(len(centre))
         )
     onset = np.array(onset, dtype=np.float64)
-    for _ in range(_STEPS):
-        jacobian, residual = _whitened(model, records, centre, onset, used)
+    for _ in range(steps):
+        jacobian, residual = _whitened(model, records, centre, onset)
         by_onset = jacobian[..., p]
         curvature = np.einsum("nt,nt->n", by_onset, by_onset) + 1.0
         step = (np.einsum("nt,nt->n", by_onset, residual) - onset) / curvature
         onset += np.clip(step, -1.0, 1.0)
-    jacobian, residual = _whitened(model, records, centre, onset, used)
+    jacobian, residual = _whitened(model, records, centre, onset)
     matrix = np.einsum("nti,ntj->nij", jacobian, jacobian)
     slope = np.einsum("nti,nt->ni", jacobian, residual)
     # The onset has a prior of its own in every record; it is integrated.
@@ -97,15 +95,14 @@ def _whitened(
     records: np.ndarray,
     centre: np.ndarray,
     onset: np.ndarray,
-    used: np.ndarray | slice,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Slopes ``(n, t, p + 1)`` and residuals ``(n, t)``, in units of the sensor's errors."""
     sensor, prior = model.sensor, model.prior
     theta = prior.destandardise(centre)
     motion, slopes = sensitivity(theta, sensor.times, model.motion, onset=sensor.onset_sd * onset)
-    slopes = slopes[:, used] * np.append(prior.log_sds, sensor.onset_sd)
+    slopes *= np.append(prior.log_sds, sensor.onset_sd)
     whitened = np.moveaxis(sensor.whiten(np.moveaxis(slopes, -1, -2)), -1, -2)
-    return whitened, sensor.whiten((records - motion.travel)[:, used])
+    return whitened, sensor.whiten(records - motion.travel)
 
 
 def pool(
@@ -113,8 +110,6 @@ def pool(
     records: list[np.ndarray],
     centre: np.ndarray,
     onsets: list[np.ndarray],
-    *,
-    single: bool = False,
 ) -> np.ndarray:
     """Return the parameters that all records of a stretch without wear agree on best.
 
@@ -126,16 +121,14 @@ def pool(
         records: Records of each, ``(n, t)``, mm.
         centre: Standardised parameters to start from, ``(p,)``.
         onsets: Standardised onsets of each to start from, ``(n,)``.
-        single: Count all records of a motion as one, by the mean of their log likelihoods.
     """
     centre = np.array(centre, dtype=np.float64)
     for _ in range(_ROUNDS):
         matrix, slope = np.eye(centre.size), -centre
         for model, record, onset in zip(models, records, onsets, strict=True):
             found = information(model, record, np.tile(centre, (len(record), 1)), onset)
-            share = 1.0 / len(record) if single else 1.0
-            matrix = matrix + share * found.matrix.sum(axis=0)
-            slope = slope + share * found.slope.sum(axis=0)
+            matrix = matrix + found.matrix.sum(axis=0)
+            slope = slope + found.slope.sum(axis=0)
         step = np.linalg.solve(matrix, slope)
         # No step farther than half a prior sd: far from the mode the curve bends.
         centre += step * min(1.0, 0.5 / np.abs(step).max())

@@ -31,6 +31,7 @@ __all__ = ["Follower", "Series", "State", "age_bins", "series_of"]
 _QUANTILES = (0.05, 0.5, 0.95)
 _PER_CENT = 100.0
 _ROOM = 0.02  # share of a parameter that an operation may be off what is predicted
+_FINEST = 0.01  # prior sd, to which effective values are known at best
 _MOVES = 2  # of the place where an operation's likelihood is taken
 
 
@@ -111,16 +112,10 @@ class State:
             for name in ("log_weight", "mean", "cov", "start", "kind", "scatter")
         }
         known = {"operation": s.operation, "seen": self.seen, "first": self.first}
-        known |= {"alarms": list(self.alarms), "p_value": self.baseline.p_value}
+        known |= {"alarms": list(self.alarms), "p_values": self.baseline.p_values}
         start = self.baseline
         return xr.Dataset(
-            fields
-            | {
-                "centre": ("parameter", start.centre),
-                "projector": (("parameter", "other_parameter"), start.projector),
-                "offset": (("motion", "time"), np.array(list(start.offset.values()))),
-                "used": (("motion", "time"), np.array(list(start.used.values()))),
-            },
+            fields | {"centre": ("parameter", start.centre)},
             attrs={"known": json.dumps(known)},
         )
 
@@ -130,11 +125,7 @@ class State:
         known = json.loads(data.attrs["known"])
         names = ("log_weight", "mean", "cov", "start", "kind", "scatter")
         segments = Segments(known["operation"], *(data[name].values for name in names))
-        motions = list(known["p_value"])
-        by_motion = [
-            dict(zip(motions, data[name].values, strict=True)) for name in ("offset", "used")
-        ]
-        baseline = Baseline(data.centre.values, known["p_value"], *by_motion, data.projector.values)
+        baseline = Baseline(data.centre.values, known["p_values"])
         return cls(segments, baseline, known["seen"], known["first"], tuple(known["alarms"]))
 
 
@@ -197,17 +188,11 @@ class Follower:
         return self._begin(first, start)
 
     def _begin(self, first: int, start: Baseline) -> State:
-        centre = None if start.fits else start.centre
-        segments = self.tracker.begin(first, centre, start.projector)
-        return State(segments, start, 0, first, ())
+        return State(self.tracker.begin(first), start, 0, first, ())
 
     def idle(self, first: int) -> tuple[State, xr.Dataset]:
         """Return the state and the empty trend of a source that is not followed."""
-        p, t = len(NAMES), len(next(iter(self.models.values())).sensor.times)
-        zero = {motion: np.zeros(t) for motion in self.models}
-        none = {motion: np.zeros(t, dtype=bool) for motion in self.models}
-        start = Baseline(np.zeros(p), dict.fromkeys(self.models, 1.0), zero, none, np.eye(p))
-        state = self._begin(first, start)
+        state = self._begin(first, Baseline(np.zeros(len(NAMES)), {}))
         left = remaining_life(self.tracker, state.segments, self.limits, self.prior, self.horizon)
         row = self._row(state, left) | {"change_probability": 0.0, "alarm": False, "outlier": 0.0}
         return state, self._dataset(np.array([first]), [row]).isel(operation=slice(0, 0))
@@ -221,8 +206,8 @@ class Follower:
 
         Returns:
             What is known after them, and a dataset over ``operation``: ``level``, ``slope``
-            (percent a thousand operations) and their 90 % intervals; ``scatter`` (percent), ``outlier``;
-            ``run_length_probability`` over ``age``; ``change_probability`` and ``alarm``;
+            (percent a thousand operations) and their 90 % intervals; ``scatter`` (percent) and
+            ``outlier``; ``run_length_probability`` over ``age``; ``change_probability``, ``alarm``;
             ``start_interval`` and ``kind_probability`` of the segment's beginning, by now;
             ``remaining``, ``toward``, ``beyond`` and ``soon`` of each limit, and the ``value`` of
             each of their parts.
@@ -241,7 +226,7 @@ class Follower:
     ) -> tuple[State, dict[str, np.ndarray], Remaining]:
         """Learn from operation ``i`` of a series; return what follows and its row of results."""
         operation = int(series.operations[i])
-        segments = self.tracker.predict(state.segments, operation, state.baseline.projector)
+        segments = self.tracker.predict(state.segments, operation)
         matrix, slope, centre = self._likelihood(state, segments, series, i, usable)
         outlier = np.nan
         if matrix.any():
@@ -272,33 +257,45 @@ class Follower:
         The place is the mode of the operation's likelihood under what is predicted of it, with some
         room for scatter and for a change not noticed yet. So it goes where the records leave no
         doubt, and stays at the trend where they say little.
+
+        Where the model does not fit, the operation is a measurement of its effective value: the
+        mode of its own posterior, whose covariance from operation to operation is ``S - S^2``,
+        with the covariance ``S`` of the posterior.
         """
-        p = len(NAMES)
+        p, start = len(NAMES), state.baseline
+        there = [motion for motion in self.models if usable[motion][i]]
+        if not there:
+            return np.zeros((p, p)), np.zeros(p), start.centre
+        own = np.mean([series.outputs[motion][i, :p] for motion in there], axis=0)
         room = np.diag(np.square(_ROOM / self.prior.log_sds))
-        if state.seen < self.settings["baseline"]:
-            mean, spread = state.baseline.centre, room
+        if not start.fits:
+            mean, spread, centre = np.zeros(p), np.eye(p), own
+        elif state.seen < self.settings["baseline"]:
+            mean, spread, centre = start.centre, room, start.centre
         else:
             level, cov = predicted.level()
-            mean, spread = level[:p], cov[:p, :p] + room
-        precision, centre, start = np.linalg.inv(spread), mean, state.baseline
-        there = [motion for motion in self.models if usable[motion][i]]
+            mean, spread, centre = level[:p], cov[:p, :p] + room, level[:p]
+        precision = np.linalg.inv(spread)
         onsets = {m: onset_of(series.outputs[m][i : i + 1]) for m in there}
         for step in range(_MOVES + 1):
             matrix, slope = np.zeros((p, p)), np.zeros(p)
             for motion in there:
-                record = series.records[motion][i : i + 1] - start.offset[motion]
                 found = information(
                     self.models[motion],
-                    *(record, centre[None], onsets[motion]),
-                    used=start.used[motion],
+                    series.records[motion][i : i + 1],
+                    *(centre[None], onsets[motion]),
+                    steps=1 if step else 2,
                 )
                 onsets[motion] = found.onset
                 matrix, slope = matrix + found.matrix[0], slope + found.slope[0]
-            matrix, slope = start.projector @ matrix @ start.projector, start.projector @ slope
             if step < _MOVES:
                 right = slope + matrix @ (centre - mean)
                 centre = mean + np.linalg.solve(precision + matrix, right)
-        return matrix, slope, centre
+        if start.fits:
+            return matrix, slope, centre
+        posterior = np.linalg.inv(np.eye(p) + matrix)
+        between = posterior - posterior @ posterior + np.square(_FINEST) * np.eye(p)
+        return np.linalg.inv(between), np.zeros(p), centre
 
     def _row(self, state: State, left: Remaining) -> dict[str, np.ndarray]:
         """What is stored of an operation."""

@@ -225,6 +225,11 @@ def corrected_of_source(wildcards):
     return {motion: corrected_of(motion)(wildcards) for motion in motions}
 
 
+def first_condition(wildcards):
+    """What tells whether both motions agree, if they are to be followed together."""
+    return ["results/condition/chunk_000.zarr"] if wildcards.source == "both" else []
+
+
 def state_before(wildcards):
     """The state of a trend after the chunk before; the first one has none."""
     chunk = int(wildcards.chunk)

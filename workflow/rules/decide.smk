@@ -36,7 +36,7 @@ rule trend:
     """The trend of a source through some operations, from the state after those before."""
     input:
         unpack(corrected_of_source),
-        first="results/condition/chunk_000.zarr",
+        first=first_condition,
         state=state_before,
         code=sources("trend.py"),
     output:

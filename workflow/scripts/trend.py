@@ -18,10 +18,10 @@ shared = {key: params[key] for key in ("prior", "sensor")}
 motions = params.motions if source == "both" else [source]
 models = {motion: Model.from_settings({**shared, "motion": motion}) for motion in motions}
 limits = [each for each in from_list(params.limits, params.motions) if each.motion in motions]
-agree = agreement(xr.open_zarr(snakemake.input.first), wear_model["baseline"])
-
 follower = Follower.from_settings(models, limits, wear_model, params.seed)
-if source == "both" and not agree >= wear_model["agreement"]:
+first = snakemake.input.get("first")
+agree = agreement(xr.open_zarr(first[0]), wear_model["baseline"]) if first else 1.0
+if not agree >= wear_model["agreement"]:
     # The motions have different parameters: nothing to follow together.
     log.info("the motions agree in %.0f %% of the first operations: not fused", 100 * agree)
     state, result = follower.idle(int(operations[0]))
