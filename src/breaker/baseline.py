@@ -8,7 +8,8 @@ If it does not, as at the end of a stroke with a damper, pooling drives the para
 misfit is the same in every operation and does not average out, so that hundreds of operations trade
 it against whatever they know least. What can be followed then are the *effective* values: what the
 posterior of a single operation, prior included, would be about without noise. They are stable, and
-pulled to the prior where an operation says little.
+pulled to the prior where an operation says little. An operation then is a measurement of them by
+the mode of its posterior, with the covariance that the modes have in the baseline.
 """
 
 from collections.abc import Mapping
@@ -21,8 +22,10 @@ from breaker.information import information, pool
 from breaker.model import Model
 from breaker.parameters import NAMES
 
-__all__ = ["Baseline", "find_baseline", "onset_of"]
+__all__ = ["Baseline", "find_baseline", "modes", "onset_of"]
 
+_MOVES = 3  # Gauss-Newton steps to a mode, from the network's mean
+_FINEST = 0.01  # prior sd, to which a mode is known at best
 _MISFIT = 1e-6  # p-value of the mean record below which the model does not fit
 
 
@@ -33,10 +36,13 @@ class Baseline:
     Attributes:
         centre: Standardised parameters that the first operations agree on best, ``(p,)``.
         p_values: Of the mean record of each motion: small where the model does not fit it.
+        spread: Covariance of the modes of single operations about their line, ``(p, p)``; used
+            where the model does not fit.
     """
 
     centre: np.ndarray
     p_values: dict[str, float]
+    spread: np.ndarray
 
     @property
     def fits(self) -> bool:
@@ -66,7 +72,58 @@ def find_baseline(
         mean = _mean_residual(model, records[motion], centre, onsets[motion])
         statistic = len(records[motion]) * model.sensor.chi_square(mean, np.zeros_like(mean))
         p_values[motion] = float(chi2.sf(statistic, df=mean.size))
-    return Baseline(centre, p_values)
+    shortest = min(len(each) for each in records.values())
+    found, within = modes(
+        models,
+        {motion: each[:shortest] for motion, each in records.items()},
+        {motion: each[:shortest] for motion, each in outputs.items()},
+    )
+    return Baseline(centre, p_values, _spread(found, within))
+
+
+def _spread(found: np.ndarray, within: np.ndarray) -> np.ndarray:
+    """Covariance of modes ``(n, p)`` about a line, and what posteriors say of it where n is small.
+
+    A Gaussian likelihood of precision ``J`` and one prior make modes of covariance ``S - S^2``,
+    with ``S = (1 + J)^-1``. It counts as much as two operations a parameter.
+    """
+    n, p = found.shape
+    design = np.column_stack([np.ones(n), np.arange(n) - (n - 1) / 2])[:, : min(2, n)]
+    left = found - design @ np.linalg.lstsq(design, found, rcond=None)[0]
+    posterior = np.linalg.inv(np.eye(p) + within.mean(axis=0))
+    expected = posterior - posterior @ posterior + np.square(_FINEST) * np.eye(p)
+    free = max(n - 2, 0)
+    return (left.T @ left + 2 * p * expected) / (free + 2 * p)
+
+
+def modes(
+    models: Mapping[str, Model],
+    records: Mapping[str, np.ndarray],
+    outputs: Mapping[str, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mode of the posterior of every operation, from all of its motions.
+
+    Args:
+        models: Joint model of each motion.
+        records: Records of each, ``(n, t)``, mm.
+        outputs: Means of the posteriors of each, standardised, ``(n, q)``, to start from.
+
+    Returns:
+        Standardised parameters ``(n, p)`` and the information of the records there, ``(n, p, p)``.
+    """
+    p = len(NAMES)
+    centre = np.mean([each[:, :p] for each in outputs.values()], axis=0)
+    onsets = {motion: onset_of(each) for motion, each in outputs.items()}
+    for step in range(_MOVES + 1):
+        matrix, slope = np.zeros((len(centre), p, p)), np.zeros((len(centre), p))
+        for motion, each in records.items():
+            found = information(models[motion], each, centre, onsets[motion], steps=2)
+            onsets[motion] = found.onset
+            matrix, slope = matrix + found.matrix, slope + found.slope
+        if step < _MOVES:
+            right = slope + np.einsum("nij,nj->ni", matrix, centre)
+            centre = np.linalg.solve(np.eye(p) + matrix, right[..., None])[..., 0]
+    return centre, matrix
 
 
 def onset_of(outputs: np.ndarray) -> np.ndarray:

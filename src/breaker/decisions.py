@@ -142,7 +142,7 @@ def health(condition: xr.Dataset, trend: xr.Dataset, alarm: Mapping, *, fused: b
         first_alarm=("limit", np.array([first(column, operations) for column in on.T])),
         words=("limit", condition.words.values),
         source=("limit", trend.source.values),
-    ).assign_attrs(raise_=alarm["raise"], **alarm)
+    ).assign_attrs(alarm)
 
 
 def failures(effective: Mapping[str, xr.DataArray], limits: Sequence[Limit]) -> dict[str, float]:
@@ -236,8 +236,11 @@ def decide(
     return pd.DataFrame(rows)
 
 
-def wearing(trends: Mapping[str, xr.Dataset], operation: int) -> str:
-    """Say which parameters drift at an operation, by trends whose 90 % interval is not across 0."""
+def wearing(trends: Mapping[str, xr.Dataset], operation: int, *, most: int | None = None) -> str:
+    """Say which parameters drift at an operation, by trends whose 90 % interval is not across 0.
+
+    The steepest ones first, in each source at most ``most``.
+    """
     words = []
     for source, trend in trends.items():
         if operation not in trend.operation.values:
@@ -246,7 +249,7 @@ def wearing(trends: Mapping[str, xr.Dataset], operation: int) -> str:
         lower, upper = one.slope_interval.values.T
         sure = np.flatnonzero(lower * upper > 0)
         sure = sure[np.argsort(-np.abs(one.slope.values[sure]))]
-        told = [f"{one.parameter.values[j]} {one.slope.values[j]:+.2g} %" for j in sure]
+        told = [f"{one.parameter.values[j]} {one.slope.values[j]:+.2g} %" for j in sure[:most]]
         if told:
             words.append(f"{source}: {', '.join(told)}")
     return "; ".join(words)
@@ -302,7 +305,11 @@ def _end(value: float) -> str:
 
 
 def verdict(
-    health: xr.Dataset, trend: xr.Dataset, decisions: pd.DataFrame, settings: Mapping
+    health: xr.Dataset,
+    trend: xr.Dataset,
+    trends: Mapping[str, xr.Dataset],
+    decisions: pd.DataFrame,
+    settings: Mapping,
 ) -> xr.Dataset:
     """Return the first page: three sentences, and how each limit stands after the last operation.
 
@@ -329,7 +336,7 @@ def verdict(
         coords={"limit": health.limit.values, "quantile": trend["quantile"].values},
         attrs={
             "healthy": _healthy(health, every[-1]),
-            "wearing": _wearing(decisions, row),
+            "wearing": _wearing(decisions, wearing(trends, int(row.operation), most=3)),
             "left": _left(row),
             "operation": int(row.operation),
         },
@@ -362,17 +369,17 @@ def _healthy(health: xr.Dataset, states_now: np.ndarray) -> str:
     return f"Healthy at operation {operation}: no limit exceeded."
 
 
-def _wearing(decisions: pd.DataFrame, row: pd.Series) -> str:
-    if not row.wearing:
+def _wearing(decisions: pd.DataFrame, drifts: str) -> str:
+    if not drifts:
         return "Wearing: no parameter that a trend could tell from none."
     noted = decisions.change[decisions.change != ""]
     since = f" Last change noticed: {noted.iloc[-1]}." if len(noted) else ""
-    return f"Wearing, in 1,000 operations: {row.wearing}.{since}"
+    return f"Wearing, in 1,000 operations: {drifts}.{since}"
 
 
 def _left(row: pd.Series) -> str:
     if row.state == "alarm":
-        return f"Left: nothing, {row.action}."
+        return "Left: nothing; service now."
     if not row.next_limit:
         return "Left: no trend leads to a limit."
     return (

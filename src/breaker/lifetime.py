@@ -48,10 +48,12 @@ class Horizon:
         operations: Farthest future operation.
         normals: Standard normal draws that make lines, ``(d, 2 p)``: the same for every operation,
             so that a series of predictions is smooth.
+        widening: Factor on the widths of trends, for what linear likelihoods leave out.
     """
 
     operations: int
     normals: np.ndarray
+    widening: float = 1.0
 
     @cached_property
     def grid(self) -> np.ndarray:
@@ -93,7 +95,7 @@ def remaining_life(
         horizon: Future operations and draws.
     """
     grid, p = horizon.grid, len(NAMES)
-    lines, scatter = _lines(segments, horizon.normals, tracker.scatters)
+    lines, scatter = _lines(segments, horizon.widening * horizon.normals, tracker.scatters)
     level, slope = lines[:, :p], lines[:, p:] / _PER
     with np.errstate(divide="ignore"):
         ends = np.where(slope > 0, _FARTHEST - level, -_FARTHEST - level) / slope

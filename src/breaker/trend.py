@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.baseline import Baseline, find_baseline, onset_of
+from breaker.baseline import Baseline, find_baseline, modes, onset_of
 from breaker.changepoint import KINDS, Segments, Tracker
 from breaker.information import information
 from breaker.lifetime import Horizon, Remaining, remaining_life
@@ -31,7 +31,6 @@ __all__ = ["Follower", "Series", "State", "age_bins", "series_of"]
 _QUANTILES = (0.05, 0.5, 0.95)
 _PER_CENT = 100.0
 _ROOM = 0.02  # share of a parameter that an operation may be off what is predicted
-_FINEST = 0.01  # prior sd, to which effective values are known at best
 _MOVES = 2  # of the place where an operation's likelihood is taken
 
 
@@ -106,7 +105,7 @@ class State:
     def to_dataset(self) -> xr.Dataset:
         """Return the state as a dataset, exactly."""
         s = self.segments
-        dims = {"mean": ("hypothesis", "state"), "cov": ("hypothesis", "state", "other")}
+        dims = {"mean": ("hypothesis", "state"), "cov": ("hypothesis", "state", "other_state")}
         fields = {
             name: (dims.get(name, ("hypothesis",)), getattr(s, name))
             for name in ("log_weight", "mean", "cov", "start", "kind", "scatter")
@@ -125,7 +124,7 @@ class State:
         known = json.loads(data.attrs["known"])
         names = ("log_weight", "mean", "cov", "start", "kind", "scatter")
         segments = Segments(known["operation"], *(data[name].values for name in names))
-        baseline = Baseline(data.centre.values, known["p_values"])
+        baseline = Baseline(data.centre.values, known["p_values"], data.spread.values)
         return cls(segments, baseline, known["seen"], known["first"], tuple(known["alarms"]))
 
 
@@ -159,7 +158,7 @@ class Follower:
             models,
             Tracker.from_settings(settings, prior.log_sds),
             limits,
-            Horizon(settings["horizon"], normals),
+            Horizon(settings["horizon"], normals, settings["widening"]),
             settings,
         )
 
@@ -192,7 +191,7 @@ class Follower:
 
     def idle(self, first: int) -> tuple[State, xr.Dataset]:
         """Return the state and the empty trend of a source that is not followed."""
-        state = self._begin(first, Baseline(np.zeros(len(NAMES)), {}))
+        state = self._begin(first, Baseline(np.zeros(len(NAMES)), {}, np.eye(len(NAMES))))
         left = remaining_life(self.tracker, state.segments, self.limits, self.prior, self.horizon)
         row = self._row(state, left) | {"change_probability": 0.0, "alarm": False, "outlier": 0.0}
         return state, self._dataset(np.array([first]), [row]).isel(operation=slice(0, 0))
@@ -258,31 +257,33 @@ class Follower:
         room for scatter and for a change not noticed yet. So it goes where the records leave no
         doubt, and stays at the trend where they say little.
 
-        Where the model does not fit, the operation is a measurement of its effective value: the
-        mode of its own posterior, whose covariance from operation to operation is ``S - S^2``,
-        with the covariance ``S`` of the posterior.
+        Where the model does not fit, the operation is a measurement of its effective value by the
+        mode of its own posterior.
         """
         p, start = len(NAMES), state.baseline
         there = [motion for motion in self.models if usable[motion][i]]
         if not there:
             return np.zeros((p, p)), np.zeros(p), start.centre
-        own = np.mean([series.outputs[motion][i, :p] for motion in there], axis=0)
-        room = np.diag(np.square(_ROOM / self.prior.log_sds))
+        one = slice(i, i + 1)
         if not start.fits:
-            mean, spread, centre = np.zeros(p), np.eye(p), own
-        elif state.seen < self.settings["baseline"]:
-            mean, spread, centre = start.centre, room, start.centre
+            records = {motion: series.records[motion][one] for motion in there}
+            outputs = {motion: series.outputs[motion][one] for motion in there}
+            centre, _ = modes(self.models, records, outputs)
+            return np.linalg.inv(start.spread), np.zeros(p), centre[0]
+        room = np.diag(np.square(_ROOM / self.prior.log_sds))
+        if state.seen < self.settings["baseline"]:
+            mean, spread = start.centre, room
         else:
             level, cov = predicted.level()
-            mean, spread, centre = level[:p], cov[:p, :p] + room, level[:p]
-        precision = np.linalg.inv(spread)
-        onsets = {m: onset_of(series.outputs[m][i : i + 1]) for m in there}
+            mean, spread = level[:p], cov[:p, :p] + room
+        precision, centre = np.linalg.inv(spread), mean
+        onsets = {m: onset_of(series.outputs[m][one]) for m in there}
         for step in range(_MOVES + 1):
             matrix, slope = np.zeros((p, p)), np.zeros(p)
             for motion in there:
                 found = information(
                     self.models[motion],
-                    series.records[motion][i : i + 1],
+                    series.records[motion][one],
                     *(centre[None], onsets[motion]),
                     steps=1 if step else 2,
                 )
@@ -291,11 +292,7 @@ class Follower:
             if step < _MOVES:
                 right = slope + matrix @ (centre - mean)
                 centre = mean + np.linalg.solve(precision + matrix, right)
-        if start.fits:
-            return matrix, slope, centre
-        posterior = np.linalg.inv(np.eye(p) + matrix)
-        between = posterior - posterior @ posterior + np.square(_FINEST) * np.eye(p)
-        return np.linalg.inv(between), np.zeros(p), centre
+        return matrix, slope, centre
 
     def _row(self, state: State, left: Remaining) -> dict[str, np.ndarray]:
         """What is stored of an operation."""

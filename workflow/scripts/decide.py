@@ -24,7 +24,7 @@ if found.get("effective"):
     left = left.assign(failure=("limit", [truth[limit.name] for limit in limits]))
 judged = health(condition, left, params.alarm, fused=fused)
 rows = tables.decide(judged, left, used, curves, params.wear_model)
-page = verdict(judged, left, rows, params.wear_model)
+page = verdict(judged, left, used, rows, params.wear_model)
 log.info("%s %s %s", *(page.attrs[name] for name in ("healthy", "wearing", "left")))
 
 settings = {"limits": params.limits, "alarm": params.alarm, "wear_model": params.wear_model}
