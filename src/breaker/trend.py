@@ -17,66 +17,24 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.baseline import Baseline, find_baseline, modes, onset_of
+from breaker.baseline import Baseline, find_baseline
 from breaker.changepoint import KINDS, Segments, Tracker
-from breaker.information import information
 from breaker.lifetime import Horizon, Remaining, remaining_life
 from breaker.limits import Limit
 from breaker.model import Model
 from breaker.parameters import NAMES
 from breaker.randomness import generator
+from breaker.series import Series, likelihood, series_of
 
 __all__ = ["Follower", "Series", "State", "age_bins", "series_of"]
 
 _QUANTILES = (0.05, 0.5, 0.95)
 _PER_CENT = 100.0
-_ROOM = 0.02  # share of a parameter that an operation may be off what is predicted
-_MOVES = 2  # of the place where an operation's likelihood is taken
 
 
 def age_bins(last: int) -> np.ndarray:
     """Return the edges of the ages in which run lengths are counted, operations, geometric."""
     return np.concatenate([[0.0], np.geomspace(1.0, max(last, 2), 60)])
-
-
-@dataclass(frozen=True)
-class Series:
-    """Records of some operations, in one or both motions.
-
-    Attributes:
-        operations: Their numbers, rising, ``(o,)``.
-        records: Of each motion, ``(o, t)``, mm; nan where there is none that can be used.
-        outputs: Mean of each motion's own posterior, standardised, ``(o, q)``: where to start
-            from; nan where there is none.
-    """
-
-    operations: np.ndarray
-    records: Mapping[str, np.ndarray]
-    outputs: Mapping[str, np.ndarray]
-
-    def usable(self, motion: str) -> np.ndarray:
-        """Say which operations have a record and a posterior of a motion, ``(o,)``."""
-        return np.isfinite(self.records[motion]).all(1) & np.isfinite(self.outputs[motion]).all(1)
-
-
-def series_of(
-    models: Mapping[str, Model], data: Mapping[str, xr.Dataset], usable: Mapping[str, np.ndarray]
-) -> Series:
-    """Return the series of measured operations.
-
-    Args:
-        models: Joint model of each motion.
-        data: What ``condition.align`` returns of each motion, for the same operations.
-        usable: Which of them have a posterior, ``(o,)``.
-    """
-    records, outputs = {}, {}
-    for motion, model in models.items():
-        there = usable[motion]
-        records[motion] = np.where(there[:, None], data[motion].travel.values, np.nan)
-        outputs[motion] = np.full((len(there), len(model.names)), np.nan)
-        draws = data[motion].draws.values[there].astype(np.float64)
-        outputs[motion][there] = model.standardise(draws).mean(axis=1)
-    return Series(next(iter(data.values())).operation.values, records, outputs)
 
 
 @dataclass(frozen=True)
@@ -226,7 +184,14 @@ class Follower:
         """Learn from operation ``i`` of a series; return what follows and its row of results."""
         operation = int(series.operations[i])
         segments = self.tracker.predict(state.segments, operation)
-        matrix, slope, centre = self._likelihood(state, segments, series, i, usable)
+        there = [motion for motion in self.models if usable[motion][i]]
+        level, cov = segments.level()
+        predicted = level[: len(NAMES)], cov[: len(NAMES), : len(NAMES)]
+        if state.seen < self.settings["baseline"]:
+            predicted = None
+        matrix, slope, centre = likelihood(
+            {motion: self.models[motion] for motion in there}, series, i, state.baseline, predicted
+        )
         outlier = np.nan
         if matrix.any():
             segments, _, outlier = self.tracker.learn(segments, matrix, slope, centre)
@@ -242,57 +207,6 @@ class Follower:
             "outlier": outlier,
         }
         return state, row, left
-
-    def _likelihood(
-        self,
-        state: State,
-        predicted: Segments,
-        series: Series,
-        i: int,
-        usable: Mapping[str, np.ndarray],
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What the records of an operation say, about where; all zero without a record.
-
-        The place is the mode of the operation's likelihood under what is predicted of it, with some
-        room for scatter and for a change not noticed yet. So it goes where the records leave no
-        doubt, and stays at the trend where they say little.
-
-        Where the model does not fit, the operation is a measurement of its effective value by the
-        mode of its own posterior.
-        """
-        p, start = len(NAMES), state.baseline
-        there = [motion for motion in self.models if usable[motion][i]]
-        if not there:
-            return np.zeros((p, p)), np.zeros(p), start.centre
-        one = slice(i, i + 1)
-        if not start.fits:
-            records = {motion: series.records[motion][one] for motion in there}
-            outputs = {motion: series.outputs[motion][one] for motion in there}
-            centre, _ = modes(self.models, records, outputs)
-            return np.linalg.inv(start.spread), np.zeros(p), centre[0]
-        room = np.diag(np.square(_ROOM / self.prior.log_sds))
-        if state.seen < self.settings["baseline"]:
-            mean, spread = start.centre, room
-        else:
-            level, cov = predicted.level()
-            mean, spread = level[:p], cov[:p, :p] + room
-        precision, centre = np.linalg.inv(spread), mean
-        onsets = {m: onset_of(series.outputs[m][one]) for m in there}
-        for step in range(_MOVES + 1):
-            matrix, slope = np.zeros((p, p)), np.zeros(p)
-            for motion in there:
-                found = information(
-                    self.models[motion],
-                    series.records[motion][one],
-                    *(centre[None], onsets[motion]),
-                    steps=1 if step else 2,
-                )
-                onsets[motion] = found.onset
-                matrix, slope = matrix + found.matrix[0], slope + found.slope[0]
-            if step < _MOVES:
-                right = slope + matrix @ (centre - mean)
-                centre = mean + np.linalg.solve(precision + matrix, right)
-        return matrix, slope, centre
 
     def _row(self, state: State, left: Remaining) -> dict[str, np.ndarray]:
         """What is stored of an operation."""

@@ -3,10 +3,11 @@
 import xarray as xr
 
 from breaker import decisions as tables
-from breaker.decisions import failures, health, join, remaining, verdict
+from breaker.decisions import failures, health, join, remaining
 from breaker.jobs import start
 from breaker.limits import from_list, table
 from breaker.stores import describe, save
+from breaker.verdict import verdict
 
 log = start(snakemake)
 params, found = snakemake.params, snakemake.input
