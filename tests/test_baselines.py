@@ -11,12 +11,12 @@ from breaker.baselines import (
     ewma,
     level_for,
     monitor,
-    raw_time,
     residuals,
     threshold,
 )
 from breaker.mechanism import travel
 from breaker.randomness import generator
+from breaker.raw_time import raw_time
 from breaker.sensor import Sensor
 
 TIMES = np.linspace(-2.0, 58.0, 151)

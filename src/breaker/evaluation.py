@@ -16,6 +16,7 @@ from breaker.lives import WINDOW, Life, simulate_life
 from breaker.model import Model
 from breaker.posterior import Posterior
 from breaker.randomness import generator
+from breaker.raw_time import raw_time
 from breaker.trend import Follower, Series
 
 __all__ = ["FRACTIONS", "METHODS", "follow_lives", "score"]
@@ -100,9 +101,7 @@ def _follow(
     at = np.abs(series.operations[:, None] - way).argmin(axis=0)
     at = np.minimum(at, np.searchsorted(series.operations, life.failure) - 1)
     raw = {
-        motion: baselines.raw_time(
-            model.sensor.times, series.records[motion], share=_SHARES[motion]
-        )
+        motion: raw_time(model.sensor.times, series.records[motion], share=_SHARES[motion])
         for motion, model in models.items()
     }
     kinds = [row["kind_probability"] for row in found]
@@ -198,6 +197,10 @@ def score(lives: xr.Dataset, *, toward: float) -> tuple[xr.Dataset, pd.DataFrame
         name = f"at {fraction:g} of the way to failure"
         rows += [
             (f"coverage of the 90 % interval {name}", *_share(prognosis["covered"][:, k])),
+            (
+                f"the same, change noticed by then, {name}",
+                *_share(prognosis["covered"][:, k][prognosis["noticed"][:, k] == 1]),
+            ),
             (f"alpha-lambda accuracy {name}", *_share(prognosis["accurate"][:, k])),
             (
                 f"CRPS over remaining life, median, {name}",
@@ -273,7 +276,9 @@ def _prognoses(lives: xr.Dataset, level: float) -> dict[str, np.ndarray]:
     """Scores of the remaining life, ``(life, fraction)``, and prognostic horizon ``(life,)``."""
     grid, n = lives.future.values.astype(float), lives.sizes["life"]
     shape = (n, len(FRACTIONS))
-    result = {name: np.zeros(shape) for name in ("covered", "accurate", "crps", "no_trend")}
+    result = {
+        name: np.zeros(shape) for name in ("covered", "accurate", "crps", "no_trend", "noticed")
+    }
     horizon = np.zeros(n)
     for i in range(n):
         numbers = lives.operation.values[i]
@@ -298,4 +303,6 @@ def _prognoses(lives: xr.Dataset, level: float) -> dict[str, np.ndarray]:
             result["accurate"][i, k] = inside[at]
             result["crps"][i, k] = prognostics.crps(grid, cdf, truth[at]) / truth[at]
             result["no_trend"][i, k] = none[at]
+            since = (numbers > change) & (np.arange(numbers.size) <= at)
+            result["noticed"][i, k] = np.any(lives.alarm.values[i][since] == 1)
     return result | {"horizon": horizon}

@@ -72,7 +72,11 @@ class State:
         known |= {"alarms": list(self.alarms), "p_values": self.baseline.p_values}
         start = self.baseline
         return xr.Dataset(
-            fields | {"centre": ("parameter", start.centre)},
+            fields
+            | {
+                "centre": ("parameter", start.centre),
+                "spread": (("parameter", "other_parameter"), start.spread),
+            },
             attrs={"known": json.dumps(known)},
         )
 
