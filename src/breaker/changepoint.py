@@ -9,11 +9,10 @@ segment began, in what *kind* of change, and how large the scatter is.
 Wear changes its rate, the drive does not jump back to new. So a segment goes on where the one
 before it ended: of a change of a kind that is named by a parameter, only the slope of this one is
 unknown anew; of the kind ``all``, which also is that of a repair, every level and slope. A new
-segment starts from all segments it may follow, as one Gaussian of their mean and covariance: the
-one place where hypotheses are merged before they have become alike.
+segment starts from all segments it may follow, as one Gaussian of their mean and covariance.
 
-One pass over the operations, and bounded memory: of hypotheses that began about as long ago (within
-a fifth of their age) one is kept, with the weight of all, and the hopeless are dropped.
+One pass over the operations, and bounded memory: hypotheses that began about as long ago (within
+a fifth of their age) become one, of their mean and covariance, and the hopeless are dropped.
 """
 
 from collections.abc import Mapping
@@ -169,17 +168,9 @@ class Tracker:
             parts.append((np.log(weight.sum()) + log_odds, np.tile(mean, (n, 1)), children, *whole))
         log_weight, mean, cov, start, kind, scatter = map(np.concatenate, zip(*parts, strict=True))
         order = np.lexsort((start, kind, scatter))
-        kept, log_weight = thin(
-            log_weight[order],
-            *(start[order], kind[order], scatter[order]),
-            *(float(segments.operation), _HOPELESS, _YOUNG),
-        )
-        order = order[kept]
-        return Segments(
-            segments.operation,
-            *(log_weight[kept], mean[order], cov[order]),
-            *(start[order], kind[order], scatter[order]),
-        )
+        sorted_ = [each[order] for each in (log_weight, mean, cov, start, kind, scatter)]
+        kept = thin(*sorted_, float(segments.operation), _HOPELESS, _YOUNG)
+        return Segments(segments.operation, *(each[kept] for each in sorted_))
 
     def learn(
         self, predicted: Segments, matrix: np.ndarray, slope: np.ndarray, centre: np.ndarray

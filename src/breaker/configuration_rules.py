@@ -159,7 +159,7 @@ RULES = (
             ("wear_model.notice", "wear_model.horizon"),
         )
     ),
-    Rule(("limits",), complaint_of_list),
+    Rule(("limits", "motions"), complaint_of_list),
     *(Rule((f"lives.{key}",), _not_a_range) for key in ("ratio", "change", "drift", "scatter")),
     Rule(("lives.change",), _change_outside_life),
     Rule(("endurance.curves", "motions"), _no_curves),

@@ -63,7 +63,7 @@ def follow_lives(
         series = _observe(posteriors, life, lives, seed, number)
         follower = Follower.from_settings(models, [life.limit], wear_model, seed)
         rows.append(_follow(follower, life, series, models))
-    length = -(-lives["operations"] // lives["every"])
+    length = -(-2 * lives["operations"] // lives["every"])  # the longest that a life can be
     return _together(rows, numbers, length, follower.horizon.grid)
 
 
@@ -300,7 +300,9 @@ def _prognoses(lives: xr.Dataset, level: float) -> dict[str, np.ndarray]:
             result["covered"][i, k] = prognostics.covered(
                 remaining[at, 0], remaining[at, 2], truth[at]
             )
-            result["accurate"][i, k] = inside[at]
+            median = remaining[at, 1]
+            near = prognostics.alpha_lambda_median(median, truth[at], _ALPHA)
+            result["accurate"][i, k] = near and not none[at]
             result["crps"][i, k] = prognostics.crps(grid, cdf, truth[at]) / truth[at]
             result["no_trend"][i, k] = none[at]
             since = (numbers > change) & (np.arange(numbers.size) <= at)

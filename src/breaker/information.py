@@ -16,6 +16,7 @@ of the mean shrinks and this bias stays. So ``z0`` is a value that all operation
 the trend: what is then left out shrinks with the error of the trend itself.
 """
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,8 +114,8 @@ def pool(
 ) -> np.ndarray:
     """Return the parameters that all records of a stretch without wear agree on best.
 
-    The mode of prior times all likelihoods, by Gauss-Newton with halved steps, over one or both
-    motions.
+    The mode of prior times all likelihoods, by Gauss-Newton with limited steps, over one or both
+    motions. That it was not reached is told in the log: then the model hardly fits.
 
     Args:
         models: Joint models, one a motion.
@@ -133,5 +134,10 @@ def pool(
         # No step farther than half a prior sd: far from the mode the curve bends.
         centre += step * min(1.0, 0.5 / np.abs(step).max())
         if np.abs(step).max() < 1e-4:
-            break
+            return centre
+    log = logging.getLogger("breaker")
+    log.warning(
+        "%s: the operations of the baseline agree on no parameters in %d steps",
+        *(" and ".join(model.motion for model in models), _ROUNDS),
+    )
     return centre

@@ -95,6 +95,9 @@ def remaining_life(
         horizon: Future operations and draws.
     """
     grid, p = horizon.grid, len(NAMES)
+    if not limits:
+        none = np.zeros(0)
+        return Remaining(np.zeros((0, grid.size)), none, none, np.zeros((len(horizon.normals), 0)))
     lines, scatter = _lines(segments, horizon.widening * horizon.normals, tracker.scatters)
     level, slope = lines[:, :p], lines[:, p:] / _PER
     with np.errstate(divide="ignore"):
@@ -131,7 +134,8 @@ def _lines(
     chosen = np.minimum(np.searchsorted(ladder, (np.arange(d) + 0.5) / d), ladder.size - 1)
     used, place = np.unique(chosen, return_inverse=True)
     values, vectors = np.linalg.eigh(segments.cov[used])
-    roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None]
+    # The symmetric root, for the eigenvectors' signs jump from one operation to the next.
+    roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None] @ np.swapaxes(vectors, 1, 2)
     moved = np.einsum("dij,dj->di", roots[place], normals)
     return segments.mean[chosen] + moved, scatters[segments.scatter[chosen]]
 

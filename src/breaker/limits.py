@@ -243,8 +243,11 @@ def from_list(entries: Sequence[Mapping[str, Any]], motions: Sequence[str]) -> l
     ]
 
 
-def complaint_of_list(entries: Sequence[Any]) -> str | None:
-    """Say what is wrong with the section ``limits``, a list of named limits; None if nothing."""
+def complaint_of_list(entries: Sequence[Any], motions: Sequence[str]) -> str | None:
+    """Say what is wrong with the section ``limits``, a list of named limits; None if nothing.
+
+    There may be limits of motions that are not worked on, but not only such.
+    """
     names = [entry.get("name") if isinstance(entry, Mapping) else None for entry in entries]
     for name in names:
         if not isinstance(name, str) or not name:
@@ -254,7 +257,11 @@ def complaint_of_list(entries: Sequence[Any]) -> str | None:
     limits = {
         entry["name"]: {key: entry[key] for key in entry if key != "name"} for entry in entries
     }
-    return complaint(limits, MOTIONS)
+    if wrong := complaint(limits, MOTIONS):
+        return wrong
+    if any(entry["motion"] in motions for entry in entries):
+        return None
+    return f"has no limit of {' or '.join(motions)} (motions). Add one."
 
 
 def complaint(limits: Mapping[str, Any], motions: Sequence[str]) -> str | None:

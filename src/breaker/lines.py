@@ -7,10 +7,10 @@ singular, so everything goes through ``I + W P`` with the line's own covariance 
 import numpy as np
 from numba import njit
 
-__all__ = ["evidence", "thin", "update"]
+__all__ = ["SPACING", "evidence", "thin", "update"]
 
 _fast = njit(cache=True, error_model="numpy")
-_SPACING = 0.2  # of neighbouring starts, share of their age
+SPACING = 0.2  # of neighbouring starts, share of their age
 
 
 @_fast
@@ -116,30 +116,43 @@ def update(mean, cov, group, weights, slopes, base, log_out):
 
 
 @_fast
-def thin(log_weight, start, kind, scatter, now, hopeless, young):
-    """Say which hypotheses to keep, ``(h,)``, and with what log weight, ``(h,)``.
+def _absorb(mean, cov, log_weight, i, other):
+    """Make a line the Gaussian of the mean and covariance of itself and another, in place."""
+    n = mean.shape[1]
+    total = np.logaddexp(log_weight[i], log_weight[other])
+    share = np.exp(log_weight[other] - total)
+    for row in range(n):
+        for column in range(n):
+            apart = (mean[other, row] - mean[i, row]) * (mean[other, column] - mean[i, column])
+            cov[i, row, column] += share * (cov[other, row, column] - cov[i, row, column])
+            cov[i, row, column] += share * (1.0 - share) * apart
+    for row in range(n):
+        mean[i, row] += share * (mean[other, row] - mean[i, row])
+    log_weight[i] = total
+
+
+@_fast
+def thin(log_weight, mean, cov, start, kind, scatter, now, hopeless, young):
+    """Merge and drop hypotheses; return which are kept, ``(h,)``.
 
     They are sorted by scatter, kind and start. Neighbours nearer than a fifth of their age become
-    one, the likelier, with the weight of both.
+    one, with the start of the likelier and the mean and covariance of both, in place: so what is
+    not told apart any more still counts in the width.
     """
     h = log_weight.size
     kept = np.ones(h, dtype=np.bool_)
-    weight = log_weight.copy()
-    best = weight.max()
+    best = log_weight.max()
     last = 0
     for i in range(1, h):
         together = kind[i] == kind[last] and scatter[i] == scatter[last]
-        if together and start[i] - start[last] < _SPACING * (now - start[last]):
-            both = np.logaddexp(weight[i], weight[last])
-            if weight[i] > weight[last]:
-                kept[last] = False
-                last = i
-            else:
-                kept[i] = False
-            weight[last] = both
+        if together and start[i] - start[last] < SPACING * (now - start[last]):
+            stays, goes = (i, last) if log_weight[i] > log_weight[last] else (last, i)
+            _absorb(mean, cov, log_weight, stays, goes)
+            kept[goes] = False
+            last = stays
         else:
             last = i
     for i in range(h):
-        if kind[i] >= 0 and now - start[i] > young and weight[i] < best - hopeless:
+        if kind[i] >= 0 and now - start[i] > young and log_weight[i] < best - hopeless:
             kept[i] = False
-    return kept, weight
+    return kept

@@ -126,12 +126,14 @@ def _draw(
     line[:, i] += turn * np.maximum(operations - change, 0) / _PER
     spread = line + scatter / prior.log_sds * rng.standard_normal(line.shape)
     beyond = np.abs(spread[:n]).max() > 4.0
-    theta = prior.destandardise(np.where(np.abs(spread) < 6.0, spread, 6.0))
+    theta = prior.destandardise(np.clip(spread, -6.0, 6.0))
     if beyond or not prior.supported(theta[:n]).all():
         return None
     motion, quantity = _LIMITS[changed][rng.integers(len(_LIMITS[changed]))]
     marks = np.array([change, n]) - 1
     at_change, at_end = evaluate([quantity], prior.destandardise(line[marks]), motion)[:, 0]
+    if not np.isfinite([at_change, at_end]).all():
+        return None
     kind = "upper" if at_end > at_change else "lower"
     limit = Limit.from_settings("end_of_life", {"motion": motion, kind: {quantity: float(at_end)}})
     values = evaluate([quantity], theta, motion)

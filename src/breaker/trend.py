@@ -21,6 +21,7 @@ from breaker.baseline import Baseline, find_baseline
 from breaker.changepoint import KINDS, Segments, Tracker
 from breaker.lifetime import Horizon, Remaining, remaining_life
 from breaker.limits import Limit
+from breaker.lines import SPACING
 from breaker.model import Model
 from breaker.parameters import NAMES
 from breaker.randomness import generator
@@ -233,16 +234,28 @@ class Follower:
             "slope_interval": slopes[[0, 2]].T,
             "scatter": _PER_CENT * self.tracker.scatters[segments.scatter] @ segments.weight,
             "run_length_probability": ages,
-            "start_interval": _quantiles(segments.start, began, _QUANTILES),
+            "start_interval": self._start(segments, began),
             "kind_probability": kinds / began.sum()
             if began.sum() > 0
             else np.full(len(KINDS), np.nan),
-            "remaining": np.array([_reached(grid, cdf, _QUANTILES) for cdf in left.cdf]),
+            "remaining": np.array([_reached(grid, cdf, _QUANTILES) for cdf in left.cdf]).reshape(
+                len(left.cdf), len(_QUANTILES)
+            ),
             "toward": left.toward,
             "beyond": left.beyond,
             "value": np.quantile(left.now, _QUANTILES, axis=0).T,
             "soon": np.array([np.interp(self.settings["notice"], grid, cdf) for cdf in left.cdf]),
         }
+
+    def _start(self, segments: Segments, began: np.ndarray) -> np.ndarray:
+        """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
+
+        Hypotheses that began within a share of their age of each other are kept as one, and it
+        may have begun anywhere among them.
+        """
+        low, middle, high = _quantiles(segments.start, began, _QUANTILES)
+        now = segments.operation
+        return np.array([low - SPACING * (now - low), middle, high + SPACING * (now - high)])
 
     @property
     def _ages(self) -> np.ndarray:
