@@ -23,7 +23,7 @@ include: "workflow/rules/lives.smk"
 
 
 rule all:
-    """Every figure of the paper, and the tables beside them."""
+    """Every figure of the paper, the decisions, and the tables beside them."""
     default_target: True
     input:
         expand("figures/{figure}_{motion}.png", figure=FIGURES, motion=MOTIONS),

@@ -47,7 +47,8 @@ def test_excess_and_exceeded():
     values = np.array([[9.9, 0.7], [9.9, 0.8], [9.7, 0.7], [9.8, 0.77], [NAN, 0.7], [9.9, NAN]])
     expected = [[0.1, 0.07], [0.1, -0.03], [-0.1, 0.07], [0, 0], [NAN, 0.07], [0.1, NAN]]
     np.testing.assert_allclose(TIRED.excess(values), expected, atol=1e-12)
-    assert TIRED.exceeded(values).tolist() == [True, False, False, False, False, False]
+    # Without a touch, or a force, there is nothing left to be within.
+    assert TIRED.exceeded(values).tolist() == [True, False, False, False, True, True]
     assert TIRED.exceeded(values.reshape(3, 2, 2)).shape == (3, 2)
     assert SLOW.exceeded([10.1])
     with pytest.raises(ValueError, match=r"tired needs values \(..., 2\): touch_time above"):
@@ -90,20 +91,17 @@ def test_probability_of_correlated_quantities():
     assert np.all(np.abs(marginal - truth) > 3 * error)
 
 
-def test_undefined_draws_are_left_out_up_to_one_percent():
+def test_a_quantity_that_does_not_exist_is_beyond_any_limit():
     values = np.full((3, 200, 2), [9.9, 0.7])
     values[:, :100] = [9.0, 0.7]  # half of the draws do not exceed the limit
-    values[1, 198:, 0] = NAN  # 1 %
-    values[2, 197:, 1] = NAN  # 1.5 %
+    values[1, 98:100, 0] = NAN  # two more do
+    values[2, 190:, 1] = NAN  # as those did already
     joint, marginal, undefined = TIRED.exceedance(values)
-    np.testing.assert_allclose(undefined, [0.0, 0.01, 0.015])
-    np.testing.assert_allclose(joint, [0.5, 98 / 198, NAN])
-    np.testing.assert_allclose(marginal, [0.5, 98 / 198, NAN])
-    # Left out of every part: the same draws count in both probabilities.
+    np.testing.assert_allclose(undefined, [0.0, 0.01, 0.05])
+    np.testing.assert_allclose(joint, [0.5, 0.51, 0.5])
+    np.testing.assert_allclose(marginal, [0.5, 0.51, 0.5])
     nothing = TIRED.exceedance(np.full((5, 2), NAN))
-    assert np.isnan(nothing.joint)
-    assert np.isnan(nothing.marginal)
-    assert nothing.undefined == 1.0
+    assert nothing == (1.0, 1.0, 1.0)
 
 
 def test_a_probability_needs_draws():

@@ -255,7 +255,6 @@ def test_a_change_is_noticed(whole):
     assert abs(ages - (last.operation - CHANGE)) < 150
 
 
-@pytest.mark.xfail(reason="the interval is widened by the spacing of hypotheses, past the alarm")
 def test_a_change_is_not_told_to_begin_after_its_alarm(whole):
     state, found = whole
     assert found.start_interval.values[-1, 2] <= state.since

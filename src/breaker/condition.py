@@ -17,7 +17,7 @@ from breaker.parameters import NAMES
 from breaker.quantities import evaluate
 from breaker.randomness import generator
 
-__all__ = ["align", "condition"]
+__all__ = ["agreement", "align", "condition", "usable"]
 
 
 def align(parts: Sequence[xr.Dataset], operations: np.ndarray) -> xr.Dataset:
@@ -133,3 +133,10 @@ def _fuse_all(
         rng = generator(seed, "fusion", int(operations[i]))
         result.append(fuse(Pair(models), records, draws, evidence, correction, rng))
     return result
+
+
+def agreement(condition: xr.Dataset, baseline: int) -> float:
+    """Return the share of the first operations in which both motions agree; nan if none tells."""
+    first_ones = condition.isel(operation=slice(0, baseline))
+    tells = np.isfinite(first_ones.apart.values)
+    return float(first_ones.agree.values[tells].mean()) if tells.any() else float("nan")

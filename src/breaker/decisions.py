@@ -15,11 +15,10 @@ from breaker.limits import Limit, alarms, first
 from breaker.second_opinion import bends
 
 __all__ = [
+    "MAY_BE",
     "STATES",
-    "agreement",
     "complete",
     "decide",
-    "failures",
     "health",
     "join",
     "remaining",
@@ -28,14 +27,10 @@ __all__ = [
     "wearing",
 ]
 
+_SURE = 2.69 / 1.645  # of half a 90 % interval: 5 % for seven parameters together
+MAY_BE, _IS = 0.05, 0.95  # probability that a limit is exceeded by the trend, to say so
+
 STATES = ("unknown", "healthy", "wearing", "alarm")
-
-
-def agreement(condition: xr.Dataset, baseline: int) -> float:
-    """Return the share of the first operations in which both motions agree; nan if none tells."""
-    first_ones = condition.isel(operation=slice(0, baseline))
-    tells = np.isfinite(first_ones.apart.values)
-    return float(first_ones.agree.values[tells].mean()) if tells.any() else float("nan")
 
 
 def join(parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -147,42 +142,21 @@ def health(condition: xr.Dataset, trend: xr.Dataset, alarm: Mapping, *, fused: b
     ).assign_attrs(alarm)
 
 
-def failures(effective: Mapping[str, xr.DataArray], limits: Sequence[Limit]) -> dict[str, float]:
-    """Return the operations at which effective values first exceed each limit, nan if never.
-
-    Args:
-        effective: Effective values ``(stage, output)`` of each motion, with a coordinate
-            ``operation (stage)``; between stages, quantities are interpolated.
-        limits: The limits.
-    """
-    from breaker.parameters import NAMES
-    from breaker.quantities import evaluate
-
-    result = {}
-    for limit in limits:
-        values = effective[limit.motion]
-        operations = values.operation.values.astype(float)
-        quantities = evaluate(limit.quantities, values.values[:, : len(NAMES)], limit.motion)
-        every = np.arange(operations[0], operations[-1] + 1)
-        along = np.stack([np.interp(every, operations, each) for each in quantities.T], axis=-1)
-        result[limit.name] = first(limit.exceeded(along), every)
-    return result
-
-
 # ---- what to do ------------------------------------------------------------------------------
 
 
-def states(health: xr.Dataset, trend: xr.Dataset, notice: float, toward: float) -> np.ndarray:
+def states(health: xr.Dataset, trend: xr.Dataset, toward: float) -> np.ndarray:
     """Return the state of each limit after each operation, ``(o, limit)``, one of ``STATES``."""
     operations = health.operation.values
     trend = trend.reindex(operation=operations)
     median = trend.remaining.sel(quantile=0.5).transpose("operation", "limit").values
     leads = trend.toward.transpose("operation", "limit").values >= toward
     known = np.isfinite(trend.beyond.transpose("operation", "limit").values)
-    beyond = trend.beyond.transpose("operation", "limit").values >= 0.95
+    beyond = trend.beyond.transpose("operation", "limit").values
     result = np.where(known, "healthy", "unknown").astype(object)
     result[known & leads & np.isfinite(median)] = "wearing"
-    result[health.alarm.values | beyond] = "alarm"
+    result[beyond >= MAY_BE] = "wearing"
+    result[health.alarm.values | (beyond >= _IS)] = "alarm"
     return result
 
 
@@ -199,24 +173,27 @@ def decide(
         health: What ``health`` returns.
         trend: What ``remaining`` returns.
         trends: Whole trends by source, those that limits are read from.
-        curves: Results of each motion, with ``accepted``, ``misfit`` and ``resolved``.
+        curves: Results of each motion, with ``accepted`` and ``resolved``.
         settings: The section ``wear_model`` of the configuration.
     """
     operations = health.operation.values
-    every = states(health, trend, settings["notice"], settings["toward"])
+    every = states(health, trend, settings["toward"])
     left = trend.reindex(operation=operations)
     quantiles = left.remaining.transpose("operation", "limit", "quantile").values
     leads = left.toward.transpose("operation", "limit").values >= settings["toward"]
     names = health.limit.values
-    median = np.where(leads, quantiles[..., 1], np.inf)
-    median = np.where(np.isnan(median), np.inf, median)
-    nearest = median.argmin(axis=1)
+    early, median = (
+        np.where(leads & np.isfinite(each), each, np.inf)
+        for each in np.moveaxis(quantiles, -1, 0)[:2]
+    )
+    nearest, soonest = median.argmin(axis=1), early.argmin(axis=1)
+    drifts = wearing(trends, operations)
     rows = []
     noted = _changes(trends, operations)
     used = {key: _flags(data, operations) for key, data in curves.items()}
     for i, operation in enumerate(operations):
         state = max(every[i], key=STATES.index)
-        limit = names[nearest[i]]
+        limit, first_to_come = names[nearest[i]], soonest[i]
         has_life = np.isfinite(median[i, nearest[i]])
         ends = quantiles[i, nearest[i]] if has_life else np.full(3, np.nan)
         over = [str(name) for name, each in zip(names, every[i], strict=True) if each == "alarm"]
@@ -229,32 +206,45 @@ def decide(
                 "remaining_5": ends[0],
                 "remaining_median": ends[1],
                 "remaining_95": ends[2],
-                "wearing": wearing(trends, operation),
+                "wearing": drifts[i],
                 "change": noted[i],
-                "action": _action(state, over, limit, ends, settings["notice"]),
+                "action": _action(
+                    state,
+                    *(over, limit, ends),
+                    *(names[first_to_come], early[i, first_to_come], settings["notice"]),
+                ),
                 "not_used": "; ".join(f"{m}: {flags[i]}" for m, flags in used.items() if flags[i]),
             }
         )
     return pd.DataFrame(rows)
 
 
-def wearing(trends: Mapping[str, xr.Dataset], operation: int, *, most: int | None = None) -> str:
-    """Say which parameters drift at an operation, by trends whose 90 % interval is not across 0.
+def wearing(
+    trends: Mapping[str, xr.Dataset], operations: Sequence[int], *, most: int | None = None
+) -> list[str]:
+    """Say which parameters drift at each operation, by percent in 1,000 operations.
 
-    The steepest ones first, in each source at most ``most``.
+    Those whose slope is not none at 5 % for all parameters together, the steepest ones first,
+    in each source at most ``most``.
     """
-    words = []
+    words = [[] for _ in operations]
     for source, trend in trends.items():
-        if operation not in trend.operation.values:
-            continue
-        one = trend.sel(operation=operation)
-        lower, upper = one.slope_interval.values.T
-        sure = np.flatnonzero(lower * upper > 0)
-        sure = sure[np.argsort(-np.abs(one.slope.values[sure]))]
-        told = [f"{one.parameter.values[j]} {one.slope.values[j]:+.2g} %" for j in sure[:most]]
-        if told:
-            words.append(f"{source}: {', '.join(told)}")
-    return "; ".join(words)
+        place = {int(number): i for i, number in enumerate(trend.operation.values)}
+        names, slopes = trend.parameter.values, trend.slope.values
+        half = np.diff(trend.slope_interval.values, axis=-1)[..., 0] / 2.0
+        sure = np.abs(slopes) > _SURE * half
+        order = np.argsort(-np.abs(slopes), axis=-1, kind="stable")
+        for told, operation in zip(words, operations, strict=True):
+            if (i := place.get(int(operation))) is None:
+                continue
+            drifts = [f"{names[j]} {_percent(slopes[i, j])}" for j in order[i] if sure[i, j]]
+            if drifts:
+                told.append(f"{source}: {', '.join(drifts[:most])}")
+    return ["; ".join(told) for told in words]
+
+
+def _percent(value: float) -> str:
+    return f"{value:+.0f} %" if abs(value) >= 10 else f"{value:+.2g} %"
 
 
 def _changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[str]:
@@ -264,7 +254,10 @@ def _changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[s
         for k, operation in enumerate(trend.change_alarm.values):
             kind = trend.change_kind.values[k]
             low, high = trend.change_interval.values[k]
-            name = str(trend.kind.values[np.nanargmax(kind)]) if np.isfinite(kind).any() else "?"
+            if not np.isfinite(trend.change_start.values[k]):
+                noted[int(operation)].append(f"{source}: a change that later ones took back")
+                continue
+            name = trend.kind.values[kind.argmax()]
             noted[int(operation)].append(
                 f"{source}: change of {name} at about {trend.change_start.values[k]:.0f} "
                 f"({low:.0f} to {high:.0f})"
@@ -289,11 +282,20 @@ def _flags(data: xr.Dataset, operations: np.ndarray) -> list[str]:
     return words
 
 
-def _action(state: str, over: Sequence[str], limit: str, ends: np.ndarray, notice: float) -> str:
+def _action(
+    state: str,
+    over: Sequence[str],
+    limit: str,
+    ends: np.ndarray,
+    soonest: str,
+    earliest: float,
+    notice: float,
+) -> str:
+    """Say what to do: of the limit that may come first, of the one that is to come first."""
     if state == "alarm":
         return f"service now: {', '.join(over)} exceeded"
-    if state == "wearing" and ends[0] <= notice:
-        return f"plan service within {max(ends[0], 0):.0f} operations, before {limit}"
+    if state == "wearing" and earliest <= notice:
+        return f"plan service within {max(earliest, 0):.0f} operations, before {soonest}"
     if state == "wearing":
         return f"go on; {limit} in {ends[1]:.0f} operations ({ends[0]:.0f} to {until(ends[2])})"
     return "go on" if state == "healthy" else "cannot tell: no usable operation yet"

@@ -12,7 +12,7 @@ remaining life ends below one.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -76,6 +76,10 @@ class Remaining:
     toward: np.ndarray
     beyond: np.ndarray
     now: np.ndarray
+
+    def unknown(self) -> "Remaining":
+        """Return the same without any knowledge."""
+        return Remaining(*(np.full_like(getattr(self, each.name), np.nan) for each in fields(self)))
 
 
 def remaining_life(

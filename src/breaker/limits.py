@@ -33,18 +33,17 @@ __all__ = [
     "table",
 ]
 
-_UNDEFINED = 0.01  # largest share of draws without a value that a probability may leave out
 _SIDES = {"upper": "above", "lower": "below"}
 
 
 class Exceedance(NamedTuple):
-    """Probabilities that a limit is exceeded, ``(...)``; nan where too many draws are undefined.
+    """Probabilities that a limit is exceeded, ``(...)``.
 
     Attributes:
         joint: Share of the draws in which all parts hold.
         marginal: Product over the quantities of the share of draws in which the parts of each hold.
-        undefined: Share of the draws in which a quantity of the limit does not exist. The
-            probabilities are of the other draws; above 1 % they are nan.
+        undefined: Share of the draws in which a quantity of the limit does not exist; they
+            count as beyond it.
     """
 
     joint: np.ndarray
@@ -104,15 +103,18 @@ class Limit:
         return signs * (values - bounds)
 
     def exceeded(self, values: ArrayLike) -> np.ndarray:
-        """Say where all parts hold, ``(..., parts) -> (...)``; a value that is nan does not."""
-        return np.all(self.excess(values) > 0, axis=-1)
+        """Say where all parts hold, ``(..., parts) -> (...)``.
+
+        A quantity that does not exist, nan, is beyond any limit: the contact does not touch.
+        """
+        return np.all(~(self.excess(values) <= 0), axis=-1)
 
     def exceedance(self, values: ArrayLike) -> Exceedance:
         """Return how probably the limit is exceeded, ``(..., d, parts) -> (...)``.
 
         Args:
             values: The quantities of the limit in draws of a posterior, nan where they do not
-                exist.
+                exist, which is beyond any limit.
 
         Raises:
             ValueError: If there is no draw, or a shape does not fit.
@@ -120,17 +122,14 @@ class Limit:
         excess = self.excess(values)
         if excess.ndim < 2 or excess.shape[-2] == 0:
             raise ValueError(f"{self.name}: a probability needs draws")
-        defined = ~np.isnan(excess).any(axis=-1)
-        undefined = np.mean(~defined, axis=-1)
-        count = np.where(undefined <= _UNDEFINED, defined.sum(axis=-1), np.nan)
-        holds = (excess > 0) & defined[..., None]
+        holds = ~(excess <= 0)
+        undefined = np.isnan(excess).any(axis=-1).mean(axis=-1)
         names = np.array(self.quantities)
         shares = [
-            holds[..., names == name].all(axis=-1).sum(axis=-1) / count
+            holds[..., names == name].all(axis=-1).mean(axis=-1)
             for name in dict.fromkeys(self.quantities)
         ]
-        joint = holds.all(axis=-1).sum(axis=-1) / count
-        return Exceedance(joint, np.prod(shares, axis=0), undefined)
+        return Exceedance(holds.all(axis=-1).mean(axis=-1), np.prod(shares, axis=0), undefined)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ class State:
     Attributes:
         segments: Hypotheses after the last operation.
         baseline: Where the trend started.
-        seen: Operations seen.
+        seen: Operations that were learnt from.
         first: Number of the first.
         alarms: Numbers of the operations at which a change was noticed, the last two.
     """
@@ -136,16 +136,16 @@ class Follower:
         Raises:
             ValueError: If no operation can be used.
         """
-        first, records, outputs = int(series.operations[0]), {}, {}
-        for motion in self.models:
-            used = np.flatnonzero(series.usable(motion))[: self.settings["baseline"]]
-            if not used.size:
-                raise ValueError(
-                    f"no {motion} operation can be used among the {len(series.operations)} "
-                    f"from number {first} on, so that no trend can start"
-                )
-            records[motion] = series.records[motion][used]
-            outputs[motion] = series.outputs[motion][used]
+        first, name = int(series.operations[0]), " and ".join(self.models)
+        usable = np.logical_and.reduce([series.usable(motion) for motion in self.models])
+        used = np.flatnonzero(usable)[: self.settings["baseline"]]
+        if not used.size:
+            raise ValueError(
+                f"no {name} operation can be used among the {len(series.operations)} "
+                f"from number {first} on, so that no trend can start"
+            )
+        records = {motion: series.records[motion][used] for motion in self.models}
+        outputs = {motion: series.outputs[motion][used] for motion in self.models}
         start = find_baseline(self.models, records, outputs)
         return self._begin(first, start)
 
@@ -198,14 +198,17 @@ class Follower:
             {motion: self.models[motion] for motion in there}, series, i, state.baseline, predicted
         )
         outlier = np.nan
-        if matrix.any():
+        seen = state.seen + bool(there)
+        if there:
             segments, _, outlier = self.tracker.learn(segments, matrix, slope, centre)
         changed = segments.began_after(state.since)
-        settled = state.seen + 1 >= self.settings["settle"]
+        settled = seen >= self.settings["settle"]
         alarm = settled and changed >= self.settings["alarm_level"]
         alarms = (*state.alarms[-1:], operation) if alarm else state.alarms
-        state = replace(state, segments=segments, seen=state.seen + 1, alarms=alarms)
+        state = replace(state, segments=segments, seen=seen, alarms=alarms)
         left = remaining_life(self.tracker, segments, self.limits, self.prior, self.horizon)
+        if not seen:
+            left = left.unknown()  # before the first record there is the prior alone
         row = self._row(state, left) | {
             "change_probability": changed,
             "alarm": alarm,
@@ -234,7 +237,7 @@ class Follower:
             "slope_interval": slopes[[0, 2]].T,
             "scatter": _PER_CENT * self.tracker.scatters[segments.scatter] @ segments.weight,
             "run_length_probability": ages,
-            "start_interval": self._start(segments, began),
+            "start_interval": _start(segments, began, state.since),
             "kind_probability": kinds / began.sum()
             if began.sum() > 0
             else np.full(len(KINDS), np.nan),
@@ -246,16 +249,6 @@ class Follower:
             "value": np.quantile(left.now, _QUANTILES, axis=0).T,
             "soon": np.array([np.interp(self.settings["notice"], grid, cdf) for cdf in left.cdf]),
         }
-
-    def _start(self, segments: Segments, began: np.ndarray) -> np.ndarray:
-        """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
-
-        Hypotheses that began within a share of their age of each other are kept as one, and it
-        may have begun anywhere among them.
-        """
-        low, middle, high = _quantiles(segments.start, began, _QUANTILES)
-        now = segments.operation
-        return np.array([low - SPACING * (now - low), middle, high + SPACING * (now - high)])
 
     @property
     def _ages(self) -> np.ndarray:
@@ -285,6 +278,7 @@ class Follower:
             "part_limit": ("part", [limit.name for limit, _ in parts]),
             "part_quantity": ("part", [quantity for _, (quantity, _, _) in parts]),
             "part_bound": ("part", [bound for _, (_, bound, _) in parts]),
+            "part_upper": ("part", [is_upper for _, (_, _, is_upper) in parts]),
             "age_lower": ("age", edges[:-1]),
             "age_upper": ("age", edges[1:]),
         }
@@ -295,6 +289,18 @@ class Follower:
             },
             coords=coords,
         )
+
+
+def _start(segments: Segments, began: np.ndarray, latest: int) -> np.ndarray:
+    """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
+
+    Hypotheses that began within a share of their age of each other are kept as one, and it may
+    have begun anywhere among them, but not after it was noticed.
+    """
+    low, middle, high = _quantiles(segments.start, began, _QUANTILES)
+    now = segments.operation
+    latest_end = np.minimum(high + SPACING * (now - high), latest)
+    return np.array([low - SPACING * (now - low), middle, latest_end])
 
 
 def _quantiles(values: np.ndarray, weight: np.ndarray, shares: Sequence[float]) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions import states, until, wearing
+from breaker.decisions import MAY_BE, states, until, wearing
 
 __all__ = ["verdict"]
 
@@ -25,7 +25,7 @@ def verdict(
         baseline to the limit, ``remaining``, ``trend`` (whether one leads there), ``state`` and
         ``words``; attributes ``healthy``, ``wearing`` and ``left``.
     """
-    every = states(health, trend, settings["notice"], settings["toward"])
+    every = states(health, trend, settings["toward"])
     last = trend.isel(operation=-1)
     leads = last.toward.values >= settings["toward"]
     row = decisions.iloc[-1]
@@ -43,7 +43,7 @@ def verdict(
         coords={"limit": health.limit.values, "quantile": trend["quantile"].values},
         attrs={
             "healthy": _healthy(health, every[-1]),
-            "wearing": _wearing(decisions, wearing(trends, int(row.operation), most=3)),
+            "wearing": _wearing(decisions, wearing(trends, [int(row.operation)], most=3)[0], row),
             "left": _left(row),
             "operation": int(row.operation),
         },
@@ -55,8 +55,12 @@ def _way(trend: xr.Dataset, baseline: int) -> np.ndarray:
     begin = min(baseline, trend.sizes["operation"]) - 1
     start = trend.value.isel(operation=begin).sel(quantile=0.5).values
     now = trend.value.isel(operation=-1).transpose("part", "quantile").values
-    way = 100.0 * (now - start[:, None]) / (trend.part_bound.values - start)[:, None]
-    way = np.sort(way, axis=1)
+    bound = trend.part_bound.values
+    way = 100.0 * (now - start[:, None]) / (bound - start)[:, None]
+    # There is no way from beyond a limit to it: it is gone, as long as the drive is beyond.
+    sign = np.where(trend.part_upper.values, 1.0, -1.0)
+    gone = np.where(sign[:, None] * (now - bound[:, None]) > 0, 100.0, 0.0)
+    way = np.sort(np.where((sign * (start - bound) > 0)[:, None], gone, way), axis=1)
     result = []
     for limit in trend.limit.values:
         mine = way[trend.part_limit.values == limit]
@@ -68,15 +72,32 @@ def _healthy(health: xr.Dataset, states_now: np.ndarray) -> str:
     over = [str(n) for n, s in zip(health.limit.values, states_now, strict=True) if s == "alarm"]
     operation = int(health.operation.values[-1])
     if over:
-        when = health.first_alarm.sel(limit=over).min().item()
-        since = f", since operation {when:.0f}" if np.isfinite(when) else ""
+        raised = [when for name in over if (when := _raised(health.sel(limit=name))) is not None]
+        since = f", since operation {min(raised)}" if raised else ""
         return f"Not healthy at operation {operation}: {', '.join(over)} exceeded{since}."
-    if all(state == "unknown" for state in states_now):
+    last = health.trend_probability.isel(operation=-1)
+    doubt = [str(n) for n in health.limit.values if last.sel(limit=n) >= MAY_BE]
+    if doubt:
+        return f"In doubt at operation {operation}: {', '.join(doubt)} may be exceeded."
+    unknown = [n for n, s in zip(health.limit.values, states_now, strict=True) if s == "unknown"]
+    if len(unknown) == health.sizes["limit"]:
         return f"Unknown at operation {operation}: no operation could be used."
-    return f"Healthy at operation {operation}: no limit exceeded."
+    but = f"; nothing is known of {', '.join(unknown)}" if unknown else ""
+    return f"Healthy at operation {operation}: no limit exceeded{but}."
 
 
-def _wearing(decisions: pd.DataFrame, drifts: str) -> str:
+def _raised(one: xr.Dataset) -> int | None:
+    """Operation at which the alarm that is on now was raised, None if none is on."""
+    on = one.alarm.values
+    if not on[-1]:
+        return None
+    off = np.flatnonzero(~on)
+    return int(one.operation.values[off[-1] + 1 if off.size else 0])
+
+
+def _wearing(decisions: pd.DataFrame, drifts: str, row: pd.Series) -> str:
+    if row.state == "unknown":
+        return "Wearing: unknown."
     if not drifts:
         return "Wearing: no parameter that a trend could tell from none."
     noted = decisions.change[decisions.change != ""]
@@ -87,6 +108,8 @@ def _wearing(decisions: pd.DataFrame, drifts: str) -> str:
 def _left(row: pd.Series) -> str:
     if row.state == "alarm":
         return "Left: nothing; service now."
+    if row.state == "unknown":
+        return "Left: unknown."
     if not row.next_limit:
         return "Left: no trend leads to a limit."
     return (

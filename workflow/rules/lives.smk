@@ -38,7 +38,12 @@ rule score_lives:
         code=sources("score_lives.py"),
     output:
         scores=directory("results/lives/scores_seed{seed}.zarr"),
-        table="results/lives/scores_seed{seed}.csv",
+        table=report(
+            "results/lives/scores_seed{seed}.csv",
+            caption="../report/prognostics_table.rst",
+            category="7 Simulated lives",
+            labels={"figure": "table of scores", "motion": "both"},
+        ),
     log:
         "logs/score_lives/seed{seed}.log",
     conda:

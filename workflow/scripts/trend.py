@@ -3,8 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from breaker.condition import align, usable
-from breaker.decisions import agreement
+from breaker.condition import agreement, align, usable
 from breaker.jobs import start
 from breaker.limits import from_list
 from breaker.model import Model
