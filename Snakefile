@@ -31,6 +31,7 @@ rule all:
         expand("results/exactness/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
         expand("results/endurance/{motion}.csv", motion=MOTIONS),
         expand("figures/{figure}.png", figure=DECISIONS),
+        expand("figures/changepoint_{source}.png", source=SOURCES),
         "results/decisions.csv",
 
 

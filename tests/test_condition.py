@@ -94,11 +94,11 @@ def test_operations_are_aligned_by_number(chunks, operations):
     assert found.operation.values.tolist() == [3, 4, 5, 11]
     assert found.accepted.values.tolist() == [True, False, True, False]
     assert found.resolved.values.tolist() == [True, False, True, False]
-    for name in ("accepted", "resolved", "misfit"):
+    for name in ("accepted", "resolved"):
         assert found[name].dtype == bool
     for i, number in enumerate([3, None, 5, None]):
         if number is None:
-            for name in ("travel", "draws", "median", "log_evidence"):
+            for name in ("travel", "draws", "log_evidence"):
                 assert np.isnan(found[name].values[i]).all()
             continue
         expected = operations[number]
@@ -209,7 +209,6 @@ def test_what_is_missing_stays_missing(judged):
 
 def test_limits_and_their_words(judged):
     assert judged.limit.values.tolist() == ["slow", "tired", "wide"]
-    assert judged.limit_motion.values.tolist() == ["closing", "closing", "opening"]
     assert judged.words.values.tolist() == [
         "touch_time above 10 ms",
         "touch_time above 9.8 ms and f below 0.77 mm/ms²",

@@ -601,5 +601,5 @@ def test_poor_coverage_stays_in_sight_and_methods_have_markers():
     data = scores_data(20, ("model",))
     data.coverage_interval[0] = [0.02, 0.1]
     assert prognostics(data).axes[2].get_ylim()[0] < 2
-    with pytest.raises(ValueError, match="markers for 5 methods, not 6"):
-        prognostics(scores_data(20, ("a", "b")).isel(method=[0, 1] * 3))
+    with pytest.raises(ValueError, match="markers for 7 methods, not 8"):
+        prognostics(scores_data(20, ("a", "b")).isel(method=[0, 1] * 4))

@@ -5,11 +5,12 @@ import pytest
 import xarray as xr
 
 from breaker import evaluation
-from breaker.evaluation import FRACTIONS, follow_lives, score
+from breaker.evaluation import FRACTIONS, follow_lives
 from breaker.lives import simulate_life
 from breaker.model import Model
 from breaker.parameters import MOTIONS
 from breaker.randomness import generator
+from breaker.scores import score
 
 EVERY = 5
 CHANGE = 600
@@ -92,7 +93,7 @@ def together(rows):
 
 
 def scored(*rows, toward=0.95):
-    data, table = score(together(rows), toward=toward)
+    data, table = score(together(rows), toward=toward, settle=30)
     assert list(table.columns) == ["score", "value", "lower_95", "upper_95"]
     assert not table.score.duplicated().any()
     return data, table.set_index("score")
@@ -315,7 +316,7 @@ def test_two_lives_followed(followed, rough, short):
     lives = [simulate_life(models, short[0], 1, number) for number in (5, 0)]
     assert followed.life.values.tolist() == [5, 0]
     assert followed.sizes["record"] >= 60
-    sizes = {"quantile": 3, "motion": 2, "fraction": len(FRACTIONS), "kind": 8}
+    sizes = {"quantile": 3, "motion": 2, "fraction": len(FRACTIONS)}
     assert {name: followed.sizes[name] for name in sizes} == sizes
     assert followed.future.values[[0, -1]].tolist() == [1, 600]
     for name in ("change", "failure", "ratio", "changed"):
@@ -367,7 +368,7 @@ def test_a_life_is_followed_alike_in_any_company(followed, rough, short):
 
 
 def test_lives_that_are_followed_can_be_scored(followed):
-    data, table = score(followed, toward=0.95)
+    data, table = score(followed, toward=0.95, settle=30)
     assert data.sizes["life"] == 2
     assert table.set_index("score").value["lives"] == 2
 

@@ -42,7 +42,9 @@ def filled_in(page, motion, *, curves=None):
     config["endurance"]["curves"] = curves
     job = SimpleNamespace(config=config)
     if page != "workflow":  # the front page belongs to no job
-        job.wildcards = SimpleNamespace(motion=motion, network="deep_set-flow_matching")
+        job.wildcards = SimpleNamespace(
+            motion=motion, source=motion, network="deep_set-flow_matching"
+        )
     text = (ROOT / f"workflow/report/{page}.rst").read_text()
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
     return environment.from_string(text).render(snakemake=job)

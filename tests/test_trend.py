@@ -251,7 +251,8 @@ def test_a_change_is_noticed(whole):
     assert before.change_probability.max() < 0.95
     assert np.isnan(before.start_interval).all()
     np.testing.assert_allclose(found.run_length_probability.sum("age"), 1.0, atol=1e-6)
-    ages = last.run_length_probability.values @ (last.age_lower.values + last.age_upper.values) / 2
+    middles = (last.age_lower.values[:-1] + last.age_upper.values[:-1]) / 2
+    ages = last.run_length_probability.values[:-1] @ middles
     assert abs(ages - (last.operation - CHANGE)) < 150
 
 
@@ -383,8 +384,19 @@ def test_no_trend_without_a_record(models, settings):
     operations = 5 + np.arange(3)
     series, _ = live(models, operations, LEVEL, SLOPE, generator(8, "test trend"))
     series.records["closing"][:, 3] = np.nan
-    with pytest.raises(ValueError, match="no closing operation can be used among the 3 from"):
-        follower_of(models, settings).begin(series)
+    follower = follower_of(models, settings)
+    state, data = follower.follow(follower.begin(series), series)
+    assert state.baseline is None
+    assert data.operation.values.tolist() == operations.tolist()
+    for name in ("remaining", "toward", "beyond", "value"):
+        assert np.isnan(data[name]).all()
+    assert not data.alarm.any()
+    # It begins with the first record that can be used, also after the state was stored.
+    later, _ = live(models, operations + 3, LEVEL, SLOPE, generator(9, "test trend"))
+    state, data = follower.follow(State.from_dataset(state.to_dataset()), later)
+    assert state.baseline is not None
+    assert state.first == operations[0]
+    assert np.isfinite(data.level).all()
 
 
 def test_a_motion_without_a_limit_has_a_trend(models, settings):
@@ -407,7 +419,7 @@ def test_words_and_coordinates(whole):
     assert found.part_quantity.values.tolist() == ["gamma_a", "gamma_a", "gamma_a", "L"]
     assert found.part_bound.values.tolist() == [0.48, 0.25, 0.45, 9.0]
     np.testing.assert_array_equal(found.age_lower.values[1:], found.age_upper.values[:-1])
-    assert age_bins(50)[[0, 1, -1]].tolist() == [0.0, 1.0, pytest.approx(50.0)]
+    assert age_bins(50)[[0, 1, -2, -1]].tolist() == [0.0, 1.0, pytest.approx(50.0), np.inf]
 
 
 def test_series_of_measured_operations(models, sensor):

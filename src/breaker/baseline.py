@@ -59,7 +59,7 @@ def find_baseline(
 
     Args:
         models: Joint model of each motion.
-        records: Records of each, ``(n, t)``, mm.
+        records: Records of each, of the same operations, ``(n, t)``, mm.
         outputs: Means of the posteriors of each, standardised, ``(n, q)``, to start from.
     """
     p = len(NAMES)
@@ -72,13 +72,7 @@ def find_baseline(
         mean = _mean_residual(model, records[motion], centre, onsets[motion])
         statistic = len(records[motion]) * model.sensor.chi_square(mean, np.zeros_like(mean))
         p_values[motion] = float(chi2.sf(statistic, df=mean.size))
-    shortest = min(len(each) for each in records.values())
-    found, within = modes(
-        models,
-        {motion: each[:shortest] for motion, each in records.items()},
-        {motion: each[:shortest] for motion, each in outputs.items()},
-    )
-    return Baseline(centre, p_values, _spread(found, within))
+    return Baseline(centre, p_values, _spread(*modes(models, records, outputs)))
 
 
 def _spread(found: np.ndarray, within: np.ndarray) -> np.ndarray:
@@ -122,7 +116,8 @@ def modes(
             matrix, slope = matrix + found.matrix, slope + found.slope
         if step < _MOVES:
             right = slope + np.einsum("nij,nj->ni", matrix, centre)
-            centre = np.linalg.solve(np.eye(p) + matrix, right[..., None])[..., 0]
+            found = np.linalg.solve(np.eye(p) + matrix, right[..., None])[..., 0]
+            centre = centre + np.clip(found - centre, -1.0, 1.0)
     return centre, matrix
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.fusion import Fused, Pair, fuse
+from breaker.fusion import APART, Fused, Pair, fuse
 from breaker.limits import Limit
 from breaker.model import Model
 from breaker.parameters import NAMES
@@ -27,8 +27,8 @@ def align(parts: Sequence[xr.Dataset], operations: np.ndarray) -> xr.Dataset:
     """
     whole = xr.concat(parts, dim="operation", join="exact", combine_attrs="override")
     whole = whole.sel(operation=whole.operation.isin(operations))
-    kept = whole[["travel", "draws", "median", "accepted", "resolved", "misfit", "log_evidence"]]
-    flags = ("accepted", "resolved", "misfit")
+    kept = whole[["travel", "draws", "accepted", "resolved", "log_evidence"]]
+    flags = ("accepted", "resolved")
     filled = kept.reindex(
         operation=operations, fill_value={name: False for name in flags} | {"travel": np.nan}
     )
@@ -36,8 +36,9 @@ def align(parts: Sequence[xr.Dataset], operations: np.ndarray) -> xr.Dataset:
 
 
 def usable(data: xr.Dataset) -> np.ndarray:
-    """Say which operations have a posterior, ``(o,)``."""
-    return data.accepted.values & np.isfinite(data.draws.values).all(axis=(1, 2))
+    """Say which operations have an exact posterior, ``(o,)``; the best so far does not count."""
+    found = np.isfinite(data.draws.values).all(axis=(1, 2))
+    return data.accepted.values & data.resolved.values & found
 
 
 def condition(
@@ -94,7 +95,6 @@ def condition(
             "operation": operations,
             "limit": [limit.name for limit in limits],
             "words": ("limit", [limit.words for limit in limits]),
-            "limit_motion": ("limit", [limit.motion for limit in limits]),
             "evidence": list(sources),
             "parameter": list(NAMES),
         },
@@ -138,5 +138,6 @@ def _fuse_all(
 def agreement(condition: xr.Dataset, baseline: int) -> float:
     """Return the share of the first operations in which both motions agree; nan if none tells."""
     first_ones = condition.isel(operation=slice(0, baseline))
-    tells = np.isfinite(first_ones.apart.values)
+    far = first_ones.apart.values >= APART
+    tells = np.isfinite(first_ones.log_agreement.values) | far
     return float(first_ones.agree.values[tells].mean()) if tells.any() else float("nan")

@@ -157,6 +157,8 @@ RULES = (
             ("correction.fit_size", "correction.round_draws"),
             ("alarm.clear", "alarm.raise"),
             ("wear_model.notice", "wear_model.horizon"),
+            ("wear_model.baseline", "endurance.operations_per_job"),
+            ("lives.operations", "wear_model.horizon"),
         )
     ),
     Rule(("limits", "motions"), complaint_of_list),

@@ -15,11 +15,11 @@ from breaker.limits import Limit, alarms, first
 from breaker.second_opinion import bends
 
 __all__ = [
-    "MAY_BE",
     "STATES",
     "complete",
     "decide",
     "health",
+    "in_doubt",
     "join",
     "remaining",
     "states",
@@ -27,6 +27,7 @@ __all__ = [
     "wearing",
 ]
 
+_SETTLED = 100  # operations after its alarm at which a change is told
 _SURE = 2.69 / 1.645  # of half a 90 % interval: 5 % for seven parameters together
 MAY_BE, _IS = 0.05, 0.95  # probability that a limit is exceeded by the trend, to say so
 
@@ -51,11 +52,12 @@ def complete(trend: xr.Dataset, medians: np.ndarray, settings: Mapping, source: 
 
     Returns:
         ``trend`` with ``median``; over ``change``: ``change_alarm``, ``change_start``,
-        ``change_interval (change, bound)`` and ``change_kind (change, kind)``, as known before the
-        next change; and ``second_opinion (rupture)``.
+        ``change_interval (change, bound)`` and ``change_kind (change, kind)``, as known a hundred
+        operations after its alarm, or before the next; and ``second_opinion (rupture)``.
     """
     found = np.flatnonzero(trend.alarm.values)
     last = np.append(found[1:] - 1, trend.sizes["operation"] - 1)[: found.size]
+    last = np.minimum(last, found + _SETTLED)  # later ones are told apart less and less
     starts = trend.start_interval.values[last]
     with np.errstate(divide="ignore"):
         logs = np.log(medians)
@@ -82,9 +84,9 @@ def remaining(
 
     Returns:
         Dataset over ``operation``, ``limit``, ``part`` and ``quantile``: ``remaining``, ``toward``,
-        ``beyond``, ``soon`` and ``value`` of trends, and ``source (limit)``.
+        ``beyond`` and ``value`` of trends, and ``source (limit)``.
     """
-    names = ["remaining", "toward", "beyond", "soon", "value"]
+    names = ["remaining", "toward", "beyond", "value"]
     chosen = []
     for limit in limits:
         source = "both" if fused else limit.motion
@@ -149,12 +151,12 @@ def states(health: xr.Dataset, trend: xr.Dataset, toward: float) -> np.ndarray:
     """Return the state of each limit after each operation, ``(o, limit)``, one of ``STATES``."""
     operations = health.operation.values
     trend = trend.reindex(operation=operations)
-    median = trend.remaining.sel(quantile=0.5).transpose("operation", "limit").values
+    early = trend.remaining.isel(quantile=0).transpose("operation", "limit").values
     leads = trend.toward.transpose("operation", "limit").values >= toward
     known = np.isfinite(trend.beyond.transpose("operation", "limit").values)
     beyond = trend.beyond.transpose("operation", "limit").values
     result = np.where(known, "healthy", "unknown").astype(object)
-    result[known & leads & np.isfinite(median)] = "wearing"
+    result[known & leads & np.isfinite(early)] = "wearing"
     result[beyond >= MAY_BE] = "wearing"
     result[health.alarm.values | (beyond >= _IS)] = "alarm"
     return result
@@ -186,22 +188,24 @@ def decide(
         np.where(leads & np.isfinite(each), each, np.inf)
         for each in np.moveaxis(quantiles, -1, 0)[:2]
     )
-    nearest, soonest = median.argmin(axis=1), early.argmin(axis=1)
+    soonest = early.argmin(axis=1)
+    nearest = np.where(np.isfinite(median.min(axis=1)), median.argmin(axis=1), soonest)
     drifts = wearing(trends, operations)
+    doubtful = in_doubt(health)
     rows = []
     noted = _changes(trends, operations)
     used = {key: _flags(data, operations) for key, data in curves.items()}
     for i, operation in enumerate(operations):
         state = max(every[i], key=STATES.index)
         limit, first_to_come = names[nearest[i]], soonest[i]
-        has_life = np.isfinite(median[i, nearest[i]])
+        has_life = np.isfinite(early[i, nearest[i]])
         ends = quantiles[i, nearest[i]] if has_life else np.full(3, np.nan)
         over = [str(name) for name, each in zip(names, every[i], strict=True) if each == "alarm"]
         rows.append(
             {
                 "operation": operation,
                 "state": state,
-                "limits_exceeded": " ".join(over),
+                "limits_exceeded": "; ".join(over),
                 "next_limit": limit if has_life else "",
                 "remaining_5": ends[0],
                 "remaining_median": ends[1],
@@ -210,7 +214,7 @@ def decide(
                 "change": noted[i],
                 "action": _action(
                     state,
-                    *(over, limit, ends),
+                    *(over, doubtful[i], limit if has_life else "", ends),
                     *(names[first_to_come], early[i, first_to_come], settings["notice"]),
                 ),
                 "not_used": "; ".join(f"{m}: {flags[i]}" for m, flags in used.items() if flags[i]),
@@ -285,6 +289,7 @@ def _flags(data: xr.Dataset, operations: np.ndarray) -> list[str]:
 def _action(
     state: str,
     over: Sequence[str],
+    doubtful: Sequence[str],
     limit: str,
     ends: np.ndarray,
     soonest: str,
@@ -294,13 +299,25 @@ def _action(
     """Say what to do: of the limit that may come first, of the one that is to come first."""
     if state == "alarm":
         return f"service now: {', '.join(over)} exceeded"
-    if state == "wearing" and earliest <= notice:
+    if state == "unknown":
+        return "cannot tell: no usable operation yet"
+    if earliest <= notice:
         return f"plan service within {max(earliest, 0):.0f} operations, before {soonest}"
-    if state == "wearing":
-        return f"go on; {limit} in {ends[1]:.0f} operations ({ends[0]:.0f} to {until(ends[2])})"
-    return "go on" if state == "healthy" else "cannot tell: no usable operation yet"
+    if doubtful:
+        return f"look closer: {', '.join(doubtful)} may be exceeded"
+    if state == "wearing" and limit:
+        span = f"{ends[0]:.0f} to {until(ends[2])}"
+        return f"go on; {limit} in {until(ends[1])} operations ({span})"
+    return "go on"
+
+
+def in_doubt(health: xr.Dataset) -> list[list[str]]:
+    """Limits that may be exceeded by the trend, though it is not certain, of each operation."""
+    beyond = health.trend_probability.transpose("operation", "limit").values
+    names = health.limit.values
+    return [[str(n) for n in names[(row >= MAY_BE) & (row < _IS)]] for row in beyond]
 
 
 def until(value: float) -> str:
-    """Write the end of an interval of operations."""
-    return f"{value:.0f}" if np.isfinite(value) else "unknown"
+    """Write a number of operations that may be beyond the horizon."""
+    return f"{value:.0f}" if np.isfinite(value) else "beyond the horizon"

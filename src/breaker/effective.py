@@ -5,23 +5,21 @@ posterior mode given its noise-free curve: what an exact inference would find, f
 prior is part of it, for some directions are hardly identified and would run away without it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 from scipy.optimize import least_squares
 
 from breaker.identifiability import jacobian
-from breaker.limits import Limit, first
 from breaker.mechanism import travel as model_travel
 from breaker.parameters import NAMES, outputs
 from breaker.prior import Prior
-from breaker.quantities import evaluate
 from breaker.rig import Rig
 from breaker.sensor import Sensor
 from breaker.stroke import main_motion
 
-__all__ = ["effective_values", "failures", "fit"]
+__all__ = ["effective_values", "fit"]
 
 
 def fit(
@@ -113,22 +111,3 @@ def effective_values(
         },
         attrs={"motion": motion},
     )
-
-
-def failures(effective: Mapping[str, xr.DataArray], limits: Sequence[Limit]) -> dict[str, float]:
-    """Return the operations at which effective values first exceed each limit, nan if never.
-
-    Args:
-        effective: Effective values ``(stage, output)`` of each motion, with a coordinate
-            ``operation (stage)``; between stages, quantities are interpolated.
-        limits: The limits.
-    """
-    result = {}
-    for limit in limits:
-        values = effective[limit.motion]
-        operations = values.operation.values.astype(float)
-        quantities = evaluate(limit.quantities, values.values[:, : len(NAMES)], limit.motion)
-        every = np.arange(operations[0], operations[-1] + 1)
-        along = np.stack([np.interp(every, operations, each) for each in quantities.T], axis=-1)
-        result[limit.name] = first(limit.exceeded(along), every)
-    return result

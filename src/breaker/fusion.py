@@ -21,9 +21,9 @@ from breaker.information import information, pool
 from breaker.model import Model
 from breaker.parameters import NAMES
 
-__all__ = ["Fused", "Pair", "fuse"]
+__all__ = ["APART", "Fused", "Pair", "fuse"]
 
-_APART = 60.0  # of chi-square: e^-30 to one, whatever the Occam factors of seven parameters
+APART = 60.0  # of chi-square: e^-30 to one, whatever the Occam factors of seven parameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,7 @@ def fuse(
         spread = z[motion][:, p:].std(axis=0)
         columns.append(found.onset + spread * rng.standard_normal((d, spread.size)))
     nothing = np.full((d, p), np.nan)
-    if not apart < _APART:
+    if not apart < APART:
         return Fused(nothing, np.nan, apart, "the motions have different parameters")
     root = np.linalg.cholesky(np.linalg.inv(precision))
     begin = np.concatenate([mode + rng.standard_normal((d, p)) @ root.T, *columns], axis=1)

@@ -29,6 +29,7 @@ __all__ = ["Horizon", "Remaining", "horizon_grid", "remaining_life"]
 _FARTHEST = 5.0  # prior sd, as far as lines are followed
 _NODES = np.array([0.0, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0])  # of a line, where it is simulated
 _PER = 1000.0  # operations in the unit of slopes
+_BEYOND, _LEAST = 40.0, 1e-9  # sds of scatter of what does not exist; least of its spread
 _STEP = 1e-3  # of standardised parameters, for slopes of quantities
 
 
@@ -116,13 +117,14 @@ def remaining_life(
     sampled = _sampled(limits, prior, along.reshape(-1, p), segments.level()[0][:p])
     for limit, (values, spread) in zip(limits, sampled, strict=True):  # (d * k, parts), (parts,)
         values = values.reshape(*nodes.shape, -1)
-        excess = limit.excess(values)
         now.append(values[:, 0])
-        # How many sds of its scatter an operation stays short of the limit in its nearest part.
-        ratio = (excess / (scatter[:, None, None] * spread)).min(axis=-1)
-        worst = excess.min(axis=-1)
-        toward.append(np.mean(worst[:, 1] > worst[:, 0]))
-        beyond.append(np.mean(worst[:, 0] > 0))
+        # How many sds of its scatter an operation is beyond the limit in its farthest part; what
+        # does not exist, for the motion comes to nothing, is beyond any.
+        excess = limit.excess(values)
+        scale = scatter[:, None, None] * np.maximum(np.nan_to_num(spread), _LEAST)
+        ratio = np.where(np.isnan(excess), _BEYOND, excess / scale).min(axis=-1)
+        toward.append(np.mean(ratio[:, 1] > ratio[:, 0]))
+        beyond.append(np.mean(ratio[:, 0] > 0))
         left = log_ndtr(-_interpolate(nodes, ratio, grid))
         left[grid > end[:, None]] = 0.0
         cdf.append(-np.expm1((left * steps).cumsum(axis=1)).mean(axis=0))
@@ -165,11 +167,7 @@ def _sampled(limits: Sequence[Limit], prior: Prior, points: np.ndarray, centre: 
 
 
 def _interpolate(nodes: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Interpolate values ``(d, k)`` at nodes ``(d, k)`` linearly on a grid, ``(d, g)``.
-
-    A value that does not exist, for the motion comes to nothing there, is beyond any limit.
-    """
-    values = np.where(np.isnan(values), 40.0, values)
+    """Interpolate values ``(d, k)`` at nodes ``(d, k)`` linearly on a grid, ``(d, g)``."""
     share = np.minimum(grid / nodes[:, -1:], 1.0)  # the nodes of all lines are the same shares
     right = np.clip(np.searchsorted(_NODES, share), 1, _NODES.size - 1)
     low, high = _NODES[right - 1], _NODES[right]

@@ -142,16 +142,16 @@ def thin(log_weight, mean, cov, start, kind, scatter, now, hopeless, young):
     h = log_weight.size
     kept = np.ones(h, dtype=np.bool_)
     best = log_weight.max()
-    last = 0
+    last, oldest = 0, start[0]
     for i in range(1, h):
         together = kind[i] == kind[last] and scatter[i] == scatter[last]
-        if together and start[i] - start[last] < SPACING * (now - start[last]):
+        if together and start[i] - oldest < SPACING * (now - oldest):
             stays, goes = (i, last) if log_weight[i] > log_weight[last] else (last, i)
             _absorb(mean, cov, log_weight, stays, goes)
             kept[goes] = False
             last = stays
         else:
-            last = i
+            last, oldest = i, start[i]
     for i in range(h):
         if kind[i] >= 0 and now - start[i] > young and log_weight[i] < best - hopeless:
             kept[i] = False

@@ -61,7 +61,7 @@ def likelihood(
     models: Mapping[str, Model],
     series: Series,
     i: int,
-    baseline: Baseline,
+    baseline: Baseline | None,
     predicted: tuple[np.ndarray, np.ndarray] | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what the records of an operation say, about where; zeros without a record.
@@ -77,7 +77,7 @@ def likelihood(
         models: Joint model of each motion that has a usable record.
         series: Records.
         i: Which operation of them.
-        baseline: Where the trend started.
+        baseline: Where the trend started; None before there is one.
         predicted: Mean ``(p,)`` and covariance ``(p, p)`` of the standardised parameters, as
             predicted; None in the baseline.
 
@@ -85,25 +85,29 @@ def likelihood(
         Information ``(p, p)`` and slope ``(p,)`` at a place, ``(p,)``, standardised.
     """
     p, one = len(NAMES), slice(i, i + 1)
-    if not models:
-        return np.zeros((p, p)), np.zeros(p), baseline.centre
+    nothing = np.zeros((p, p)), np.zeros(p), np.zeros(p)
+    if not models or baseline is None:
+        return nothing
     records = {motion: series.records[motion][one] for motion in models}
     outputs = {motion: series.outputs[motion][one] for motion in models}
     if not baseline.fits:
+        if models.keys() != baseline.p_values.keys():
+            return nothing  # the mode of one motion is pulled to the prior in another way
         centre, _ = modes(models, records, outputs)
         return np.linalg.inv(baseline.spread), np.zeros(p), centre[0]
     room = np.diag(np.square(_ROOM / next(iter(models.values())).prior.log_sds))
     mean, spread = (baseline.centre, np.zeros((p, p))) if predicted is None else predicted
     precision, centre = np.linalg.inv(spread + room), mean
     onsets = {motion: onset_of(each) for motion, each in outputs.items()}
-    for step in range(_MOVES + 1):
+    for move in range(_MOVES + 1):
         matrix, slope = np.zeros((p, p)), np.zeros(p)
         for motion, model in models.items():
-            steps = 1 if step else 2
+            steps = 1 if move else 2
             found = information(model, records[motion], centre[None], onsets[motion], steps=steps)
             onsets[motion] = found.onset
             matrix, slope = matrix + found.matrix[0], slope + found.slope[0]
-        if step < _MOVES:
+        if move < _MOVES:
             right = slope + matrix @ (centre - mean)
-            centre = mean + np.linalg.solve(precision + matrix, right)
+            step = mean + np.linalg.solve(precision + matrix, right) - centre
+            centre = centre + np.clip(step, -1.0, 1.0)
     return matrix, slope, centre

@@ -35,7 +35,7 @@ _PER_CENT = 100.0
 
 def age_bins(last: int) -> np.ndarray:
     """Return the edges of the ages in which run lengths are counted, operations, geometric."""
-    return np.concatenate([[0.0], np.geomspace(1.0, max(last, 2), 60)])
+    return np.concatenate([[0.0], np.geomspace(1.0, max(last, 2), 60), [np.inf]])
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,14 @@ class State:
 
     Attributes:
         segments: Hypotheses after the last operation.
-        baseline: Where the trend started.
+        baseline: Where the trend started, None before there is a record.
         seen: Operations that were learnt from.
         first: Number of the first.
         alarms: Numbers of the operations at which a change was noticed, the last two.
     """
 
     segments: Segments
-    baseline: Baseline
+    baseline: Baseline | None
     seen: int
     first: int
     alarms: tuple[int, ...]
@@ -70,8 +70,9 @@ class State:
             for name in ("log_weight", "mean", "cov", "start", "kind", "scatter")
         }
         known = {"operation": s.operation, "seen": self.seen, "first": self.first}
-        known |= {"alarms": list(self.alarms), "p_values": self.baseline.p_values}
-        start = self.baseline
+        p = len(NAMES)
+        start = self.baseline or Baseline(np.full(p, np.nan), {}, np.full((p, p), np.nan))
+        known |= {"alarms": list(self.alarms), "p_values": start.p_values}
         return xr.Dataset(
             fields
             | {
@@ -87,7 +88,9 @@ class State:
         known = json.loads(data.attrs["known"])
         names = ("log_weight", "mean", "cov", "start", "kind", "scatter")
         segments = Segments(known["operation"], *(data[name].values for name in names))
-        baseline = Baseline(data.centre.values, known["p_values"], data.spread.values)
+        baseline = None
+        if known["p_values"]:
+            baseline = Baseline(data.centre.values, known["p_values"], data.spread.values)
         return cls(segments, baseline, known["seen"], known["first"], tuple(known["alarms"]))
 
 
@@ -131,30 +134,26 @@ class Follower:
         return next(iter(self.models.values())).prior
 
     def begin(self, series: Series) -> State:
-        """Return the state before the first operation of a series that holds the baseline.
+        """Return the state before the first operation of a series, with its baseline.
 
-        Raises:
-            ValueError: If no operation can be used.
+        Without an operation that all motions have there is none yet, and nothing is known.
         """
-        first, name = int(series.operations[0]), " and ".join(self.models)
+        first = int(series.operations[0])
         usable = np.logical_and.reduce([series.usable(motion) for motion in self.models])
         used = np.flatnonzero(usable)[: self.settings["baseline"]]
         if not used.size:
-            raise ValueError(
-                f"no {name} operation can be used among the {len(series.operations)} "
-                f"from number {first} on, so that no trend can start"
-            )
+            return self._begin(first, None)
         records = {motion: series.records[motion][used] for motion in self.models}
         outputs = {motion: series.outputs[motion][used] for motion in self.models}
         start = find_baseline(self.models, records, outputs)
         return self._begin(first, start)
 
-    def _begin(self, first: int, start: Baseline) -> State:
+    def _begin(self, first: int, start: Baseline | None) -> State:
         return State(self.tracker.begin(first), start, 0, first, ())
 
     def idle(self, first: int) -> tuple[State, xr.Dataset]:
         """Return the state and the empty trend of a source that is not followed."""
-        state = self._begin(first, Baseline(np.zeros(len(NAMES)), {}, np.eye(len(NAMES))))
+        state = self._begin(first, None)
         left = remaining_life(self.tracker, state.segments, self.limits, self.prior, self.horizon)
         row = self._row(state, left) | {"change_probability": 0.0, "alarm": False, "outlier": 0.0}
         return state, self._dataset(np.array([first]), [row]).isel(operation=slice(0, 0))
@@ -171,9 +170,11 @@ class Follower:
             (percent a thousand operations) and their 90 % intervals; ``scatter`` (percent) and
             ``outlier``; ``run_length_probability`` over ``age``; ``change_probability``, ``alarm``;
             ``start_interval`` and ``kind_probability`` of the segment's beginning, by now;
-            ``remaining``, ``toward``, ``beyond`` and ``soon`` of each limit, and the ``value`` of
-            each of their parts.
+            ``remaining``, ``toward`` and ``beyond`` of each limit, and the ``value`` of each of
+            their parts.
         """
+        if state.baseline is None:
+            state = replace(self.begin(series), first=state.first)
         rows = []
         usable = {motion: series.usable(motion) for motion in self.models}
         name = " and ".join(self.models)
@@ -198,8 +199,9 @@ class Follower:
             {motion: self.models[motion] for motion in there}, series, i, state.baseline, predicted
         )
         outlier = np.nan
-        seen = state.seen + bool(there)
-        if there:
+        learns = bool(matrix.any())
+        seen = state.seen + learns
+        if learns:
             segments, _, outlier = self.tracker.learn(segments, matrix, slope, centre)
         changed = segments.began_after(state.since)
         settled = seen >= self.settings["settle"]
@@ -237,7 +239,7 @@ class Follower:
             "slope_interval": slopes[[0, 2]].T,
             "scatter": _PER_CENT * self.tracker.scatters[segments.scatter] @ segments.weight,
             "run_length_probability": ages,
-            "start_interval": _start(segments, began, state.since),
+            "start_interval": _start(segments, began, before, state.since),
             "kind_probability": kinds / began.sum()
             if began.sum() > 0
             else np.full(len(KINDS), np.nan),
@@ -247,7 +249,6 @@ class Follower:
             "toward": left.toward,
             "beyond": left.beyond,
             "value": np.quantile(left.now, _QUANTILES, axis=0).T,
-            "soon": np.array([np.interp(self.settings["notice"], grid, cdf) for cdf in left.cdf]),
         }
 
     @property
@@ -262,7 +263,7 @@ class Follower:
             "start_interval": ("quantile",),
             "kind_probability": ("kind",),
             "remaining": ("limit", "quantile"),
-            **dict.fromkeys(("toward", "beyond", "soon"), ("limit",)),
+            **dict.fromkeys(("toward", "beyond"), ("limit",)),
             "value": ("part", "quantile"),
         }
         edges = self._ages
@@ -291,16 +292,16 @@ class Follower:
         )
 
 
-def _start(segments: Segments, began: np.ndarray, latest: int) -> np.ndarray:
+def _start(segments: Segments, began: np.ndarray, earliest: int, latest: int) -> np.ndarray:
     """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
 
     Hypotheses that began within a share of their age of each other are kept as one, and it may
-    have begun anywhere among them, but not after it was noticed.
+    have begun anywhere among them, but not before the last alarm nor after its own.
     """
     low, middle, high = _quantiles(segments.start, began, _QUANTILES)
     now = segments.operation
-    latest_end = np.minimum(high + SPACING * (now - high), latest)
-    return np.array([low - SPACING * (now - low), middle, latest_end])
+    ends = low - SPACING * (now - low), high + SPACING * (now - high)
+    return np.array([np.maximum(ends[0], earliest), middle, np.minimum(ends[1], latest)])
 
 
 def _quantiles(values: np.ndarray, weight: np.ndarray, shares: Sequence[float]) -> np.ndarray:
@@ -314,7 +315,9 @@ def _quantiles(values: np.ndarray, weight: np.ndarray, shares: Sequence[float]) 
 
 
 def _reached(grid: np.ndarray, cdf: np.ndarray, shares: Sequence[float]) -> np.ndarray:
-    """Future operations by which a probability is reached, inf where it is not."""
+    """Future operations by which a probability is reached, inf where it is not, nan of nan."""
+    if np.isnan(cdf).any():
+        return np.full(len(shares), np.nan)
     return np.array(
         [np.interp(share, cdf, grid) if cdf[-1] >= share else np.inf for share in shares]
     )

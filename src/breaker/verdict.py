@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions import MAY_BE, states, until, wearing
+from breaker.decisions import in_doubt, states, until, wearing
 
 __all__ = ["verdict"]
 
@@ -53,7 +53,9 @@ def verdict(
 def _way(trend: xr.Dataset, baseline: int) -> np.ndarray:
     """Percent of the way to each limit, ``(limit, 3)``, of its part that is farthest from it."""
     begin = min(baseline, trend.sizes["operation"]) - 1
-    start = trend.value.isel(operation=begin).sel(quantile=0.5).values
+    medians = trend.value.isel(operation=slice(begin, None)).sel(quantile=0.5)
+    known = medians.transpose("operation", "part").values
+    start = known[np.isfinite(known).argmax(axis=0), np.arange(known.shape[1])]
     now = trend.value.isel(operation=-1).transpose("part", "quantile").values
     bound = trend.part_bound.values
     way = 100.0 * (now - start[:, None]) / (bound - start)[:, None]
@@ -75,8 +77,7 @@ def _healthy(health: xr.Dataset, states_now: np.ndarray) -> str:
         raised = [when for name in over if (when := _raised(health.sel(limit=name))) is not None]
         since = f", since operation {min(raised)}" if raised else ""
         return f"Not healthy at operation {operation}: {', '.join(over)} exceeded{since}."
-    last = health.trend_probability.isel(operation=-1)
-    doubt = [str(n) for n in health.limit.values if last.sel(limit=n) >= MAY_BE]
+    doubt = in_doubt(health)[-1]
     if doubt:
         return f"In doubt at operation {operation}: {', '.join(doubt)} may be exceeded."
     unknown = [n for n, s in zip(health.limit.values, states_now, strict=True) if s == "unknown"]
@@ -100,7 +101,8 @@ def _wearing(decisions: pd.DataFrame, drifts: str, row: pd.Series) -> str:
         return "Wearing: unknown."
     if not drifts:
         return "Wearing: no parameter that a trend could tell from none."
-    noted = decisions.change[decisions.change != ""]
+    told = decisions.change
+    noted = told[(told != "") & ~told.str.contains("took back")]
     since = f" Last change noticed: {noted.iloc[-1]}." if len(noted) else ""
     return f"Wearing, in 1,000 operations: {drifts}.{since}"
 
@@ -113,6 +115,6 @@ def _left(row: pd.Series) -> str:
     if not row.next_limit:
         return "Left: no trend leads to a limit."
     return (
-        f"Left: {row.remaining_median:.0f} operations to {row.next_limit} "
+        f"Left: {until(row.remaining_median)} operations to {row.next_limit} "
         f"({row.remaining_5:.0f} to {until(row.remaining_95)}, 90 %)."
     )

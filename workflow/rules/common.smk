@@ -46,7 +46,6 @@ FIGURES = [
     "identifiability",
     "endurance_predictive",
     "evolution",
-    "changepoint",
 ]
 DECISIONS = ["verdict", "health", "remaining_life"]
 ENVIRONMENT = "../../envs/breaker.yaml"
@@ -170,9 +169,10 @@ def inferred_chunks(wildcards):
 
 
 def effective_values(wildcards):
-    """The stand-in's effective values; real measurements have none."""
-    if config["endurance"]["curves"] is None:
-        return {"effective": f"results/rig/{wildcards.motion}_effective.zarr"}
+    """The stand-in's effective values of a motion; real measurements have none, nor have both."""
+    motion = wildcards.get("motion", wildcards.get("source"))
+    if config["endurance"]["curves"] is None and motion in MOTIONS:
+        return {"effective": f"results/rig/{motion}_effective.zarr"}
     return {}
 
 
@@ -213,7 +213,7 @@ def corrected_of(motion):
         places = [i for i, number in enumerate(operation_numbers(motion)) if number in wanted]
         return [
             f"results/endurance/{motion}/corrected_{chunk:03d}.zarr"
-            for chunk in sorted({place // size for place in places})
+            for chunk in sorted({place // size for place in places}) or [0]
         ]
 
     return files

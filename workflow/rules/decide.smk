@@ -159,20 +159,20 @@ rule figure_health:
 
 
 rule figure_changepoint:
-    """The trend of one motion and its changes."""
+    """The trend of a source and its changes."""
     input:
         unpack(effective_values),
-        trend="results/trend/{motion}.zarr",
+        trend="results/trend/{source}.zarr",
         code=sources("figure_changepoint.py"),
     output:
         report(
-            "figures/changepoint_{motion}.png",
+            "figures/changepoint_{source}.png",
             caption="../report/changepoint.rst",
             category="6 Decisions",
-            labels={"figure": "change points", "motion": "{motion}"},
+            labels={"figure": "change points", "motion": "{source}"},
         ),
     log:
-        "logs/figures/changepoint_{motion}.log",
+        "logs/figures/changepoint_{source}.log",
     conda:
         ENVIRONMENT
     script:

@@ -26,7 +26,11 @@ rule follow_lives:
         ENVIRONMENT
     params:
         lives={key: config["lives"][key] for key in config["lives"] if key != "seed"},
-        wear_model=config["wear_model"],
+        wear_model={
+            key: config["wear_model"][key]
+            for key in config["wear_model"]
+            if key not in ("agreement", "notice", "toward")
+        },
     script:
         "../scripts/follow_lives.py"
 
@@ -50,6 +54,7 @@ rule score_lives:
         ENVIRONMENT
     params:
         toward=config["wear_model"]["toward"],
+        settle=config["wear_model"]["settle"],
     script:
         "../scripts/score_lives.py"
 

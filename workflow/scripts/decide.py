@@ -4,7 +4,7 @@ import xarray as xr
 
 from breaker import decisions as tables
 from breaker.decisions import health, join, remaining
-from breaker.effective import failures
+from breaker.failures import failures
 from breaker.jobs import start
 from breaker.limits import from_list, table
 from breaker.stores import describe, save

@@ -1,4 +1,4 @@
-"""Draw the trend of one motion, its run length and its changes."""
+"""Draw the trend of a source, its run length and its changes."""
 
 import xarray as xr
 
@@ -11,5 +11,5 @@ if "effective" in snakemake.input.keys():  # noqa: SIM118
     effective = xr.open_zarr(snakemake.input.effective).effective
 
 trend = xr.open_zarr(snakemake.input.trend).load()
-figure = changepoint(trend, source=snakemake.wildcards.motion, effective=effective)
+figure = changepoint(trend, source=snakemake.wildcards.source, effective=effective)
 figure.savefig(snakemake.output[0])

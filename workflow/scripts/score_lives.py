@@ -2,14 +2,15 @@
 
 import xarray as xr
 
-from breaker.evaluation import score
 from breaker.jobs import start
+from breaker.scores import score
 from breaker.stores import describe, save
 
 log = start(snakemake)
 lives = xr.concat([xr.open_zarr(file).load() for file in snakemake.input.lives], "life")
 
-scores, table = score(lives, toward=snakemake.params.toward)
+params = snakemake.params
+scores, table = score(lives, toward=params.toward, settle=params.settle)
 log.info("\n%s", table.to_string(index=False))
 save(describe(scores, "scores of simulated lives"), snakemake.output.scores)
 table.to_csv(snakemake.output.table, index=False, float_format="%.4g")

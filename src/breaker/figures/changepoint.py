@@ -50,9 +50,13 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
         effective: Effective values of the stand-in, ``(stage, output)``, with a coordinate
             ``operation (stage)``; None for real measurements. Outputs it lacks are left out.
 
+    Without an operation, the figure says so.
+
     Raises:
         ValueError: If there is no such source.
     """
+    if trend.sizes["operation"] == 0:
+        return _not_followed(source)
     names = [str(name) for name in trend["parameter"].values]
     rows = -(-(len(names) + 1) // 4)  # one place more, for the words
     figure = new_figure(14.4, 2.5 * rows + 6.2)
@@ -82,6 +86,15 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
     return figure
 
 
+def _not_followed(source: str) -> Figure:
+    """Say that there is no trend of a source, in place of one."""
+    figure = new_figure(14.4, 2.2)
+    figure.suptitle(f"{source_words(source)}: change points of the wear")
+    text = "Not followed together: the motions have different parameters in the baseline."
+    figure.text(0.5, 0.4, text, ha="center", fontsize=12)
+    return figure
+
+
 def source_words(source: str) -> str:
     """Return the beginning of a title, by where the values come from.
 
@@ -96,6 +109,8 @@ def source_words(source: str) -> str:
 def change_words(change: xr.Dataset) -> tuple[str, str]:
     """Tell one change: operation with its 90 % interval, and what changed at what probability."""
     lower, upper = change["change_interval"].values
+    if not np.isfinite(change["change_start"].item()):
+        return f"noticed at {change['change_alarm'].item()}", "taken back by later operations"
     where = f"operation {change['change_start'].item():.0f} ({lower:.0f}–{upper:.0f})"
     probability = change["change_kind"].values
     likely = [i for i in np.argsort(-probability)[:_KINDS] if probability[i] >= _LEAST]

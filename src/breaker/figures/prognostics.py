@@ -22,7 +22,15 @@ from breaker.figures.style import (
 __all__ = ["prognostics"]
 
 # Marker and colour, method by method; the first one is the model.
-_METHODS = (("o", MODEL), ("s", AMORTISED), ("^", "#4E9A9A"), ("D", "#A0569B"), ("v", "#8A8A8A"))
+_METHODS = (
+    ("o", MODEL),
+    ("s", AMORTISED),
+    ("^", "#4E9A9A"),
+    ("D", "#A0569B"),
+    ("v", "#8A8A8A"),
+    ("P", "#B5A300"),
+    ("X", "#5B7FB8"),
+)
 _FOUND = 3.0  # percent of life within which a change counts as found,
 _SHARE = 90.0  # percent of the lives in which it is to be,
 _CLEAR = 5.0  # from this ratio on
