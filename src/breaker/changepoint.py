@@ -7,8 +7,8 @@ of that is Gaussian, and its evidence exact. What is discrete is kept as hypothe
 segment began, in what *kind* of change, and how large the scatter is.
 
 Wear changes its rate, the drive does not jump back to new. So a segment goes on where the one
-before it ended: of a change of a kind that is named by a parameter, only the slope of this one is
-unknown anew; of the kind ``all``, which also is that of a repair, every level and slope. A new
+before it ended: in a change of a kind that is named by a parameter, what is known of its slope
+widens; in one of the kind ``all``, which also is that of a repair, of every level and slope. A new
 segment starts from all segments it may follow, as one Gaussian of their mean and covariance.
 
 One pass over the operations, and bounded memory: hypotheses that began about as long ago (within

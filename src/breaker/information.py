@@ -137,7 +137,7 @@ def pool(
             return centre
     log = logging.getLogger("breaker")
     log.warning(
-        "%s: the operations of the baseline agree on no parameters in %d steps",
+        "%s: no parameters that all records agree on were found in %d steps",
         *(" and ".join(model.motion for model in models), _ROUNDS),
     )
     return centre
