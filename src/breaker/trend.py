@@ -9,7 +9,6 @@ The first operations, the *baseline*, are too few for a trend: see ``baseline``,
 becomes of a drive that the model does not fit.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -26,6 +25,7 @@ from breaker.model import Model
 from breaker.parameters import NAMES
 from breaker.randomness import generator
 from breaker.series import Series, likelihood, series_of
+from breaker.state import State
 
 __all__ = ["Follower", "Series", "State", "age_bins", "series_of"]
 
@@ -36,62 +36,6 @@ _PER_CENT = 100.0
 def age_bins(last: int) -> np.ndarray:
     """Return the edges of the ages in which run lengths are counted, operations, geometric."""
     return np.concatenate([[0.0], np.geomspace(1.0, max(last, 2), 60), [np.inf]])
-
-
-@dataclass(frozen=True)
-class State:
-    """All that the next operation needs of those before it.
-
-    Attributes:
-        segments: Hypotheses after the last operation.
-        baseline: Where the trend started, None before there is a record.
-        seen: Operations that were learnt from.
-        first: Number of the first.
-        alarms: Numbers of the operations at which a change was noticed, the last two.
-    """
-
-    segments: Segments
-    baseline: Baseline | None
-    seen: int
-    first: int
-    alarms: tuple[int, ...]
-
-    @property
-    def since(self) -> int:
-        """Operation of the last alarm, the first of all without one."""
-        return self.alarms[-1] if self.alarms else self.first
-
-    def to_dataset(self) -> xr.Dataset:
-        """Return the state as a dataset, exactly."""
-        s = self.segments
-        dims = {"mean": ("hypothesis", "state"), "cov": ("hypothesis", "state", "other_state")}
-        fields = {
-            name: (dims.get(name, ("hypothesis",)), getattr(s, name))
-            for name in ("log_weight", "mean", "cov", "start", "kind", "scatter")
-        }
-        known = {"operation": s.operation, "seen": self.seen, "first": self.first}
-        p = len(NAMES)
-        start = self.baseline or Baseline(np.full(p, np.nan), {}, np.full((p, p), np.nan))
-        known |= {"alarms": list(self.alarms), "p_values": start.p_values}
-        return xr.Dataset(
-            fields
-            | {
-                "centre": ("parameter", start.centre),
-                "spread": (("parameter", "other_parameter"), start.spread),
-            },
-            attrs={"known": json.dumps(known)},
-        )
-
-    @classmethod
-    def from_dataset(cls, data: xr.Dataset) -> "State":
-        """Return the state of what ``to_dataset`` returned."""
-        known = json.loads(data.attrs["known"])
-        names = ("log_weight", "mean", "cov", "start", "kind", "scatter")
-        segments = Segments(known["operation"], *(data[name].values for name in names))
-        baseline = None
-        if known["p_values"]:
-            baseline = Baseline(data.centre.values, known["p_values"], data.spread.values)
-        return cls(segments, baseline, known["seen"], known["first"], tuple(known["alarms"]))
 
 
 @dataclass(frozen=True, eq=False)
