@@ -111,17 +111,20 @@ def pool(
     records: list[np.ndarray],
     centre: np.ndarray,
     onsets: list[np.ndarray],
+    *,
+    warn: bool = False,
 ) -> np.ndarray:
     """Return the parameters that all records of a stretch without wear agree on best.
 
     The mode of prior times all likelihoods, by Gauss-Newton with limited steps, over one or both
-    motions. That it was not reached is told in the log: then the model hardly fits.
+    motions. Where it is not reached, the model hardly fits.
 
     Args:
         models: Joint models, one a motion.
         records: Records of each, ``(n, t)``, mm.
         centre: Standardised parameters to start from, ``(p,)``.
         onsets: Standardised onsets of each to start from, ``(n,)``.
+        warn: Tell in the log if the mode was not reached.
     """
     centre = np.array(centre, dtype=np.float64)
     for _ in range(_ROUNDS):
@@ -135,9 +138,9 @@ def pool(
         centre += step * min(1.0, 0.5 / np.abs(step).max())
         if np.abs(step).max() < 1e-4:
             return centre
-    log = logging.getLogger("breaker")
-    log.warning(
-        "%s: no parameters that all records agree on were found in %d steps",
-        *(" and ".join(model.motion for model in models), _ROUNDS),
-    )
+    if warn:
+        logging.getLogger("breaker").warning(
+            "%s: no parameters that all records agree on were found in %d steps",
+            *(" and ".join(model.motion for model in models), _ROUNDS),
+        )
     return centre

@@ -254,3 +254,9 @@ def effective_of_all(wildcards):
     if config["endurance"]["curves"] is None:
         return [f"results/rig/{motion}_effective.zarr" for motion in MOTIONS]
     return []
+
+
+def life_jobs(wildcards):
+    """What follows the lives of a seed, a few in a job."""
+    jobs = ceil(config["lives"]["lives"] / config["lives"]["lives_per_job"])
+    return [f"results/lives/seed{wildcards.seed}/lives_{job:03d}.zarr" for job in range(jobs)]

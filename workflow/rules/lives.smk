@@ -5,12 +5,6 @@ generators of its own; an interrupted evaluation goes on with the jobs that are 
 """
 
 
-def life_jobs(wildcards):
-    """What follows the lives of a seed, a few in a job."""
-    jobs = ceil(config["lives"]["lives"] / config["lives"]["lives_per_job"])
-    return [f"results/lives/seed{wildcards.seed}/lives_{job:03d}.zarr" for job in range(jobs)]
-
-
 rule follow_lives:
     """Simulate some lives, infer their records and follow them."""
     input:
