@@ -206,7 +206,7 @@ def test_an_edit_runs_just_what_depends_on_it(workflow, name):
     assert set(jobs) == set(rules)
     # Shards, chunks and sources are several jobs; everything else is one a motion, or one.
     several = {"bank_shard", "read_curves", "infer", "correct_operations"}
-    several |= {"condition", "trend", "whole_trend"}
+    several |= {"condition", "trend", "whole_trend", "figure_changepoint"}
     assert {name: n for name, n in jobs.items() if name not in several} == {
         rule: 1 if rule in ONCE else motions for rule in rules if rule not in several
     }
@@ -218,7 +218,7 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 29
+    assert len(figures) == 30
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
