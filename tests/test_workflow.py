@@ -247,31 +247,6 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
 
 
-def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
-    own, path = workflow / "own", workflow / "config/test.yaml"
-    content, stat = path.read_bytes(), path.stat()
-    try:
-        shutil.rmtree(own, ignore_errors=True)
-        put_own_curves(workflow)
-        done = run(workflow, "-c2", "results/decisions.csv")
-        assert done.returncode == 0, done.stderr[-3000:]
-        for motion in ("closing", "opening"):
-            last = own / motion / f"{motion}_00030.csv"
-            for number in range(31, 36):
-                shutil.copy(last, last.with_name(f"{motion}_{number:05d}.csv"))
-        result = run(workflow, "-n", "results/decisions.csv")
-        table = (result.stdout + result.stderr).split("Job stats:")[1].split("total")[0]
-    finally:
-        path.write_bytes(content)
-        os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-    jobs = {name: int(n) for name, n in re.findall(r"^(\w+) +(\d+) *$", table, re.M)}
-    # Two chunks of 20 and 10 operations: the second one alone, of each motion and source.
-    assert jobs == {
-        **dict.fromkeys(("read_curves", "infer", "correct_operations", "gather"), 2),
-        **{"condition": 1, "trend": 3, "whole_trend": 3, "decide": 1},
-    }
-
-
 def test_more_shards_simulate_only_the_new_ones(workflow):
     path = workflow / "config/test.yaml"
     content, stat = path.read_bytes(), path.stat()
@@ -290,6 +265,29 @@ def test_a_report_is_made_that_opens_offline(workflow):
     assert result.returncode == 0, result.stderr[-3000:]
     report = (workflow / "report.html").read_text()
     assert not re.findall(r"<(?:script|link)[^>]+(?:src|href)=[\"']https?:", report)
+
+
+def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
+    own, path = workflow / "own", workflow / "config/test.yaml"
+    content, stat = path.read_bytes(), path.stat()
+    try:
+        shutil.rmtree(own, ignore_errors=True)
+        put_own_curves(workflow)
+        done = run(workflow, "-c2", "results/trend/closing.zarr")
+        assert done.returncode == 0, done.stderr[-3000:]
+        for motion in ("closing", "opening"):
+            last = own / motion / f"{motion}_00030.csv"
+            for number in range(31, 36):
+                shutil.copy(last, last.with_name(f"{motion}_{number:05d}.csv"))
+        result = run(workflow, "-n", "results/trend/closing.zarr")
+        table = (result.stdout + result.stderr).split("Job stats:")[1].split("total")[0]
+    finally:
+        path.write_bytes(content)
+        os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    jobs = {name: int(n) for name, n in re.findall(r"^(\w+) +(\d+) *$", table, re.M)}
+    # Two chunks of 20 and 10 operations: the second one alone, from the state after the first.
+    rules = ("read_curves", "infer", "correct_operations", "gather", "trend", "whole_trend")
+    assert jobs == dict.fromkeys(rules, 1)
 
 
 @pytest.mark.parametrize(
