@@ -260,3 +260,10 @@ def life_jobs(wildcards):
     """What follows the lives of a seed, a few in a job."""
     jobs = ceil(config["lives"]["lives"] / config["lives"]["lives_per_job"])
     return [f"results/lives/seed{wildcards.seed}/lives_{job:03d}.zarr" for job in range(jobs)]
+
+
+def medians_of_source(wildcards):
+    """What holds the posterior medians of single operations: of one motion, or of both."""
+    if wildcards.source == "both":
+        return all_chunks("results/condition/chunk_{chunk}.zarr")(wildcards)
+    return f"results/endurance/{wildcards.source}.zarr"

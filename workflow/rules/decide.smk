@@ -64,10 +64,7 @@ rule whole_trend:
     """The trend of a source through all operations, with its changes."""
     input:
         trends=all_chunks("results/trend/{source}/chunk_{chunk}.zarr"),
-        conditions=all_chunks("results/condition/chunk_{chunk}.zarr"),
-        medians=lambda wildcards: (
-            [] if wildcards.source == "both" else f"results/endurance/{wildcards.source}.zarr"
-        ),
+        medians=medians_of_source,
         code=sources("whole_trend.py"),
     output:
         directory("results/trend/{source}.zarr"),

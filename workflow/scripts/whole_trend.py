@@ -12,7 +12,7 @@ log = start(snakemake)
 source = snakemake.wildcards.source
 trend = join([xr.open_zarr(file).load() for file in snakemake.input.trends])
 if source == "both":
-    medians = join([xr.open_zarr(file)[["median"]] for file in snakemake.input.conditions])
+    medians = join([xr.open_zarr(file)[["median"]] for file in snakemake.input.medians])
 else:
     medians = choose(xr.open_zarr(snakemake.input.medians), "corrected")
     medians = medians.rename(output="parameter")[["median"]]
