@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from breaker.information import information, pool
+from breaker.information import climb, information, pool
 from breaker.model import Model
 from breaker.parameters import NAMES
 
@@ -108,16 +108,8 @@ def modes(
     p = len(NAMES)
     centre = np.mean([each[:, :p] for each in outputs.values()], axis=0)
     onsets = {motion: onset_of(each) for motion, each in outputs.items()}
-    for step in range(_MOVES + 1):
-        matrix, slope = np.zeros((len(centre), p, p)), np.zeros((len(centre), p))
-        for motion, each in records.items():
-            found = information(models[motion], each, centre, onsets[motion], steps=2)
-            onsets[motion] = found.onset
-            matrix, slope = matrix + found.matrix, slope + found.slope
-        if step < _MOVES:
-            right = slope + np.einsum("nij,nj->ni", matrix, centre)
-            found = np.linalg.solve(np.eye(p) + matrix, right[..., None])[..., 0]
-            centre = centre + np.clip(found - centre, -1.0, 1.0)
+    prior = np.zeros(p), np.eye(p)
+    centre, matrix, _ = climb(models, records, centre, onsets, *prior, moves=_MOVES)
     return centre, matrix
 
 

@@ -89,7 +89,7 @@ def condition(
             "apart": ("operation", np.array([each.apart for each in fused])),
             "agree": ("operation", log_agreement > 0),
             "why_not_fused": ("operation", np.array([each.reason for each in fused], dtype=str)),
-            "median": (("operation", "parameter"), _medians(both)),
+            "median": (("operation", "parameter"), np.quantile(both, 0.5, axis=1)),
         },
         coords={
             "operation": operations,
@@ -99,10 +99,6 @@ def condition(
             "parameter": list(NAMES),
         },
     )
-
-
-def _medians(draws: np.ndarray) -> np.ndarray:
-    return np.quantile(draws, 0.5, axis=1)
 
 
 def _exceedance(limit: Limit, draws: np.ndarray):

@@ -17,6 +17,7 @@ the trend: what is then left out shrinks with the error of the trend itself.
 """
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ from breaker.model import Model
 from breaker.parameters import NAMES
 from breaker.sensitivities import sensitivity
 
-__all__ = ["Information", "information", "pool"]
+__all__ = ["Information", "climb", "information", "pool"]
 
 _ROUNDS = 20  # of the pooled fit
 
@@ -104,6 +105,47 @@ def _whitened(
     slopes *= np.append(prior.log_sds, sensor.onset_sd)
     whitened = np.moveaxis(sensor.whiten(np.moveaxis(slopes, -1, -2)), -1, -2)
     return whitened, sensor.whiten(records - motion.travel)
+
+
+def climb(
+    models: Mapping[str, Model],
+    records: Mapping[str, np.ndarray],
+    centre: np.ndarray,
+    onsets: Mapping[str, np.ndarray],
+    mean: np.ndarray,
+    precision: np.ndarray,
+    *,
+    moves: int,
+    later_steps: int = 2,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Go towards the mode of each operation under a normal, and return what it says there.
+
+    Args:
+        models: Joint model of each motion.
+        records: Records of each, ``(n, t)``, mm.
+        centre: Standardised parameters to start from, ``(n, p)``.
+        onsets: Standardised onsets of each to start from, ``(n,)``.
+        mean, precision: Of the normal, ``(p,)`` and ``(p, p)``.
+        moves: Gauss-Newton steps, none farther than a prior sd in any parameter.
+        later_steps: Steps of the onset after the first place.
+
+    Returns:
+        Parameters ``(n, p)``, and the information ``(n, p, p)`` and slope ``(n, p)`` of all motions
+        there.
+    """
+    onsets = dict(onsets)
+    for move in range(moves + 1):
+        matrix, slope = np.zeros((*centre.shape, mean.size)), np.zeros(centre.shape)
+        for motion, each in records.items():
+            steps = later_steps if move else 2
+            found = information(models[motion], each, centre, onsets[motion], steps=steps)
+            onsets[motion] = found.onset
+            matrix, slope = matrix + found.matrix, slope + found.slope
+        if move < moves:
+            right = slope + np.einsum("nij,nj->ni", matrix, centre - mean)
+            mode = mean + np.linalg.solve(precision + matrix, right[..., None])[..., 0]
+            centre = centre + np.clip(mode - centre, -1.0, 1.0)
+    return centre, matrix, slope
 
 
 def pool(

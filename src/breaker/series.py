@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.baseline import Baseline, modes, onset_of
-from breaker.information import information
+from breaker.information import climb
 from breaker.model import Model
 from breaker.parameters import NAMES
 
@@ -97,17 +97,9 @@ def likelihood(
         return np.linalg.inv(baseline.spread), np.zeros(p), centre[0]
     room = np.diag(np.square(_ROOM / next(iter(models.values())).prior.log_sds))
     mean, spread = (baseline.centre, np.zeros((p, p))) if predicted is None else predicted
-    precision, centre = np.linalg.inv(spread + room), mean
     onsets = {motion: onset_of(each) for motion, each in outputs.items()}
-    for move in range(_MOVES + 1):
-        matrix, slope = np.zeros((p, p)), np.zeros(p)
-        for motion, model in models.items():
-            steps = 1 if move else 2
-            found = information(model, records[motion], centre[None], onsets[motion], steps=steps)
-            onsets[motion] = found.onset
-            matrix, slope = matrix + found.matrix[0], slope + found.slope[0]
-        if move < _MOVES:
-            right = slope + matrix @ (centre - mean)
-            step = mean + np.linalg.solve(precision + matrix, right) - centre
-            centre = centre + np.clip(step, -1.0, 1.0)
-    return matrix, slope, centre
+    expected = mean, np.linalg.inv(spread + room)
+    centre, matrix, slope = climb(
+        models, records, mean[None], onsets, *expected, moves=_MOVES, later_steps=1
+    )
+    return matrix[0], slope[0], centre[0]

@@ -240,11 +240,10 @@ def all_chunks(pattern):
     """A file of every chunk of both motions."""
 
     def files(wildcards):
-        names = [
+        return [
             pattern.format(chunk=f"{chunk:03d}", **wildcards)
             for chunk in range(len(paired_chunks()))
         ]
-        return names
 
     return files
 
