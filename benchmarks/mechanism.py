@@ -21,13 +21,8 @@ import numpy as np
 import yaml
 from scipy.integrate import solve_ivp
 
-from breaker.bank import simulate
-from breaker.mechanism import rest_position, travel
-from breaker.parameters import MOTIONS
-from breaker.prior import Prior
-from breaker.randomness import generator
-from breaker.sensitivities import sensitivity
-from breaker.sensor import Sensor
+from breaker.mechanism import MOTIONS, rest_position, sensitivity, travel
+from breaker.model import Prior, Sensor, generator, simulate
 
 DEFAULTS = Path(__file__).parents[1] / "config" / "config.yaml"
 

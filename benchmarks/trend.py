@@ -12,13 +12,9 @@ from time import process_time
 import numpy as np
 import yaml
 
-from breaker.lifetime import remaining_life
-from breaker.limits import from_list
-from breaker.model import Model
-from breaker.parameters import MOTIONS
-from breaker.randomness import generator
-from breaker.series import likelihood
-from breaker.trend import Follower, Series
+from breaker.mechanism import MOTIONS, from_list
+from breaker.model import Model, generator
+from breaker.wear import Follower, Series, likelihood, remaining_life
 
 DEFAULTS = Path(__file__).parents[1] / "config" / "config.yaml"
 OPERATIONS = 400

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from breaker.prior import Prior
-from breaker.sensor import Sensor
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
 
 DEFAULTS = Path(__file__).parents[1] / "config" / "config.yaml"
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import torch
 
-from breaker.bank import simulate
-from breaker.batches import Rows, freeze_inputs, split, truth
-from breaker.mechanism import travel
+from breaker.mechanism.curves import travel
+from breaker.model.bank import simulate
+from breaker.model.randomness import generator
 from breaker.networks.flow_matching import FlowMatching
-from breaker.posterior import Posterior
-from breaker.randomness import generator
-from breaker.training import Trainer
+from breaker.posterior.batches import Rows, freeze_inputs, split, truth
+from breaker.posterior.estimator import Posterior
+from breaker.posterior.training import Trainer
 
 PRIOR = {
     "mu": {"median": 2.0, "log_sd": 0.20},

@@ -11,15 +11,15 @@ import pandas as pd
 import pytest
 import yaml
 
-from breaker.bank import simulate
-from breaker.batches import freeze_inputs
 from breaker.cli import main
-from breaker.inference import infer, table
-from breaker.measurement import read_curves, write_curve
-from breaker.mechanism import travel
-from breaker.parameters import outputs
-from breaker.posterior import Posterior
-from breaker.randomness import generator
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import outputs
+from breaker.model.bank import simulate
+from breaker.model.randomness import generator
+from breaker.posterior.batches import freeze_inputs
+from breaker.posterior.estimator import Posterior
+from breaker.posterior.predictive import infer, table
+from breaker.records.reader import read_curves, write_curve
 from tests.networks_fixtures import MARKS, NETWORK, one_thread  # noqa: F401
 
 pytestmark = MARKS

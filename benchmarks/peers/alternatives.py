@@ -28,9 +28,8 @@ from common import (
 from scipy.optimize import least_squares
 from scipy.stats import multivariate_normal
 
-from breaker.correction import correct
-from breaker.posterior import Posterior
-from breaker.randomness import generator
+from breaker.model import generator
+from breaker.posterior import Posterior, correct
 
 _KEPT = 500  # simulations that ABC keeps
 _STARTS = 5  # of a least-squares fit: the prior median, and draws from the prior

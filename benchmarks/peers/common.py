@@ -20,10 +20,8 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from breaker.bank import open_bank, simulate
-from breaker.model import Model
-from breaker.parameters import MOTIONS
-from breaker.randomness import generator
+from breaker.mechanism import MOTIONS
+from breaker.model import Model, generator, open_bank, simulate
 
 __all__ = [
     "RESULTS",

@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 from common import RESULTS, held_out, one_core, parser, read_settings, write_json
 
-from breaker.correction import correct
-from breaker.posterior import Posterior
-from breaker.randomness import generator
+from breaker.model import generator
+from breaker.posterior import Posterior, correct
 
 _NETWORK = 1000  # draws of the network, that the first map is fitted to
 

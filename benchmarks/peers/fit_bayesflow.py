@@ -11,7 +11,7 @@ import bayesflow as bf
 import keras
 import numpy as np
 
-from breaker.randomness import generator, seed_integer
+from breaker.model import generator, seed_integer
 
 __all__ = ["BayesFlow"]
 

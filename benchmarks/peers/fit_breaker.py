@@ -8,12 +8,9 @@ import torch
 import xarray as xr
 from common import read_settings
 
-from breaker.batches import Rows, freeze_inputs, split
-from breaker.configuration import chosen_network
-from breaker.posterior import Posterior
-from breaker.randomness import generator
-from breaker.solver import convergence, records
-from breaker.training import Trainer
+from breaker.model import generator
+from breaker.posterior import Posterior, Rows, Trainer, convergence, freeze_inputs, records, split
+from breaker.workflow import chosen_network
 
 __all__ = ["Breaker"]
 

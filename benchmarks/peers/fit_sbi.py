@@ -18,7 +18,7 @@ from sbi.neural_nets.embedding_nets import CNNEmbedding
 from torch import Tensor
 from torch.distributions import MultivariateNormal
 
-from breaker.randomness import seed_integer
+from breaker.model import seed_integer
 
 __all__ = ["Sbi"]
 

@@ -23,8 +23,8 @@ from common import (
 )
 from tools import TOOLS, environment, make
 
-from breaker.calibration import calibration_p_values, coverage, family_p_value, ranks
-from breaker.exact import importance
+from breaker.posterior import importance
+from breaker.validation import calibration_p_values, coverage, family_p_value, ranks
 
 _CHUNK = 10  # curves whose draws are made and weighed together
 _FEW = 100  # curves at whose truth solvers are compared

@@ -23,9 +23,8 @@ from common import (
     write_json,
 )
 
-from breaker.mechanism import travel
-from breaker.parameters import NAMES
-from breaker.randomness import generator
+from breaker.mechanism import NAMES, travel
+from breaker.model import generator
 
 sys.path.append(str(ROOT / "benchmarks"))
 from mechanism import solve

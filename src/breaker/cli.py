@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import reduce
 from pathlib import Path
 
-from breaker.configuration import ConfigurationError, load, merge, read
+from breaker.workflow import ConfigurationError, load, merge, read
 
 __all__ = ["main"]
 
@@ -64,10 +64,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _infer(options: argparse.Namespace):
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.exactness import correct_operations
-    from breaker.inference import infer, table
-    from breaker.measurement import read_curves, require_any
-    from breaker.posterior import Posterior
+    from breaker.posterior import Posterior, correct_operations, infer, table
+    from breaker.records import read_curves, require_any
 
     config = _settings(options.config)
     endurance = config["endurance"]

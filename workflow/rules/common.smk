@@ -1,12 +1,11 @@
 """Configuration, the names that several rules share, and what a script is made of."""
 
-import ast
 from functools import cache
 from math import ceil
 from pathlib import Path
 
-from breaker import configuration
-from breaker.curve_files import list_curves
+from breaker.workflow import configuration, modules_of
+from breaker.records import list_curves
 
 try:
     configuration.check(
@@ -66,27 +65,8 @@ wildcard_constraints:
 
 
 def sources(script):
-    """The modules of the package that a script imports, and those that they import.
-
-    Snakemake runs a rule again when its script changes; named as inputs, modules count too.
-    """
-    package, found, open_files = Path("src/breaker"), [], [Path("workflow/scripts") / script]
-    while open_files:
-        for node in ast.walk(ast.parse(open_files.pop().read_text())):
-            if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith(
-                "breaker"
-            ):
-                continue
-            stem = package.joinpath(*node.module.split(".")[1:])
-            file = (
-                stem.with_suffix(".py")
-                if stem.with_suffix(".py").exists()
-                else stem / "__init__.py"
-            )
-            if file not in found:
-                found.append(file)
-                open_files.append(file)
-    return sorted(map(str, found))
+    """The modules of the package that a script uses, as inputs of its rule."""
+    return modules_of(Path(workflow.basedir) / "workflow/scripts" / script)
 
 
 def time_grid():

@@ -4,9 +4,9 @@ import pandas as pd
 import torch
 import xarray as xr
 
-from breaker.jobs import start
-from breaker.network_table import row
 from breaker.posterior import Posterior
+from breaker.validation import row
+from breaker.workflow import start
 
 log = start(snakemake)
 torch.set_num_threads(snakemake.threads)

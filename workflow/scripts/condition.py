@@ -3,11 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from breaker.condition import align, condition
-from breaker.jobs import start
-from breaker.limits import from_list
+from breaker.decisions import align, condition
+from breaker.mechanism import from_list
 from breaker.model import Model
-from breaker.stores import describe, save
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params = snakemake.params

@@ -2,10 +2,9 @@
 
 import xarray as xr
 
-from breaker.exactness import correct_validation
-from breaker.jobs import start
 from breaker.model import Model
-from breaker.stores import describe, save
+from breaker.posterior import correct_validation
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards

@@ -2,13 +2,11 @@
 
 import xarray as xr
 
-from breaker import decisions as tables
-from breaker.decisions import health, join, remaining
-from breaker.failures import failures
-from breaker.jobs import start
-from breaker.limits import from_list, table
-from breaker.stores import describe, save
-from breaker.verdict import verdict
+from breaker.decisions import health, join, remaining, verdict
+from breaker.decisions import table as tables
+from breaker.mechanism import from_list, table
+from breaker.synthetic import failures
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, found = snakemake.params, snakemake.input

@@ -2,11 +2,8 @@
 
 import xarray as xr
 
-from breaker.exactness import choose
-from breaker.inference import predict_stages
-from breaker.jobs import start
-from breaker.posterior import Posterior
-from breaker.stores import describe, save
+from breaker.posterior import Posterior, choose, predict_stages
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -3,7 +3,7 @@
 import xarray as xr
 
 from breaker.figures.changepoint import changepoint
-from breaker.jobs import start
+from breaker.workflow import start
 
 log = start(snakemake)
 effective = None

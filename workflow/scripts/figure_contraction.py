@@ -2,10 +2,10 @@
 
 import xarray as xr
 
-from breaker.diagnostics import scores
 from breaker.figures.validation import contraction
-from breaker.jobs import start
-from breaker.parameters import is_logarithmic, prior_sds
+from breaker.mechanism import is_logarithmic, prior_sds
+from breaker.validation import scores
+from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params

@@ -3,7 +3,7 @@
 import xarray as xr
 
 from breaker.figures.predictive import endurance_predictive
-from breaker.jobs import start
+from breaker.workflow import start
 
 log = start(snakemake)
 data = xr.open_zarr(snakemake.input.predictive)

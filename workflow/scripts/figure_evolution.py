@@ -2,9 +2,9 @@
 
 import xarray as xr
 
-from breaker.exactness import choose
 from breaker.figures.evolution import evolution
-from breaker.jobs import start
+from breaker.posterior import choose
+from breaker.workflow import start
 
 log = start(snakemake)
 inferred = choose(xr.open_zarr(snakemake.input.inferred), snakemake.params.posterior)

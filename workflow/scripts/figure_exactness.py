@@ -2,10 +2,10 @@
 
 import xarray as xr
 
-from breaker.comparison import examples
-from breaker.exactness import summary
 from breaker.figures.exactness import exactness
-from breaker.jobs import start
+from breaker.posterior import summary
+from breaker.validation import examples
+from breaker.workflow import start
 
 start(snakemake)
 judged, amortised, corrected = (

@@ -3,7 +3,7 @@
 import xarray as xr
 
 from breaker.figures.health import health
-from breaker.jobs import start
+from breaker.workflow import start
 
 log = start(snakemake)
 health(xr.open_zarr(snakemake.input.health).load()).savefig(snakemake.output[0])

@@ -2,11 +2,10 @@
 
 import xarray as xr
 
-from breaker.comparison import reached
-from breaker.diagnostics import scores
 from breaker.figures.identifiability import identifiability
-from breaker.jobs import start
-from breaker.parameters import is_logarithmic, prior_sds
+from breaker.mechanism import is_logarithmic, prior_sds
+from breaker.validation import reached, scores
+from breaker.workflow import start
 
 start(snakemake)
 params = snakemake.params

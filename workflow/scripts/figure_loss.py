@@ -3,7 +3,7 @@
 import xarray as xr
 
 from breaker.figures.loss import loss
-from breaker.jobs import start
+from breaker.workflow import start
 
 log = start(snakemake)
 history = xr.open_zarr(snakemake.input.history)

@@ -2,10 +2,10 @@
 
 import xarray as xr
 
-from breaker.calibration import ranks, verdict
 from breaker.figures.networks import missing
-from breaker.jobs import start
-from breaker.missing import widening
+from breaker.posterior import widening
+from breaker.validation import ranks, verdict
+from breaker.workflow import start
 
 start(snakemake)
 data = {key: xr.open_zarr(path) for key, path in snakemake.input.items() if key != "code"}

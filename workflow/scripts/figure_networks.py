@@ -3,7 +3,7 @@
 import pandas as pd
 
 from breaker.figures.networks import networks
-from breaker.jobs import start
+from breaker.workflow import start
 
 start(snakemake)
 figure = networks(pd.read_csv(snakemake.input.table), motion=snakemake.wildcards.motion)

@@ -3,10 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from breaker.diagnostics import correlation
 from breaker.figures.pairs import pairs
-from breaker.jobs import start
-from breaker.parameters import is_logarithmic
+from breaker.mechanism import is_logarithmic
+from breaker.validation import correlation
+from breaker.workflow import start
 
 log = start(snakemake)
 data = xr.open_zarr(snakemake.input.validation)

@@ -3,10 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from breaker.diagnostics import pointwise_band
 from breaker.figures.predictive import prior_predictive
-from breaker.jobs import start
-from breaker.measurement import open_curves
+from breaker.records import open_curves
+from breaker.validation import pointwise_band
+from breaker.workflow import start
 
 log = start(snakemake)
 prior = xr.open_zarr(snakemake.input.prior)

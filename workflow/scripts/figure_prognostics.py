@@ -3,7 +3,7 @@
 import xarray as xr
 
 from breaker.figures.prognostics import prognostics
-from breaker.jobs import start
+from breaker.workflow import start
 
 log = start(snakemake)
 prognostics(xr.open_zarr(snakemake.input.scores).load()).savefig(snakemake.output[0])

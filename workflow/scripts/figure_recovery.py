@@ -2,9 +2,9 @@
 
 import xarray as xr
 
-from breaker.diagnostics import recovery
 from breaker.figures.validation import recovery as recovery_figure
-from breaker.jobs import start
+from breaker.validation import recovery
+from breaker.workflow import start
 
 log = start(snakemake)
 data = xr.open_zarr(snakemake.input.validation)

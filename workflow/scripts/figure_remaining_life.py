@@ -3,7 +3,7 @@
 import xarray as xr
 
 from breaker.figures.remaining_life import remaining_life
-from breaker.jobs import start
+from breaker.workflow import start
 
 log = start(snakemake)
 data = xr.open_zarr(snakemake.input.remaining).load()

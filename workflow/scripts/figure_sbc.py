@@ -2,9 +2,9 @@
 
 import xarray as xr
 
-from breaker.calibration import ranks, verdict
 from breaker.figures.validation import sbc
-from breaker.jobs import start
+from breaker.validation import ranks, verdict
+from breaker.workflow import start
 
 log = start(snakemake)
 data = xr.open_zarr(snakemake.input.validation)

@@ -3,7 +3,7 @@
 import xarray as xr
 
 from breaker.figures.verdict import verdict
-from breaker.jobs import start
+from breaker.workflow import start
 
 log = start(snakemake)
 verdict(xr.open_zarr(snakemake.input.verdict).load()).savefig(snakemake.output[0])

@@ -2,10 +2,9 @@
 
 import torch
 
-from breaker.evaluation import follow_lives
-from breaker.jobs import start
 from breaker.posterior import Posterior
-from breaker.stores import describe, save
+from breaker.synthetic import follow_lives
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 torch.set_num_threads(snakemake.threads)

@@ -1,9 +1,8 @@
 """Put all operations of one motion, with both posteriors, into one store and one tidy table."""
 
-from breaker.exactness import beside, table_of_both
-from breaker.jobs import start
-from breaker.measurement import open_curves
-from breaker.stores import save
+from breaker.posterior import beside, table_of_both
+from breaker.records import open_curves
+from breaker.workflow import save, start
 
 log = start(snakemake)
 motion = snakemake.wildcards.motion

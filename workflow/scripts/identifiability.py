@@ -1,11 +1,7 @@
 """Compute the contraction that an exact posterior reaches, over draws from the prior."""
 
-from breaker.identifiability import limit_over_prior
-from breaker.jobs import start
-from breaker.prior import Prior
-from breaker.randomness import generator
-from breaker.sensor import Sensor
-from breaker.stores import describe, save
+from breaker.model import Prior, Sensor, generator, limit_over_prior
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -3,10 +3,8 @@
 import torch
 import xarray as xr
 
-from breaker.exactness import judge, summary
-from breaker.jobs import start
-from breaker.posterior import Posterior
-from breaker.stores import describe, save
+from breaker.posterior import Posterior, judge, summary
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 torch.set_num_threads(snakemake.threads)

@@ -2,10 +2,8 @@
 
 import xarray as xr
 
-from breaker.inference import predict
-from breaker.jobs import start
-from breaker.posterior import Posterior
-from breaker.stores import describe, save
+from breaker.posterior import Posterior, predict
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

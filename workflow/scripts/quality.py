@@ -3,9 +3,9 @@
 import pandas as pd
 import xarray as xr
 
-from breaker.jobs import start
-from breaker.parameters import is_logarithmic, prior_sds
-from breaker.quality import quality, words
+from breaker.mechanism import is_logarithmic, prior_sds
+from breaker.validation import quality, words
+from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params

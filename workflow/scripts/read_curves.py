@@ -2,11 +2,9 @@
 
 from pathlib import Path
 
-from breaker.curve_files import list_curves
-from breaker.jobs import start
-from breaker.measurement import read_curves
-from breaker.sensor import grid
-from breaker.stores import describe, save
+from breaker.model import grid
+from breaker.records import list_curves, read_curves
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -1,7 +1,7 @@
 """Run the stand-in: write the curve files of one motion of its endurance test."""
 
-from breaker.jobs import start
-from breaker.rig import Rig
+from breaker.synthetic import Rig
+from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params

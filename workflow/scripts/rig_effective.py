@@ -2,12 +2,9 @@
 
 import numpy as np
 
-from breaker.effective import effective_values
-from breaker.jobs import start
-from breaker.prior import Prior
-from breaker.rig import Rig
-from breaker.sensor import Sensor
-from breaker.stores import describe, save
+from breaker.model import Prior, Sensor
+from breaker.synthetic import Rig, effective_values
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -2,9 +2,8 @@
 
 import xarray as xr
 
-from breaker.jobs import start
-from breaker.scores import score
-from breaker.stores import describe, save
+from breaker.synthetic import score
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 lives = xr.concat([xr.open_zarr(file).load() for file in snakemake.input.lives], "life")

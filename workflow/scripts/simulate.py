@@ -1,11 +1,7 @@
 """Simulate operations of one motion from the prior: for a bank, or to look at."""
 
-from breaker.bank import simulate
-from breaker.jobs import start
-from breaker.prior import Prior
-from breaker.randomness import generator
-from breaker.sensor import grid
-from breaker.stores import describe, save
+from breaker.model import Prior, generator, grid, simulate
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

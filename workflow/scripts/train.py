@@ -4,14 +4,20 @@ from pathlib import Path
 
 import torch
 
-from breaker.bank import open_bank
-from breaker.batches import Rows, freeze_inputs, split
-from breaker.jobs import start
-from breaker.posterior import Posterior
-from breaker.randomness import generator
-from breaker.solver import convergence, held_out_log_density, records
-from breaker.stores import describe, save
-from breaker.training import Trainer, choose_device, fingerprint
+from breaker.model import generator, open_bank
+from breaker.posterior import (
+    Posterior,
+    Rows,
+    Trainer,
+    choose_device,
+    convergence,
+    fingerprint,
+    freeze_inputs,
+    held_out_log_density,
+    records,
+    split,
+)
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion, output = snakemake.params, snakemake.wildcards.motion, snakemake.output

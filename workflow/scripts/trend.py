@@ -3,12 +3,11 @@
 import numpy as np
 import xarray as xr
 
-from breaker.condition import agreement, align, usable
-from breaker.jobs import start
-from breaker.limits import from_list
+from breaker.decisions import agreement, align, usable
+from breaker.mechanism import from_list
 from breaker.model import Model
-from breaker.stores import describe, save
-from breaker.trend import Follower, State, series_of
+from breaker.wear import Follower, State, series_of
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, source = snakemake.params, snakemake.wildcards.source

@@ -2,10 +2,8 @@
 
 import torch
 
-from breaker.inference import validate
-from breaker.jobs import start
-from breaker.posterior import Posterior
-from breaker.stores import describe, save
+from breaker.posterior import Posterior, validate
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 torch.set_num_threads(snakemake.threads)

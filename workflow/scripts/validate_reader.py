@@ -2,12 +2,10 @@
 
 import torch
 
-from breaker.inference import sample_records
-from breaker.jobs import start
-from breaker.posterior import Posterior
-from breaker.randomness import generator
-from breaker.roundtrip import through_files
-from breaker.stores import describe, save
+from breaker.model import generator
+from breaker.posterior import Posterior, sample_records
+from breaker.synthetic import through_files
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 torch.set_num_threads(snakemake.threads)

@@ -4,9 +4,8 @@ import numpy as np
 import xarray as xr
 
 from breaker.decisions import complete, join
-from breaker.exactness import choose
-from breaker.jobs import start
-from breaker.stores import describe, save
+from breaker.posterior import choose
+from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 source = snakemake.wildcards.source

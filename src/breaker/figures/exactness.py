@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from breaker.comparison import exactness_words, percent, plus_minus
 from breaker.figures.style import (
     AMORTISED,
     CORRECTED,
@@ -21,6 +20,7 @@ from breaker.figures.style import (
     parameter,
     styled,
 )
+from breaker.validation import exactness_words, percent, plus_minus
 
 __all__ = ["exactness"]
 
@@ -47,7 +47,7 @@ def exactness(
             network's own draws, from ``exactness.judge``.
         corrected: Over ``curve``: ``efficiency``, ``pareto_k``, ``rounds`` and ``resolved``, from
             ``exactness.correct_validation``.
-        examples: From :func:`breaker.comparison.examples`; without any, their row is left out.
+        examples: From ``validation.examples``; without any, their row is left out.
         summary: The row of ``exactness.summary``.
         motion: Motion of the title.
     """

@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from breaker.comparison import VERDICTS, identifiability_words
 from breaker.figures.style import (
     AMORTISED,
     CORRECTED,
@@ -20,6 +19,7 @@ from breaker.figures.style import (
     parameter,
     styled,
 )
+from breaker.validation import VERDICTS, identifiability_words
 
 __all__ = ["identifiability"]
 
@@ -36,7 +36,7 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
     """Draw contraction of each output: the exact limit, and what both posteriors reach.
 
     Args:
-        reached: From :func:`breaker.comparison.reached`; outputs are drawn in its order.
+        reached: From :func:`breaker.validation.comparison.reached`; outputs are drawn in its order.
         motion: Motion of the title.
     """
     names = [str(name) for name in reached["output"].values]

@@ -10,7 +10,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, NullFormatter, StrMethodFormatter
 
-from breaker.calibration import Verdict
 from breaker.figures.style import (
     AMORTISED,
     CORRECTED,
@@ -25,6 +24,7 @@ from breaker.figures.style import (
     parameter,
     styled,
 )
+from breaker.validation import Verdict
 
 __all__ = ["missing", "networks"]
 

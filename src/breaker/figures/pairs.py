@@ -42,7 +42,7 @@ def pairs(
         names: Names of the ``q`` outputs.
         motion: Motion of the title.
         correlation: Correlation of the posterior draws, ``(q, q)``, from
-            :func:`breaker.diagnostics.correlation`.
+            :func:`breaker.validation.diagnostics.correlation`.
     """
     q = len(names)
     figure = new_figure(1.6 * q + 0.6, 1.5 * q + 1.0)

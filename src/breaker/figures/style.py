@@ -12,7 +12,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.parameters import MOTIONS, ONSET, PARAMETERS, Parameter
+from breaker.mechanism import MOTIONS, ONSET, PARAMETERS, Parameter
 
 __all__ = [
     "AMORTISED",

@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from breaker.calibration import Verdict
-from breaker.diagnostics import Recovery, Scores
 from breaker.figures.style import (
     MEASURED,
     PRIOR,
@@ -22,6 +20,7 @@ from breaker.figures.style import (
     parameter,
     styled,
 )
+from breaker.validation import Recovery, Scores, Verdict
 
 __all__ = ["contraction", "recovery", "sbc"]
 
@@ -39,7 +38,7 @@ def sbc(
     """Draw the ECDF difference of the ranks in its simultaneous band (paper, Fig. 4).
 
     Args:
-        verdict: From :func:`breaker.calibration.verdict`.
+        verdict: From :func:`breaker.validation.calibration.verdict`.
         names: Names of the ``q`` outputs.
         motion: Motion of the title.
         subject: What was calibrated, for the title.
@@ -73,7 +72,7 @@ def contraction(
     """Draw z-score against contraction, one dot per curve (paper, Fig. 5).
 
     Args:
-        scores: From :func:`breaker.diagnostics.scores`.
+        scores: From :func:`breaker.validation.diagnostics.scores`.
         names: Names of the ``q`` outputs.
         motion: Motion of the title.
         limit: Mean contraction of the exact posterior, ``(q,)``, if known.
@@ -111,7 +110,7 @@ def recovery(summary: Recovery, names: Sequence[str], *, motion: str) -> Figure:
     """Draw posterior median and 95 % interval against the truth (paper, Fig. 6).
 
     Args:
-        summary: From :func:`breaker.diagnostics.recovery`.
+        summary: From :func:`breaker.validation.diagnostics.recovery`.
         names: Names of the ``q`` outputs.
         motion: Motion of the title.
     """

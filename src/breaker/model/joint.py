@@ -1,0 +1,118 @@
+"""The model that every posterior is about: prior, mechanism and sensor of one motion.
+
+Its unknowns, the *outputs*, are the seven parameters and, where the sensor has one, the onset.
+This is the one place that scales them: networks, maps and samplers work in standardised outputs,
+log parameters in prior standard deviations and the onset in its own, and densities change
+variables here, once. The joint density is exact, for the curve is and the noise is Gaussian.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from breaker.mechanism import MOTIONS, NAMES, Parameter, outputs, travel
+from breaker.model.prior import Prior
+from breaker.model.sensor import Sensor
+
+__all__ = ["Model"]
+
+_FARTHEST = 20.0  # prior sd; beyond lies a probability of 1e-88, and mechanisms without end
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Joint model of the unknowns of one motion and its record.
+
+    Attributes:
+        prior: Prior of the parameters.
+        sensor: Time grid and errors of the records.
+        motion: "closing" or "opening".
+    """
+
+    prior: Prior
+    sensor: Sensor
+    motion: str
+
+    def __post_init__(self) -> None:
+        if self.motion not in MOTIONS:
+            raise ValueError(f"unknown motion {self.motion!r}; known: {', '.join(MOTIONS)}")
+
+    @classmethod
+    def from_settings(cls, settings: Mapping) -> "Model":
+        """Build from ``{"prior", "sensor", "motion"}``, as in the configuration."""
+        return cls(
+            Prior.from_settings(settings["prior"]),
+            Sensor.from_settings(settings["sensor"]),
+            settings["motion"],
+        )
+
+    @property
+    def outputs(self) -> tuple[Parameter, ...]:
+        """What is inferred, in order."""
+        return outputs(self.sensor.infers_onset)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the outputs."""
+        return [output.name for output in self.outputs]
+
+    def standardise(self, values: np.ndarray) -> np.ndarray:
+        """Map outputs ``(..., q)`` in physical units to standardised ones."""
+        p = len(NAMES)
+        z = np.array(values, dtype=np.float64)
+        z[..., :p] = self.prior.standardise(z[..., :p])
+        z[..., p:] /= self.sensor.onset_sd or 1.0
+        return z
+
+    def destandardise(self, z: np.ndarray) -> np.ndarray:
+        """Map standardised outputs ``(..., q)`` to physical units."""
+        p = len(NAMES)
+        values = np.array(z, dtype=np.float64)
+        values[..., :p] = self.prior.destandardise(values[..., :p])
+        values[..., p:] *= self.sensor.onset_sd
+        return values
+
+    def log_scaling(self, values: np.ndarray) -> np.ndarray:
+        """Return the log of ``|d z / d values|``, ``(..., q) -> (...)``."""
+        p = len(NAMES)
+        log_slope = -(np.log(self.prior.log_sds) + np.log(values[..., :p])).sum(-1)
+        if self.sensor.infers_onset:
+            log_slope = log_slope - np.log(self.sensor.onset_sd)
+        return log_slope
+
+    def curves(self, values: np.ndarray) -> np.ndarray:
+        """Return the exact curves of outputs ``(n, q)``, ``(n, t)``, mm."""
+        p = len(NAMES)
+        onset = values[:, p] if self.sensor.infers_onset else 0.0
+        return travel(values[:, :p], self.sensor.times, self.motion, onset=onset).travel
+
+    def log_prior(self, z: np.ndarray) -> np.ndarray:
+        """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.
+
+        It is ``-inf`` outside the prior's support, and beyond 20 prior standard deviations; nan
+        stays nan.
+        """
+        near = np.all(np.abs(z) <= _FARTHEST, axis=-1)
+        values = self.destandardise(np.where(near[..., None], z, 0.0))
+        inside = near & self.prior.supported(values[..., : len(NAMES)])
+        square = np.square(np.where(inside[..., None], z, 0.0)).sum(-1)
+        normal = -0.5 * (square + z.shape[-1] * np.log(2 * np.pi))
+        result = np.where(inside, normal - self.prior.log_support, -np.inf)
+        return np.where(np.isnan(z).any(axis=-1), np.nan, result)
+
+    def log_joint(self, z: np.ndarray, record: np.ndarray) -> np.ndarray:
+        """Return ``log p(z, record)`` of standardised outputs ``(n, q)`` and a record ``(t,)``.
+
+        Exact: the zero is integrated, the onset is one of the outputs, and samples that are nan
+        are missing. ``(n,)``, per unit of ``z``; ``-inf`` where the prior is zero and nothing is
+        simulated.
+        """
+        result = self.log_prior(z)
+        inside = np.isfinite(result)
+        curves = self.curves(self.destandardise(z[inside]))
+        present = ~np.isnan(record)
+        if not present.all():
+            record, curves = record[present], curves[:, present]
+        result[inside] += self.sensor.log_likelihood(record, curves)
+        return result

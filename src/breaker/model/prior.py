@@ -1,0 +1,102 @@
+"""Log-normal prior of the seven parameters, conditioned on positive contact pressure.
+
+Paper, Sec. 5: independent log-normals. Only a contact that stays pressed in the closed state can
+start an opening, so the prior is conditioned on ``f > k_a L`` (positive wipe, see Eq. (7)). With
+``z = (log theta - log median) / log_sd`` standard normal, the condition is a half-space,
+``a . z + b > 0``, so its probability is one value of the normal distribution function and the
+density is normalised analytically. Outside the half-space the density is zero.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import norm
+
+from breaker.mechanism import NAMES, split
+
+__all__ = ["Prior"]
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """Prior of the parameters.
+
+    Attributes:
+        medians: Medians of the log-normals before conditioning, ``(p,)``, units of the parameters.
+        log_sds: Standard deviations of the natural logarithms, ``(p,)``.
+    """
+
+    medians: np.ndarray
+    log_sds: np.ndarray
+
+    def __post_init__(self) -> None:
+        for name in ("medians", "log_sds"):
+            values = np.asarray(getattr(self, name), dtype=np.float64)
+            if values.shape != (len(NAMES),) or not np.all(np.isfinite(values) & (values > 0)):
+                raise ValueError(f"{name} of the prior must be {len(NAMES)} positive numbers")
+            object.__setattr__(self, name, values)
+
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Mapping[str, float]]) -> "Prior":
+        """Build the prior from ``{name: {"median": ..., "log_sd": ...}}``."""
+        return cls(
+            medians=np.array([settings[name]["median"] for name in NAMES]),
+            log_sds=np.array([settings[name]["log_sd"] for name in NAMES]),
+        )
+
+    @cached_property
+    def _half_space(self) -> tuple[np.ndarray, float]:
+        """Coefficients ``a``, ``b`` of the condition: log f - log k_a - log L = a . z + b > 0."""
+        signs = np.zeros(len(NAMES))
+        signs[[NAMES.index("f"), NAMES.index("k_a"), NAMES.index("L")]] = 1.0, -1.0, -1.0
+        return signs * self.log_sds, float(signs @ np.log(self.medians))
+
+    @cached_property
+    def log_support(self) -> float:
+        """Log of the probability of ``f > k_a L`` before conditioning."""
+        slope, offset = self._half_space
+        return float(norm.logcdf(offset / np.linalg.norm(slope)))
+
+    def standardise(self, theta: np.ndarray) -> np.ndarray:
+        """Map parameters ``(..., p)`` to standardised log space ``(..., p)``."""
+        return (np.log(theta) - np.log(self.medians)) / self.log_sds
+
+    def destandardise(self, z: np.ndarray) -> np.ndarray:
+        """Map standardised log space ``(..., p)`` to parameters ``(..., p)``."""
+        return np.exp(np.log(self.medians) + self.log_sds * z)
+
+    @staticmethod
+    def supported(theta: np.ndarray) -> np.ndarray:
+        """Say which parameters ``(..., p)`` lie in the prior's support, ``(...)`` of bool."""
+        _, k_a, _, _, _, f, gap = split(np.asarray(theta))
+        return f > k_a * gap
+
+    def sample(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw parameters, ``(n, p)``, exactly from the conditioned prior.
+
+        Along the normal of the half-space the coordinate follows a truncated normal, drawn by
+        inverting its distribution function; across it nothing is conditioned.
+        """
+        slope, offset = self._half_space
+        length = np.linalg.norm(slope)
+        direction = slope / length
+        z = rng.standard_normal((n, len(NAMES)))
+        # With w = direction . z, the condition is -w < offset / length. Working with -w keeps
+        # full precision in the common case, where nearly everything is accepted.
+        upper = norm.cdf(offset / length)
+        along = -norm.ppf(upper * (1.0 - rng.random(n)))
+        return self.destandardise(z + (along - z @ direction)[:, None] * direction)
+
+    def log_prob(self, theta: np.ndarray) -> np.ndarray:
+        """Return the log density per unit of ``theta``, ``(..., p) -> (...)``.
+
+        It is ``-inf`` outside the support, non-positive parameters included.
+        """
+        theta = np.asarray(theta, dtype=np.float64)
+        positive = np.all(theta > 0, axis=-1)
+        inside = positive & self.supported(theta)
+        safe = np.where(inside[..., None], theta, self.medians)
+        log_density = norm.logpdf(self.standardise(safe)) - np.log(self.log_sds) - np.log(safe)
+        return np.where(inside, log_density.sum(axis=-1) - self.log_support, -np.inf)

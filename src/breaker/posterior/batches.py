@@ -1,0 +1,158 @@
+"""Batches of records from a bank: fresh noise and a fresh zero every time a row is drawn.
+
+For a summary network that accepts them, samples are also missing at random, and lie off the grid.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import torch
+import xarray as xr
+from torch import Tensor
+
+from breaker.model import distance, excess, principal_components
+from breaker.networks.interpolation import cubic
+from breaker.posterior.estimator import Posterior
+
+__all__ = ["Batch", "Rows", "freeze_inputs", "split", "truth"]
+
+_ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
+
+
+def truth(bank: xr.Dataset, posterior: Posterior) -> np.ndarray:
+    """Return what a posterior infers of a bank's rows, ``(n, q)``, physical units."""
+    values = bank.parameters.values
+    if posterior.sensor.infers_onset:
+        values = np.concatenate([values, bank.onset.values[:, None]], axis=1)
+    return values
+
+
+def split(bank: xr.Dataset, *counts: int) -> list[xr.Dataset]:
+    """Split a bank into its first rows and, from its end, parts of the sizes given.
+
+    Raises:
+        ValueError: If that leaves no rows to train on.
+    """
+    n = bank.sizes["curve"]
+    ends = np.cumsum([n - sum(counts), *counts])
+    if ends[0] <= 0:
+        raise ValueError(
+            f"the bank has {n} curves, and {sum(counts)} are set aside: none is left to train on; "
+            "raise bank.shards or bank.curves_per_shard"
+        )
+    return [bank.isel(curve=slice(i, j)) for i, j in zip([0, *ends[:-1]], ends, strict=True)]
+
+
+class Batch(NamedTuple):
+    """What ``Posterior.loss`` takes, in its order.
+
+    Attributes:
+        measured: Records, ``(n, t)``, mm; NaN where a sample is missing.
+        z: Standardised outputs, ``(n, q)``.
+        noise, time: Start points ``(n, 1, q)`` and times ``(n, 1, 1)`` of flow matching.
+        positions: Times of the samples in steps of the grid, ``(n, t)``; None for the grid's own.
+    """
+
+    measured: Tensor
+    z: Tensor
+    noise: Tensor
+    time: Tensor
+    positions: Tensor | None
+
+
+@dataclass
+class Rows:
+    """Rows of a bank, on the device of a training.
+
+    Attributes:
+        travel: Noise-free curves, ``(n, t)``, mm.
+        z: Standardised outputs, ``(n, q)``.
+        noise_sd, zero_sd: Errors of the sensor, mm.
+        missing: Largest share of missing samples. Each record has a share of its own, uniform up
+            to this, and each of its samples is missing with that probability.
+        uneven: Share of the records whose samples lie off the grid, each by up to half a step.
+            Their travel is interpolated (``networks.interpolation``).
+    """
+
+    travel: Tensor
+    z: Tensor
+    noise_sd: float
+    zero_sd: float
+    missing: float = 0.0
+    uneven: float = 0.0
+
+    @classmethod
+    def of(cls, bank: xr.Dataset, posterior: Posterior, device: torch.device) -> "Rows":
+        """Take the rows of a bank for a posterior."""
+        z = posterior.standardise(truth(bank, posterior))
+        return cls(
+            travel=torch.as_tensor(bank.travel.values, dtype=torch.float32, device=device),
+            z=torch.as_tensor(z, dtype=torch.float32, device=device),
+            noise_sd=posterior.sensor.noise_sd,
+            zero_sd=posterior.sensor.zero_sd,
+            missing=posterior.summary.missing,
+            uneven=posterior.summary.uneven,
+        )
+
+    def draw(self, rows: Tensor, rng: torch.Generator) -> Batch:
+        """Return a batch for ``Posterior.loss``."""
+        device = self.travel.device
+        n, q = len(rows), self.z.shape[1]
+        travel, positions = self.travel[rows], None
+        error = self.noise_sd * torch.randn(travel.shape, generator=rng, device=device)
+        zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
+        noise = torch.randn((n, 1, q), generator=rng, device=device)
+        time = torch.rand((n, 1, 1), generator=rng, device=device)
+        if self.uneven:
+            travel, positions = self._off_grid(travel, rng)
+        measured = travel + error + zero
+        if self.missing:
+            share = self.missing * torch.rand((n, 1), generator=rng, device=device)
+            lost = torch.rand(travel.shape, generator=rng, device=device) < share
+            measured = measured.masked_fill(lost, torch.nan)
+        return Batch(measured, self.z[rows], noise, time, positions)
+
+    def _off_grid(self, travel: Tensor, rng: torch.Generator) -> tuple[Tensor, Tensor]:
+        """Travel ``(n, t)`` at positions of its own, ``(n, t)``, within the grid's ends."""
+        (n, samples), device = travel.shape, travel.device
+        moved = torch.rand((n, 1), generator=rng, device=device) < self.uneven
+        jitter = torch.rand((n, samples), generator=rng, device=device) - 0.5
+        grid = torch.arange(samples, device=device)
+        positions = (grid + moved * jitter).clamp(0, samples - 1)
+        indices, weights = cubic(positions, samples)
+        values = travel.gather(1, indices.flatten(1)).view_as(weights)
+        return (values * weights).sum(-1), positions
+
+
+def freeze_inputs(posterior: Posterior, travel: np.ndarray, rng: np.random.Generator) -> None:
+    """Set what a posterior takes from the bank once: scales, components, the farthest curve.
+
+    Args:
+        posterior: The model.
+        travel: Noise-free curves of the bank, ``(n, t)``, mm.
+        rng: Generator of their noise. The records' distance from the bank's centre, and how far
+            they leave its envelope, at their 0.9999 quantiles, are the farthest that the prior
+            produces.
+    """
+    sensor, travel = posterior.sensor, travel[:_ROWS_FOR_COMPONENTS].astype(np.float64)
+    mean, weights = principal_components(travel, sensor, posterior.curve_weights.shape[1])
+    records, lowest, highest = sensor.corrupt(travel, rng), travel.min(axis=0), travel.max(axis=0)
+    frozen = {
+        "curve_mean": mean,
+        "curve_weights": weights,
+        "farthest": np.quantile(distance(records, mean, weights), 0.9999),
+        "lowest": lowest,
+        "highest": highest,
+        # At least the noise: a small bank's records may leave its envelope by less.
+        "margin": max(sensor.noise_sd, np.quantile(excess(records, lowest, highest), 0.9999)),
+    }
+    for name, value in frozen.items():
+        getattr(posterior, name).copy_(torch.as_tensor(value, dtype=torch.float64))
+    posterior.summary.freeze(
+        posterior.curve_mean,
+        torch.as_tensor(np.std(travel - mean)),
+        posterior.curve_weights,
+        noise_sd=sensor.noise_sd,
+        offset_sd=sensor.zero_sd,
+    )

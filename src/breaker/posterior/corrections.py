@@ -1,0 +1,156 @@
+"""From a network's draws to the exact posterior, record by record, without the network's density.
+
+Adaptive importance sampling. A map is fitted to the network's draws, draws from it are weighed by
+the exact joint density, and the map is fitted again to all of them, each weighed by the mixture
+of the maps that they came from (Cornuet et al., 2012, "Adaptive multiple importance sampling"),
+until a round's efficiency is good. Then fresh draws from the last map are weighed by its density
+alone: they make the result, so that nothing that was fitted to them judges them. Where their
+weights are still poor, the adaptation goes on from them. What stays poor is *unresolved*, and
+says so.
+
+While the weights are few, they are tempered: raised to the largest power below one that leaves an
+effective size to fit to.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from breaker.model import Model
+from breaker.posterior.transport import TriangularMap
+from breaker.posterior.weights import Importance, importance, resample
+
+__all__ = ["Corrected", "correct", "temper"]
+
+_NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 5, 0)  # before there are weights
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """Exact posterior of one record, as far as it was reached.
+
+    Attributes:
+        draws: Equally weighted draws, resampled, ``(d, q)``, physical units; those of an
+            unresolved record are its best so far, nan if there are none.
+        importance: Weights of the last round, and what they say.
+        rounds: Rounds of adaptation.
+        resolved: Whether effective size and tail of the weights are good enough.
+        reason: Why not, in words; empty if resolved.
+    """
+
+    draws: np.ndarray
+    importance: Importance
+    rounds: int
+    resolved: bool
+    reason: str
+
+
+def correct(
+    model: Model,
+    record: np.ndarray,
+    draws: np.ndarray,
+    settings: Mapping,
+    rng: np.random.Generator,
+) -> Corrected:
+    """Correct the draws of one record.
+
+    Args:
+        model: Joint model.
+        record: Record on the sensor's grid, ``(t,)``, mm; nan where a sample is missing.
+        draws: The network's draws, ``(d, q)``, physical units. Only their rough place and spread
+            matter.
+        settings: The section ``correction`` of the configuration.
+        rng: Generator of maps' draws and resampling.
+    """
+    d, q = draws.shape
+    points, joints, maps = [], [], []
+
+    def add(proposal: TriangularMap, n: int) -> Importance:
+        z = proposal.sample(n, rng)
+        maps.append((proposal, n))
+        points.append(z)
+        joints.append(model.log_joint(z, record))
+        return importance(joints[-1], proposal.log_prob(z))
+
+    rounds, last, best, failure = 0, _NOTHING, None, ""
+    try:
+        proposal = TriangularMap.fit(model.standardise(draws))
+        while rounds < settings["rounds"] and not _good(best, settings):
+            last = add(proposal, settings["round_draws"])
+            proposal = _refit(points, joints, maps, settings["fit_size"])
+            rounds += 1
+            if last.efficiency >= settings["efficiency"] or rounds == settings["rounds"]:
+                last = add(proposal, settings["draws"])
+                if not _good(last, settings):
+                    proposal = _refit(points, joints, maps, settings["fit_size"])
+                best, z = last, points[-1]
+    except np.linalg.LinAlgError as error:
+        failure = f"no map: {error}"
+    if best is None:
+        return Corrected(np.full((d, q), np.nan), last, rounds, False, failure)
+    reason = failure or _reason(best, settings)
+    if best.size == 0:
+        return Corrected(np.full((d, q), np.nan), best, rounds, False, reason)
+    chosen = z[resample(best.log_weights, d, rng)]
+    return Corrected(model.destandardise(chosen), best, rounds, not reason, reason)
+
+
+def _refit(points: list, joints: list, maps: list, size: float) -> TriangularMap:
+    """Fit a map to all draws so far, weighed by the mixture of all maps so far.
+
+    While too few of them are in the prior's support, more are drawn from the last map.
+    """
+    z = np.concatenate(points)
+    densities = [proposal.log_prob(z) + np.log(n / len(z)) for proposal, n in maps]
+    log_ratio = np.concatenate(joints) - np.logaddexp.reduce(densities)
+    if np.sum(log_ratio > -np.inf) < size and np.all(log_ratio < np.inf):
+        return maps[-1][0]
+    return TriangularMap.fit(z, temper(log_ratio, size))
+
+
+def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
+    """Return normalised weights of at least an effective size, ``(d,) -> (d,)``.
+
+    The ratios are raised to the largest power up to 1 that leaves it.
+
+    Raises:
+        numpy.linalg.LinAlgError: If fewer than ``size`` draws have a finite ratio.
+    """
+    finite = np.isfinite(log_ratio)
+    faulty = np.sum(~finite & (log_ratio != -np.inf))
+    if faulty:
+        raise np.linalg.LinAlgError(f"{faulty} weights are not finite")
+    if finite.sum() < size:
+        raise np.linalg.LinAlgError(
+            f"{finite.sum()} of {finite.size} draws have a usable weight, {size:g} are needed"
+        )
+    centred = log_ratio[finite] - log_ratio[finite].max()
+
+    def excess(power: float) -> float:
+        weights = np.exp(power * centred)
+        return weights.sum() ** 2 / np.square(weights).sum() - size
+
+    # The root is found to 1e-3 of itself, however small, and taken from below.
+    power = 1.0
+    if excess(power) < 0:
+        power = (1 - 1e-3) * brentq(excess, 0.0, 1.0, xtol=1e-300, rtol=1e-3)
+    weights = np.zeros(log_ratio.size)
+    weights[finite] = np.exp(power * centred)
+    return weights / weights.sum()
+
+
+def _good(judged: Importance | None, settings: Mapping) -> bool:
+    return judged is not None and not _reason(judged, settings)
+
+
+def _reason(judged: Importance, settings: Mapping) -> str:
+    """Say what is wrong with weights, if anything."""
+    if judged.faulty:
+        return f"{judged.faulty} weights are not finite"
+    if not judged.size >= settings["smallest_size"]:
+        return f"effective size {judged.size:.0f}, {settings['smallest_size']} are needed"
+    if not judged.pareto_k < settings["largest_k"]:
+        return f"Pareto k {judged.pareto_k:.2f}, below {settings['largest_k']} is needed"
+    return ""

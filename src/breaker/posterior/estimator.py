@@ -1,0 +1,300 @@
+"""Amortised posterior of one motion: scaling by the prior, summary network, inference network.
+
+The one place where networks meet the breaker. Networks see the standardised outputs of
+:class:`breaker.model.joint.Model`.
+
+A model file is a safetensors file, without pickle: weights, and in its header a JSON text with
+all settings that made it.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+
+from breaker.mechanism import Parameter
+from breaker.model import Model, distance, excess, seed_integer
+from breaker.networks import build
+from breaker.posterior.irregular import positions
+
+__all__ = ["ModelFileError", "Posterior"]
+
+_FORMAT = "breaker posterior 2"
+
+
+class ModelFileError(ValueError):
+    """A model file that cannot be used; the message names the file, the fault and the remedy."""
+
+
+class Posterior(nn.Module):
+    """Posterior of the parameters given a measured curve.
+
+    Args:
+        settings: ``{"motion", "prior", "sensor", "network"}``, each as in the configuration;
+            further entries are kept as the record of how the model was made.
+        seed: Seed of the first weights.
+
+    Attributes:
+        model: Prior, sensor and motion that it was made for, also by themselves as ``prior``,
+            ``sensor`` and ``motion``.
+        outputs: What it infers, in order.
+        steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
+            the training so that either is converged.
+    """
+
+    def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
+        super().__init__()
+        self.settings = dict(settings)
+        self.model = Model.from_settings(settings)
+        self.motion: str = self.model.motion
+        self.prior, self.sensor = self.model.prior, self.model.sensor
+        self.outputs: tuple[Parameter, ...] = self.model.outputs
+        components = settings["network"]["summary"]["components"]
+        # Layers draw their first weights from torch's global generator; fork it, so that the seed
+        # decides and nothing else is touched.
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed_integer(seed, "first weights", self.motion))
+            self.summary, self.inference = build(
+                settings["network"], samples=self.sensor.samples, dims=len(self.outputs)
+            )
+        # What the bank's curves look like, in float64: the judge of curves unlike any of them.
+        samples = self.sensor.samples
+        self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
+        self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
+        for name, shape in (
+            ("farthest", ()),
+            ("lowest", (samples,)),
+            ("highest", (samples,)),
+            ("margin", ()),
+        ):
+            self.register_buffer(name, torch.zeros(shape, dtype=torch.float64))
+        self.register_buffer("solver_steps", torch.ones((), dtype=torch.int64))
+        self.register_buffer("density_solver_steps", torch.ones((), dtype=torch.int64))
+
+    @property
+    def steps(self) -> int:
+        """Solver steps for sampling."""
+        return int(self.solver_steps)
+
+    @property
+    def density_steps(self) -> int:
+        """Solver steps for the density: more, for it forgives less."""
+        return int(self.density_solver_steps)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the outputs."""
+        return [output.name for output in self.outputs]
+
+    @property
+    def _device(self) -> torch.device:
+        return self.curve_mean.device
+
+    # Scaling between physical units and what networks see.
+
+    def standardise(self, values: np.ndarray) -> np.ndarray:
+        """Map outputs ``(..., q)`` in physical units to standardised ones."""
+        return self.model.standardise(values)
+
+    def destandardise(self, z: np.ndarray) -> np.ndarray:
+        """Map standardised outputs ``(..., q)`` to physical units."""
+        return self.model.destandardise(z)
+
+    def log_scaling(self, values: np.ndarray) -> np.ndarray:
+        """Return the log of ``|d z / d values|``, ``(..., q) -> (...)``."""
+        return self.model.log_scaling(values)
+
+    # Training, sampling, density.
+
+    def loss(
+        self,
+        measured: Tensor,
+        z: Tensor,
+        noise: Tensor,
+        time: Tensor,
+        positions: Tensor | None = None,
+    ) -> Tensor:
+        """Loss of each row, ``(n,)``, from records ``(n, t)`` and standardised outputs ``(n, q)``.
+
+        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``,
+        ``positions`` ``(n, t)`` those of ``DeepSet.forward``.
+        """
+        return self.inference.loss(z, self.summary(measured, positions), noise, time)
+
+    def log_density(
+        self, measured: Tensor, z: Tensor, *, steps: int, positions: Tensor | None = None
+    ) -> Tensor:
+        """Log density of standardised outputs ``(n, q)`` given records ``(n, t)``, ``(n,)``."""
+        features = self.summary(measured, positions)
+        return self.inference.log_prob(z[:, None], features, steps=steps)[:, 0]
+
+    @torch.no_grad()
+    def sample(
+        self, measured: np.ndarray, noise: np.ndarray, *, times: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Draw from the posterior.
+
+        One curve at a time, so that its draws never depend on which others are beside it.
+
+        Args:
+            measured: Records, ``(o, t)``, mm; NaN where a sample is missing, which some summary
+                networks accept (``irregular.positions``).
+            noise: Standard normal numbers, ``(o, d, q)``.
+            times: Times of the samples, ``(t,)`` or ``(o, t)``, ms; None for the sensor's grid.
+
+        Returns:
+            Draws in physical units, ``(o, d, q)``, float64. They may lie outside the prior's
+            support, as the network knows it only by example; callers count those.
+
+        Raises:
+            ValueError: If the model does not answer for such a record.
+            FloatingPointError: If a draw is not finite.
+        """
+        draws = np.empty(noise.shape)
+        summaries = self._summaries(measured, times)
+        for i, (features, start) in enumerate(zip(summaries, noise, strict=True)):
+            z = self.inference.sample(self._tensor(start[None]), features, steps=self.steps)
+            draws[i] = self.destandardise(z[0].cpu().numpy())
+        bad = ~np.isfinite(draws).all(axis=(1, 2))
+        if bad.any():
+            raise FloatingPointError(
+                f"the draws of {bad.sum()} of {len(bad)} curves are not finite"
+            )
+        return draws
+
+    @torch.no_grad()
+    def log_prob(
+        self, values: np.ndarray, measured: np.ndarray, *, times: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
+
+        Records and times are those of ``sample``.
+
+        Raises:
+            ValueError: If the model does not answer for such a record.
+        """
+        density = np.empty(values.shape[:2])
+        summaries = self._summaries(measured, times)
+        for i, (features, points) in enumerate(zip(summaries, values, strict=True)):
+            z = self._tensor(self.standardise(points[None]))
+            density[i] = (
+                self.inference.log_prob(z, features, steps=self.density_steps)[0].cpu().numpy()
+            )
+        return density + self.log_scaling(values)
+
+    def distance(self, measured: np.ndarray, *, times: np.ndarray | None = None) -> np.ndarray:
+        """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
+
+        In units of the farthest that the prior produces, so that above 1 is unlike anything in
+        the bank: the larger of two distances, from its centre and from its envelope. Of a record
+        with missing samples or uneven times (``sample``), the centre's is that of the components'
+        regression on the samples that are there, which stays closer the fewer they are.
+
+        Raises:
+            ValueError: If the model does not answer for such a record.
+        """
+        names = ("curve_mean", "curve_weights", "lowest", "highest")
+        mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
+        at, present = None, np.ones(measured.shape, dtype=bool)
+        if times is not None or self.summary.accepts_missing:
+            at = positions(measured, times, self.sensor, motion=self.motion, taken=self.summary)
+            present = ~np.isnan(measured)
+        if at is None and present.all():
+            far = distance(measured, mean, weights)
+        else:
+            far = self._regressed_scores(measured, present, at)
+            at = np.arange(self.sensor.samples) if at is None else at
+            lowest, highest = (np.interp(at, np.arange(len(v)), v) for v in (lowest, highest))
+            # A missing sample leaves no envelope; and less than zero is no distance.
+            measured = np.where(present, measured, lowest)
+        from_envelope = excess(measured, lowest, highest) / float(self.margin)
+        return np.maximum(far / float(self.farthest), from_envelope)
+
+    @torch.no_grad()
+    def _regressed_scores(
+        self, measured: np.ndarray, present: np.ndarray, at: np.ndarray | None
+    ) -> np.ndarray:
+        """Largest score of irregular records, ``(o,)``."""
+        x, there, where = (
+            None if values is None else torch.as_tensor(values, device=self._device)
+            for values in (measured, present, at)
+        )
+        return self.summary.highway(x, there, where)[0].abs().amax(1).cpu().numpy()
+
+    def _tensor(self, values: np.ndarray) -> Tensor:
+        return torch.as_tensor(values, dtype=torch.float32, device=self._device)
+
+    def _summaries(self, measured: np.ndarray, times: np.ndarray | None = None) -> Iterator[Tensor]:
+        """Check all records, then yield the features ``(1, s)`` of one after the other."""
+        at = positions(measured, times, self.sensor, motion=self.motion, taken=self.summary)
+        for i, record in enumerate(measured):
+            where = None if at is None else self._tensor(at[i : i + 1])
+            yield self.summary(self._tensor(record[None]), where)
+
+    # Model files.
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file."""
+        header = {
+            "format": _FORMAT,
+            "breaker_version": version("breaker"),
+            "settings": json.dumps(self.settings, sort_keys=True),
+        }
+        tensors = {name: t.detach().cpu().contiguous() for name, t in self.state_dict().items()}
+        save_file(tensors, str(path), metadata=header)
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Posterior":
+        """Read a model file, ready for inference.
+
+        Raises:
+            FileNotFoundError: If there is no such file.
+            ModelFileError: If it is not a model file, is of another format, or holds tensors that
+                do not fit its settings.
+        """
+        if not Path(path).is_file():
+            raise FileNotFoundError(f"there is no model file {path}")
+        try:
+            with safe_open(str(path), framework="pt") as file:
+                header = file.metadata() or {}
+                shapes = {name: tuple(file.get_slice(name).get_shape()) for name in file.keys()}  # noqa: SIM118
+                model = cls._from_header(header)
+                model._check_shapes(shapes)
+                model.load_state_dict({name: file.get_tensor(name) for name in shapes})
+        except SafetensorError as error:
+            raise ModelFileError(
+                f"{path} is not a model file of breaker ({error}); train it anew"
+            ) from error
+        except ModelFileError as error:
+            raise ModelFileError(f"{path}: {error}") from error
+        return model.eval()
+
+    @classmethod
+    def _from_header(cls, header: Mapping[str, str]) -> "Posterior":
+        found = header.get("format")
+        if found != _FORMAT:
+            raise ModelFileError(
+                f"its format is {found!r}, this version of breaker reads {_FORMAT!r}; train it anew"
+            )
+        try:
+            return cls(json.loads(header["settings"]))
+        except (ArithmeticError, KeyError, TypeError, ValueError, RuntimeError) as error:
+            raise ModelFileError(
+                f"its settings do not describe a model ({type(error).__name__}: {error}); "
+                "train it anew"
+            ) from error
+
+    def _check_shapes(self, found: Mapping[str, tuple[int, ...]]) -> None:
+        expected = {name: tuple(tensor.shape) for name, tensor in self.state_dict().items()}
+        for name in sorted(expected.keys() | found.keys()):
+            if expected.get(name) != found.get(name):
+                raise ModelFileError(
+                    f"tensor {name} has the shape {found.get(name, 'none')}, its settings ask for "
+                    f"{expected.get(name, 'none')}; train it anew"
+                )

@@ -1,0 +1,311 @@
+"""From records to posteriors: draws, intervals, and checks of the model against each record.
+
+Used alike for simulated records (validation), for a whole endurance test and for single files.
+"""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.stats import chi2
+from tqdm import tqdm
+
+from breaker.mechanism import NAMES
+from breaker.model import Model, generator, simulate
+from breaker.posterior.batches import truth as truth_of
+from breaker.posterior.estimator import Posterior
+from breaker.posterior.missing import remove
+from breaker.records import main_motion
+
+__all__ = [
+    "infer",
+    "predict",
+    "predict_stages",
+    "predictive_p_value",
+    "sample_records",
+    "summaries",
+    "table",
+    "validate",
+]
+
+_INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
+
+
+def _noise(posterior: Posterior, seed: int, purpose: str, keys: np.ndarray, draws: int):
+    """Start points of the draws, ``(o, d, q)``: one generator a record, whatever the chunks."""
+    shape = (draws, len(posterior.outputs))
+    return np.stack(
+        [generator(seed, purpose, posterior.motion, int(k)).standard_normal(shape) for k in keys]
+    )
+
+
+def validate(
+    posterior: Posterior, n: int, draws: int, seed: int, *, missing: float = 0.0
+) -> xr.Dataset:
+    """Infer records simulated from the prior, whose truth is known.
+
+    Args:
+        posterior: The model.
+        n: Number of records.
+        draws: Draws for each.
+        seed: Seed of the records and of the draws.
+        missing: Share of the samples of each record that are taken away at random.
+
+    Returns:
+        Dataset with dims ``curve``, ``draw``, ``output``, ``time``: ``draws`` and ``truth`` in
+        physical units, ``measured`` (mm).
+    """
+    sensor, motion = posterior.sensor, posterior.motion
+    rng = generator(seed, "validation records", motion)
+    bank = simulate(posterior.prior, sensor.times, motion, n, rng, onset_sd=sensor.onset_sd)
+    measured = sensor.corrupt(bank.travel.values.astype(np.float64), rng)
+    if missing:
+        measured = remove(measured, missing, generator(seed, "missing samples", motion))
+    return sample_records(posterior, measured, truth_of(bank, posterior), draws, seed)
+
+
+def sample_records(
+    posterior: Posterior, measured: np.ndarray, truth: np.ndarray, draws: int, seed: int
+) -> xr.Dataset:
+    """Infer records ``(n, t)`` with a known truth ``(n, q)``; returns what ``validate`` does."""
+    noise = _noise(posterior, seed, "validation draws", np.arange(len(measured)), draws)
+    blocks = [
+        posterior.sample(measured[i : i + 1], noise[i : i + 1])
+        for i in tqdm(
+            range(len(measured)), desc=f"validating {posterior.motion}", mininterval=5, unit="curve"
+        )
+    ]
+    return xr.Dataset(
+        {
+            "draws": (("curve", "draw", "output"), np.concatenate(blocks)),
+            "truth": (("curve", "output"), truth),
+            "measured": (("curve", "time"), measured, {"unit": "mm"}),
+        },
+        coords=_coordinates(posterior.model),
+        attrs={"motion": posterior.motion, "seed": seed, "solver_steps": posterior.steps},
+    )
+
+
+def _coordinates(model: Model) -> dict:
+    return {
+        "output": ("output", model.names),
+        "output_unit": ("output", [output.unit for output in model.outputs]),
+        "time": ("time", model.sensor.times, {"unit": "ms"}),
+    }
+
+
+def predictive_p_value(model: Model, record: np.ndarray, values: np.ndarray) -> float:
+    """Return the posterior predictive p-value of a record, from draws ``(d, q)``.
+
+    The discrepancy is the squared Mahalanobis distance of the record from the exact curve of a
+    draw, with the zero integrated. That of a replicate follows a chi-square with t degrees of
+    freedom, so its tail needs no simulation. Samples that are nan are missing. Small values: the
+    model cannot make such a record.
+    """
+    present = ~np.isnan(record)
+    discrepancy = model.sensor.chi_square(record[present], model.curves(values)[:, present])
+    return float(chi2.sf(discrepancy, df=present.sum()).mean())
+
+
+def infer(
+    posterior: Posterior, curves: xr.Dataset, *, draws: int, seed: int, misfit_p_value: float
+) -> xr.Dataset:
+    """Infer measured operations.
+
+    Args:
+        posterior: The model.
+        curves: Measured curves in the layout of ``measurement.read_curves``; rejected ones stay
+            in the result, as missing values with their reason.
+        draws: Draws for each operation.
+        seed: Seed of the draws.
+        misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
+
+    Returns:
+        ``curves`` with ``draws`` (operation, draw, output), ``median``, ``interval_50`` and
+        ``interval_95`` (operation, output, bound), ``p_value``, the flags ``misfit`` and
+        ``outside_prior``, and ``outside_support``, the fraction of draws that the prior excludes.
+    """
+    o, q = curves.sizes["operation"], len(posterior.outputs)
+    accepted = np.flatnonzero(curves.accepted.values)
+    operations = curves.operation.values
+    measured = curves.travel.values.astype(np.float64)
+    values = np.full((o, draws, q), np.nan)
+    p_value, distance = np.full((2, o), np.nan)
+    progress = tqdm(accepted, desc=f"inferring {posterior.motion}", mininterval=5, unit="operation")
+    reasons = curves.reason.values.astype(object)
+    for i in progress:
+        noise = _noise(posterior, seed, "draws", operations[i : i + 1], draws)
+        try:
+            # One by one, as the draws: sums over more rows may round in another order.
+            distance[i] = posterior.distance(measured[i : i + 1])[0]
+            found = posterior.sample(measured[i : i + 1], noise)[0]
+            p_value[i] = predictive_p_value(posterior.model, measured[i], found)
+        except (FloatingPointError, ValueError) as error:
+            # So unlike the bank that the network's answer is no posterior; the rest goes on.
+            reasons[i] = f"{curves.file.values[i]}: no posterior: {error}"
+            continue
+        values[i] = found
+    flags = {
+        "distance": ("operation", distance),
+        "outside_prior": ("operation", distance > 1.0),
+        "reason": ("operation", reasons.astype(str)),
+        "accepted": ("operation", reasons == ""),
+    }
+    found = summaries(posterior.model, values, p_value, misfit_p_value)
+    return curves.assign(flags | found).assign_coords(_coordinates(posterior.model))
+
+
+def summaries(
+    model: Model, values: np.ndarray, p_value: np.ndarray, misfit_p_value: float
+) -> dict[str, xr.DataArray]:
+    """Summarise the posteriors of operations.
+
+    Args:
+        model: Joint model.
+        values: Draws, ``(o, d, q)``, physical units; nan where there is no posterior.
+        p_value: Posterior predictive p-values, ``(o,)``.
+        misfit_p_value: The one below which a record counts as misfit.
+
+    Returns:
+        ``draws``, ``median``, ``interval_50``, ``interval_95``, ``p_value``, ``misfit`` and
+        ``outside_support``, as ``infer`` returns them.
+    """
+    outside = 1.0 - model.prior.supported(values[..., : len(NAMES)]).mean(axis=1)
+    bounds = {"bound": ["lower", "upper"]}
+    intervals = {
+        name: xr.DataArray(
+            np.moveaxis(np.quantile(values, ends, axis=1), 0, -1),
+            dims=("operation", "output", "bound"),
+            coords=bounds,
+        )
+        for name, ends in _INTERVALS.items()
+    }
+    found = {
+        "median": (("operation", "output"), np.quantile(values, 0.5, axis=1)),
+        "p_value": (("operation",), p_value),
+        "misfit": (("operation",), p_value < misfit_p_value),
+        "outside_support": (("operation",), np.where(np.isnan(p_value), np.nan, outside)),
+        "draws": (("operation", "draw", "output"), values.astype(np.float32)),
+    }
+    return {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()} | intervals
+
+
+def predict(
+    posterior: Posterior, measured: np.ndarray, draws: np.ndarray, *, seed: int
+) -> xr.Dataset:
+    """Predict records from the draws of their own posterior.
+
+    A replicate shares the record's parameters, onset and zero, and has noise of its own.
+
+    Args:
+        posterior: The model.
+        measured: Records, ``(n, t)``, mm.
+        draws: Draws of their posteriors, ``(n, d, q)``.
+        seed: Seed of zero and noise.
+
+    Returns:
+        Dataset with dims ``curve``, ``time``: ``measured``, and the ``median``, ``lower`` and
+        ``upper`` end of the pointwise 95 % interval of the replicates, mm.
+    """
+    sensor = posterior.sensor
+    bands = []
+    for i, (record, values) in enumerate(zip(measured, draws, strict=True)):
+        rng = generator(seed, "predictive", posterior.motion, i)
+        exact = posterior.model.curves(values.astype(np.float64))
+        zero = sensor.sample_zero(record, exact, rng)
+        replicates = exact + zero + sensor.noise_sd * rng.standard_normal(exact.shape)
+        bands.append(np.quantile(replicates, [0.5, 0.025, 0.975], axis=0))
+    median, lower, upper = np.moveaxis(np.array(bands), 1, 0)
+    unit = {"unit": "mm"}
+    return xr.Dataset(
+        {
+            "measured": (("curve", "time"), measured, unit),
+            "median": (("curve", "time"), median, unit),
+            "lower": (("curve", "time"), lower, unit),
+            "upper": (("curve", "time"), upper, unit),
+        },
+        coords={"time": ("time", sensor.times, {"unit": "ms"})},
+        attrs={"motion": posterior.motion, "noise_sd": sensor.noise_sd},
+    )
+
+
+def predict_stages(
+    posterior: Posterior, inferred: xr.Dataset, *, stages: int, seed: int
+) -> xr.Dataset:
+    """Predict the records at a few stages of an endurance test from their own posteriors.
+
+    Args:
+        posterior: The model.
+        inferred: What ``infer`` returns, all operations.
+        stages: Number of stages, evenly spread over the accepted operations, ends included.
+        seed: Seed of the replicates.
+
+    Returns:
+        Dataset over ``stage``, ``time``: ``travel`` and the ``median``, ``lower`` and ``upper``
+        end of its prediction; coordinate ``operation (stage)``; and ``share_inside (stage)``,
+        the share of samples of the main motion inside the band.
+
+    Raises:
+        ValueError: If no operation was accepted.
+    """
+    accepted = np.flatnonzero(inferred.accepted.values)
+    if accepted.size == 0:
+        raise ValueError("no operation was accepted, so nothing can be predicted")
+    chosen = accepted[np.unique(np.linspace(0, accepted.size - 1, stages).astype(int))]
+    part = inferred.isel(operation=chosen).load()
+    result = predict(posterior, part.travel.values, part.draws.values, seed=seed)
+    main = np.stack(
+        [
+            main_motion(median, posterior.sensor.times, posterior.motion)
+            for median in result["median"].values
+        ]
+    )
+    share = share_inside(
+        result.measured.values, result.lower.values, result.upper.values, where=main
+    )
+    return (
+        result.rename(curve="stage", measured="travel")
+        .assign(share_inside=("stage", share))
+        .assign_coords(operation=("stage", part.operation.values))
+    )
+
+
+def table(result: xr.Dataset) -> pd.DataFrame:
+    """Return one tidy row for each operation and output of what ``infer`` returns.
+
+    Also of what ``exactness.correct_operations`` makes of it, and then with how it came about.
+    """
+    units = dict(zip(result.output.values, result.output_unit.values, strict=True))
+    frame = result["median"].to_dataframe(name="median")[["median"]]
+    for name in _INTERVALS:
+        for bound in ("lower", "upper"):
+            values = result[name].sel(bound=bound, drop=True)
+            frame[f"{name}_{bound}"] = values.to_series()
+    frame = frame.reset_index()
+    frame.insert(2, "unit", frame.output.map(units))
+    columns = [
+        "p_value",
+        "misfit",
+        "outside_prior",
+        "outside_support",
+        "accepted",
+        "reason",
+        "file",
+        *(name for name in ("resolved", "effective_size", "pareto_k") if name in result),
+    ]
+    return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
+
+
+def share_inside(
+    values: np.ndarray, lower: np.ndarray, upper: np.ndarray, *, where: np.ndarray | bool = True
+) -> np.ndarray:
+    """Return the share of the last axis on which values lie in their band, ``(..., t) -> (...)``.
+
+    Args:
+        values: Measured curves; a value that is not a number counts as outside.
+        lower: Lower bound, same shape.
+        upper: Upper bound, same shape.
+        where: Samples that count, such as those of the main motion; all of them by default.
+    """
+    values = np.asarray(values)
+    inside = (values >= lower) & (values <= upper)
+    return np.mean(inside, axis=-1, where=np.broadcast_to(where, inside.shape))

@@ -1,0 +1,240 @@
+"""Training of a posterior on a bank of simulated operations.
+
+Every batch gets a fresh zero and fresh noise, and where the summary network accepts them fresh
+gaps and times; the rows for validation got theirs once. The
+exponential moving average (EMA) of the weights is what is judged and kept, by the mean negative
+log density of the validation rows. The loss that is trained on would not do: flow matching is
+scored in coordinates that the base whitens, so its value falls where the base is too wide. The
+learning rate warms up linearly and falls to zero by a cosine over a fixed budget of steps.
+
+All randomness of the batches comes from one generator, whose state is in the checkpoint: a
+training that was killed goes on where it was and ends with the weights of an uninterrupted one.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from pickle import UnpicklingError
+
+import numpy as np
+import torch
+import xarray as xr
+from torch import Tensor
+from tqdm import tqdm
+
+from breaker.model import seed_integer
+from breaker.posterior.batches import Rows
+from breaker.posterior.estimator import Posterior
+
+__all__ = ["Trainer", "choose_device", "fingerprint"]
+
+
+_SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
+
+
+def choose_device(name: str) -> torch.device:
+    """Return the device called ``name``; "auto" is CUDA where there is one."""
+    if name == "auto":
+        name = "cuda" if torch.cuda.is_available() else "cpu"
+    return torch.device(name)
+
+
+def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
+    """Return what tells one training from another: a hash of its settings and its code."""
+    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
+    for file in code:
+        digest.update(Path(file).read_bytes())
+    digest.update(torch.__version__.encode())
+    return digest.hexdigest()
+
+
+@dataclass
+class Trainer:
+    """A training and its state.
+
+    Args:
+        posterior: The model, on its device; its weights are the best EMA weights at the end.
+        rows: Rows to train on.
+        validation: Rows to judge on, not among ``rows``.
+        settings: The section ``training`` of the configuration, for this motion.
+        seed: Seed of the configuration.
+        checkpoint: File of the state, written as the training goes and read if it is there.
+        fingerprint: What the checkpoint must have been made with; one of another training is
+            left alone and written over.
+    """
+
+    posterior: Posterior
+    rows: Rows
+    validation: Rows
+    settings: Mapping
+    seed: int
+    checkpoint: Path
+    fingerprint: str
+    step: int = 0
+    best_step: int = 0
+    best_loss: float = math.inf
+    losses: list[float] = field(default_factory=list)
+    evaluations: list[tuple[int, float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        device = self.rows.travel.device
+        motion = self.posterior.motion
+        self.weights = list(self.posterior.parameters())
+        self.ema = [weight.detach().clone() for weight in self.weights]
+        self.best = [weight.clone() for weight in self.ema]
+        self.optimiser = torch.optim.AdamW(
+            self.weights,
+            lr=self.settings["learning_rate"],
+            weight_decay=self.settings["weight_decay"],
+        )
+        self.rng = torch.Generator(device).manual_seed(seed_integer(self.seed, "training", motion))
+        fixed = torch.Generator(device).manual_seed(seed_integer(self.seed, "validation", motion))
+        rows = torch.arange(len(self.validation.z), device=device)
+        self.fixed_batch = self.validation.draw(rows, fixed)
+
+    def run(self) -> xr.Dataset:
+        """Train to the end of the budget, put the best weights in place, return the history.
+
+        Raises:
+            FloatingPointError: If a loss is not finite.
+        """
+        self._resume()
+        total = self.settings["steps"]
+        bar = tqdm(
+            total=total,
+            initial=self.step,
+            desc=f"training {self.posterior.motion}",
+            mininterval=5.0,
+            unit="step",
+        )
+        with bar:
+            while self.step < total:
+                self._advance()
+                if self.step % self.settings["evaluate_every"] == 0 or self.step == total:
+                    self._evaluate()
+                    bar.set_postfix(loss=f"{self.losses[-1]:.2f}", best=f"{self.best_loss:.3f}")
+                if self.step % self.settings["checkpoint_every"] == 0:
+                    self._save()
+                bar.update()
+        self._copy(self.best, self.weights)
+        return self._history()
+
+    def learning_rate(self, step: int) -> float:
+        """Learning rate of a step, from 0: linear warm-up times a cosine."""
+        total = self.settings["steps"]
+        warm_up = max(1.0, self.settings["warm_up"] * total)
+        cosine = 0.5 * (1.0 + math.cos(math.pi * step / total))
+        return self.settings["learning_rate"] * min(1.0, (step + 1) / warm_up) * cosine
+
+    def _advance(self) -> None:
+        rows = torch.randint(
+            len(self.rows.z),
+            (self.settings["batch"],),
+            generator=self.rng,
+            device=self.rows.z.device,
+        )
+        batch = self.rows.draw(rows, self.rng)
+        loss = self.posterior.loss(*batch).mean()
+        self.losses.append(loss.item())
+        if not math.isfinite(self.losses[-1]):
+            raise FloatingPointError(
+                f"the loss of {self.posterior.motion} is {self.losses[-1]} at step {self.step}; "
+                "lower training.learning_rate"
+            )
+        for group in self.optimiser.param_groups:
+            group["lr"] = self.learning_rate(self.step)
+        self.optimiser.zero_grad()
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(self.weights, self.settings["clip"])
+        self.optimiser.step()
+        self.step += 1
+        # Early on the average spans the steps so far, so that it forgets the start.
+        decay = min(self.settings["ema"], self.step / (self.step + 10))
+        with torch.no_grad():
+            torch._foreach_lerp_(self.ema, self.weights, 1.0 - decay)
+
+    @torch.no_grad()
+    def _evaluate(self) -> None:
+        kept = [weight.detach().clone() for weight in self.weights]
+        self._copy(self.ema, self.weights)
+        batch = self.fixed_batch
+        density = self.posterior.log_density(
+            batch.measured, batch.z, positions=batch.positions, steps=_SOLVER_STEPS
+        )
+        loss = -density.mean().item()
+        self._copy(kept, self.weights)
+        self.evaluations.append((self.step, loss))
+        if not math.isfinite(loss):
+            raise FloatingPointError(
+                f"the validation loss of {self.posterior.motion} is {loss} at step {self.step}; "
+                "lower training.learning_rate"
+            )
+        if loss < self.best_loss:
+            self.best_step, self.best_loss = self.step, loss
+            self._copy(self.ema, self.best)
+
+    @staticmethod
+    @torch.no_grad()
+    def _copy(source: list[Tensor], target: list[Tensor]) -> None:
+        torch._foreach_copy_(target, source)
+
+    def _state(self) -> dict:
+        return {
+            "fingerprint": self.fingerprint,
+            "step": self.step,
+            "best_step": self.best_step,
+            "best_loss": self.best_loss,
+            "losses": self.losses,
+            "evaluations": self.evaluations,
+            "weights": [weight.detach() for weight in self.weights],
+            "ema": self.ema,
+            "best": self.best,
+            "optimiser": self.optimiser.state_dict(),
+            "rng": self.rng.get_state(),
+        }
+
+    def _save(self) -> None:
+        self.checkpoint.parent.mkdir(parents=True, exist_ok=True)
+        partial = self.checkpoint.with_suffix(".partial")
+        torch.save(self._state(), partial)
+        partial.replace(self.checkpoint)  # whole or not at all
+
+    def _resume(self) -> None:
+        if not self.checkpoint.exists():
+            return
+        # weights_only: a checkpoint is data, whoever wrote it.
+        try:
+            state = torch.load(self.checkpoint, weights_only=True, map_location=self.rows.z.device)
+            found = state["fingerprint"]
+        except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
+            raise ValueError(
+                f"{self.checkpoint} cannot be read ({type(error).__name__}); delete it to train "
+                "from the start"
+            ) from error
+        if found != self.fingerprint:
+            tqdm.write(f"{self.checkpoint} is of another training; starting anew")
+            return
+        for name in ("step", "best_step", "best_loss", "losses", "evaluations"):
+            setattr(self, name, state[name])
+        for name in ("weights", "ema", "best"):
+            self._copy(state[name], getattr(self, name))
+        self.optimiser.load_state_dict(state["optimiser"])
+        self.rng.set_state(state["rng"].cpu())
+        tqdm.write(f"going on from step {self.step} of {self.checkpoint}")
+
+    def _history(self) -> xr.Dataset:
+        steps, losses = zip(*self.evaluations, strict=True)
+        rates = [self.learning_rate(step) for step in range(self.step)]
+        return xr.Dataset(
+            {
+                "training_loss": ("step", self.losses),
+                "learning_rate": ("step", rates),
+                "validation_loss": ("evaluation", list(losses)),
+                "evaluation_step": ("evaluation", list(steps)),
+            },
+            coords={"step": ("step", np.arange(1, self.step + 1))},
+            attrs={"best_step": self.best_step, "best_validation_loss": self.best_loss},
+        )

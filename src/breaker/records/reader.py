@@ -1,0 +1,259 @@
+"""Measured curves from CSV files: checked, and put on the model's grid.
+
+A file holds one operation of one motion. What is in it is said by explicit settings (columns,
+units, delimiter, the reading of the open breaker at rest), never guessed. A file that cannot be
+used is rejected with its name, the line where there is one, and the reason; it stays in the result
+as a missing curve, and the rest goes on.
+
+Whole samples are kept: averaging or interpolating would change their noise. What is left of the
+first motion's time after rounding to a sample is part of the onset, which is inferred.
+"""
+
+import codecs
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from breaker.records.landmarks import NoMotionError, first_motion
+from breaker.records.text import RejectedCurveError, head_lines, read_columns
+
+__all__ = [
+    "RejectedCurveError",
+    "open_curves",
+    "read_curve",
+    "read_curves",
+    "require_any",
+    "write_curve",
+]
+
+_TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
+_TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
+_STROKES = (4.0, 60.0)  # mm, between the rest positions of any medium-voltage breaker
+_REST = 2.0  # mm, farthest that the open breaker may rest from zero
+_SETTINGS = (
+    *("encoding", "delimiter", "decimal", "skip_rows", "units_row", "zero", "sign"),
+    *("time_column", "time_unit", "travel_column", "travel_unit"),
+)
+_PREAMBLE = ("travel record", "motion: {motion}", "operation: {operation}", "zero: open position")
+
+
+def read_curves(
+    files: Sequence[tuple[int, str | Path]],
+    settings: Mapping,
+    times: np.ndarray,
+    motion: str,
+) -> xr.Dataset:
+    """Read the files of several operations.
+
+    Args:
+        files: Number of the operation and file of each.
+        settings: The section ``endurance.format`` of the configuration.
+        times: The model's grid, ``(t,)``, ms around the first motion.
+        motion: "closing" or "opening".
+
+    Returns:
+        Dataset over ``operation``, ``time``: ``travel`` (mm; missing where rejected),
+        ``accepted``, ``reason``, ``file``, and ``first_motion``: the file's time that is 0 on the
+        grid, ms.
+
+    Raises:
+        ValueError: If the settings lack something, or name an unknown unit or encoding.
+    """
+    _check_settings(settings)
+    travel = np.full((len(files), len(times)), np.nan)
+    start, reasons = np.full(len(files), np.nan), [""] * len(files)
+    for i, (_, file) in enumerate(files):
+        try:
+            travel[i], start[i] = read_curve(file, settings, times, motion)
+        except RejectedCurveError as error:
+            reasons[i] = str(error)
+            logging.getLogger("breaker").warning("rejected: %s", error)
+    accepted = np.array([not reason for reason in reasons], dtype=bool)
+    return xr.Dataset(
+        {
+            "travel": (("operation", "time"), travel, {"unit": "mm"}),
+            "accepted": ("operation", accepted),
+            "reason": ("operation", np.array(reasons, dtype=str)),
+            "file": ("operation", np.array([str(file) for _, file in files], dtype=str)),
+            "first_motion": ("operation", start, {"unit": "ms"}),
+        },
+        coords={
+            "operation": ("operation", [operation for operation, _ in files]),
+            "time": ("time", times, {"unit": "ms"}),
+        },
+        attrs={"motion": motion},
+    )
+
+
+def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
+    """Read stores of consecutive operations as one dataset over ``operation``.
+
+    Raises:
+        RejectedCurveError: If not one operation was accepted.
+    """
+    parts = [xr.open_zarr(store, chunks=None) for store in stores]
+    curves = xr.concat(parts, dim="operation", join="exact", combine_attrs="override").load()
+    require_any(curves)
+    return curves
+
+
+def require_any(curves: xr.Dataset) -> None:
+    """Refuse curves of which not one can be used, for then the settings are wrong.
+
+    Raises:
+        RejectedCurveError: If not one operation was accepted; the first reasons are listed.
+    """
+    if not curves.accepted.any():
+        raise RejectedCurveError(
+            Path(str(curves.file.values[0])).parent,
+            f"none of {curves.sizes['operation']} {curves.attrs['motion']} files can be used; "
+            "check endurance.format and the folder. The first reasons: "
+            + " | ".join(curves.reason.values[:3].tolist()),
+        )
+
+
+def read_curve(
+    file: str | Path, settings: Mapping, times: np.ndarray, motion: str
+) -> tuple[np.ndarray, float]:
+    """Read one file.
+
+    Returns:
+        Travel on the grid, ``(t,)``, mm, and the file's time that is 0 on it, ms.
+
+    Raises:
+        RejectedCurveError: If the file cannot be used.
+    """
+    time, travel = _columns(file, settings)
+    step = _even_step(file, time, settings)
+    _check_travel(file, travel, settings, motion)
+    every = (times[1] - times[0]) / step
+    if every < 0.999 or abs(every - round(every)) > 1e-3:
+        raise RejectedCurveError(
+            file,
+            f"one sample every {step:.4g} ms does not fit the model's {times[1] - times[0]:.4g} ms "
+            "a whole number of times; export at another rate, or change sensor.samples",
+        )
+    try:
+        moves = first_motion(time, travel, 1.0 if motion == "closing" else -1.0)
+    except NoMotionError as error:
+        raise RejectedCurveError(file, str(error)) from error
+    first = round((moves + times[0] - time[0]) / step)
+    last = first + round(every) * (len(times) - 1)
+    if first < 0 or last >= len(time):
+        short, side = (-first, "before") if first < 0 else (last - len(time) + 1, "after")
+        raise RejectedCurveError(
+            file,
+            f"too short: {short * step:.1f} ms are missing {side} the motion, which starts at "
+            f"{moves:.2f} ms; record longer, or change sensor.start or sensor.stop",
+        )
+    return travel[first : last + 1 : round(every)], float(time[first] - times[0])
+
+
+def write_curve(
+    file: str | Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
+) -> None:
+    """Write a record as the stand-in's instrument does: preamble, names, units, rows.
+
+    Args:
+        file: Where to write.
+        time: Times, ``(t,)``, ms; written in s.
+        travel: Travel, ``(t,)``, mm, zero at the open position.
+        motion: Motion named in the preamble.
+        operation: Operation named in the preamble.
+    """
+    preamble = [line.format(motion=motion, operation=operation) for line in _PREAMBLE]
+    rows = [f"{t:.7f},{x:.3f}" for t, x in zip((time / 1e3).tolist(), travel.tolist(), strict=True)]
+    Path(file).write_text(
+        "\n".join([*preamble, "time,travel", "s,mm", *rows, ""]), encoding="utf-8"
+    )
+
+
+def _columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray]:
+    """Time in ms and travel in mm towards closed, from the file's columns."""
+    time, travel = read_columns(file, settings)
+    scale = settings["sign"] * _TO_MM[settings["travel_unit"]]
+    return time * _TO_MS[settings["time_unit"]], scale * (travel - settings["zero"])
+
+
+def _check_settings(settings: Mapping) -> None:
+    """Refuse settings with which no file can be read, rather than reject every file."""
+    lacking = [key for key in _SETTINGS if key not in settings]
+    if lacking:
+        raise ValueError(f"endurance.format lacks {', '.join(lacking)}")
+    for key, known in (("time_unit", _TO_MS), ("travel_unit", _TO_MM)):
+        if settings[key] not in known:
+            raise ValueError(
+                f"endurance.format.{key} is {settings[key]!r}, but must be one of "
+                f"{', '.join(known)}"
+            )
+    if len(settings["delimiter"]) != 1:
+        raise ValueError(
+            f"endurance.format.delimiter is {settings['delimiter']!r}, but must be one sign"
+        )
+    try:
+        codecs.lookup(settings["encoding"])
+    except LookupError as error:
+        raise ValueError(f"endurance.format.encoding: {error}; utf-8, for example") from error
+
+
+def _even_step(file: str | Path, time: np.ndarray, settings: Mapping) -> float:
+    """Time between two samples, ms; rejects times that do not increase evenly."""
+    head = head_lines(settings)
+    if time.size < 2:
+        raise RejectedCurveError(file, f"has {time.size} samples")
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    back = np.flatnonzero(steps <= 0)
+    if back.size:
+        raise RejectedCurveError(file, "the time does not increase", line=head + int(back[0]) + 2)
+    # A tenth of a step is allowed to times that were printed with few digits.
+    uneven = np.flatnonzero(np.abs(steps - step) > 0.1 * step)
+    if uneven.size:
+        line = head + int(uneven[0]) + 2
+        gap = steps[uneven[0]] / step
+        missing = f"{gap - 1:.0f} sample(s) missing"
+        what = missing if gap > 1.5 else "the time steps are uneven"
+        raise RejectedCurveError(file, f"{what} before this line", line=line)
+    duration = time[-1] - time[0]
+    for unit, factor in _TO_MS.items():
+        likely = duration / _TO_MS[settings["time_unit"]] * factor
+        if not 10.0 <= duration <= 1e4 and 10.0 <= likely <= 1e4:
+            raise RejectedCurveError(
+                file,
+                f"lasts {duration:.4g} ms; is endurance.format.time_unit {unit!r} rather than "
+                f"{settings['time_unit']!r}?",
+            )
+    return (time[-1] - time[0]) / (time.size - 1)
+
+
+def _check_travel(file: str | Path, travel: np.ndarray, settings: Mapping, motion: str) -> None:
+    """Reject a stroke of wrong magnitude or direction, and a wrong zero."""
+    edge = max(1, min(20, travel.size // 20))
+    begins, ends = float(np.median(travel[:edge])), float(np.median(travel[-edge:]))
+    stroke = abs(ends - begins)
+    if not _STROKES[0] <= stroke <= _STROKES[1]:
+        here = stroke / _TO_MM[settings["travel_unit"]]
+        likely = [u for u, mm in _TO_MM.items() if _STROKES[0] <= here * mm <= _STROKES[1]]
+        still = "did the breaker not move, or " if stroke < _STROKES[0] else ""
+        hint = f"; {still}is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
+        raise RejectedCurveError(
+            file,
+            f"the stroke is {stroke:.4g} mm, not between {_STROKES[0]:g} and {_STROKES[1]:g} mm"
+            + hint,
+        )
+    if (ends > begins) != (motion == "closing"):
+        raise RejectedCurveError(
+            file,
+            f"the travel goes from {begins:.1f} to {ends:.1f} mm, which is no {motion}; is it in "
+            "the wrong folder, or endurance.format.sign wrong?",
+        )
+    open_rest = begins if motion == "closing" else ends
+    if abs(open_rest) > _REST:
+        raise RejectedCurveError(
+            file,
+            f"the open breaker rests at {open_rest:.2f} mm, not near 0; set endurance.format.zero "
+            "to its reading, or record the whole motion",
+        )

@@ -1,0 +1,68 @@
+"""Curves of the model itself through files: written as an instrument would, and read back.
+
+What the posterior says of such a curve has a truth, so its calibration shows whether the reader
+(its first motion, decimation, units and zero) does any harm.
+"""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from breaker.mechanism import travel
+from breaker.model import Prior, Sensor
+from breaker.records import read_curves, write_curve
+
+__all__ = ["FORMAT", "through_files"]
+
+FORMAT = {
+    "encoding": "utf-8",
+    "delimiter": ",",
+    "decimal": ".",
+    "skip_rows": 4,
+    "units_row": True,
+    "time_column": "time",
+    "time_unit": "s",
+    "travel_column": "travel",
+    "travel_unit": "mm",
+    "zero": 0.0,
+    "sign": 1,
+}
+"""What ``measurement.write_curve`` writes, in the terms of ``endurance.format``."""
+
+_FASTER = 4  # samples of the instrument for one of the model's grid
+_MARGIN = 8.0  # ms that a record is longer than the grid, at each end
+_SPREAD = 4.0  # ms over which the first motion falls anywhere
+
+
+def through_files(
+    prior: Prior, sensor: Sensor, motion: str, n: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw records from the prior, write them as files and read them back.
+
+    The noise is that of a sample, also at the instrument's rate; the first motion falls at random.
+
+    Returns:
+        Records on the grid, ``(n, t)``, mm, and the truth, ``(n, q)``: where the onset is inferred,
+        it is the time from the reader's first motion to the true one.
+
+    Raises:
+        RuntimeError: If the reader rejects one of them.
+    """
+    step = sensor.step / _FASTER
+    time = np.arange(0.0, sensor.stop - sensor.start + 2 * _MARGIN, step)
+    theta = prior.sample(n, rng)
+    moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
+    records = sensor.corrupt(travel(theta, time, motion, onset=moves).travel, rng)
+    with tempfile.TemporaryDirectory() as folder:
+        files = [(i, Path(folder, f"{motion}_{i:05d}.csv")) for i in range(n)]
+        for (i, file), record in zip(files, records, strict=True):
+            write_curve(file, time, record, motion=motion, operation=i)
+        curves = read_curves(files, FORMAT, sensor.times, motion)
+    if not curves.accepted.all():
+        rejected = curves.reason.values[~curves.accepted.values]
+        raise RuntimeError(f"{rejected.size} of {n} curves of the model rejected: {rejected[0]}")
+    truth = theta
+    if sensor.infers_onset:
+        truth = np.column_stack([theta, moves - curves.first_motion.values])
+    return curves.travel.values, truth

@@ -1,0 +1,40 @@
+"""Is a posterior right? Calibration, bias and sharpness, from draws and truths alone.
+
+Arrays in, arrays and tables out: ranks with exact simultaneous bands, z-scores, contraction,
+recovery, and the tables that say in numbers what the figures show.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "calibration": [
+            "Verdict",
+            "calibration_p_values",
+            "coverage",
+            "family_p_value",
+            "ranks",
+            "verdict",
+        ],
+        "comparison": [
+            "VERDICTS",
+            "exactness_words",
+            "examples",
+            "identifiability_words",
+            "percent",
+            "plus_minus",
+            "reached",
+        ],
+        "diagnostics": [
+            "Recovery",
+            "Scores",
+            "correlation",
+            "pointwise_band",
+            "recovery",
+            "scores",
+        ],
+        "network_table": ["row"],
+        "qualities": ["quality", "words"],
+    },
+)

@@ -1,0 +1,144 @@
+"""Is a posterior unbiased, and how much does it know? Arrays in, arrays out.
+
+z-score and contraction, recovery of the truth, and summaries of curves (paper, Sec. 5 and 6). Its
+calibration by ranks is in :mod:`breaker.validation.calibration`.
+
+Shapes: ``n`` simulations, ``d`` draws, ``q`` outputs, ``t`` samples.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from breaker.validation.calibration import checked_draws
+
+__all__ = [
+    "Recovery",
+    "Scores",
+    "correlation",
+    "pointwise_band",
+    "recovery",
+    "scores",
+]
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Bias, width and information of posteriors, per curve and summarised.
+
+    Attributes:
+        z: (posterior mean - truth) / posterior sd, ``(n, q)``.
+        contraction: 1 - posterior variance / prior variance, ``(n, q)``. Never clipped: negative
+            where a posterior is wider than the prior.
+        z_mean: Mean z-score, ``(q,)``; 0 for an exact posterior.
+        z_sd: Standard deviation of the z-score, ``(q,)``; 1 for an exact posterior on average
+            over the prior (exactly for a Gaussian one), with standard error 1/sqrt(2 n).
+        mean_contraction: Mean contraction, ``(q,)``.
+    """
+
+    z: np.ndarray
+    contraction: np.ndarray
+    z_mean: np.ndarray
+    z_sd: np.ndarray
+    mean_contraction: np.ndarray
+
+
+def scores(draws: ArrayLike, truth: ArrayLike, *, prior_sd: ArrayLike, log: ArrayLike) -> Scores:
+    """Return z-score and contraction of each curve (paper, Sec. 6, Fig. 5).
+
+    Both are taken in log parameters where ``log`` says so, in plain units elsewhere (the onset).
+
+    Args:
+        draws: Posterior draws, ``(n, d, q)``, physical units.
+        truth: Values that made the data, ``(n, q)``.
+        prior_sd: Prior standard deviation ``(q,)`` in the same scale as the score: the log-sd of
+            a parameter, the sd in ms of the onset. Conditioning the prior on a positive wipe
+            lowers the log-sds by less than half a percent at the default and is left out.
+        log: Which outputs are taken in logarithms, ``(q,)`` of bool.
+
+    Raises:
+        ValueError: If shapes do not fit, a value is not finite, a value to take the logarithm
+            of is not positive, or a posterior has no width.
+    """
+    draws, truth = checked_draws(draws, truth)
+    prior_sd = np.asarray(prior_sd, dtype=np.float64)
+    if prior_sd.shape != truth.shape[1:] or not np.all(prior_sd > 0):
+        raise ValueError(f"prior_sd must be {truth.shape[1]} positive numbers, got {prior_sd}")
+    draws, truth = _scaled(draws, log), _scaled(truth, log)
+    sd = draws.std(axis=1, ddof=1)
+    if not np.all(sd > 0):
+        raise ValueError(f"{np.count_nonzero(~(sd > 0))} posteriors have no width")
+    z = (draws.mean(axis=1) - truth) / sd
+    contraction = 1.0 - (sd / prior_sd) ** 2
+    return Scores(z, contraction, z.mean(axis=0), z.std(axis=0, ddof=1), contraction.mean(axis=0))
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """Posterior summaries beside the truth, in physical units.
+
+    Attributes:
+        truth: Values that made the data, ``(n, q)``.
+        median: Posterior median, ``(n, q)``.
+        interval_50: Central 50 % interval, ``(n, q, 2)``.
+        interval_95: Central 95 % interval, ``(n, q, 2)``.
+        correlation: Pearson correlation of the medians with the truth, ``(q,)``.
+    """
+
+    truth: np.ndarray
+    median: np.ndarray
+    interval_50: np.ndarray
+    interval_95: np.ndarray
+    correlation: np.ndarray
+
+
+def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
+    """Summarise draws ``(n, d, q)`` beside their truth ``(n, q)`` (paper, Sec. 6, Fig. 6).
+
+    Raises:
+        ValueError: If shapes do not fit or a value is not finite.
+    """
+    draws, truth = checked_draws(draws, truth)
+    levels = np.quantile(draws, [0.5, 0.25, 0.75, 0.025, 0.975], axis=1)
+    median, rest = levels[0], np.moveaxis(levels[1:], 0, -1)
+    columns = zip(median.T, truth.T, strict=True)
+    pearson = np.array([np.corrcoef(guess, actual)[0, 1] for guess, actual in columns])
+    return Recovery(truth, median, rest[..., :2], rest[..., 2:], pearson)
+
+
+def correlation(draws: ArrayLike, *, log: ArrayLike) -> np.ndarray:
+    """Return the correlation ``(q, q)`` of draws ``(d, q)``, of logarithms where ``log`` says so.
+
+    Raises:
+        ValueError: If a value to take the logarithm of is not positive.
+    """
+    return np.corrcoef(_scaled(np.asarray(draws, dtype=np.float64), log), rowvar=False)
+
+
+def pointwise_band(
+    curves: ArrayLike, *, level: float = 0.95
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return median, lower and upper bound ``(t,)`` of curves ``(n, t)``, time by time.
+
+    Raises:
+        ValueError: If a value is not finite, for its quantiles would say nothing.
+    """
+    curves = np.asarray(curves)
+    if not np.all(np.isfinite(curves)):
+        raise ValueError("curves of a band must be finite")
+    tail = (1.0 - level) / 2
+    median, lower, upper = np.quantile(curves, [0.5, tail, 1.0 - tail], axis=0)
+    return median, lower, upper
+
+
+def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:
+    """Take the logarithm of the columns (last axis) that ``log`` names."""
+    log = np.asarray(log, dtype=bool)
+    if log.shape != values.shape[-1:]:
+        raise ValueError(f"log must say yes or no for each of {values.shape[-1]} outputs")
+    if not np.all(values[..., log] > 0):
+        raise ValueError("values to take the logarithm of must be positive")
+    scaled = values.copy()
+    scaled[..., log] = np.log(values[..., log])
+    return scaled

@@ -1,0 +1,82 @@
+"""What code a step of the workflow uses: the modules behind a script, as inputs of its rule.
+
+Snakemake runs a rule again when its script changes; named as inputs, modules count too. Rooms show
+names of many modules without importing them (``lazy_loader``); a script depends on those modules
+whose names it takes, and on what these import in turn.
+"""
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+__all__ = ["modules_of"]
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def modules_of(script: str | Path) -> list[str]:
+    """Return the files of the package that a script imports, directly or not, sorted.
+
+    Args:
+        script: A Python file.
+
+    Returns:
+        Paths relative to the working directory where they are below it, as Snakemake shows them.
+    """
+    found: set[Path] = set()
+    waiting = [Path(script)]
+    while waiting:
+        new = set(_imported(waiting.pop())) - found
+        found |= new
+        waiting.extend(new)
+    here = Path.cwd()
+    return sorted(str(f.relative_to(here)) if f.is_relative_to(here) else str(f) for f in found)
+
+
+@cache
+def _imported(file: Path) -> tuple[Path, ...]:
+    """Files of the package that a file itself imports, ``__init__`` of the rooms on the way too."""
+    return tuple(
+        path
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for module, names in _imports(node)
+        if module.split(".")[0] == "breaker"
+        for path in _files(module, names)
+    )
+
+
+def _imports(node: ast.AST) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Modules of an import statement, and the names that are taken from each."""
+    if isinstance(node, ast.Import):
+        yield from ((alias.name, ()) for alias in node.names)
+    elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+        yield node.module, tuple(alias.name for alias in node.names)
+
+
+def _files(module: str, names: tuple[str, ...]) -> Iterator[Path]:
+    """Files behind ``from module import names``, or behind ``import module`` without names."""
+    place = _PACKAGE
+    for part in module.split(".")[1:]:
+        yield place / "__init__.py"
+        place = place / part
+    if not place.is_dir():
+        yield place.with_suffix(".py")
+        return
+    yield place / "__init__.py"
+    shown = _shown(place / "__init__.py")
+    for name in names:
+        if name in shown:
+            yield place / f"{shown[name]}.py"
+        elif (place / f"{name}.py").exists():
+            yield place / f"{name}.py"
+
+
+@cache
+def _shown(room: Path) -> dict[str, str]:
+    """Names that a room shows, and the module of each: the table it hands to ``lazy_loader``."""
+    for node in ast.walk(ast.parse(room.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.keyword) and node.arg == "submod_attrs":
+            table = ast.literal_eval(node.value)
+            return {name: module for module, names in table.items() for name in names}
+    return {}

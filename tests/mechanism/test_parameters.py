@@ -1,0 +1,54 @@
+"""Names, order and scale of what is inferred."""
+
+import numpy as np
+import pytest
+
+from breaker.mechanism.parameters import (
+    MOTIONS,
+    NAMES,
+    ONSET,
+    PARAMETERS,
+    is_logarithmic,
+    outputs,
+    prior_sds,
+    split,
+)
+
+
+def test_order_and_units():
+    """The order is that of every array on disk: changing it is changing the format."""
+    assert NAMES == ("mu", "k_a", "k_b", "gamma_a", "gamma_b", "f", "L")
+    units = ("1", "1/ms²", "1/ms²", "1/ms", "1/ms", "mm/ms²", "mm")
+    assert tuple(parameter.unit for parameter in PARAMETERS) == units
+    assert MOTIONS == ("closing", "opening")
+
+
+def test_onset_is_the_last_output_where_it_is_on():
+    assert outputs(False) == PARAMETERS
+    assert outputs(True) == (*PARAMETERS, ONSET)
+    assert ONSET.unit == "ms"
+
+
+def test_labels_carry_units():
+    labels = [parameter.label for parameter in PARAMETERS]
+    assert labels[0] == r"$\mu$"
+    assert labels[-1] == "$L$ (mm)"
+    assert len(set(labels)) == len(labels)
+
+
+@pytest.mark.parametrize("shape", [(7,), (5, 7), (2, 3, 7)])
+def test_split_is_along_the_last_axis(shape):
+    theta = np.arange(np.prod(shape), dtype=float).reshape(shape)
+    parts = split(theta)
+    assert len(parts) == 7
+    for k, part in enumerate(parts):
+        np.testing.assert_array_equal(part, theta[..., k])
+
+
+def test_scale_of_the_outputs(defaults):
+    names = [output.name for output in outputs(True)]
+    assert is_logarithmic(names).tolist() == [True] * 7 + [False]
+    sds = prior_sds(names, defaults["prior"], defaults["sensor"]["onset_sd"])
+    assert sds.tolist() == [0.20, 0.15, 0.20, 0.20, 0.40, 0.10, 0.05, 0.3]
+    # By name, not by position.
+    assert prior_sds(["L", "onset", "mu"], defaults["prior"], 0.3).tolist() == [0.05, 0.3, 0.20]

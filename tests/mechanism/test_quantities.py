@@ -1,0 +1,234 @@
+"""Quantities of motions against integrated curves read on a dense grid."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from breaker.mechanism import curves as mechanism
+from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
+from breaker.mechanism.quantities import QUANTITIES, check_quantity, evaluate
+from breaker.model.randomness import generator
+
+CLOSING = ("wipe", "touch_time", "closing_speed", "over_travel")
+OPENING = ("wipe", "part_time", "opening_speed", "rebound")
+MEDIANS = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])
+
+
+def changed(**values):
+    """The medians of the default prior with some of them set by name, ``(1, p)``."""
+    theta = MEDIANS.copy()
+    for name, value in values.items():
+        theta[NAMES.index(name)] = value
+    return theta[None]
+
+
+def system(theta, contact_is_free, pull):
+    """Right-hand side of the paper's equations for (x_a, v_a, x_b, v_b)."""
+    mu, k_a, k_b, gamma_a, gamma_b, _, _ = theta.tolist()
+    mu *= contact_is_free
+
+    def derivative(t, y):
+        x_a, v_a, x_b, v_b = y.tolist()
+        spring = k_b * (x_b - x_a) + gamma_b * (v_b - v_a)
+        return v_a, pull - k_a * x_a - gamma_a * v_a + spring, v_b, -mu * spring
+
+    return derivative
+
+
+def brute_force(theta, motion):
+    """The four quantities of a motion from its integrated curve, at a thousand points a ms."""
+    _, k_a, k_b, _, gamma_b, f, gap = theta.tolist()
+    held, closing = (f + k_b * gap) / (k_a + k_b), motion == "closing"
+
+    def distance(t, y):
+        return y[2] - gap if closing else k_b * (y[0] - gap) + gamma_b * y[1]
+
+    distance.terminal, distance.direction = True, 1 if closing else -1
+    start, pull = (np.zeros(4), f) if closing else (np.array([held, 0, gap, 0]), 0.0)
+    tight = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-11, "dense_output": True}
+    before = solve_ivp(system(theta, closing, pull), (0, 60), start, events=distance, **tight)
+    switching, state = before.t[-1], before.y[:, -1].copy()
+    if closing:
+        state[3] = 0.0
+    after = solve_ivp(system(theta, not closing, pull), (switching, 60), state, **tight)
+    early, late = np.arange(0, switching, 1e-3), np.arange(switching, 60, 1e-3)
+    rise, fall = before.sol(early)[0], after.sol(late)[0]
+    level = state[0] - 6
+    if closing:
+        last = np.flatnonzero(rise <= level)[-1]
+        crossing = np.interp(level, rise[last : last + 2], early[last : last + 2])
+        passed = max(0.0, max(rise.max(), fall.max()) - held)
+    else:
+        last = np.argmax(fall <= level) - 1
+        crossing = np.interp(-level, -fall[last : last + 2], late[last : last + 2])
+        passed = max(0.0, -fall.min())
+    return held - gap, switching, 6 / abs(switching - crossing), passed
+
+
+# ---- values ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("motion", "names"), [("closing", CLOSING), ("opening", OPENING)])
+def test_brute_force_agrees(prior, motion, names):
+    """Twice as close as asked, or better; without the cubics, or the parabola, ten times worse."""
+    theta = prior.sample(12, generator(1, "test", "quantities", motion))
+    found = evaluate(names, theta, motion)
+    expected = np.array([brute_force(row, motion) for row in theta])
+    assert found.dtype == np.float64
+    np.testing.assert_allclose(found[:, 0], expected[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(found[:, 1], expected[:, 1], atol=1e-7)
+    np.testing.assert_allclose(found[:, 2], expected[:, 2], rtol=1e-4)
+    np.testing.assert_allclose(found[:, 3], expected[:, 3], atol=1e-4)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_parameters_are_quantities(prior, motion):
+    theta = prior.sample(5, generator(1, "test", "parameters"))
+    np.testing.assert_array_equal(evaluate(NAMES, theta, motion), theta)
+    np.testing.assert_array_equal(evaluate(("L", "mu"), theta, motion), theta[:, [6, 0]])
+
+
+def test_columns_and_rows_do_not_depend_on_each_other(prior):
+    """Also across the blocks in which sets are simulated."""
+    theta = prior.sample(8200, generator(1, "test", "blocks"))
+    together = evaluate(CLOSING, theta, "closing")
+    for column, name in enumerate(CLOSING):
+        alone = evaluate([name], theta[8180:], "closing")[:, 0]
+        np.testing.assert_array_equal(alone, together[8180:, column])
+
+
+def test_monotone(prior):
+    """A stronger drive touches earlier and faster, and presses further; more friction the reverse.
+
+    More friction also brings a drive nearer to rest without passing it.
+    """
+    force = np.concatenate([changed(f=f) for f in np.linspace(0.55, 1.0, 10)])
+    wipe, time, speed, _ = np.diff(evaluate(CLOSING, force, "closing"), axis=0).T
+    assert np.all(time < 0)
+    assert np.all(speed > 0)
+    assert np.all(wipe > 0)
+    friction = np.concatenate([changed(gamma_a=gamma) for gamma in np.linspace(0.2, 0.4, 10)])
+    for motion, names in (("closing", CLOSING), ("opening", OPENING)):
+        wipe, time, speed, passed = np.diff(evaluate(names, friction, motion), axis=0).T
+        assert np.all(wipe == 0)
+        assert np.all(time > 0)
+        assert np.all(speed < 0)
+        assert np.all(passed < 0)
+
+
+def test_simulated_once_or_not_at_all(prior, monkeypatch):
+    theta, simulated = prior.sample(3, generator(1, "test", "counts")), []
+    travel = mechanism.travel
+    monkeypatch.setattr(
+        mechanism, "travel", lambda *args, **rest: simulated.append(1) or travel(*args, **rest)
+    )
+    evaluate(("f", "wipe"), theta, "closing")
+    assert simulated == []
+    evaluate((*CLOSING, "touch_time"), theta, "closing")
+    assert simulated == [1]
+
+
+# ---- what does not exist ---------------------------------------------------------------------
+
+
+def test_contact_that_never_touches():
+    """At rest at f / k_a = 8 mm, short of the gap."""
+    row = evaluate(CLOSING, changed(f=8 * 0.045), "closing")[0]
+    assert row[0] == pytest.approx((8 * 0.045 - 0.45) / 0.085)
+    assert np.all(np.isnan(row[1:]))
+
+
+def test_contact_that_touches_but_is_not_held():
+    """It swings to the gap, but there is no closed position to travel beyond."""
+    wipe, time, speed, over = evaluate(CLOSING, changed(f=0.44), "closing")[0]
+    assert wipe < 0
+    assert 10 < time < 60
+    assert speed > 0
+    assert np.isnan(over)
+
+
+def test_opening_without_a_closed_state():
+    row = evaluate(OPENING, changed(f=0.44), "opening")[0]
+    assert row[0] < 0
+    assert np.all(np.isnan(row[1:]))
+
+
+def test_six_millimetres_never_travelled():
+    """The drive is at 5.6 mm at the touch; at the parting at 5.3 mm, of which it passes 0 by 0.6.
+
+    With 1 mm more of gap it travels the 6 mm.
+    """
+    for names, motion, gap in ((CLOSING, "closing", 3.0), (OPENING, "opening", 2.0)):
+        row = evaluate(names, changed(L=gap), motion)[0]
+        assert np.isnan(row).tolist() == [False, False, True, False]
+        assert np.all(np.isfinite(evaluate(names, changed(L=gap + 1), motion)))
+
+
+def test_drive_still_on_its_way_at_the_end():
+    """So slow that at 60 ms it is millimetres from rest, on its way there."""
+    row = evaluate(("part_time", "rebound"), changed(gamma_a=2.5), "opening")[0]
+    assert np.isfinite(row[0])
+    assert np.isnan(row[1])
+    row = evaluate(("touch_time", "over_travel"), changed(gamma_a=2.5), "closing")[0]
+    assert np.isfinite(row[0])
+    assert np.isnan(row[1])
+
+
+def test_drive_that_comes_to_rest_without_passing_it():
+    assert evaluate(["over_travel"], changed(gamma_a=0.7), "closing")[0, 0] == 0.0
+    assert evaluate(["rebound"], changed(gamma_a=0.5), "opening")[0, 0] == 0.0
+
+
+def test_no_rows():
+    assert evaluate(CLOSING, np.empty((0, 7)), "closing").shape == (0, 4)
+
+
+# ---- names -----------------------------------------------------------------------------------
+
+
+def test_registry():
+    assert tuple(QUANTITIES)[:7] == NAMES
+    assert set(QUANTITIES) == {*NAMES, *CLOSING, *OPENING}
+    for name, quantity in QUANTITIES.items():
+        assert quantity.name == name
+        assert quantity.meaning
+        assert quantity.motions
+        assert set(quantity.motions) <= set(MOTIONS)
+    for parameter in PARAMETERS:
+        assert QUANTITIES[parameter.name].label == parameter.label
+    assert QUANTITIES["touch_time"].label == r"$t_\mathrm{touch}$ (ms)"
+
+
+def test_complaints():
+    for motion, names in (("closing", CLOSING), ("opening", OPENING)):
+        for name in (*NAMES, *names):
+            assert check_quantity(name, motion) is None
+    assert check_quantity("touch_time", "opening") == (
+        "touch_time is a quantity of closing, not of opening. Known of opening: mu, k_a, k_b, "
+        "gamma_a, gamma_b, f, L, wipe, part_time, opening_speed, rebound."
+    )
+    assert "speed is not a known quantity. Known of closing: mu," in check_quantity(
+        "speed", "closing"
+    )
+
+
+def test_errors():
+    with pytest.raises(ValueError, match=r"speed is not a known quantity\. Known of closing: mu"):
+        evaluate(["f", "speed"], MEDIANS[None], "closing")
+    with pytest.raises(ValueError, match="part_time is a quantity of opening, not of closing"):
+        evaluate(["part_time"], MEDIANS[None], "closing")
+    with pytest.raises(ValueError, match="unknown motion"):
+        evaluate([], MEDIANS[None], "sideways")
+    # Also where nothing is simulated.
+    with pytest.raises(ValueError, match="the first is L = nan in row 0"):
+        evaluate(["f"], changed(L=np.nan), "closing")
+    with pytest.raises(ValueError, match=r"shape \(n, 7\)"):
+        evaluate(["f"], MEDIANS, "closing")
+
+
+def test_names_are_known_without_compiled_code():
+    code = "import sys; from breaker.mechanism import quantities; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

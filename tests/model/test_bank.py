@@ -1,0 +1,181 @@
+"""Banks: what is in them, the same bytes for the same seed, and shards that fit together."""
+
+import json
+
+import numba
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import kstest
+
+from breaker import __version__
+from breaker.mechanism import arguments
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
+from breaker.model.bank import open_bank, simulate
+from breaker.model.prior import Prior
+from breaker.model.randomness import generator
+from breaker.workflow.stores import describe, save
+
+
+@pytest.fixture
+def shard(prior, sensor):
+    """Make a shard of a bank."""
+
+    def make(number=0, *, n=64, motion="closing", seed=1, onset_sd=0.3, **settings):
+        rng = generator(seed, "bank", motion, number)
+        bank = simulate(prior, sensor.times, motion, n, rng, onset_sd=onset_sd)
+        return describe(bank, "a bank", **{"onset_sd": onset_sd, **settings}).assign_attrs(
+            seed=seed
+        )
+
+    return make
+
+
+def content(folder):
+    """Name and bytes of every file under a folder."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_content(shard, sensor, motion):
+    bank = shard(motion=motion)
+    assert bank.sizes == {"curve": 64, "time": 151, "parameter": 7}
+    theta, onset = bank.parameters.values, bank.onset.values
+    expected = travel(theta, sensor.times, motion, onset=onset)
+    np.testing.assert_array_equal(bank.travel, expected.travel.astype(np.float32))
+    np.testing.assert_array_equal(bank.switching_time, expected.switching)
+    np.testing.assert_array_equal(bank.reopening, expected.reopening)
+    assert np.all(Prior.supported(theta))
+
+
+def test_labels(shard, tmp_path):
+    """One ``xr.open_zarr`` gives everything: types, coordinates, units, settings, seed, version."""
+    save(shard(noise="none"), tmp_path / "bank.zarr")
+    with xr.open_zarr(tmp_path / "bank.zarr") as bank:
+        assert {name: str(array.dtype) for name, array in bank.data_vars.items()} == {
+            "travel": "float32",
+            "parameters": "float64",
+            "onset": "float64",
+            "switching_time": "float64",
+            "reopening": "bool",
+        }
+        assert bank.travel.dims == ("curve", "time")
+        assert bank.parameters.dims == ("curve", "parameter")
+        units = {name: bank[name].attrs["unit"] for name in ("travel", "time", "onset")}
+        assert units == {"travel": "mm", "time": "ms", "onset": "ms"}
+        assert bank.switching_time.attrs["unit"] == "ms"
+        assert bank.parameter.values.tolist() == list(NAMES)
+        assert bank.parameter_unit.values.tolist() == [each.unit for each in PARAMETERS]
+        assert bank.attrs["motion"] == "closing"
+        assert bank.attrs["title"] == "a bank"
+        assert bank.attrs["seed"] == 1
+        assert bank.attrs["breaker_version"] == __version__
+        assert json.loads(bank.attrs["settings"]) == {"onset_sd": 0.3, "noise": "none"}
+
+
+def test_store_and_back(shard, tmp_path):
+    bank = shard()
+    save(bank, tmp_path / "bank.zarr")
+    xr.testing.assert_identical(open_bank([tmp_path / "bank.zarr"]), bank)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_same_seed_same_bytes(shard, tmp_path, motion):
+    for name in ("one", "two"):
+        save(shard(motion=motion), tmp_path / name)
+    first = content(tmp_path / "one")
+    assert first == content(tmp_path / "two")
+    assert len(first) > 10
+    save(shard(seed=2, motion=motion), tmp_path / "other")
+    assert content(tmp_path / "other") != first
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="numba has only one thread here")
+def test_threads_do_not_change_bytes(shard, tmp_path):
+    before = numba.get_num_threads()
+    try:
+        for threads in (1, 2):
+            numba.set_num_threads(threads)
+            save(shard(n=300), tmp_path / str(threads))
+    finally:
+        numba.set_num_threads(before)
+    assert content(tmp_path / "1") == content(tmp_path / "2")
+
+
+def test_blocks_do_not_change_bytes(shard, tmp_path, monkeypatch):
+    for rows in (8192, 7):
+        monkeypatch.setattr(arguments, "_ROWS", rows)
+        save(shard(n=300), tmp_path / str(rows))
+    assert content(tmp_path / "8192") == content(tmp_path / "7")
+
+
+def test_saving_again_replaces_the_store(shard, tmp_path):
+    save(shard(n=100), tmp_path / "again")
+    save(shard(n=64), tmp_path / "again")
+    save(shard(n=64), tmp_path / "once")
+    assert content(tmp_path / "again") == content(tmp_path / "once")
+
+
+def test_shards_differ_and_keep_their_order(shard, tmp_path):
+    shards = [shard(number) for number in range(3)]
+    assert len(np.unique(np.concatenate([each.parameters[:, 0] for each in shards]))) == 3 * 64
+    paths = [tmp_path / f"shard_{number:03d}.zarr" for number in range(3)]
+    for each, path in zip(shards, paths, strict=True):
+        save(each, path)
+    for order in ([0, 1, 2], [2, 0]):
+        bank = open_bank([paths[number] for number in order])
+        assert bank.sizes["curve"] == 64 * len(order)
+        for variable in ("travel", "parameters", "onset", "switching_time", "reopening"):
+            expected = np.concatenate([shards[number][variable] for number in order])
+            np.testing.assert_array_equal(bank[variable], expected)
+        assert bank.parameter.values.tolist() == list(NAMES)
+        assert bank.attrs["motion"] == "closing"
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        ({"motion": "opening"}, "second.*does not fit.*first.*motion is opening, not closing"),
+        ({"onset_sd": 0.1}, "second.*does not fit.*first.*settings"),
+    ],
+)
+def test_shards_that_do_not_fit_are_refused(shard, tmp_path, other, message):
+    save(shard(0), tmp_path / "first")
+    save(shard(1, **other), tmp_path / "second")
+    with pytest.raises(ValueError, match=message):
+        open_bank([tmp_path / "first", tmp_path / "second"])
+
+
+def test_shards_on_two_grids_are_refused(shard, tmp_path):
+    save(shard(0), tmp_path / "first")
+    bank = shard(1)
+    save(bank.assign_coords(time=bank.time + 0.1), tmp_path / "second")
+    with pytest.raises(ValueError, match="time"):
+        open_bank([tmp_path / "first", tmp_path / "second"])
+
+
+def test_no_shard_is_refused():
+    with pytest.raises(ValueError, match="at least one shard"):
+        open_bank([])
+
+
+def test_onsets(shard):
+    """Normal of the sd asked for (false alarm 1e-3), not of another; none at 0."""
+    onset = shard(n=4000).onset.values
+    assert kstest(onset / 0.3, "norm").pvalue > 1e-3
+    assert kstest(onset / 0.25, "norm").pvalue < 1e-6
+    assert np.all(shard(onset_sd=0.0).onset == 0)
+
+
+def test_curves_that_are_not_finite_are_counted(sensor):
+    """A force and springs at the end of what a float can hold."""
+    medians = np.array([2.0, 1e-3, 0.04, 0.3, 0.12, 1e308, 10.0])
+    prior = Prior(medians=medians, log_sds=np.full(7, 1e-3))
+    rng = generator(1, "test", "not finite")
+    with (
+        np.errstate(all="ignore"),
+        pytest.raises(FloatingPointError, match="8 of 8 simulated closing curves are not finite"),
+    ):
+        simulate(prior, sensor.times, "closing", 8, rng, onset_sd=0.0)

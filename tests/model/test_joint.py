@@ -1,0 +1,291 @@
+"""The joint model against densities written out: change of variables, prior, records."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from scipy.stats import multivariate_normal, norm
+
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.model.joint import Model
+from breaker.model.prior import Prior
+from breaker.model.randomness import generator
+from breaker.model.sensor import Sensor
+
+PAPER = Path(__file__).parents[2] / "config" / "paper.yaml"
+P = len(NAMES)
+F = NAMES.index("f")
+
+
+@pytest.fixture(params=["default", "paper"])
+def setting(request, defaults):
+    """Sections prior and sensor: with both nuisances, and the paper's, without."""
+    overlay = yaml.safe_load(PAPER.read_text(encoding="utf-8")) if request.param == "paper" else {}
+    return {"prior": defaults["prior"], "sensor": defaults["sensor"] | overlay.get("sensor", {})}
+
+
+@pytest.fixture(params=MOTIONS)
+def model(request, setting):
+    return Model.from_settings({**setting, "motion": request.param})
+
+
+@pytest.fixture
+def tight(model):
+    """The same with P(f > k_a L) of 0.36, so that the condition matters."""
+    medians = model.prior.medians.copy()
+    medians[F] = 0.42
+    return replace(model, prior=Prior(medians=medians, log_sds=model.prior.log_sds))
+
+
+def unknowns(model, n, name):
+    """Outputs drawn from the prior, ``(n, q)``, physical units."""
+    rng = generator(1, "test model", name)
+    theta = model.prior.sample(n, rng)
+    if not model.sensor.infers_onset:
+        return theta
+    return np.column_stack([theta, model.sensor.onset_sd * rng.standard_normal(n)])
+
+
+def exact_curves(model, values):
+    onset = values[:, P] if values.shape[1] > P else 0.0
+    return travel(values[:, :P], model.sensor.times, model.motion, onset=onset).travel
+
+
+def a_record(model):
+    """A record, and outputs of which some explain it."""
+    values = unknowns(model, 6, "record")
+    rng = generator(1, "test model", "noise")
+    return model.sensor.corrupt(exact_curves(model, values[:1]), rng)[0], values
+
+
+# ---- change of variables -----------------------------------------------------------------------
+
+
+def test_outputs(model, setting):
+    expected = [*NAMES, "onset"] if setting["sensor"]["onset_sd"] else list(NAMES)
+    assert model.names == expected
+    assert [output.name for output in model.outputs] == expected
+
+
+def test_standardised_outputs_and_back(model):
+    values = unknowns(model, 60, "round trip").reshape(3, 20, -1)
+    z = model.standardise(values)
+    np.testing.assert_allclose(model.destandardise(z), values, rtol=1e-13)
+    scale = model.prior.log_sds
+    by_hand = np.log(values[..., :P] / model.prior.medians) / scale
+    np.testing.assert_allclose(z[..., :P], by_hand, atol=1e-12)
+    np.testing.assert_allclose(z[..., P:] * model.sensor.onset_sd, values[..., P:], rtol=1e-14)
+
+
+def test_arguments_are_left_alone(model):
+    values = unknowns(model, 4, "alone")
+    z, record = model.standardise(values), a_record(model)[0]
+    record[3] = np.nan
+    before = values.copy(), z.copy(), record.copy()
+    model.standardise(values)
+    model.destandardise(z)
+    model.log_joint(z, record)
+    for now, then in zip((values, z, record), before, strict=True):
+        np.testing.assert_array_equal(now, then)
+
+
+def log_jacobian(model, point):
+    """Log of ``|d z / d values|`` by central differences.
+
+    A step of 1e-5 of the scale of each output leaves 1e-10 of its logarithm's third derivative,
+    and round-off of 1e-16 times |z| over 1e-5.
+    """
+    q = point.size
+    jacobian = np.empty((q, q))
+    for j in range(q):
+        step = 1e-5 * (point[j] if j < P else model.sensor.onset_sd)
+        up, down = point.copy(), point.copy()
+        up[j] += step
+        down[j] -= step
+        jacobian[:, j] = (model.standardise(up) - model.standardise(down)) / (up[j] - down[j])
+    return np.linalg.slogdet(jacobian)[1]
+
+
+def test_log_scaling_is_the_jacobian(model):
+    values = unknowns(model, 5, "jacobian")
+    expected = [log_jacobian(model, point) for point in values]
+    np.testing.assert_allclose(model.log_scaling(values), expected, atol=1e-8)
+    np.testing.assert_array_equal(
+        model.log_scaling(values[:, None]), model.log_scaling(values)[:, None]
+    )
+    # The faults: a forgotten onset, and the sign of the logarithms.
+    wrong = -(np.log(model.prior.log_sds) - np.log(values[:, :P])).sum(-1)
+    assert np.all(np.abs(wrong - expected) > 1)
+
+
+# ---- prior -------------------------------------------------------------------------------------
+
+
+def test_log_prior_is_that_of_the_physical_outputs(model, tight):
+    """``p(z) = p(values) / |d z / d values|``, with the onset's normal density."""
+    for chosen in (model, tight):
+        values = unknowns(chosen, 50, "change of variables")
+        onset = norm.logpdf(values[:, P:], scale=chosen.sensor.onset_sd or 1.0).sum(axis=1)
+        expected = chosen.prior.log_prob(values[:, :P]) + onset - chosen.log_scaling(values)
+        z = chosen.standardise(values)
+        np.testing.assert_allclose(chosen.log_prior(z), expected, atol=1e-10)
+        np.testing.assert_array_equal(chosen.log_prior(z[None, 7]), chosen.log_prior(z)[7:8])
+
+
+def integral(log_density, q, rng, n=40_000):
+    """Integral of a density over standardised outputs by normal draws of sd 1.2, and its error.
+
+    The weights are bounded by ``1.2^q`` over the probability of the support.
+    """
+    z = 1.2 * rng.standard_normal((n, q))
+    weights = np.exp(log_density(z) - norm.logpdf(z, scale=1.2).sum(axis=1))
+    return weights.mean(), weights.std() / np.sqrt(n)
+
+
+def test_log_prior_integrates_to_one(model, tight):
+    """4 standard errors, twice: false alarm 1.3e-4 for each model.
+
+    The fault: a condition that cuts the density and does not scale it integrates to 0.36.
+    """
+    q = len(model.outputs)
+    for chosen in (model, tight):
+        value, error = integral(chosen.log_prior, q, generator(1, "test model", "integral"))
+        assert error < 0.02
+        assert abs(value - 1) < 4 * error
+    value, error = integral(
+        lambda z: tight.log_prior(z) + tight.prior.log_support,
+        q,
+        generator(1, "test model", "integral", "fault"),
+    )
+    assert abs(value - 1) > 40 * error
+
+
+def test_share_of_the_support(tight):
+    """Normal draws lie in the support with the probability by which the density is scaled.
+
+    4 binomial standard errors: false alarm 6e-5.
+    """
+    n, q = 40_000, len(tight.outputs)
+    z = generator(1, "test model", "share").standard_normal((n, q))
+    share, expected = np.isfinite(tight.log_prior(z)).mean(), np.exp(tight.prior.log_support)
+    assert abs(share - expected) < 4 * np.sqrt(expected * (1 - expected) / n)
+
+
+def test_log_prior_is_minus_infinity_outside(model):
+    q = len(model.outputs)
+    z = np.zeros((4, q))
+    # A weak closing force and a stiff opening spring: f of 0.56 is less than k_a L, 0.71.
+    z[1, [F, NAMES.index("k_a")]] = -3.0, 3.0
+    z[2, 0] = 20.0
+    z[3, 0] = 20.001
+    assert np.isneginf(model.log_prior(z)).tolist() == [False, True, False, True]
+    assert not model.prior.supported(model.destandardise(z)[1, :P])
+    assert np.isneginf(model.log_prior(-z)).tolist() == [False, False, False, True]
+
+
+@pytest.mark.parametrize("size", [1e3, 1e6, 1e100])
+def test_wild_points_have_no_density(model, size):
+    """No overflow, no curve that takes for ever, and the tame point among them is not lost."""
+    q = len(model.outputs)
+    record, _ = a_record(model)
+    z = size * generator(1, "test model", "wild").standard_normal((200, q))
+    z = np.concatenate([z, size * np.eye(q), -size * np.eye(q), np.zeros((1, q))])
+    expected = np.r_[np.full(len(z) - 1, -np.inf), model.log_joint(np.zeros((1, q)), record)]
+    np.testing.assert_array_equal(model.log_joint(z, record), expected)
+    assert np.isfinite(expected[-1])
+
+
+def test_nothing_inside(model):
+    record, _ = a_record(model)
+    wild = np.full((3, len(model.outputs)), 1e3)
+    assert np.isneginf(model.log_joint(wild, record)).all()
+    assert model.log_joint(wild[:0], record).shape == (0,)
+
+
+# ---- joint density -----------------------------------------------------------------------------
+
+
+def log_normal_density(model, record, curves):
+    """Of the samples that are there, in matrices written out."""
+    there = np.flatnonzero(~np.isnan(record))
+    sensor = model.sensor
+    covariance = sensor.noise_sd**2 * np.eye(there.size) + sensor.zero_sd**2
+    normal = multivariate_normal(np.zeros(there.size), covariance)
+    return normal.logpdf(record[there] - curves[:, there])
+
+
+def missing(record, which):
+    """The record without some of its samples."""
+    record, rng = record.copy(), generator(1, "test model", "missing")
+    gone = {
+        "none": [],
+        "one": [70],
+        "a stretch": slice(40, 80),
+        "the beginning": slice(0, 30),
+        "most": rng.permutation(record.size)[3:],
+    }[which]
+    record[gone] = np.nan
+    return record
+
+
+@pytest.mark.parametrize("which", ["none", "one", "a stretch", "the beginning", "most"])
+def test_log_joint_is_prior_times_likelihood(model, which):
+    """To a relative 1e-11: values of up to 1e6 come from sums of 151 squares."""
+    full, values = a_record(model)
+    record, z = missing(full, which), model.standardise(values)
+    curves = exact_curves(model, values)
+    np.testing.assert_array_equal(model.curves(values), curves)
+    likelihood = log_normal_density(model, record, curves)
+    result = model.log_joint(z, record)
+    np.testing.assert_allclose(result, model.log_prior(z) + likelihood, rtol=1e-11)
+    if which == "none":
+        direct = model.log_prior(z) + model.sensor.log_likelihood(record, curves)
+        np.testing.assert_allclose(result, direct, rtol=1e-11)
+
+
+def test_missing_samples_are_not_zeros(model):
+    """The faults: the same sum over the samples that are there, with the zero's share or the
+    normalisation of the full record."""
+    full, values = a_record(model)
+    record = missing(full, "a stretch")
+    there = ~np.isnan(record)
+    curves, sensor = exact_curves(model, values), model.sensor
+    right = log_normal_density(model, record, curves)
+    filled = np.where(there, record, curves)
+    assert np.all(np.abs(sensor.log_likelihood(filled, curves) - right) > 1)
+
+
+def test_a_record_of_nothing_leaves_the_prior(model):
+    _, values = a_record(model)
+    z, nothing = model.standardise(values), np.full(model.sensor.samples, np.nan)
+    np.testing.assert_array_equal(model.log_joint(z, nothing), model.log_prior(z))
+
+
+def test_log_joint_outside_the_support(model):
+    record, values = a_record(model)
+    z = model.standardise(values)
+    z[2, F], z[4, 1] = -19.0, 50.0
+    result = model.log_joint(z, record)
+    assert np.isneginf(result).tolist() == [False, False, True, False, True, False]
+    kept = [0, 1, 3, 5]
+    np.testing.assert_array_equal(result[kept], model.log_joint(z[kept], record))
+
+
+# ---- construction ------------------------------------------------------------------------------
+
+
+def test_unknown_motion_is_refused(prior, sensor):
+    with pytest.raises(ValueError, match="known: closing, opening"):
+        Model(prior, sensor, "tripping")
+
+
+def test_sensor_without_onset(prior, sensor):
+    still = Sensor.from_settings({**sensor.settings(), "onset_sd": 0.0})
+    model = Model(prior, still, "closing")
+    values = prior.sample(3, generator(1, "test model", "still"))
+    np.testing.assert_array_equal(
+        model.curves(values), travel(values, still.times, "closing").travel
+    )

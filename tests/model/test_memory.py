@@ -1,0 +1,101 @@
+"""Memory beside the output: the same for any number of operations.
+
+numpy reports its arrays to ``tracemalloc``. What compiled code allocates for itself it does not
+report: buffers of some 10 kB a thread, whatever the number of operations.
+"""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from breaker.mechanism import arguments
+from breaker.mechanism.curves import travel
+from breaker.mechanism.sensitivities import sensitivity
+from breaker.model.bank import simulate
+from breaker.model.randomness import generator
+
+FEW, MANY = 2**13, 2**16  # operations
+SLACK = 2**16  # bytes of Python's own objects
+
+
+def beside(make, size):
+    """Most bytes in use beside the output while it was made."""
+    tracemalloc.start()
+    try:
+        output = make()
+        return tracemalloc.get_traced_memory()[1] - size(output)
+    finally:
+        tracemalloc.stop()
+
+
+def arrays_of(result):
+    return sum(each.nbytes for each in result)
+
+
+@pytest.fixture(scope="module")
+def theta(prior):
+    return prior.sample(MANY, generator(1, "test", "memory"))
+
+
+# What has to be converted is converted block by block as well.
+FORMS = {
+    "as they are": lambda theta: theta,
+    "single": lambda theta: theta.astype(np.float32),
+    "backwards": lambda theta: theta[::-1],
+    "by columns": np.asfortranarray,
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_curves(theta, form):
+    times, onset = np.linspace(-2, 58, 31), np.zeros(MANY, np.float32)
+
+    def needed(n):
+        rows = FORMS[form](theta)[:n]
+        return beside(lambda: travel(rows, times, "closing", onset=onset[:n]), arrays_of)
+
+    needed(8)  # compiled from here on
+    few, many = needed(FEW), needed(MANY)
+    assert many < few + SLACK
+    assert few < arguments._ROWS * 200
+
+
+def test_a_copy_of_all_rows_would_be_seen(theta):
+    """The planted fault."""
+    times, single = np.linspace(-2, 58, 31), theta.astype(np.float32)
+
+    def needed(n):
+        return beside(lambda: travel(single[:n].astype(np.float64), times, "closing"), arrays_of)
+
+    assert needed(MANY) > needed(FEW) + 10 * SLACK
+
+
+def test_derivatives(theta):
+    times = np.linspace(-2, 58, 7)
+
+    def needed(n):
+        return beside(
+            lambda: sensitivity(theta[:n], times, "opening"),
+            lambda output: arrays_of(output[0]) + output[1].nbytes,
+        )
+
+    needed(8)
+    assert needed(MANY) < needed(FEW) + SLACK
+
+
+def test_bank(prior, sensor):
+    """Parameters and onsets are drawn at once, so that a bank's bytes do not depend on blocks; that
+    takes less than the curves, which come after it."""
+
+    def needed(n):
+        rng = generator(1, "test", "memory", "bank")
+        return beside(
+            lambda: simulate(prior, sensor.times, "closing", n, rng, onset_sd=0.3),
+            lambda bank: sum(array.nbytes for array in bank.variables.values()),
+        )
+
+    needed(8)
+    few, many = needed(FEW), needed(MANY)
+    assert many < few + SLACK
+    assert few > arguments._ROWS * sensor.samples * 8  # a block of float64

@@ -1,0 +1,110 @@
+"""Components ranked by signal over noise, scores of unit variance, and curves far from the bank."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS
+from breaker.model.plausibility import distance, principal_components, scores
+from breaker.model.randomness import generator
+
+COUNT = 16
+
+
+@pytest.fixture(scope="module", params=MOTIONS)
+def curves(request, prior, sensor):
+    """Noise-free curves (n, t) of the prior, of one motion."""
+    rng = generator(1, "test", "plausibility")
+    onset = 0.3 * rng.standard_normal(2000)
+    return travel(prior.sample(2000, rng), sensor.times, request.param, onset=onset).travel
+
+
+def covariances(curves, sensor):
+    """Of the signal over the bank, and of a record's errors, ``(t, t)`` each."""
+    t = sensor.samples
+    errors = sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
+    return np.cov(curves, rowvar=False, bias=True), errors
+
+
+def test_scores_are_uncorrelated_with_unit_variance(curves, sensor):
+    """Over the bank and all noise, in matrices: nothing statistical is left."""
+    mean, weights = principal_components(curves, sensor, COUNT)
+    np.testing.assert_allclose(mean, curves.mean(axis=0), rtol=1e-13, atol=1e-13)
+    assert weights.shape == (sensor.samples, COUNT)
+    signal, errors = covariances(curves, sensor)
+    np.testing.assert_allclose(weights.T @ (signal + errors) @ weights, np.eye(COUNT), atol=1e-9)
+    # The signal alone has less: the noise counts, and more so in the last component.
+    alone = np.diag(weights.T @ signal @ weights)
+    assert alone[0] > 0.999
+    assert alone[-1] < 0.9
+
+
+def test_components_are_ranked_by_signal_over_noise(curves, sensor):
+    """They are the first of the generalised eigenvalue problem, largest first."""
+    _, weights = principal_components(curves, sensor, COUNT)
+    signal, errors = covariances(curves, sensor)
+    ratio = np.diag(weights.T @ signal @ weights) / np.diag(weights.T @ errors @ weights)
+    assert np.all(np.diff(ratio) < 0)
+    best = eigh(signal, errors, eigvals_only=True)[::-1][:COUNT]
+    np.testing.assert_allclose(ratio, best, rtol=1e-6)
+
+
+def test_noisy_records_have_scores_of_unit_variance(curves, sensor):
+    """Records drawn from the bank: variance within 4.5 of its standard errors for 16 scores
+    (false alarm below 1.1e-4). The faults, records without and with twice the noise, are caught.
+    """
+    mean, weights = principal_components(curves, sensor, COUNT)
+    rng = generator(1, "test", "scores")
+
+    def deviation(records):
+        values = scores(records, mean, weights)
+        squares = (values - values.mean(axis=0)) ** 2
+        error = squares.std(axis=0) / np.sqrt(len(records))
+        return np.abs((squares.mean(axis=0) - 1) / error).max()
+
+    assert deviation(sensor.corrupt(curves, rng)) < 4.5
+    assert deviation(curves) > 9
+    assert deviation(2 * sensor.corrupt(curves, rng) - curves) > 9
+
+
+def test_signs_do_not_depend_on_the_order_of_the_bank(curves, sensor):
+    _, weights = principal_components(curves, sensor, COUNT)
+    _, turned = principal_components(curves[::-1], sensor, COUNT)
+    np.testing.assert_allclose(turned, weights, rtol=0, atol=1e-6 * np.abs(weights).max())
+    _, single = principal_components(curves.astype(np.float32), sensor, 4)
+    np.testing.assert_allclose(single, weights[:, :4], atol=1e-3 * np.abs(weights).max())
+
+
+def test_distance_is_the_largest_score(curves, sensor):
+    mean, weights = principal_components(curves, sensor, COUNT)
+    records = sensor.corrupt(curves, generator(1, "test", "distance"))
+    expected = [max(abs(value) for value in row) for row in scores(records, mean, weights)]
+    np.testing.assert_array_equal(distance(records, mean, weights), expected)
+    assert distance(mean, mean, weights) == 0
+
+
+@pytest.mark.parametrize(
+    "strange",
+    [
+        lambda curve: 3.0 * curve,  # another breaker
+        lambda curve: 10.0 * curve,  # a wrong unit
+        lambda curve: -curve,  # a wrong sign
+        lambda curve: curve[::-1],  # the other motion
+        lambda curve: np.roll(curve, 40),  # 16 ms late
+    ],
+    ids=["thrice", "unit", "negative", "backwards", "late"],
+)
+def test_far_curves_are_far(curves, sensor, strange):
+    """Farther than every record of the bank."""
+    mean, weights = principal_components(curves, sensor, COUNT)
+    rng = generator(1, "test", "far")
+    farthest = distance(sensor.corrupt(curves, rng), mean, weights).max()
+    records = sensor.corrupt(np.array([strange(curve) for curve in curves[:20]]), rng)
+    assert distance(records, mean, weights).min() > farthest
+
+
+def test_farther_is_farther(curves, sensor):
+    mean, weights = principal_components(curves, sensor, COUNT)
+    away = mean + np.array([[0.5], [1.0], [2.0], [4.0]]) * (curves[0] - mean)
+    assert np.all(np.diff(distance(away, mean, weights)) > 0)

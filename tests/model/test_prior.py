@@ -1,0 +1,185 @@
+"""The prior: normalised, sampled exactly, and zero outside its support."""
+
+import numpy as np
+import pytest
+from scipy.stats import ks_2samp, kstest, lognorm, norm, truncnorm
+
+from breaker.mechanism.parameters import NAMES
+from breaker.model.prior import Prior
+from breaker.model.randomness import generator
+
+K_A, F, GAP = (NAMES.index(name) for name in ("k_a", "f", "L"))
+
+
+@pytest.fixture(scope="module")
+def tight(prior):
+    """A prior that its condition cuts hard: P(f > k_a L) is 0.36, so that leaving it out shows."""
+    medians = prior.medians.copy()
+    medians[F] = 0.42
+    return Prior(medians=medians, log_sds=prior.log_sds)
+
+
+def support_direction(prior):
+    """Unit vector and bound: f > k_a L is direction . z > bound in standardised log space."""
+    signs = np.zeros(len(NAMES))
+    signs[F], signs[K_A], signs[GAP] = 1.0, -1.0, -1.0
+    slope = signs * prior.log_sds
+    length = np.linalg.norm(slope)
+    return slope / length, -(signs @ np.log(prior.medians)) / length
+
+
+def unconditioned(prior, n, rng):
+    return prior.medians * np.exp(prior.log_sds * rng.standard_normal((n, len(NAMES))))
+
+
+def by_rejection(prior, n, rng):
+    theta = unconditioned(prior, 4 * n, rng)
+    kept = theta[theta[:, F] > theta[:, K_A] * theta[:, GAP]]
+    assert len(kept) >= n
+    return kept[:n]
+
+
+def integral(prior, log_density, rng, n=50_000):
+    """Integral of a density by importance sampling, and its standard error.
+
+    The proposal has 1.3 times the prior's log-sds, so the weights are bounded by 1.3^7 / P.
+    """
+    wide = 1.3 * prior.log_sds
+    theta = prior.medians * np.exp(wide * rng.standard_normal((n, len(NAMES))))
+    proposal = lognorm(s=wide, scale=prior.medians).logpdf(theta).sum(axis=1)
+    weights = np.exp(log_density(theta) - proposal)
+    return weights.mean(), weights.std() / np.sqrt(n)
+
+
+@pytest.mark.parametrize("which", ["prior", "tight"])
+def test_density_integrates_to_one(which, request):
+    """4 standard errors: false alarm 6e-5. They are below 0.01, so the normal law holds."""
+    chosen = request.getfixturevalue(which)
+    value, error = integral(chosen, chosen.log_prob, generator(1, "test", "integral", which))
+    assert error < 0.01
+    assert abs(value - 1) < 4 * error
+
+
+def test_unnormalised_density_is_caught(tight):
+    """The fault: the condition cuts the density but does not scale it. It integrates to 0.36."""
+    value, error = integral(
+        tight,
+        lambda theta: tight.log_prob(theta) + tight.log_support,
+        generator(1, "test", "integral", "fault"),
+    )
+    assert abs(value - 1) > 40 * error
+    assert abs(value - np.exp(tight.log_support)) < 4 * error
+
+
+def test_density_by_hand(tight):
+    theta = by_rejection(tight, 50, generator(1, "test", "by hand"))
+    independent = lognorm(s=tight.log_sds, scale=tight.medians).logpdf(theta).sum(axis=1)
+    _, bound = support_direction(tight)
+    np.testing.assert_allclose(tight.log_prob(theta), independent - norm.logsf(bound), rtol=1e-13)
+
+
+def test_probability_of_the_support(prior, tight):
+    assert np.exp(prior.log_support) == pytest.approx(0.9968, abs=5e-5)
+    # ln f - ln k_a - ln L is normal: mean ln(0.42 / 0.45), variance the sum of three.
+    exact = norm.cdf(np.log(0.42 / 0.45) / np.sqrt(0.15**2 + 0.10**2 + 0.05**2))
+    assert np.exp(tight.log_support) == pytest.approx(exact, rel=1e-13)
+
+
+def disagreement(prior, theta, rng):
+    """Smallest p-value, times the number of tests, of draws against rejection sampling.
+
+    Along every parameter, along the condition and along two mixtures of what it couples.
+    """
+    direction, _ = support_direction(prior)
+    mixtures = np.eye(len(NAMES))[[F, GAP]] + np.eye(len(NAMES))[[K_A, F]]
+    along = np.vstack([np.eye(len(NAMES)), direction, mixtures]).T
+    standard = [prior.standardise(t) @ along for t in (theta, by_rejection(prior, len(theta), rng))]
+    p_values = [ks_2samp(a, b).pvalue for a, b in zip(*(s.T for s in standard), strict=True)]
+    return min(p_values) * len(p_values)
+
+
+@pytest.mark.parametrize("which", ["prior", "tight"])
+def test_sampling_is_rejection_sampling(which, request):
+    """Ten tests together: false alarm 1e-3."""
+    chosen = request.getfixturevalue(which)
+    rng = generator(1, "test", "sampling", which)
+    assert disagreement(chosen, chosen.sample(10_000, rng), rng) > 1e-3
+
+
+def test_unconditioned_sampling_is_caught(tight):
+    rng = generator(1, "test", "sampling", "fault")
+    assert disagreement(tight, unconditioned(tight, 10_000, rng), rng) < 1e-9
+
+
+def test_folded_sampling_is_caught(tight):
+    """The fault: draws outside the support are mirrored into it, which also respects it."""
+    rng = generator(1, "test", "sampling", "folded")
+    z = rng.standard_normal((10_000, len(NAMES)))
+    direction, bound = support_direction(tight)
+    beyond = np.minimum(z @ direction - bound, 0.0)
+    theta = tight.destandardise(z - 2 * beyond[:, None] * direction)
+    assert np.all(tight.supported(theta))
+    assert disagreement(tight, theta, rng) < 1e-9
+
+
+def test_sampling_along_the_condition_is_a_truncated_normal(tight):
+    """False alarm 1e-3, against the distribution function itself."""
+    theta = tight.sample(20_000, generator(1, "test", "truncated"))
+    direction, bound = support_direction(tight)
+    exact = truncnorm(bound, np.inf)
+    assert kstest(tight.standardise(theta) @ direction, exact.cdf).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("median_f", [0.75, 0.42, 0.20])
+def test_support_is_always_respected(prior, median_f):
+    """Even where it is a tail of 1 in 100,000 (median of f 0.20)."""
+    medians = prior.medians.copy()
+    medians[F] = median_f
+    chosen = Prior(medians=medians, log_sds=prior.log_sds)
+    theta = chosen.sample(20_000, generator(1, "test", "support"))
+    assert np.all(np.isfinite(theta))
+    assert np.all(theta[:, F] > theta[:, K_A] * theta[:, GAP])
+    assert np.all(np.isfinite(chosen.log_prob(theta)))
+
+
+def test_density_is_zero_outside_the_support(prior):
+    theta = np.tile(prior.medians, (4, 1))
+    theta[1, F] = theta[1, K_A] * theta[1, GAP] * 0.999
+    theta[2, 0] = 0.0
+    theta[3, 3] = -0.3
+    assert np.isneginf(prior.log_prob(theta)).tolist() == [False, True, True, True]
+    assert prior.supported(theta).tolist() == [True, False, True, True]
+    # Two negative factors make no support.
+    assert np.isneginf(prior.log_prob(-prior.medians))
+
+
+def test_standardised_space_and_back(prior):
+    theta = prior.sample(100, generator(1, "test", "round trip")).reshape(4, 25, 7)
+    z = prior.standardise(theta)
+    np.testing.assert_allclose(prior.destandardise(z), theta, rtol=1e-14)
+    np.testing.assert_allclose(z, np.log(theta / prior.medians) / prior.log_sds, atol=1e-12)
+    assert prior.log_prob(theta).shape == prior.supported(theta).shape == (4, 25)
+
+
+def test_same_generator_same_draws(prior):
+    first, second = (prior.sample(10, generator(5, "test", "same")) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_settings_are_read_by_name(defaults):
+    turned = dict(reversed(defaults["prior"].items()))
+    assert Prior.from_settings(turned).medians.tolist() == [2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10]
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan, np.inf])
+@pytest.mark.parametrize("name", ["medians", "log_sds"])
+def test_wrong_numbers_are_refused(prior, name, wrong):
+    values = {"medians": prior.medians.copy(), "log_sds": prior.log_sds.copy()}
+    values[name][2] = wrong
+    with pytest.raises(ValueError, match=name):
+        Prior(**values)
+
+
+def test_wrong_shape_is_refused(prior):
+    with pytest.raises(ValueError, match="log_sds"):
+        Prior(medians=prior.medians, log_sds=prior.log_sds[:6])

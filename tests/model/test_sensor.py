@@ -1,0 +1,179 @@
+"""The sensor's errors against its covariance, in matrices written out."""
+
+import numpy as np
+import pytest
+from scipy.linalg import sqrtm
+from scipy.stats import chi2, kstest, multivariate_normal, norm
+
+from breaker.model.randomness import generator
+from breaker.model.sensor import Sensor, grid
+
+SAMPLES = 12
+
+
+@pytest.fixture(scope="module")
+def small():
+    """Few samples, so that matrices are small and the zero's prior matters."""
+    return Sensor(start=-1.0, stop=10.0, samples=SAMPLES, noise_sd=0.2, onset_sd=0.3, zero_sd=0.1)
+
+
+@pytest.fixture(scope="module")
+def records(small):
+    """Exact curves and what the sensor makes of them, ``(n, t)``."""
+    rng = generator(1, "test", "records")
+    exact = rng.normal(5.0, 3.0, (4000, SAMPLES))
+    return exact, small.corrupt(exact, rng)
+
+
+def covariance(sensor):
+    t = sensor.samples
+    return sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
+
+
+def without_zero(sensor):
+    return Sensor.from_settings({**sensor.settings(), "zero_sd": 0.0})
+
+
+def two_sided(statistic, freedom):
+    tail = chi2(freedom)
+    return 2 * min(tail.cdf(statistic), tail.sf(statistic))
+
+
+def covariance_p_value(residual, sensor):
+    """p-value of residuals ``(n, t)`` under the covariance of a record.
+
+    The sum of the n records' squares along each eigenvector is chi-square with n degrees of
+    freedom; their joint normality is tested on all whitened numbers.
+    """
+    variances, vectors = np.linalg.eigh(covariance(sensor))
+    white = residual @ vectors / np.sqrt(variances)
+    p_values = [two_sided(column @ column, len(column)) for column in white.T]
+    return min(*p_values, kstest(white.ravel(), "norm").pvalue) * (len(p_values) + 1)
+
+
+def test_corrupted_records_have_the_covariance(small, records):
+    """False alarm 1e-3 over the 13 tests together."""
+    exact, measured = records
+    assert covariance_p_value(measured - exact, small) > 1e-3
+
+
+@pytest.mark.parametrize("fault", ["no zero", "zero per sample", "noise of a record", "noise"])
+def test_wrong_errors_are_caught(small, fault):
+    rng = generator(1, "test", "wrong errors")
+    exact = np.zeros((4000, SAMPLES))
+    residual = {
+        "no zero": lambda: without_zero(small).corrupt(exact, rng),
+        "zero per sample": lambda: rng.normal(0, np.hypot(0.2, 0.1), exact.shape),
+        "noise of a record": lambda: np.hypot(0.2, 0.1) * rng.standard_normal((4000, 1)) + exact,
+        "noise": lambda: 1.1 * small.corrupt(exact, rng),
+    }[fault]()
+    assert covariance_p_value(residual, small) < 1e-9
+
+
+def test_whitening_is_the_inverse_root_of_the_covariance(small):
+    root = np.linalg.inv(sqrtm(covariance(small)))
+    np.testing.assert_allclose(small.whiten(np.eye(SAMPLES)), root, atol=1e-12)
+    batch = generator(1, "test", "whiten").standard_normal((2, 3, SAMPLES))
+    np.testing.assert_allclose(small.whiten(batch), batch @ root, atol=1e-12)
+
+
+def test_log_likelihood_is_the_normal_density(small, records):
+    exact, measured = (values[:50] for values in records)
+    expected = multivariate_normal(np.zeros(SAMPLES), covariance(small)).logpdf(measured - exact)
+    np.testing.assert_allclose(small.log_likelihood(measured, exact), expected, rtol=1e-12)
+    inverse = np.linalg.inv(covariance(small))
+    expected = np.einsum("nt,ts,ns->n", measured - exact, inverse, measured - exact)
+    np.testing.assert_allclose(small.chi_square(measured, exact), expected, rtol=1e-12)
+
+
+def test_one_record_against_many_curves(small, records):
+    exact, measured = (values[:6].reshape(2, 3, SAMPLES) for values in records)
+    one = measured[0, 0]
+    many = small.log_likelihood(one, exact)
+    assert many.shape == (2, 3)
+    assert many[1, 2] == pytest.approx(small.log_likelihood(one, exact[1, 2]), rel=1e-14)
+
+
+def test_likelihood_integrates_the_zero(small, records):
+    """Against the integral over the zero, by the trapezium rule (exact to round-off here)."""
+    exact, measured = (values[0] for values in records)
+    zeros = np.linspace(-1.0, 1.0, 2001)
+    given = norm.logpdf(measured - exact - zeros[:, None], scale=small.noise_sd).sum(axis=1)
+    integrand = np.exp(given + norm.logpdf(zeros, scale=small.zero_sd))
+    expected = np.log(np.trapezoid(integrand, zeros))
+    assert small.log_likelihood(measured, exact) == pytest.approx(expected, rel=1e-12)
+
+
+def zero_given_the_record(residual, sensor):
+    """Mean and sd of the zero given a residual ``(t,)``: the normal conditional in matrices."""
+    cross = sensor.zero_sd**2 * np.linalg.solve(covariance(sensor), np.ones(sensor.samples))
+    return cross @ residual, np.sqrt(sensor.zero_sd**2 * (1 - cross.sum()))
+
+
+def zero_p_value(draws, residual, sensor):
+    mean, sd = zero_given_the_record(residual, sensor)
+    return kstest((draws - mean) / sd, "norm").pvalue
+
+
+def test_zero_given_a_record(small, records):
+    """False alarm 1e-3. The fault, a zero without its prior, is the residual's mean give or take
+    the noise of a mean."""
+    exact, measured = (np.tile(values[0], (20_000, 1)) for values in records)
+    residual = measured[0] - exact[0]
+    rng = generator(1, "test", "zero")
+    draws = small.sample_zero(measured, exact, rng)
+    assert draws.shape == (20_000, 1)
+    assert zero_p_value(draws[:, 0], residual, small) > 1e-3
+    flat = residual.mean() + small.noise_sd / np.sqrt(SAMPLES) * rng.standard_normal(20_000)
+    assert zero_p_value(flat, residual, small) < 1e-9
+
+
+def test_without_zero(small, records):
+    exact, measured = records
+    none = without_zero(small)
+    np.testing.assert_allclose(none.whiten(measured), measured / 0.2, rtol=1e-14)
+    assert np.all(none.sample_zero(measured, exact, generator(1, "test", "none")) == 0)
+    expected = norm.logpdf(measured - exact, scale=0.2).sum(axis=1)
+    np.testing.assert_allclose(none.log_likelihood(measured, exact), expected, rtol=1e-12)
+
+
+def test_grid(sensor):
+    assert len(sensor.times) == sensor.samples == 151
+    assert (sensor.times[0], sensor.times[-1]) == (-2.0, 58.0)
+    np.testing.assert_allclose(np.diff(sensor.times), sensor.step)
+    assert sensor.step == pytest.approx(0.4)
+    np.testing.assert_array_equal(grid(-2.0, 58.0, 151), sensor.times)
+
+
+def test_settings_and_back(sensor, defaults):
+    assert sensor.settings() == defaults["sensor"]
+    assert Sensor.from_settings(sensor.settings()) == sensor
+
+
+def test_onset_is_inferred_where_it_has_a_width(sensor):
+    assert sensor.infers_onset
+    assert not Sensor.from_settings({**sensor.settings(), "onset_sd": 0.0}).infers_onset
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"start": 0.0}, "before 0"),
+        ({"stop": 0.0}, "before 0"),
+        ({"start": np.nan}, "before 0"),
+        ({"samples": 1}, "grid"),
+        ({"noise_sd": 0.0}, "noise_sd must be positive"),
+        ({"noise_sd": np.nan}, "noise_sd must be positive"),
+        ({"onset_sd": -0.1}, "onset_sd"),
+        ({"zero_sd": -0.1}, "zero_sd"),
+        ({"zero_sd": np.nan}, "zero_sd"),
+    ],
+)
+def test_wrong_settings_are_refused(sensor, change, message):
+    with pytest.raises(ValueError, match=message):
+        Sensor.from_settings({**sensor.settings(), **change})
+
+
+def test_unknown_setting_is_refused(sensor):
+    with pytest.raises(TypeError, match="gain_sd"):
+        Sensor.from_settings({**sensor.settings(), "gain_sd": 0.01})

@@ -1,0 +1,307 @@
+"""The coupling flow: splines, inverse and density against zuko, autograd and closed forms."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import multivariate_normal, norm
+from zuko.transforms import MonotonicRQSTransform
+
+from breaker.networks.coupling_flow import CouplingFlow, Spline
+from tests.networks_fixtures import (
+    MARKS,
+    built,
+    normal,
+    one_thread,  # noqa: F401
+    perturb,
+)
+from tests.posterior.test_known_posterior import SD, banana, banana_density
+
+pytestmark = MARKS
+
+DIMS, FEATURES = 3, 4
+SIZES = {"transforms": 4, "bins": 5, "hidden": [11, 9]}
+
+
+class NoScale(CouplingFlow):
+    """Planted fault: the density forgets the determinant of the base."""
+
+    def base(self, features):
+        base = super().base(features)
+        return base._replace(log_det=torch.zeros_like(base.log_det))
+
+
+class NoSlope(CouplingFlow):
+    """Planted fault: the density forgets the slopes of the splines."""
+
+    def log_prob(self, theta, features, *, steps):
+        _, log_slope = self.transform(features).call_and_ladj(self.base(features).whiten(theta))
+        return super().log_prob(theta, features, steps=steps) - log_slope
+
+
+FAULTS = (NoScale, NoSlope)
+
+
+def gaussian():
+    """A new network whose head has been given weights."""
+    network = built(CouplingFlow, DIMS, FEATURES, **SIZES).double()
+    perturb(network.head, 0.4)
+    return network
+
+
+def curved(dims=DIMS, *, kind=CouplingFlow, **sizes):
+    """A network of random weights, whose density is far from a Gaussian."""
+    return perturb(built(kind, dims, FEATURES, **SIZES | sizes).double(), 0.35)
+
+
+# ---- splines and couplings ----------------------------------------------------------------------
+
+
+def test_splines_are_those_of_zuko():
+    sizes, slopes = 3 * normal(50, 4, 12), 3 * normal(50, 4, 5, seed=2)
+    own, zukos = Spline(sizes, slopes), MonotonicRQSTransform(*sizes.chunk(2, -1), slopes)
+    for name in ("horizontal", "vertical", "derivatives"):
+        torch.testing.assert_close(getattr(own, name), getattr(zukos, name), rtol=0, atol=1e-12)
+    assert own.bins == 6
+    # The ends are where zuko has them, so that what is beyond is left alone.
+    assert (own.horizontal[..., [0, -1]] == torch.tensor([-5.0, 5.0])).all()
+    y = 8 * normal(50, 4, seed=3)
+    torch.testing.assert_close(own(y), zukos(y), rtol=0, atol=1e-11)
+    torch.testing.assert_close(own.inv(own(y)), y, rtol=0, atol=1e-9)
+    assert torch.equal(own(y)[y.abs() > 5], y[y.abs() > 5])
+    assert (own(y) - y).abs().max() > 0.5
+
+
+@pytest.mark.parametrize("dims", [2, 3, 7, 8])
+def test_any_two_dimensions_meet_both_ways(dims):
+    digits = math.ceil(math.log2(dims))
+    masks = built(CouplingFlow, dims, FEATURES, **SIZES | {"transforms": 2 * digits}).masks
+    for i, j in itertools.permutations(range(dims), 2):
+        assert any(mask[i] and not mask[j] for mask in masks), (i, j)
+    assert all(0 < mask.sum() < dims for mask in masks)
+
+
+def test_a_coupling_leaves_its_mask_alone_and_depends_on_it_alone():
+    network, features, y = curved(transforms=1), normal(1, FEATURES), normal(1, 1, DIMS, seed=2)
+    mask = network.masks[0]
+    jacobian = torch.autograd.functional.jacobian(
+        lambda point: network.transform(features)(point[None, None])[0, 0], y[0, 0]
+    )
+    unit = torch.eye(DIMS, dtype=torch.float64)
+    assert torch.equal(jacobian[mask], unit[mask])
+    among_bent = jacobian[~mask][:, ~mask]
+    assert (among_bent.diagonal() > 0).all()
+    assert torch.equal(among_bent, among_bent.diagonal().diag())
+    assert (jacobian[~mask][:, mask].abs() > 1e-4).all()
+
+
+# ---- draws and density --------------------------------------------------------------------------
+
+
+def test_a_new_network_is_the_gaussian_of_its_head():
+    network, features, noise = gaussian(), normal(2, FEATURES), normal(2, 50, DIMS, seed=2)
+    with torch.no_grad():
+        mean, factor, _ = (value.numpy() for value in network.base(features))
+        draws = network.sample(noise, features, steps=1).numpy()
+        density = network.log_prob(torch.from_numpy(draws), features, steps=1).numpy()
+    for i in range(2):
+        inverse = np.linalg.inv(factor[i])
+        expected = mean[i] + noise[i].numpy() @ inverse.T
+        np.testing.assert_allclose(draws[i], expected, rtol=0, atol=1e-12)
+        exact = multivariate_normal(mean[i], inverse @ inverse.T).logpdf(draws[i])
+        np.testing.assert_allclose(density[i], exact, rtol=0, atol=1e-10)
+
+
+def density_by_autograd(network, noise, features):
+    """Draws, and their log density from the Jacobian of the sampling map, one point at a time."""
+    points, densities = torch.empty_like(noise), torch.empty(noise.shape[:2], dtype=noise.dtype)
+    for i, j in np.ndindex(*noise.shape[:2]):
+
+        def sample(start, condition=features[i : i + 1]):
+            return network.sample(start[None, None], condition, steps=1)[0, 0]
+
+        points[i, j] = sample(noise[i, j]).detach()
+        jacobian = torch.autograd.functional.jacobian(sample, noise[i, j])
+        normal_density = norm.logpdf(noise[i, j].numpy()).sum()
+        densities[i, j] = normal_density - torch.linalg.slogdet(jacobian).logabsdet
+    return points, densities
+
+
+@pytest.mark.parametrize("dims", [2, 3, 7])
+def test_density_is_that_of_the_sampling_map(dims):
+    """Exactly, for one pass undoes the other; also where splines end, at five whitened sds."""
+    features, noise = normal(2, FEATURES, seed=2), 2.5 * normal(2, 8, dims)
+    assert (noise.abs() > 5).any() or dims == 2
+    points, expected = density_by_autograd(curved(dims), noise, features)
+    with torch.no_grad():
+        density = curved(dims).log_prob(points, features, steps=1)
+        torch.testing.assert_close(density, expected, rtol=0, atol=1e-8)
+        for fault in FAULTS:
+            wrong = curved(dims, kind=fault).log_prob(points, features, steps=1)
+            assert (wrong - expected).abs().max() > 0.1
+
+
+def test_density_integrates_to_one():
+    """Over eight base sds each side, in two dimensions.
+
+    The spline's slope is continuous and no more, so that the sum over cells of h = 0.05 sds errs
+    by about h^2 / 12 times the jumps of the density's slope: well under 1e-3.
+    """
+    features = normal(2, FEATURES, seed=2)
+
+    def mass(network):
+        base = network.base(features)
+        ticks = torch.linspace(-8, 8, 321, dtype=torch.float64)
+        grid = torch.cartesian_prod(ticks, ticks).expand(len(features), -1, -1)
+        density = network.log_prob(base.restore(grid), features, steps=1).exp()
+        return density.sum(1) * (ticks[1] - ticks[0]) ** 2 / torch.linalg.det(base.factor)
+
+    with torch.no_grad():
+        assert (mass(curved(2)) - 1).abs().max() < 1e-3
+        for fault in FAULTS:
+            assert (mass(curved(2, kind=fault)) - 1).abs().max() > 0.02
+
+
+def test_single_precision_is_enough():
+    """Draws and their density in float32 against float64: far below a posterior sd, and a nat."""
+    network, features, noise = curved(8), normal(2, FEATURES), normal(2, 500, 8, seed=2)
+    with torch.no_grad():
+        exact = network.sample(noise, features, steps=1)
+        density = network.log_prob(exact, features, steps=1)
+        network.float()
+        draws = network.sample(noise.float(), features.float(), steps=1)
+        base = network.base(features.float())
+        off = base.whiten(draws) - base.whiten(exact.float())
+        single = network.log_prob(draws, features.float(), steps=1)
+    assert off.abs().max() < 0.01
+    assert (single - density).abs().mean() < 1e-3
+    assert (single - density).abs().max() < 0.05
+
+
+def test_rows_and_draws_do_not_see_each_other():
+    network, n = curved(), 5
+    noise, features = normal(n, 7, DIMS), normal(n, FEATURES, seed=2)
+    with torch.no_grad():
+        draws = network.sample(noise, features, steps=1)
+        density = network.log_prob(draws, features, steps=1)
+        for i in range(n):
+            row = slice(i, i + 1)
+            alone = network.sample(noise[row, 2:3], features[row], steps=1)
+            torch.testing.assert_close(alone, draws[row, 2:3], rtol=0, atol=1e-12)
+            alone = network.log_prob(draws[row, 2:3], features[row], steps=1)
+            torch.testing.assert_close(alone, density[row, 2:3], rtol=0, atol=1e-12)
+        other = network.log_prob(draws, features.roll(1, 0), steps=1)
+    assert (other - density).abs().min() > 1e-3
+
+
+def test_steps_noise_and_time_make_no_difference():
+    network, features, theta = curved(), normal(4, FEATURES), normal(4, DIMS, seed=2)
+    with torch.no_grad():
+        one, seven = (network.log_prob(theta[:, None], features, steps=k)[:, 0] for k in (1, 7))
+        draws = [network.sample(theta[:, None], features, steps=k) for k in (1, 7)]
+        losses = [
+            network.loss(theta, features, normal(4, k, DIMS, seed=k), torch.rand(4, k, 1))
+            for k in (1, 3)
+        ]
+    assert not network.solves
+    assert torch.equal(one, seven)
+    assert torch.equal(*draws)
+    assert torch.equal(*losses)
+    assert torch.equal(losses[0], -one)
+
+
+def test_gradients_reach_every_weight():
+    """After two steps, for layers that start at zero let nothing through at first."""
+    network = built(CouplingFlow, DIMS, FEATURES, **SIZES).double()
+    optimiser = torch.optim.SGD(network.parameters(), lr=0.05)
+    theta, features = normal(32, DIMS), normal(32, FEATURES, seed=2)
+    for _ in range(3):
+        optimiser.zero_grad()
+        network.loss(theta, features, theta[:, None], theta[:, None, :1]).mean().backward()
+        gradients = {name: weight.grad for name, weight in network.named_parameters()}
+        optimiser.step()
+    assert [name for name, grad in gradients.items() if grad is None or not grad.any()] == []
+
+
+def test_sizes_that_make_no_coupling_raise():
+    with pytest.raises(ValueError, match="at least two dimensions, not 1"):
+        CouplingFlow(1, FEATURES, **SIZES)
+    with pytest.raises(ValueError, match="at least one hidden layer"):
+        CouplingFlow(2, FEATURES, **SIZES | {"hidden": []})
+
+
+# ---- a known posterior --------------------------------------------------------------------------
+
+TRAINED = {"transforms": 2, "bins": 8, "hidden": [32, 32]}
+
+
+@pytest.fixture(scope="module")
+def trained():
+    """A network trained on the banana of ``test_known_posterior``, in a few seconds."""
+    network = built(CouplingFlow, 2, 2, **TRAINED)
+    features, theta = (torch.from_numpy(v).float() for v in banana(20_000, 1))
+    rng = torch.Generator().manual_seed(2)
+    optimiser = torch.optim.AdamW(network.parameters(), lr=1e-2, weight_decay=0.0)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 1e-2, total_steps=600)
+    for _ in range(600):
+        rows = torch.randint(len(theta), (512,), generator=rng)
+        optimiser.zero_grad()
+        network.loss(theta[rows], features[rows], rng, rng).mean().backward()
+        optimiser.step()
+        schedule.step()
+    return network.double()
+
+
+def gap(network, kind=CouplingFlow):
+    """Mean of log p - log q over fresh rows, and its standard error: the divergence KL(p | q)."""
+    judged = built(kind, 2, 2, **TRAINED).double()
+    judged.load_state_dict(network.state_dict())
+    features, theta = banana(4000, 3)
+    points, condition = torch.from_numpy(theta[:, None]), torch.from_numpy(features)
+    with torch.no_grad():
+        density = judged.log_prob(points, condition, steps=1)[:, 0].numpy()
+    gaps = banana_density(theta, features[:, 0]) - density
+    return gaps.mean(), gaps.std(ddof=1) / math.sqrt(len(gaps))
+
+
+def test_a_trained_network_has_the_density_of_a_known_posterior(trained):
+    """A divergence is not negative, and below 0.05 nats here, where the best Gaussian leaves 0.55.
+
+    Estimates may be off by 3.3 standard errors, a false-alarm probability of 1e-3.
+    """
+    estimate, error = gap(trained)
+    assert -3.3 * error < estimate < 0.05 + 3.3 * error
+    assert error < 0.015
+    for fault in FAULTS:
+        wrong, wrong_error = gap(trained, fault)
+        assert not -3.3 * wrong_error < wrong < 0.05 + 3.3 * wrong_error
+    base = built(CouplingFlow, 2, 2, **TRAINED).double()
+    base.head.load_state_dict(trained.head.state_dict())
+    of_base, base_error = gap(base)
+    assert of_base > 0.5 * math.log(1 + 8 * SD**2) - 3.3 * base_error
+
+
+def test_draws_of_a_trained_network_are_those_of_a_known_posterior(trained):
+    """Residuals of the banana's two equations are independent standard normal numbers.
+
+    The network errs a little, so that bounds are 0.1 beyond what 4,000 exact draws give with a
+    false-alarm probability of 1e-3 (five numbers, 3.8 standard errors of at most sqrt(2/4000)).
+    Planted fault: draws of the base alone.
+    """
+    x, d = 0.6, 4000
+    features, noise = torch.tensor([[x, x**2]], dtype=torch.float64), normal(1, d, 2, seed=4)
+    with torch.no_grad():
+        draws = trained.sample(noise, features, steps=1)[0].numpy()
+        of_base = trained.base(features).restore(noise)[0].numpy()
+
+    def worst(draws):
+        first = (draws[:, 0] - x) / SD
+        second = (draws[:, 1] - 2 * draws[:, 0] ** 2) / SD
+        moments = np.cov(first, second)
+        off = [first.mean(), second.mean(), *(moments - np.eye(2))[np.triu_indices(2)]]
+        return np.abs([*off, np.corrcoef(first**2, second)[0, 1]]).max()
+
+    assert worst(draws) < 0.1 + 3.8 * math.sqrt(2 / d)
+    assert worst(of_base) > 0.1 + 3.8 * math.sqrt(2 / d)

@@ -1,0 +1,162 @@
+"""Batches: rows set apart, fresh zero and noise of the right covariance, frozen inputs."""
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import chi2, hypergeom
+
+from breaker.model.randomness import generator
+from breaker.posterior.batches import Rows, freeze_inputs, split, truth
+from breaker.posterior.estimator import Posterior
+from tests.networks_fixtures import MARKS, SENSOR, bank_of, one_thread, settings  # noqa: F401
+
+pytestmark = MARKS
+
+
+@pytest.fixture(scope="module")
+def posterior():
+    return Posterior(settings())
+
+
+@pytest.fixture(scope="module")
+def bank(posterior):
+    return bank_of(posterior, 2048)
+
+
+def test_split_takes_parts_from_the_end(bank):
+    rows, validation, unseen = split(bank, 100, 48)
+    assert [part.sizes["curve"] for part in (rows, validation, unseen)] == [1900, 100, 48]
+    joined = np.concatenate([part.onset.values for part in (rows, validation, unseen)])
+    np.testing.assert_array_equal(joined, bank.onset.values)
+    assert split(bank)[0].sizes["curve"] == 2048
+    assert [part.sizes["curve"] for part in split(bank, 2047)] == [1, 2047]
+
+
+@pytest.mark.parametrize("counts", [(2048,), (2000, 48), (5000,)])
+def test_split_that_leaves_nothing_raises(bank, counts):
+    message = f"2048 curves, and {sum(counts)} are set aside: .* raise bank.shards"
+    with pytest.raises(ValueError, match=message):
+        split(bank, *counts)
+
+
+@pytest.mark.parametrize("onset", [True, False])
+def test_truth_and_rows_are_what_the_posterior_infers(onset):
+    posterior = Posterior(settings(onset=onset))
+    bank = bank_of(posterior, 6)
+    values = truth(bank, posterior)
+    assert values.shape == (6, 8 if onset else 7)
+    np.testing.assert_array_equal(values[:, :7], bank.parameters.values)
+    if onset:
+        np.testing.assert_array_equal(values[:, 7], bank.onset.values)
+    rows = Rows.of(bank, posterior, torch.device("cpu"))
+    np.testing.assert_allclose(rows.z.numpy(), posterior.standardise(values), rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(rows.travel.numpy(), bank.travel.values)
+    assert (rows.noise_sd, rows.zero_sd) == (posterior.sensor.noise_sd, posterior.sensor.zero_sd)
+
+
+def residuals(rows, n, seed, travel=None):
+    """Noise of n records of one row, ``(n, t)``."""
+    drawn = rows.draw(torch.full((n,), 3), torch.Generator().manual_seed(seed))[0]
+    return (drawn - rows.travel[3]).double().numpy()
+
+
+def covariance_is_right(noise):
+    """Whether the parts along the mean and across it both have the variance of the sensor.
+
+    Each sum of squares is chi-square; two two-sided tests with a false-alarm probability of 5e-4
+    each, so 1e-3 together.
+    """
+    n, t = noise.shape
+    sigma, zero = SENSOR["noise_sd"], SENSOR["zero_sd"]
+    mean = noise.mean(axis=1)
+    across = np.square(noise - mean[:, None]).sum() / sigma**2
+    along = np.square(mean).sum() / (sigma**2 / t + zero**2)
+    inside = [
+        bounds[0] < value < bounds[1]
+        for value, bounds in (
+            (across, chi2.interval(1 - 5e-4, n * (t - 1))),
+            (along, chi2.interval(1 - 5e-4, n)),
+        )
+    ]
+    return all(inside)
+
+
+def test_noise_is_fresh_and_has_the_covariance_of_the_sensor(bank, posterior):
+    rows = Rows.of(bank, posterior, torch.device("cpu"))
+    noise = residuals(rows, 3000, 1)
+    assert covariance_is_right(noise)
+    assert np.unique(noise[:, 0]).size > 2900
+    # Neighbouring samples share the zero alone: correlation 1/2, within 4 of 0.75/sqrt(3000).
+    assert abs(np.corrcoef(noise[:, 4], noise[:, 5])[0, 1] - 0.5) < 4 * 0.75 / np.sqrt(3000)
+    # Planted faults: no zero, a zero for every sample, and noise that is 3 % too small.
+    for wrong in (
+        Rows(rows.travel, rows.z, SENSOR["noise_sd"], 0.0),
+        Rows(rows.travel, rows.z, np.hypot(SENSOR["noise_sd"], SENSOR["zero_sd"]), 0.0),
+        Rows(rows.travel, rows.z, 0.97 * SENSOR["noise_sd"], SENSOR["zero_sd"]),
+    ):
+        assert not covariance_is_right(residuals(wrong, 3000, 1))
+
+
+def test_batches_follow_their_generator(bank, posterior):
+    rows, chosen = Rows.of(bank, posterior, torch.device("cpu")), torch.tensor([5, 0, 5, 9])
+    rng = torch.Generator().manual_seed(1)
+    first, second = rows.draw(chosen, rng), rows.draw(chosen, rng)
+    again = rows.draw(chosen, torch.Generator().manual_seed(1))
+    for one, other, same in zip(first[:4], second[:4], again[:4], strict=True):
+        assert torch.equal(one, same)
+        assert torch.equal(one, other) == (one is first.z)
+    measured, z, noise, time, positions = first
+    assert positions is None
+    assert not measured.isnan().any()
+    assert torch.equal(z, rows.z[chosen])
+    assert measured.shape == (4, SENSOR["samples"])
+    k = noise.shape[1]
+    assert noise.shape == (4, k, 8)
+    assert time.shape == (4, k, 1)
+    assert ((time >= 0) & (time <= 1)).all()
+    assert not torch.equal(measured[0], measured[2])
+
+
+def test_frozen_inputs_give_highway_outputs_of_unit_variance(bank):
+    """Over records of the bank, noise included.
+
+    Their mean squares are one but for the noise of n records, of standard deviation
+    sqrt(4 v + 2) / (1 + v) / sqrt(n), at most sqrt(2 / n), for a signal of variance v. Eight
+    components within 4 standard deviations: false-alarm probability 5e-4.
+    """
+    posterior = Posterior(settings())
+    travel = bank.travel.values.astype(np.float64)
+    freeze_inputs(posterior, travel, generator(1, "test components"))
+    records = posterior.sensor.corrupt(travel, generator(2, "test records"))
+    with torch.no_grad():
+        centred = torch.from_numpy(records).float() - posterior.summary.centre
+        outputs = posterior.summary.highway(centred).double().numpy()
+    bound = 4 * np.sqrt(2 / len(travel))
+    assert np.abs(np.square(outputs).mean(axis=0) - 1).max() < bound
+    # Planted fault: weights for the unit variance of noise-free curves.
+    clean = np.square((travel - travel.mean(0)) @ posterior.curve_weights.numpy()).mean(axis=0)
+    assert np.abs(np.square(outputs / np.sqrt(clean)).mean(axis=0) - 1).max() > bound
+    # The convolutions see the curves centred and of unit variance.
+    assert posterior.summary.scale.item() == pytest.approx(
+        (travel - travel.mean(0)).std(), rel=1e-5
+    )
+    np.testing.assert_allclose(posterior.summary.centre.numpy(), travel.mean(0), atol=1e-5)
+
+
+def test_distance_says_which_records_are_unlike_the_bank(bank):
+    """The 0.9999 quantile of 2,048 records lies between their two largest distances.
+
+    Seven of 500 fresh ones beyond it would mean that of the eight farthest of all 2,548 records
+    at most one is of the bank: a probability of 3e-5 for records that are all alike.
+    """
+    posterior = Posterior(settings())
+    travel = bank.travel.values.astype(np.float64)
+    freeze_inputs(posterior, travel, generator(1, "test components"))
+    fresh = bank_of(posterior, 500, seed=9).travel.values
+    records = posterior.sensor.corrupt(fresh, generator(2, "test records"))
+    assert hypergeom(2548, 2048, 8).cdf(1) < 1e-4
+    assert (posterior.distance(records) > 1).sum() < 7
+    # Planted: a curve of three times the travel, and one with a bump of 3 mm, are unlike the bank.
+    bump = 3 * np.exp(-np.square((posterior.sensor.times - 20) / 4))
+    assert (posterior.distance(3 * fresh) > 1).mean() > 0.9
+    assert (posterior.distance(records + bump) > 1).mean() > 0.9

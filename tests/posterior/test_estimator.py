@@ -1,0 +1,199 @@
+"""The posterior of one motion: units, densities, independence of curves."""
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import lognorm, norm
+
+from breaker.mechanism.parameters import NAMES
+from breaker.posterior.estimator import Posterior
+from tests.networks_fixtures import (
+    MARKS,
+    PRIOR,
+    SENSOR,
+    curved_model,
+    frozen,
+    noise_of,
+    one_thread,  # noqa: F401
+    pin,
+    settings,
+)
+
+pytestmark = MARKS
+
+
+@pytest.fixture(scope="module")
+def curved():
+    return curved_model()
+
+
+@pytest.fixture(params=[True, False], ids=["onset", "no onset"])
+def new(request):
+    return Posterior(settings(onset=request.param))
+
+
+# ---- scaling ------------------------------------------------------------------------------------
+
+
+def values_of(posterior, *shape):
+    """Outputs in physical units, without the code under test."""
+    rng = np.random.default_rng(1)
+    median = np.array([PRIOR[name]["median"] for name in NAMES])
+    log_sd = np.array([PRIOR[name]["log_sd"] for name in NAMES])
+    z = rng.standard_normal((*shape, len(posterior.outputs)))
+    values = z.copy()
+    values[..., :7] = median * np.exp(log_sd * z[..., :7])
+    values[..., 7:] = SENSOR["onset_sd"] * z[..., 7:]
+    return values, z
+
+
+def test_standardised_outputs_are_logarithms_in_prior_sds(new):
+    values, z = values_of(new, 2, 5)
+    before = values.copy()
+    np.testing.assert_allclose(new.standardise(values), z, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(new.destandardise(z), values, rtol=1e-13)
+    np.testing.assert_allclose(new.destandardise(new.standardise(values)), values, rtol=1e-14)
+    np.testing.assert_array_equal(values, before)
+    assert new.names == [*NAMES, "onset"][: z.shape[-1]]
+
+
+def test_log_scaling_is_the_jacobian_of_standardise(new):
+    values, _ = values_of(new, 4)
+    slopes = []
+    for row in values:
+        step = 1e-6 * np.diag(np.abs(row))
+        jacobian = (new.standardise(row + step) - new.standardise(row - step)).T
+        slopes.append(np.linalg.slogdet(jacobian / (2 * np.diag(step)))[1])
+    np.testing.assert_allclose(new.log_scaling(values), slopes, rtol=0, atol=1e-6)
+
+
+# ---- draws and densities ------------------------------------------------------------------------
+
+
+def exact_density(values, mean, sd):
+    """Density of a model pinned to N(mean, sd^2), in physical units, by scipy."""
+    density = np.zeros(values.shape[:-1])
+    for i, name in enumerate(NAMES):
+        spread = sd * PRIOR[name]["log_sd"]
+        centre = PRIOR[name]["median"] * np.exp(mean[i] * PRIOR[name]["log_sd"])
+        density += lognorm(spread, scale=centre).logpdf(values[..., i])
+    for i in range(len(NAMES), values.shape[-1]):
+        onset_sd = SENSOR["onset_sd"]
+        density += norm(mean[i] * onset_sd, sd * onset_sd).logpdf(values[..., i])
+    return density
+
+
+def test_density_changes_variables_once(new):
+    """Float32 networks: a density of some 30 nats is exact to about 1e-4."""
+    mean, sd = np.linspace(-0.5, 0.7, len(new.outputs)), 0.6
+    pin(new, mean, sd)
+    values, _ = values_of(new, 3, 6)
+    records = np.zeros((3, SENSOR["samples"]))
+    expected = exact_density(values, mean, sd)
+    density = new.log_prob(values, records)
+    np.testing.assert_allclose(density, expected, rtol=0, atol=2e-4)
+    # Planted faults: the change of variables left out, or made twice, is seen.
+    for times in (-1, 1):
+        assert np.abs(density + times * new.log_scaling(values) - expected).min() > 0.1
+
+
+def test_draws_of_a_pinned_model_are_its_noise_in_physical_units(new):
+    mean, sd = np.linspace(-0.5, 0.7, len(new.outputs)), 0.6
+    pin(new, mean, sd)
+    noise = noise_of(new, 2, 6)
+    draws = new.sample(np.zeros((2, SENSOR["samples"])), noise)
+    np.testing.assert_allclose(new.standardise(draws), mean + sd * noise, rtol=0, atol=1e-5)
+
+
+def test_density_of_draws_is_that_of_the_network(curved):
+    """In physical units it is the network's own times the Jacobian, for every curve by itself."""
+    posterior, records = curved
+    draws = posterior.sample(records, noise_of(posterior, 5, 4))
+    with torch.no_grad():
+        z = torch.from_numpy(posterior.standardise(draws)).float()
+        features = posterior.summary(torch.from_numpy(records).float())
+        network = posterior.inference.log_prob(z, features, steps=3).numpy()
+    expected = network + posterior.log_scaling(draws)
+    np.testing.assert_allclose(posterior.log_prob(draws, records), expected, rtol=0, atol=1e-3)
+    # Planted fault: the densities given the next curve are others.
+    assert np.abs(posterior.log_prob(draws, np.roll(records, 1, 0)) - expected).max() > 0.1
+
+
+def test_draws_of_a_curve_do_not_depend_on_the_others(curved):
+    """Bit for bit: alone, among others, in any order."""
+    posterior, records = curved
+    noise = noise_of(posterior, 5, 40)
+    together = posterior.sample(records, noise)
+    density = posterior.log_prob(together, records)
+    order = np.array([3, 0, 4])
+    np.testing.assert_array_equal(posterior.sample(records[order], noise[order]), together[order])
+    for i in range(5):
+        row = slice(i, i + 1)
+        np.testing.assert_array_equal(posterior.sample(records[row], noise[row]), together[row])
+        alone = posterior.log_prob(together[row], records[row])
+        np.testing.assert_array_equal(alone, density[row])
+    assert np.unique(together[:, 0, 0]).size == 5
+
+
+def test_more_draws_leave_the_first_alone(curved):
+    """Within float32, for matrix products of other sizes sum in another order."""
+    posterior, records = curved
+    noise = noise_of(posterior, 5, 40)
+    few = posterior.sample(records, noise[:, :7])
+    np.testing.assert_allclose(few, posterior.sample(records, noise)[:, :7], rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize("method", ["sample", "log_prob"])
+@pytest.mark.parametrize("shape", [(2, 30), (31,), (1, 2, 31)])
+def test_records_of_another_grid_raise(curved, method, shape):
+    posterior, _ = curved
+    values = np.ones((2, 3, 8))
+    arguments = (np.zeros(shape), values) if method == "sample" else (values, np.zeros(shape))
+    with pytest.raises(ValueError, match=r"shape \(o, 31\), not \("):
+        getattr(posterior, method)(*arguments)
+
+
+@pytest.mark.parametrize("method", ["sample", "log_prob"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_records_that_are_not_finite_raise(curved, method, bad):
+    posterior, records = curved
+    broken = records.copy()
+    broken[[1, 3], 4] = bad
+    values = np.ones((5, 3, 8))
+    arguments = (broken, values) if method == "sample" else (values, broken)
+    with pytest.raises(ValueError, match="2 of 5 records are not finite; reject them first"):
+        getattr(posterior, method)(*arguments)
+
+
+@pytest.mark.filterwarnings("ignore:overflow encountered")
+def test_draws_that_are_not_finite_raise(curved):
+    _, records = curved
+    posterior = pin(frozen(), 1e30, 1.0)
+    with pytest.raises(FloatingPointError, match="draws of 5 of 5 curves are not finite"):
+        posterior.sample(records, noise_of(posterior, 5, 3))
+
+
+def test_rows_and_noise_that_do_not_match_raise(curved):
+    posterior, records = curved
+    with pytest.raises(ValueError, match=r"shorter|longer"):
+        posterior.sample(records, noise_of(posterior, 4, 3))
+
+
+def test_first_weights_come_from_the_seed_and_the_motion():
+    state = torch.random.get_rng_state()
+    one, again = Posterior(settings(), seed=1), Posterior(settings(), seed=1)
+    others = Posterior(settings(), seed=2), Posterior(settings(motion="opening"), seed=1)
+    assert torch.equal(torch.random.get_rng_state(), state)
+    for name, weight in one.state_dict().items():
+        assert torch.equal(weight, again.state_dict()[name]), name
+    for other in others:
+        first = next(iter(one.parameters()))
+        assert not torch.equal(first, next(iter(other.parameters())))
+
+
+def test_sampling_leaves_global_randomness_alone(curved):
+    posterior, records = curved
+    state, of_numpy = torch.random.get_rng_state(), np.random.get_state()[1].copy()
+    posterior.log_prob(posterior.sample(records, noise_of(posterior, 5, 3)), records)
+    assert torch.equal(torch.random.get_rng_state(), state)
+    np.testing.assert_array_equal(np.random.get_state()[1], of_numpy)

@@ -1,0 +1,165 @@
+"""A training that was killed ends with the weights of an uninterrupted one, bit for bit."""
+
+import pickle
+from functools import partial
+from pathlib import Path
+
+import pytest
+import torch
+
+from breaker.posterior.training import Trainer
+from tests.networks_fixtures import (
+    MARKS,
+    Trap,
+    new_trainer,
+    one_thread,  # noqa: F401
+    same,
+    weights,
+)
+
+pytestmark = MARKS
+
+UNREADABLE = (EOFError, RuntimeError, ValueError, pickle.UnpicklingError)
+
+
+@pytest.fixture
+def trainer(tmp_path):
+    """Maker of trainings that share one checkpoint."""
+    return partial(new_trainer, tmp_path)
+
+
+class Killed(Exception):
+    pass
+
+
+def stopping_at(step, kind=Trainer):
+    class Stopping(kind):
+        def _advance(self):
+            if self.step == step:
+                raise Killed
+            super()._advance()
+
+    return Stopping
+
+
+@pytest.mark.parametrize("step", [8, 7, 2], ids=["at a checkpoint", "after one", "before any"])
+def test_a_resumed_training_is_the_uninterrupted_one(trainer, step):
+    """Bit for bit: weights, losses, history. A second kill changes nothing either."""
+    whole = trainer()
+    history = whole.run()
+    whole.checkpoint.unlink()
+
+    with pytest.raises(Killed):
+        trainer(kind=stopping_at(step)).run()
+    assert whole.checkpoint.exists() == (step >= 4)
+    if step == 8:
+        with pytest.raises(Killed):
+            trainer(kind=stopping_at(9)).run()
+    resumed = trainer()
+    resumed_history = resumed.run()
+    assert resumed.step == 10
+    assert same(weights(whole), weights(resumed))
+    assert resumed_history.identical(history)
+    assert [*resumed.checkpoint.parent.iterdir()] == [resumed.checkpoint]
+
+
+class ForgetsRandomness(Trainer):
+    """Planted fault: resumes without the state of its generator."""
+
+    def _resume(self):
+        state = self.rng.get_state()
+        super()._resume()
+        self.rng.set_state(state)
+
+
+class ForgetsMoments(Trainer):
+    """Planted fault: resumes without the state of its optimiser."""
+
+    def _resume(self):
+        self.optimiser.load_state_dict = lambda _: None
+        super()._resume()
+
+
+@pytest.mark.parametrize("kind", [ForgetsRandomness, ForgetsMoments])
+def test_an_inexact_resume_would_be_seen(trainer, kind):
+    whole = trainer()
+    whole.run()
+    whole.checkpoint.unlink()
+    with pytest.raises(Killed):
+        trainer(kind=stopping_at(7)).run()
+    resumed = trainer(kind=kind)
+    resumed.run()
+    assert not same(weights(whole), weights(resumed))
+
+
+def test_resuming_is_said(trainer, capsys):
+    with pytest.raises(Killed):
+        trainer(kind=stopping_at(7)).run()
+    training = trainer()
+    training.run()
+    assert f"going on from step 4 of {training.checkpoint}" in capsys.readouterr().out
+
+
+def test_a_checkpoint_of_another_training_is_ignored_and_said(trainer, capsys):
+    """Left alone at first, and written over by this training's own."""
+    with pytest.raises(Killed):
+        trainer(kind=stopping_at(7), mark="another training", learning_rate=1e-4).run()
+    training = trainer()
+    training.run()
+    text = capsys.readouterr().out
+    assert f"{training.checkpoint} is of another training; starting anew" in text
+    state = torch.load(training.checkpoint, weights_only=True)
+    assert (state["fingerprint"], state["step"]) == ("this one", 8)
+    training.checkpoint.unlink()
+    fresh = trainer()
+    fresh.run()
+    assert same(weights(training), weights(fresh))
+
+
+def test_a_finished_training_has_nothing_left_to_do(trainer):
+    """Killed between its last step and its model file: the result is there again."""
+    whole = trainer(checkpoint_every=5)
+    history = whole.run()
+    again = trainer(checkpoint_every=5, kind=stopping_at(10))
+    assert again.run().identical(history)
+    assert same(weights(whole), weights(again))
+
+
+def test_a_checkpoint_is_written_whole_or_not_at_all(trainer, monkeypatch):
+    """A kill in the middle of writing leaves the checkpoint before."""
+    with pytest.raises(Killed):
+        trainer(kind=stopping_at(7)).run()
+    training = trainer()
+    before = training.checkpoint.read_bytes()
+
+    def torn(state, path):
+        Path(path).write_bytes(b"half a")
+        raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(torch, "save", torn)
+        with pytest.raises(Killed):
+            training.run()
+    assert training.checkpoint.read_bytes() == before
+
+
+def test_a_checkpoint_is_data_and_never_run(trainer, tmp_path):
+    training, trap = trainer(), tmp_path / "ran"
+    training.checkpoint.parent.mkdir()
+    torch.save({"fingerprint": Trap(trap)}, training.checkpoint)
+    with pytest.raises(UNREADABLE):
+        training.run()
+    assert not trap.exists()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_checkpoint_that_cannot_be_read_stops_the_training(trainer, share):
+    """Never a silent start from the beginning, nor one from half a state."""
+    with pytest.raises(Killed):
+        trainer(kind=stopping_at(7)).run()
+    training = trainer()
+    content = training.checkpoint.read_bytes()
+    training.checkpoint.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(UNREADABLE):
+        training.run()
+    assert training.step == 0

@@ -1,0 +1,576 @@
+"""The reader of curve files: what it makes of good ones, and what it says of bad ones."""
+
+import re
+
+import numpy as np
+import pytest
+
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS
+from breaker.model.randomness import generator
+from breaker.records.reader import (
+    RejectedCurveError,
+    open_curves,
+    read_curve,
+    read_curves,
+    require_any,
+    write_curve,
+)
+from breaker.synthetic.round_trip import FORMAT
+from breaker.workflow.stores import describe, save
+
+STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
+HEAD = 6  # lines before the first sample of what write_curve writes
+TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
+TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
+
+
+def record(prior, motion, *, moves=10.0, stop=76.0, step=STEP, noise=0.05, seed=1):
+    """Times, ms, and travel, mm, of the median breaker; the travel has three digits, as a file."""
+    time = step * np.arange(round(stop / step) + 1)
+    exact = travel(prior.medians[None], time, motion, onset=moves).travel[0]
+    rng = generator(seed, "test record", motion)
+    return time, np.round(exact + noise * rng.standard_normal(time.size), 3)
+
+
+def export(file, settings, time, x, *, eol="\n", preamble=(), more=()):
+    """Write a record as the settings describe it; ``more`` names the first columns in order."""
+    reading = settings["sign"] * x / TO_MM[settings["travel_unit"]] + settings["zero"]
+    columns = {
+        settings["time_column"]: time / TO_MS[settings["time_unit"]],
+        settings["travel_column"]: reading,
+    }
+    columns |= {name: np.full(time.size, 7.0) for name in more if name not in columns}
+    order = [*more, *(name for name in columns if name not in more)]
+    units = {settings[f"{kind}_column"]: settings[f"{kind}_unit"] for kind in ("time", "travel")}
+    lines = [*preamble, settings["delimiter"].join(order)]
+    if settings["units_row"]:
+        lines.append(settings["delimiter"].join(units.get(name, "-") for name in order))
+    for row in zip(*(columns[name].tolist() for name in order), strict=True):
+        cells = [f"{value:.10g}".replace(".", settings["decimal"]) for value in row]
+        lines.append(settings["delimiter"].join(cells))
+    text = eol.join([*lines, ""])
+    file.write_bytes(text.encode(settings["encoding"]))
+
+
+@pytest.fixture
+def times(sensor):
+    return sensor.times
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "operation_0012.csv"
+
+
+def written(file, prior, motion="closing", **more):
+    """Write a good record; returns its times and travel."""
+    time, x = record(prior, motion, **more)
+    write_curve(file, time, x, motion=motion, operation=12)
+    return time, x
+
+
+def rejection(file, settings, times, motion="closing"):
+    with pytest.raises(RejectedCurveError) as caught:
+        read_curve(file, settings, times, motion)
+    return str(caught.value)
+
+
+# ---- good files -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_what_is_written_is_read_back_sample_by_sample(file, prior, times, motion):
+    time, x = written(file, prior, motion)
+    read, start = read_curve(file, FORMAT, times, motion)
+    first = round((start + times[0]) / STEP)
+    # Whole samples, equal to the last digit: neither averaged nor interpolated.
+    np.testing.assert_array_equal(read, x[first : first + EVERY * times.size : EVERY])
+    assert time[first] - times[0] == pytest.approx(start, abs=1e-9)
+    assert start == pytest.approx(10.0, abs=0.5)
+
+
+def test_the_text_is_what_an_instrument_writes(file, prior):
+    time, x = written(file, prior)
+    lines = file.read_text(encoding="utf-8").split("\n")
+    assert lines[1:HEAD] == [
+        "motion: closing",
+        "operation: 12",
+        "zero: open position",
+        "time,travel",
+        "s,mm",
+    ]
+    assert lines[HEAD] == f"0.0000000,{x[0]:.3f}"
+    assert lines[HEAD + 300] == f"0.0300000,{x[300]:.3f}"
+    assert len(lines) == HEAD + time.size + 1
+    assert lines[-1] == ""
+
+
+@pytest.mark.parametrize("every", [1, 2, 5, 10])
+def test_any_rate_that_divides_is_decimated(file, prior, times, every):
+    step = (times[1] - times[0]) / every
+    _, x = written(file, prior, step=step)
+    read, start = read_curve(file, FORMAT, times, "closing")
+    first = round((start + times[0]) / step)
+    np.testing.assert_array_equal(read, x[first : first + every * times.size : every])
+
+
+@pytest.mark.parametrize("offset", [-2.0, 0.0, 3600.0])
+def test_the_clock_of_the_file_does_not_matter(file, prior, times, offset):
+    # With seed 1 the first motion is half-way between two samples: round-off would decide.
+    time, x = written(file, prior, seed=2)
+    plain, start = read_curve(file, FORMAT, times, "closing")
+    write_curve(file, time + offset, x, motion="closing", operation=1)
+    read, later = read_curve(file, FORMAT, times, "closing")
+    assert later - offset == pytest.approx(start, abs=1e-6)
+    np.testing.assert_array_equal(read, plain)
+
+
+DIALECTS = {
+    "semicolon, decimal comma": {"delimiter": ";", "decimal": ","},
+    "tab": {"delimiter": "\t"},
+    "ms and cm": {"time_unit": "ms", "travel_unit": "cm"},
+    "us and m": {"time_unit": "us", "travel_unit": "m"},
+    "inch": {"travel_unit": "inch"},
+    "um": {"travel_unit": "um"},
+    "falls towards closed": {"sign": -1},
+    "zero": {"zero": 12.25},
+    "zero and sign, in inch": {"zero": 1.5, "sign": -1, "travel_unit": "inch"},
+    "no units row": {"units_row": False},
+    "names": {"time_column": "t (Zeit)", "travel_column": "Weg µ"},
+    "latin-1": {"encoding": "latin-1", "travel_column": "Kontaktweg °"},
+    "byte order mark": {"encoding": "utf-8-sig"},
+    "utf-16": {"encoding": "utf-16"},
+}
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", DIALECTS)
+def test_settings_say_how_a_file_is_written(file, prior, times, name, motion):
+    settings = {**FORMAT, "skip_rows": 0, **DIALECTS[name]}
+    time, x = record(prior, motion)
+    export(file, settings, time, x)
+    read, start = read_curve(file, settings, times, motion)
+    first = round((start + times[0]) / STEP)
+    np.testing.assert_allclose(read, x[first : first + EVERY * times.size : EVERY], atol=2e-6)
+
+
+@pytest.mark.parametrize("eol", ["\n", "\r\n", "\r"])
+def test_any_end_of_line_and_any_preamble_will_do(file, prior, times, eol):
+    settings = {**FORMAT, "skip_rows": 3}
+    time, x = record(prior, "closing")
+    # An odd quotation mark is no reason to skip the lines after it.
+    preamble = ('stroke 5" at most', '"operator', "a;b,c,d")
+    export(file, settings, time, x, eol=eol, preamble=preamble)
+    read, start = read_curve(file, settings, times, "closing")
+    first = round((start + times[0]) / STEP)
+    np.testing.assert_allclose(read, x[first : first + EVERY * times.size : EVERY], atol=1e-9)
+
+
+def test_other_columns_and_another_order_do_no_harm(file, prior, times):
+    settings = {**FORMAT, "skip_rows": 0}
+    time, x = record(prior, "closing")
+    export(file, settings, time, x)
+    plain, _ = read_curve(file, settings, times, "closing")
+    export(file, settings, time, x, more=("current", "travel", "trip coil", "time"))
+    assert file.read_text(encoding="utf-8").startswith("current,travel,trip coil,time\n-,mm,-,s\n")
+    np.testing.assert_array_equal(read_curve(file, settings, times, "closing")[0], plain)
+
+
+@pytest.mark.parametrize("end", ["", "\n\n\n", ",\n,\n", "   \n"])
+def test_empty_lines_at_the_end_are_no_samples(file, prior, times, end):
+    written(file, prior)
+    plain, _ = read_curve(file, FORMAT, times, "closing")
+    file.write_text(file.read_text(encoding="utf-8").rstrip("\n") + "\n" + end, encoding="utf-8")
+    np.testing.assert_array_equal(read_curve(file, FORMAT, times, "closing")[0], plain)
+
+
+def test_quoted_cells_units_in_brackets_and_blanks_are_read(file, prior, times):
+    settings = {**FORMAT, "decimal": ","}
+    time, x = written(file, prior)
+    rows = [f'"{t / 1e3:.7f}" , "{v:.3f}"'.replace(".", ",") for t, v in zip(time, x, strict=True)]
+    rows = [row.replace('" , "', '","') for row in rows]
+    lines = ["", "", "", "", '"time", travel', "[s] ,(mm)", *rows]
+    file.write_text("\n".join(lines), encoding="utf-8")
+    read, start = read_curve(file, settings, times, "closing")
+    first = round((start + times[0]) / STEP)
+    np.testing.assert_array_equal(read, x[first : first + EVERY * times.size : EVERY])
+
+
+def test_a_record_that_just_suffices_is_read_and_no_shorter_one(file, prior, times):
+    time, x = written(file, prior, noise=0.0)
+    _, start = read_curve(file, FORMAT, times, "closing")
+    first = round((start + times[0]) / STEP)
+    end = first + EVERY * (times.size - 1) + 1
+    write_curve(file, time[first:end], x[first:end], motion="closing", operation=1)
+    np.testing.assert_array_equal(read_curve(file, FORMAT, times, "closing")[0], x[first:end:EVERY])
+    for part, side in ((slice(first + 1, None), "before"), (slice(0, end - 1), "after")):
+        write_curve(file, time[part], x[part], motion="closing", operation=1)
+        message = rejection(file, FORMAT, times)
+        assert f"too short: 0.1 ms are missing {side} the motion" in message
+
+
+# ---- bad lines: file, line and reason ----------------------------------------------------------
+
+
+def replace_cell(column, text):
+    def change(lines, at):
+        cells = lines[at - 1].split(",")
+        cells[column] = text
+        lines[at - 1] = ",".join(cells)
+
+    return change
+
+
+def put(text):
+    def change(lines, at):
+        lines[at - 1] = text
+
+    return change
+
+
+def delete(count):
+    def change(lines, at):
+        del lines[at - 1 : at - 1 + count]
+
+    return change
+
+
+def swap_with_the_one_before(lines, at):
+    lines[at - 1], lines[at - 2] = lines[at - 2], lines[at - 1]
+
+
+def repeat_the_one_before(lines, at):
+    lines.insert(at - 1, lines[at - 2])
+
+
+def append_cell(lines, at):
+    lines[at - 1] += ",9.9"
+
+
+# Line numbers as a text editor counts them. The samples begin in line 7.
+BAD_LINES = {
+    "no travel": (300, replace_cell(1, ""), "'travel' is missing"),
+    "no time": (7, replace_cell(0, " "), "'time' is missing"),
+    "nan": (300, replace_cell(1, "NaN"), "'travel' is missing"),
+    "infinite": (300, replace_cell(1, "inf"), "'travel' is 'inf', which is not a number"),
+    "text": (766, replace_cell(1, "OVERFLOW"), "'travel' is 'OVERFLOW', which is not a number"),
+    "short line": (300, put("0.0293"), "'travel' is missing"),
+    "empty line": (300, put(""), "'time' is missing"),
+    "footer": (767, put("end of record"), "'time' is 'end of record', which is not a number"),
+    "long line": (300, append_cell, "3 cells where 2 columns have names"),
+    "gap": (300, delete(5), "5 sample(s) missing before this line"),
+    "one sample lost": (8, delete(1), "1 sample(s) missing before this line"),
+    "swapped": (300, swap_with_the_one_before, "the time does not increase"),
+    "repeated": (300, repeat_the_one_before, "the time does not increase"),
+    "clock reset": (400, replace_cell(0, "0.0"), "the time does not increase"),
+    "jitter": (300, replace_cell(0, "0.02933"), "the time steps are uneven before this line"),
+    "another unit of travel": (
+        6,
+        put("s,cm"),
+        "the unit of 'travel' is 'cm', but endurance.format",
+    ),
+    "another unit of time": (6, put("ms,mm"), "the unit of 'time' is 'ms', but endurance.format"),
+    "a sample for the units": (6, put("0.0,0.0"), "the unit of 'time' is '0.0'"),
+    "one unit": (6, put("s"), "the unit of 'travel' is ''"),
+    "no such column": (5, put("time,position"), "no column 'travel' among 'time', 'position'"),
+    "twice the column": (5, put("time,travel,travel"), "more than one column 'travel'"),
+    "spelling": (5, put("Time,Travel"), "no column 'time' among 'Time', 'Travel'"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_LINES)
+def test_a_bad_line_is_named(file, prior, times, name):
+    line, change, reason = BAD_LINES[name]
+    written(file, prior)
+    lines = file.read_text(encoding="utf-8").split("\n")
+    change(lines, line)
+    file.write_text("\n".join(lines), encoding="utf-8")
+    message = rejection(file, FORMAT, times)
+    assert message.startswith(f"{file}, line {line}: {reason}")
+
+
+def test_several_bad_samples_are_counted(file, prior, times):
+    written(file, prior)
+    lines = file.read_text(encoding="utf-8").split("\n")
+    for line in (410, 300, 301):
+        replace_cell(1, "")(lines, line)
+    file.write_text("\n".join(lines), encoding="utf-8")
+    assert rejection(file, FORMAT, times) == (
+        f"{file}, line 300: 'travel' is missing (3 such samples)"
+    )
+
+
+def test_a_bad_line_is_named_with_decimal_commas_too(file, prior, times):
+    settings = {**FORMAT, "skip_rows": 0, "delimiter": ";", "decimal": ","}
+    export(file, settings, *record(prior, "closing"))
+    lines = file.read_text(encoding="utf-8").split("\n")
+    for cell, reason in (
+        ("x", "'travel' is 'x', which is not a number"),
+        ("", "'travel' is missing"),
+        # It might be thousands: 1.234 is not to be read as 1,234.
+        ("1.234", "'travel' is '1.234', which is not a number; see endurance.format.decimal"),
+    ):
+        bad = [*lines]
+        bad[399] = bad[399].split(";")[0] + ";" + cell
+        file.write_text("\n".join(bad), encoding="utf-8")
+        assert rejection(file, settings, times) == f"{file}, line 400: {reason}"
+
+
+def test_a_wrong_decimal_sign_or_delimiter_is_told(file, prior, times):
+    comma = {**FORMAT, "skip_rows": 0, "delimiter": ";", "decimal": ","}
+    export(file, comma, *record(prior, "closing"))
+    message = rejection(file, {**comma, "decimal": "."}, times)
+    # The first time, 0, has no decimal sign and is read.
+    assert message.startswith(f"{file}, line 4: 'time' is '0,0001', which is not a number")
+    assert "endurance.format.decimal" in message
+    message = rejection(file, {**comma, "delimiter": ","}, times)
+    assert message.startswith(f"{file}, line 1: no column 'time' among 'time;travel'")
+    # Decimal commas between commas: twice as many cells as names.
+    file.write_text("time,travel\ns,mm\n0,0001,0,012\n", encoding="utf-8")
+    message = rejection(file, {**FORMAT, "skip_rows": 0}, times)
+    assert message.startswith(f"{file}, line 3: 4 cells where 2 columns have names")
+    assert "endurance.format.decimal" in message
+
+
+@pytest.mark.parametrize(("skip", "line"), [(3, 4), (5, 6), (0, 1)])
+def test_a_wrong_number_of_skipped_lines_is_told(file, prior, times, skip, line):
+    written(file, prior)
+    message = rejection(file, {**FORMAT, "skip_rows": skip}, times)
+    assert message.startswith(f"{file}, line {line}: no column 'time' among")
+    assert "skip_rows" in message
+
+
+def test_a_byte_order_mark_is_told(file, prior, times):
+    settings = {**FORMAT, "skip_rows": 0, "encoding": "utf-8-sig"}
+    export(file, settings, *record(prior, "closing"))
+    message = rejection(file, {**settings, "encoding": "utf-8"}, times)
+    assert message.startswith(f"{file}, line 1: no column 'time'")
+    assert "utf-8-sig" in message
+
+
+# ---- bad records: file and reason -------------------------------------------------------------
+
+
+def misread(settings, **wrong):
+    """Settings with which a good file is written, and wrong ones with which it is read."""
+    return {**FORMAT, "skip_rows": 0, "units_row": False, **settings}, wrong
+
+
+MAGNITUDES = {
+    "m as mm": (*misread({"travel_unit": "m"}, travel_unit="mm"), "travel_unit 'm'?"),
+    "mm as m": (*misread({"travel_unit": "mm"}, travel_unit="m"), "travel_unit 'mm'?"),
+    "um as mm": (*misread({"travel_unit": "um"}, travel_unit="mm"), "travel_unit 'um'?"),
+    "mm as inch": (*misread({"travel_unit": "mm"}, travel_unit="inch"), "travel_unit 'mm'?"),
+    "s as ms": (*misread({"time_unit": "s"}, time_unit="ms"), "time_unit 's' rather than 'ms'?"),
+    "ms as s": (*misread({"time_unit": "ms"}, time_unit="s"), "time_unit 'ms' rather than 's'?"),
+    "us as ms": (*misread({"time_unit": "us"}, time_unit="ms"), "time_unit 'us' rather than 'ms'?"),
+}
+
+
+@pytest.mark.parametrize("name", MAGNITUDES)
+def test_a_wrong_unit_is_told_by_its_magnitude(file, prior, times, name):
+    settings, wrong, reason = MAGNITUDES[name]
+    export(file, settings, *record(prior, "closing"))
+    read_curve(file, settings, times, "closing")
+    message = rejection(file, {**settings, **wrong}, times)
+    assert message.startswith(f"{file}: ")
+    assert message.endswith("endurance.format." + reason)
+
+
+def test_the_wrong_direction_is_told(file, prior, times):
+    written(file, prior, "opening")
+    assert re.fullmatch(
+        rf"{re.escape(str(file))}: "
+        r"the travel goes from 1\d\.\d to -?0\.\d mm, which is no closing; "
+        r"is it in the wrong folder, or endurance\.format\.sign wrong\?",
+        rejection(file, FORMAT, times, "closing"),
+    )
+    written(file, prior, "closing")
+    assert "which is no opening" in rejection(file, FORMAT, times, "opening")
+    assert "endurance.format.sign" in rejection(file, {**FORMAT, "sign": -1}, times, "closing")
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_wrong_zero_is_told(file, prior, times, motion):
+    time, x = record(prior, motion)
+    write_curve(file, time, x + 3.0, motion=motion, operation=1)
+    message = rejection(file, FORMAT, times, motion)
+    assert re.match(rf"{re.escape(str(file))}: the open breaker rests at [23]\.\d\d mm", message)
+    assert "set endurance.format.zero" in message
+    read_curve(file, {**FORMAT, "zero": 3.0}, times, motion)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_breaker_that_does_not_move_is_told(file, prior, times, motion):
+    rng = generator(5, "test rest")
+    time = STEP * np.arange(760)
+    x = 0.05 * rng.standard_normal(time.size)
+    write_curve(file, time, x, motion=motion, operation=1)
+    message = rejection(file, FORMAT, times, motion)
+    assert re.match(rf"{re.escape(str(file))}: the stroke is 0\.\d+ mm, not between", message)
+
+
+def test_a_stuck_breaker_and_its_unit_are_both_possible(file, prior, times):
+    time, x = record(prior, "closing", noise=0.0)
+    write_curve(file, time, 0.1 * x, motion="closing", operation=1)
+    message = rejection(file, FORMAT, times)
+    assert "did the breaker not move, or is endurance.format.travel_unit 'cm'?" in message
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_record_too_short_before_or_after_the_motion_is_told(file, prior, times, motion):
+    start = re.escape(str(file)) + ": too short: "
+    time, x = record(prior, motion, moves=10.0)
+    keep = time >= 9.0 - 1e-9  # of the 2 ms before the motion, 1 ms is there
+    write_curve(file, time[keep], x[keep], motion=motion, operation=1)
+    message = rejection(file, FORMAT, times, motion)
+    found = re.match(start + r"(\d\.\d) ms are missing before the motion, which starts at", message)
+    assert float(found[1]) == pytest.approx(1.0, abs=0.5)
+    keep = time <= 58.0 + 1e-9  # of the 58 ms after it, 48 ms
+    write_curve(file, time[keep], x[keep], motion=motion, operation=1)
+    message = rejection(file, FORMAT, times, motion)
+    found = re.match(start + r"(\d+\.\d) ms are missing after the motion, which starts at", message)
+    assert float(found[1]) == pytest.approx(10.0, abs=0.5)
+    assert "sensor.stop" in message
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_record_that_begins_in_the_motion_is_told(file, prior, times, motion):
+    time, x = record(prior, motion, moves=10.0, stop=90.0)
+    for late in (0.5, 1.0, 2.0, 4.0, 6.0):
+        keep = time >= 10.0 + late
+        write_curve(file, time[keep], x[keep], motion=motion, operation=1)
+        message = rejection(file, FORMAT, times, motion)
+        assert re.search("begins too late|too short: .* before the motion|whole motion", message)
+
+
+@pytest.mark.parametrize("step", [0.15, 0.3, 0.8, 1.0])
+def test_a_rate_that_does_not_divide_is_told(file, prior, times, step):
+    written(file, prior, step=step)
+    message = rejection(file, FORMAT, times)
+    assert message.startswith(f"{file}: one sample every {step:.4g} ms does not fit the model's")
+    assert "0.4 ms" in message
+    assert "sensor.samples" in message
+
+
+@pytest.mark.parametrize("samples", [1, 2, 5])
+def test_a_record_of_a_few_samples_is_rejected(file, prior, times, samples):
+    written(file, prior)
+    lines = file.read_text(encoding="utf-8").split("\n")[: HEAD + samples]
+    file.write_text("\n".join(lines), encoding="utf-8")
+    assert rejection(file, FORMAT, times).startswith(f"{file}: ")
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", "is empty"),
+        (b"\n\n \n", "ends before line 7"),
+        (b"travel record\nmotion: closing\n", "ends before line 7"),
+        (b"a\nb\nc\nd\ntime,travel\ns,mm\n", "ends before line 7"),
+        (b"\xff\xfe\x00\x01\x81\x8d", "cannot be read: 'utf-8' codec can't decode"),
+        (b"PK\x03\x04" + bytes(range(256)), "cannot be read: 'utf-8' codec can't decode"),
+        (b"\x00" * 400_000, "ends before line 7"),
+        (b'a\nb\nc\nd\n"' + b"x" * 400_000, "cannot be read: field larger than field limit"),
+    ],
+)
+def test_what_is_no_curve_is_rejected(file, times, content, reason):
+    file.write_bytes(content)
+    assert rejection(file, FORMAT, times).startswith(f"{file}: {reason}")
+
+
+def test_an_undecodable_file_points_to_the_encoding(file, prior, times):
+    settings = {**FORMAT, "skip_rows": 0, "encoding": "latin-1", "travel_column": "Weg °"}
+    export(file, settings, *record(prior, "closing"))
+    message = rejection(file, {**settings, "encoding": "utf-8"}, times)
+    assert "endurance.format.encoding" in message
+
+
+def test_a_file_that_is_not_there_or_a_folder_is_rejected(file, tmp_path, times):
+    assert rejection(file, FORMAT, times).startswith(f"{file}: cannot be read: ")
+    assert rejection(tmp_path, FORMAT, times).startswith(f"{tmp_path}: cannot be read: ")
+
+
+# ---- many files ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path, prior):
+    """Five files: 1 and 4 are good, of 2 a sample is missing, 3 is an opening, 5 is not there."""
+    files = [(k, tmp_path / f"op_{k}.csv") for k in (1, 2, 3, 4, 5)]
+    for k, file in files[:4]:
+        written(file, prior, "opening" if k == 3 else "closing", seed=k)
+    lines = files[1][1].read_text(encoding="utf-8").split("\n")
+    lines[49] = lines[49].split(",")[0] + ","
+    files[1][1].write_text("\n".join(lines), encoding="utf-8")
+    return files
+
+
+def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
+    curves = read_curves(folder, FORMAT, times, "closing")
+    assert dict(curves.sizes) == {"operation": 5, "time": times.size}
+    assert curves.operation.values.tolist() == [1, 2, 3, 4, 5]
+    assert curves.accepted.values.tolist() == [True, False, False, True, False]
+    np.testing.assert_array_equal(np.isnan(curves.travel.values).all(axis=1), ~curves.accepted)
+    np.testing.assert_array_equal(np.isnan(curves.travel.values).any(axis=1), ~curves.accepted)
+    np.testing.assert_array_equal(np.isnan(curves.first_motion.values), ~curves.accepted)
+    assert curves.file.values.tolist() == [str(file) for _, file in folder]
+    reasons = curves.reason.values.tolist()
+    assert reasons[0] == reasons[3] == ""
+    assert reasons[1] == f"{folder[1][1]}, line 50: 'travel' is missing"
+    assert "which is no closing" in reasons[2]
+    assert "cannot be read" in reasons[4]
+    assert [r.getMessage() for r in caplog.records] == [f"rejected: {r}" for r in reasons if r]
+    assert curves.attrs["motion"] == "closing"
+    assert curves.travel.attrs["unit"] == "mm"
+    assert curves.time.attrs["unit"] == curves.first_motion.attrs["unit"] == "ms"
+
+
+def test_many_files_are_read_as_each_for_itself(folder, times):
+    curves = read_curves(folder, FORMAT, times, "closing")
+    for k in (1, 4):
+        alone, start = read_curve(folder[k - 1][1], FORMAT, times, "closing")
+        np.testing.assert_array_equal(curves.travel.sel(operation=k), alone)
+        assert curves.first_motion.sel(operation=k) == start
+
+
+def test_if_all_are_rejected_it_is_an_error_with_the_first_reasons(folder, tmp_path, times):
+    with pytest.raises(RejectedCurveError) as caught:
+        require_any(read_curves(folder[1:3] + folder[4:], FORMAT, times, "closing"))
+    message = str(caught.value)
+    assert message.startswith(f"{tmp_path}: none of 3 closing files can be used; check endurance")
+    assert "op_2.csv, line 50: 'travel' is missing" in message
+    assert message.count(" | ") == 2
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "reason"),
+    [
+        ("time_unit", "min", "endurance.format.time_unit is 'min', but must be one of s, ms, us"),
+        ("travel_unit", "foot", "endurance.format.travel_unit is 'foot', but must be one of mm"),
+        ("encoding", "utf-9", "endurance.format.encoding: unknown encoding: utf-9"),
+        ("delimiter", "\\t", "endurance.format.delimiter is '\\\\t', but must be one sign"),
+        ("zero", None, "endurance.format lacks zero"),
+    ],
+)
+def test_settings_that_fit_no_file_are_refused_at_once(folder, times, key, value, reason):
+    settings = {**FORMAT, key: value}
+    if value is None:
+        del settings[key]
+    with pytest.raises(ValueError, match=re.escape(reason)) as caught:
+        read_curves(folder, settings, times, "closing")
+    assert not isinstance(caught.value, RejectedCurveError)
+
+
+def test_chunks_of_operations_are_opened_as_one(folder, tmp_path, times):
+    whole = read_curves(folder, FORMAT, times, "closing")
+    stores = []
+    for k, part in enumerate((folder[:1], folder[1:])):
+        curves = read_curves(part, FORMAT, times, "closing")
+        stores.append(tmp_path / f"curves_{k:03d}.zarr")
+        save(describe(curves, "measured closing curves", format=FORMAT), stores[-1])
+    together = open_curves(stores)
+    for name in whole.data_vars:
+        np.testing.assert_array_equal(together[name].values, whole[name].values)
+    assert together.operation.values.tolist() == [1, 2, 3, 4, 5]

@@ -1,0 +1,87 @@
+"""Curves of the model through files: what comes back is a record of the truth that is told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.model.randomness import generator
+from breaker.synthetic.round_trip import FORMAT, through_files
+
+CURVES = 60
+# Each record's chi-square has t degrees of freedom at the truth. Two-sided, over all records of a
+# motion together: a false alarm of 1e-3.
+FALSE_ALARM = 1e-3
+
+
+@pytest.fixture(scope="module", params=MOTIONS)
+def through(request, prior, sensor):
+    rng = generator(4, "test through files", request.param)
+    return request.param, *through_files(prior, sensor, request.param, CURVES, rng)
+
+
+def tail(sensor, motion, measured, truth):
+    """Smaller tail probability of each record's chi-square at a truth, ``(n,)``."""
+    p = len(NAMES)
+    exact = travel(truth[:, :p], sensor.times, motion, onset=truth[:, p]).travel
+    square = sensor.chi_square(measured, exact)
+    df = sensor.samples
+    return np.minimum(chi2.cdf(square, df), chi2.sf(square, df))
+
+
+def test_the_format_is_the_default_of_the_configuration(defaults):
+    assert defaults["endurance"]["format"] == FORMAT
+
+
+def test_records_are_those_of_the_truth(through, sensor):
+    motion, measured, truth = through
+    assert measured.shape == (CURVES, sensor.samples)
+    assert truth.shape == (CURVES, len(NAMES) + 1)
+    assert tail(sensor, motion, measured, truth).min() > FALSE_ALARM / (2 * CURVES)
+
+
+@pytest.mark.parametrize("fault", ["onset", "sign of the onset", "another curve", "averaged"])
+def test_a_wrong_truth_would_be_noticed(through, sensor, fault):
+    motion, measured, truth = through
+    if fault == "onset":
+        truth = truth + np.eye(len(NAMES) + 1)[-1] * 0.4  # one sample of the grid off
+    elif fault == "sign of the onset":
+        truth = truth * np.array([1.0] * len(NAMES) + [-1.0])
+    elif fault == "another curve":
+        truth = np.roll(truth, 1, axis=0)
+    else:  # what averaging the four samples of a step would do to the noise
+        exact = travel(truth[:, :-1], sensor.times, motion, onset=truth[:, -1]).travel
+        measured = exact + 0.5 * (measured - exact)
+    assert tail(sensor, motion, measured, truth).min() < FALSE_ALARM / (2 * CURVES)
+
+
+def test_the_onset_is_small_against_its_prior(through, sensor):
+    _, _, truth = through
+    # The reader's first motion is off by 0.04 ms, sd 0.1 ms (tests of first_motion), and its
+    # rounding to a sample of 0.1 ms by up to 0.05 ms.
+    assert abs(truth[:, -1].mean()) < 0.1  # more than 4 standard errors away: below 1e-4
+    assert 0.05 < truth[:, -1].std() < 0.5 * sensor.onset_sd
+
+
+def test_the_same_generator_gives_the_same_bytes(prior, sensor):
+    first, second = (
+        through_files(prior, sensor, "closing", 3, generator(8, "test bytes")) for _ in range(2)
+    )
+    for one, other in zip(first, second, strict=True):
+        assert one.tobytes() == other.tobytes()
+
+
+def test_without_an_onset_the_truth_has_only_the_seven(prior, sensor):
+    plain = replace(sensor, onset_sd=0.0, zero_sd=0.0)
+    measured, truth = through_files(prior, plain, "opening", 3, generator(8, "test plain"))
+    assert measured.shape == (3, sensor.samples)
+    assert truth.shape == (3, len(NAMES))
+
+
+def test_a_rejected_record_is_an_error(prior, sensor):
+    far = replace(sensor, zero_sd=3.0)  # a zero beyond what the reader takes for an open breaker
+    with pytest.raises(RuntimeError, match=r"\d+ of 12 curves of the model rejected: .*near 0"):
+        through_files(prior, far, "closing", 12, generator(8, "test far"))

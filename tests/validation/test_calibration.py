@@ -1,0 +1,186 @@
+"""Ranks, their band and its verdict: right false-alarm rate, and faults are caught."""
+
+from itertools import product
+from math import factorial, prod
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from breaker.model.randomness import generator
+from breaker.validation.calibration import (
+    calibration_p_values,
+    coverage,
+    ecdf_difference,
+    family_p_value,
+    ranks,
+    simultaneous_band,
+    verdict,
+)
+
+
+def uniform_ranks(n, draws, columns, purpose):
+    return generator(1, "test", purpose).integers(0, draws + 1, (n, columns))
+
+
+def leaves(ranks, draws, band):
+    """Say which columns of ranks leave a band."""
+    difference = ecdf_difference(ranks, draws)
+    below, above = difference < band.lower[:, None], difference > band.upper[:, None]
+    return np.any(below | above, axis=0)
+
+
+def gaussian(n, draws, *, bias=0.0, width=1.0, purpose="gaussian"):
+    """Draws (n, d, 1) and truth (n, 1) of a normal mean with normal prior, all variances one.
+
+    The exact posterior is normal with mean x / 2 and variance 1 / 2. ``bias`` is in posterior sd,
+    ``width`` a factor of its sd.
+    """
+    rng = generator(2, "test", purpose)
+    truth = rng.standard_normal((n, 1))
+    mean = (truth + rng.standard_normal((n, 1))) / 2
+    sd = np.sqrt(0.5)
+    noise = rng.standard_normal((n, draws, 1))
+    return mean[:, None] + sd * (bias + width * noise), truth
+
+
+def test_ranks_count_the_draws_below_the_truth():
+    draws = np.array([[[1.0, 5.0], [2.0, 4.0], [3.0, 6.0]]])
+    assert ranks(draws, [[2.5, 7.0]]).tolist() == [[2, 3]]
+    assert ranks(draws, [[0.5, 4.5]]).tolist() == [[0, 1]]
+
+
+def test_ecdf_difference_by_hand():
+    # Ranks 0, 2, 2 among 3 draws: below 1, 2, 3 lie 1, 1, 3 of 3; the grid is 1/4, 1/2, 3/4.
+    expected = np.array([[1 / 3 - 1 / 4], [1 / 3 - 1 / 2], [1 - 3 / 4]])
+    np.testing.assert_allclose(ecdf_difference([0, 2, 2], 3), expected, atol=1e-15)
+
+
+def test_p_values_are_exact():
+    """All 210 histograms of 6 ranks among 4 draws: P(p <= x) = x at every p that can occur."""
+    n, draws = 6, 4
+    histograms = [h for h in product(range(n + 1), repeat=draws + 1) if sum(h) == n]
+    weights = [factorial(n) / prod(map(factorial, h)) / (draws + 1) ** n for h in histograms]
+    columns = np.stack([np.repeat(np.arange(draws + 1), h) for h in histograms], axis=1)
+    p_values, weights = calibration_p_values(columns, draws), np.array(weights)
+    assert weights.sum() == pytest.approx(1.0)
+    for p in np.unique(p_values):
+        reached = weights[p_values <= p * (1 + 1e-12)].sum()
+        assert reached == pytest.approx(p, rel=1e-10)
+
+
+@pytest.mark.parametrize(("n", "draws"), [(200, 100), (1000, 100), (200, 399)])
+def test_band_has_the_false_alarm_rate_it_states(n, draws):
+    band = simultaneous_band(n, draws, alpha=0.05)
+    assert 0.045 < band.false_alarm <= 0.05  # what one count is worth
+    trials = 2000
+    columns = uniform_ranks(n, draws, trials, f"rate {n} {draws}")
+    alarms = leaves(columns, draws, band).sum()
+    # Two-sided binomial bound: a right band fails this for one seed in a thousand.
+    low, high = binom.ppf([5e-4, 1 - 5e-4], trials, band.false_alarm)
+    assert low <= alarms <= high
+    # Planted fault: a band of twice the alpha. Its 200 alarms are 5 sd above the bound of 133.
+    assert leaves(columns, draws, simultaneous_band(n, draws, alpha=0.1)).sum() > high
+
+
+def test_band_for_continuous_values_does_not_fit_ranks():
+    """Why the band lives on the grid of the ranks: rank / draws on a fine scale, as if it were
+    continuous, leaves a 5 % band nearly always at 1000 ranks among 100 draws."""
+    columns = uniform_ranks(1000, 100, 100, "continuous")
+    assert leaves(columns, 100, simultaneous_band(1000, 100)).mean() < 0.15  # 4.5 sd above 5 %
+    fine = np.minimum(10 * columns, 999)
+    assert leaves(fine, 999, simultaneous_band(1000, 999)).mean() > 0.9
+
+
+def test_band_is_family_wise_over_its_panels():
+    n, draws, panels, trials = 200, 100, 8, 1000
+    columns = uniform_ranks(n, draws, panels * trials, "family")
+
+    def families(band):
+        return leaves(columns, draws, band).reshape(trials, panels).any(axis=1).sum()
+
+    # At most 5 % of families alarm; a right band exceeds the bound for one seed in a thousand.
+    bound = binom.ppf(1 - 1e-3, trials, 0.05)
+    assert families(simultaneous_band(n, draws, alpha=0.05, panels=panels)) <= bound
+    # Planted fault: a band for one panel read in eight, 1 - 0.95^8 = 34 % alarms.
+    assert families(simultaneous_band(n, draws, alpha=0.05)) > bound
+
+
+@pytest.mark.parametrize("alpha", [1e-6, 1e-3, 0.05, 0.3])
+def test_band_and_p_value_give_the_same_verdict(alpha):
+    draws, columns = 50, uniform_ranks(100, 50, 60, "agreement")
+    columns[:, 30:] = columns[:, 30:] // (1 + np.arange(30) / 20)  # from none to a strong fault
+    judged = verdict(columns, draws, alpha=alpha, panels=3)
+    assert np.array_equal(judged.outside, judged.excess > 0)
+    assert np.array_equal(judged.outside, leaves(columns, draws, judged.band))
+    assert judged.outside.any()
+    assert not judged.outside.all()
+
+
+def test_exact_posterior_passes():
+    """False alarm at most 1e-3."""
+    draws, truth = gaussian(1000, 200)
+    judged = verdict(ranks(draws, truth), 200, alpha=1e-3)
+    assert not judged.outside.any()
+    assert judged.p_values[0] > 1e-3
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [{"width": 0.7}, {"width": 1.4}, {"bias": 0.3}, {"bias": -0.3}],
+    ids=["too narrow", "too wide", "too high", "too low"],
+)
+def test_wrong_posterior_is_caught(fault):
+    """N = 1000 curves, 200 draws, alpha 1e-3 over 8 panels: all of 1,500 trials of each fault were
+    caught, the largest p-value being 1.4e-7, so the power is above 0.998 (at 99.9 %)."""
+    draws, truth = gaussian(1000, 200, **fault)
+    judged = verdict(ranks(draws, truth), 200, alpha=1e-3, panels=8)
+    assert judged.outside.all()
+    assert judged.excess[0] > 0
+    if bias := fault.get("bias"):  # too high a posterior leaves low ranks: the ECDF lies above
+        assert np.sign(judged.difference[100, 0]) == np.sign(bias)
+
+
+def test_small_probabilities_keep_their_meaning():
+    """All n ranks equal to the lowest of d + 1 values has probability (d + 1)^-n; its p-value
+    counts the other histograms that are as unlikely at their worst point, at most 2 d of them."""
+    n, draws = 20, 9
+    p = calibration_p_values(np.zeros(n, dtype=int), draws)[0]
+    assert 0.1**n <= p <= 2 * draws * 0.1**n
+    assert calibration_p_values(np.zeros(1000, dtype=int), 500)[0] < 1e-200
+
+
+def test_family_p_value_is_bonferroni():
+    assert family_p_value([0.5, 0.01, 0.2]) == pytest.approx(0.03)
+    assert family_p_value([0.9, 0.8]) == 1.0
+
+
+def test_coverage():
+    columns = uniform_ranks(1000, 99, 50, "coverage")
+    covered = coverage(columns, 99, levels=(0.5, 0.95))
+    assert covered.expected == pytest.approx([0.5, 0.95], abs=1.001 / 100)
+    # 100 normal numbers: beyond 4.5 sd with probability 7e-4.
+    score = (covered.observed - covered.expected[:, None]) / covered.standard_error[:, None]
+    assert np.abs(score).max() < 4.5
+    draws, truth = gaussian(1000, 99, width=0.7)  # 95 % intervals that hold 83 %
+    narrow = coverage(ranks(draws, truth), 99, levels=0.95)
+    assert narrow.observed[0, 0] < narrow.expected[0] - 4.5 * narrow.standard_error[0]
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: ranks(np.zeros((3, 5, 2)), np.zeros((3, 1))), "do not fit"),
+        (lambda: ranks(np.full((3, 5, 1), np.nan), np.zeros((3, 1))), "15 of 15 values of draws"),
+        (lambda: ranks(np.zeros((3, 5, 1)), np.full((3, 1), np.inf)), "3 of 3 values of truth"),
+        (lambda: calibration_p_values([0, 7], 6), "integers from 0 to 6"),
+        (lambda: calibration_p_values([0.5, 1.0], 6), "integers from 0 to 6"),
+        (lambda: ecdf_difference(np.zeros((0, 2), dtype=int), 6), "integers from 0 to 6"),
+        (lambda: simultaneous_band(100, 50, alpha=0.0), "no band"),
+        (lambda: simultaneous_band(0, 50), "no band"),
+        (lambda: coverage([1, 2], 6, levels=1.0), "between 0 and 1"),
+    ],
+)
+def test_unusable_input_is_refused(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()

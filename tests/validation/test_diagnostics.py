@@ -1,0 +1,143 @@
+"""z-score, contraction and recovery on posteriors that are known in closed form."""
+
+import numpy as np
+import pytest
+
+from breaker.model.randomness import generator
+from breaker.posterior.predictive import share_inside
+from breaker.validation.diagnostics import (
+    correlation,
+    pointwise_band,
+    recovery,
+    scores,
+)
+
+PRIOR_SD = np.array([0.2, 0.4, 0.3])
+CONTRACTION = np.array([0.9, 0.3, 0.6])
+LOG = np.array([True, True, False])
+CENTRE = np.array([0.05, 10.0, 1.0])
+
+
+def posteriors(n=1000, draws=200, *, bias=0.0, width=1.0):
+    """Draws (n, d, 3) and truth (n, 3): normal in log for two outputs, in plain units for one.
+
+    With prior variance v and contraction c the exact posterior of a normal observation of
+    variance v (1 - c) / c has mean c x and variance v (1 - c). ``bias`` is in posterior sd.
+    """
+    rng = generator(3, "test", "posteriors")
+    truth = PRIOR_SD * rng.standard_normal((n, 3))
+    noise_sd = PRIOR_SD * np.sqrt((1 - CONTRACTION) / CONTRACTION)
+    mean = CONTRACTION * (truth + noise_sd * rng.standard_normal((n, 3)))
+    sd = PRIOR_SD * np.sqrt(1 - CONTRACTION)
+    draws = mean[:, None] + sd * (bias + width * rng.standard_normal((n, draws, 3)))
+    return to_units(draws), to_units(truth)
+
+
+def to_units(values):
+    return np.where(LOG, CENTRE * np.exp(values), values)
+
+
+def to_normal(values):
+    return np.stack([np.log(values[:, 0]), np.log(values[:, 1]), values[:, 2]], axis=1)
+
+
+def test_scores_of_the_exact_posterior():
+    """Bounds of 4.5 standard errors: 9 normal numbers, false alarm below 1e-4."""
+    n, d = 1000, 200
+    draws, truth = posteriors(n, d)
+    judged = scores(draws, truth, prior_sd=PRIOR_SD, log=LOG)
+    assert judged.z.shape == judged.contraction.shape == (n, 3)
+    # The posterior's mean and variance are estimated from d draws: 1/d more variance.
+    np.testing.assert_allclose(judged.z_mean, 0.0, atol=4.5 / np.sqrt(n))
+    np.testing.assert_allclose(judged.z_sd, 1.0, atol=4.5 / np.sqrt(2 * n) + 2 / d)
+    error = 4.5 * (1 - CONTRACTION) * np.sqrt(2 / (d * n))
+    assert np.all(np.abs(judged.mean_contraction - CONTRACTION) < error)
+
+
+@pytest.mark.parametrize(
+    ("fault", "z_mean", "z_sd"),
+    [
+        ({"width": 0.7}, 0.0, 1 / 0.7),
+        ({"width": 1.4}, 0.0, 1 / 1.4),
+        ({"bias": 0.3}, 0.3, 1.0),
+    ],
+)
+def test_scores_show_what_is_wrong(fault, z_mean, z_sd):
+    """Same bounds; the faults are 9 standard errors (bias) and 12 (width) or more away from exact,
+    so the power is above 0.999."""
+    n, d = 1000, 200
+    draws, truth = posteriors(n, d, **fault)
+    judged = scores(draws, truth, prior_sd=PRIOR_SD, log=LOG)
+    np.testing.assert_allclose(judged.z_mean, z_mean, atol=4.5 * z_sd / np.sqrt(n) + 0.01)
+    np.testing.assert_allclose(judged.z_sd, z_sd, atol=z_sd * (4.5 / np.sqrt(2 * n) + 2 / d))
+    expected = 1 - fault.get("width", 1.0) ** 2 * (1 - CONTRACTION)
+    np.testing.assert_allclose(judged.mean_contraction, expected, atol=0.02)
+
+
+def test_scores_by_hand():
+    draws = np.exp([[[1.0], [3.0]]])  # mean 2, variance 2 in logarithms
+    judged = scores(draws.repeat(2, axis=0), np.exp([[1.0], [1.0]]), prior_sd=[2.0], log=[True])
+    np.testing.assert_allclose(judged.z[:, 0], 1 / np.sqrt(2))
+    np.testing.assert_allclose(judged.contraction[:, 0], 0.5)
+
+
+def test_contraction_is_not_clipped():
+    draws, truth = posteriors(100, 50, width=3.0)
+    judged = scores(draws, truth, prior_sd=PRIOR_SD, log=LOG)
+    assert judged.mean_contraction[1] == pytest.approx(1 - 9 * 0.7, rel=0.1)
+
+
+def test_recovery():
+    n = 1000
+    draws, truth = posteriors(n, 200)
+    summary = recovery(draws, truth)
+    np.testing.assert_array_equal(summary.median, np.median(draws, axis=1))
+    # Correlation of the posterior mean with the truth is the root of the contraction; in log
+    # parameters here, where the outputs are normal. 4.5 sd of its Fisher transform.
+    pairs = zip(to_normal(summary.median).T, to_normal(truth).T, strict=True)
+    in_logs = np.array([np.corrcoef(*pair)[0, 1] for pair in pairs])
+    error = np.arctanh(in_logs) - np.arctanh(np.sqrt(CONTRACTION))
+    assert np.abs(error).max() < 4.5 / np.sqrt(n) + 0.02
+    assert summary.correlation[2] == pytest.approx(in_logs[2])
+    for interval, level in ((summary.interval_50, 0.5), (summary.interval_95, 0.95)):
+        assert interval.shape == (n, 3, 2)
+        inside = np.mean((interval[..., 0] <= truth) & (truth <= interval[..., 1]), axis=0)
+        allowed = 4.5 * np.sqrt(level * (1 - level) / n) + 1 / 200  # 200 draws: within 1/(d+1)
+        np.testing.assert_allclose(inside, level, atol=allowed)
+
+
+def test_correlation_is_of_logarithms_where_asked():
+    a = np.array([1.0, 2.0, 3.0, 5.0])
+    both = np.stack([np.exp(a), 2 * a + 1], axis=1)
+    np.testing.assert_allclose(correlation(both, log=[True, False]), 1.0)
+    assert correlation(both, log=[False, False])[0, 1] < 0.95
+
+
+def test_pointwise_band():
+    curves = np.arange(101.0)[:, None] * [1.0, 2.0]
+    median, lower, upper = pointwise_band(curves, level=0.9)
+    for band, share in ((median, 50), (lower, 5), (upper, 95)):
+        np.testing.assert_allclose(band, [share, 2 * share])
+
+
+def test_share_inside():
+    values = np.array([[0.0, 1.0, 2.0, np.nan], [5.0, 1.0, 1.0, 1.0]])
+    lower, upper = np.full(4, 0.5), np.full(4, 2.0)
+    assert share_inside(values, lower, upper).tolist() == [0.5, 0.75]
+    where = [False, True, True, False]
+    assert share_inside(values, lower, upper, where=where).tolist() == [1.0, 1.0]
+
+
+def test_unusable_input_is_refused():
+    draws, truth = posteriors(5, 20)
+    for faulty, words in ((-draws, "must be positive"), (draws * 0 + truth[:, None], "no width")):
+        with pytest.raises(ValueError, match=words):
+            scores(faulty, truth, prior_sd=PRIOR_SD, log=LOG)
+    with pytest.raises(ValueError, match="prior_sd must be 3 positive numbers"):
+        scores(draws, truth, prior_sd=PRIOR_SD[:2], log=LOG)
+    with pytest.raises(ValueError, match="for each of 3 outputs"):
+        scores(draws, truth, prior_sd=PRIOR_SD, log=[True])
+    with pytest.raises(ValueError, match="1 of 15 values of truth"):
+        recovery(draws, np.where(truth == truth[0, 0], np.nan, truth))
+    with pytest.raises(ValueError, match="must be finite"):
+        pointwise_band([[1.0, np.nan]])

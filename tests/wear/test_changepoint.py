@@ -1,0 +1,536 @@
+"""Change points against all configurations of a short series, another package, and known truths."""
+
+import math
+from dataclasses import fields, replace
+from functools import partial
+
+import numpy as np
+import pytest
+import torch
+from bayesian_changepoint_detection import (
+    constant_hazard,
+    get_map_changepoints,
+    online_changepoint_detection,
+)
+from bayesian_changepoint_detection.online_likelihoods import NormalKnownVariance
+from scipy.special import logsumexp
+from scipy.stats import chi2, multivariate_normal
+
+from breaker.mechanism.parameters import NAMES
+from breaker.model.randomness import generator
+from breaker.wear.changepoint import KINDS, Segments, Tracker
+from breaker.wear.lines import SPACING
+
+P = len(NAMES)
+ALL = KINDS.index("all")
+FIRST = -1
+
+
+@pytest.fixture
+def tracker(defaults, prior):
+    return Tracker.from_settings(defaults["wear_model"], prior.log_sds)
+
+
+def follow(tracker, operations, matrices, slopes, *, segments=None):
+    """Go through operations; yield number, hypotheses, log evidence and outlier probability."""
+    segments = tracker.begin(operations[0]) if segments is None else segments
+    for operation, matrix, slope in zip(operations, matrices, slopes, strict=True):
+        segments = tracker.predict(segments, operation)
+        segments, log_evidence, outlier = tracker.learn(segments, matrix, slope, np.zeros(P))
+        yield operation, segments, log_evidence, outlier
+
+
+def worn(tracker, n, rng, *, sd=0.05, scatter=0.002, changes=(), jumps=(), slope=0.0, level=None):
+    """Information of ``n`` operations in which each parameter is seen with an error ``sd``.
+
+    Args:
+        changes: ``(operation, name, slope)``: after it, so much more a thousand operations.
+        jumps: ``(first, last, size)``: so much off, from one operation to another.
+        slope, level: Of the first segment, one or ``(p,)``; a level of 0 by default.
+    """
+    level = np.zeros(P) if level is None else level
+    slope = np.broadcast_to(slope, P).copy()
+    matrix, slopes = np.eye(P) / np.square(sd), []
+    for operation in range(1, n + 1):
+        state = level.copy()
+        for first, last, size in jumps:
+            state += size * (first <= operation <= last)
+        state += scatter / tracker.log_sds * rng.standard_normal(P)
+        slopes.append(matrix @ (state + sd * rng.standard_normal(P)))
+        for after, name, more in changes:
+            slope[NAMES.index(name)] += more * (after == operation)
+        level = level + slope / 1000.0
+    return list(range(1, n + 1)), [matrix] * n, slopes
+
+
+def same(a: Segments, b: Segments):
+    """Whether two sets of hypotheses are equal to the bit."""
+    return all(np.array_equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(Segments))
+
+
+def test_settings_are_in_percent(tracker, prior, defaults):
+    settings = defaults["wear_model"]
+    np.testing.assert_array_equal(tracker.log_sds, prior.log_sds)
+    assert tracker.hazard * settings["operations_between_changes"] == pytest.approx(1.0)
+    assert tracker.step_sd * 100 == pytest.approx(settings["step_sd"])
+    np.testing.assert_allclose(tracker.scatters * 100, settings["scatters"])
+
+
+# ---- all configurations ------------------------------------------------------------------------
+
+
+def short_series(tracker, operations, purpose, *, rows=4):
+    """Factors ``(n, rows, p)``, scaled measurements ``(n, rows)`` and places ``(n, p)``.
+
+    A drive whose everything changes after the fourth operation. No operation sees all of it.
+    """
+    rng = generator(1, "test", "change points", purpose)
+    n = len(operations)
+    factors, places = rng.standard_normal((n, rows, P)), 0.3 * rng.standard_normal((n, P))
+    level, slope = rng.standard_normal(P), tracker.slope_sd * rng.standard_normal(P)
+    measured = np.empty((n, rows))
+    for i, operation in enumerate(operations):
+        if i:
+            level = level + (operation - operations[i - 1]) * slope / 1000.0
+        if i == 4:
+            level = level + tracker.step_sd / tracker.log_sds * rng.standard_normal(P)
+            slope = slope + tracker.slope_sd * rng.standard_normal(P)
+        state = level + tracker.scatters[1] / tracker.log_sds * rng.standard_normal(P)
+        measured[i] = factors[i] @ (state - places[i]) + rng.standard_normal(rows)
+    return factors, measured, places
+
+
+def configurations(tracker, operations):
+    """Yield start, kind and prior probability of at most one change, the first segment included."""
+    gaps = np.diff(operations)
+    odds = [(1.0 - tracker.whole) / P] * P + [tracker.whole]
+    stay = (1.0 - tracker.hazard) ** gaps
+    yield operations[0], FIRST, stay.prod()
+    for i, start in enumerate(operations[:-1]):
+        for kind, odd in enumerate(odds):
+            others = np.delete(stay, i).prod()
+            yield start, kind, (1.0 - stay[i]) * odd * others
+
+
+def regression(tracker, operations, series, start, kind, scatter):
+    """One joint Gaussian regression: log evidence, and mean and covariance of the last state.
+
+    The unknowns are level and slope of the first segment, and what a change adds to either.
+    """
+    factors, measured, places = series
+    added = np.zeros((2, P))  # variances
+    if kind == ALL:
+        added[0] = np.square(tracker.step_sd / tracker.log_sds)
+    if kind >= 0:
+        added[1, range(P) if kind == ALL else kind] = np.square(tracker.slope_sd)
+    variance = np.concatenate([np.ones(P), np.full(P, np.square(tracker.slope_sd)), *added])
+
+    def level_at(operation):
+        since = max(operation - start, 0) / 1000.0
+        parts = 1.0, (operation - operations[0]) / 1000.0, float(operation > start), since
+        return np.hstack([part * np.eye(P) for part in parts])
+
+    design = np.vstack([f @ level_at(o) for f, o in zip(factors, operations, strict=True)])
+    noise = np.square(scatter / tracker.log_sds)
+    r = len(factors[0])
+    cov = design * variance @ design.T + np.eye(len(design))
+    for i, factor in enumerate(factors):
+        rows = slice(i * r, (i + 1) * r)
+        cov[rows, rows] += factor * noise @ factor.T
+    seen = np.concatenate([m + f @ z for m, f, z in zip(measured, factors, places, strict=True)])
+    # Information is a density up to that of the measurement at its own value.
+    constant = 0.5 * np.square(measured).sum() + 0.5 * seen.size * np.log(2 * np.pi)
+    last = level_at(operations[-1])
+    slope = np.hstack([np.zeros((P, P)), np.eye(P), np.zeros((P, P)), np.eye(P)])
+    state = np.vstack([last, slope])
+    cross = state * variance @ design.T
+    gain = np.linalg.solve(cov, cross.T).T
+    return (
+        constant + multivariate_normal.logpdf(seen, cov=cov),
+        gain @ seen,
+        state * variance @ state.T - gain @ cross.T,
+    )
+
+
+@pytest.mark.parametrize(
+    "operations", [[1, 2, 3, 4, 5, 6, 7], [1, 4, 6, 8, 9, 12, 13, 14]], ids=["even", "uneven"]
+)
+def test_short_series_are_exact(prior, operations):
+    """Every hypothesis against its own regression: weight, mean, covariance; and the evidence.
+
+    Starts are kept where neighbours are a fifth of their age apart, as all of these are. The hazard
+    is so small that a second change would add less than 1e-5 to anything.
+    """
+    tracker = Tracker(
+        log_sds=prior.log_sds,
+        hazard=1e-11,
+        slope_sd=100.0,
+        step_sd=0.1,
+        scatters=np.array([0.02, 0.04, 0.06]),
+        outliers=0.0,
+        whole=0.3,
+    )
+    series = short_series(tracker, operations, "short")
+    segments, total = tracker.begin(operations[0]), 0.0
+    for operation, factor, seen, place in zip(operations, *series, strict=True):
+        segments = tracker.predict(segments, operation)
+        segments, log_evidence, outlier = tracker.learn(
+            segments, factor.T @ factor, factor.T @ seen, place
+        )
+        total += log_evidence
+        assert outlier == 0.0
+    found = {
+        key: i
+        for i, key in enumerate(zip(segments.start, segments.kind, segments.scatter, strict=True))
+    }
+    k = len(tracker.scatters)
+    assert len(found) == len(segments.start) == k * (1 + len(KINDS) * (len(operations) - 1))
+    exact, log_weights = {}, {}
+    for start, kind, probability in configurations(tracker, operations):
+        for q, scatter in enumerate(tracker.scatters):
+            exact[start, kind, q] = regression(tracker, operations, series, start, kind, scatter)
+            log_weights[start, kind, q] = np.log(probability / k) + exact[start, kind, q][0]
+    assert exact.keys() == found.keys()
+    evidence = logsumexp(list(log_weights.values()))
+    assert total == pytest.approx(evidence, abs=1e-5)
+    # The data tell the hypotheses apart, and no scatter is so unlikely that it would be held up.
+    assert np.ptp([each[0] for each in exact.values()]) > 5.0
+    for q in range(k):
+        assert segments.weight[segments.scatter == q].sum() > 1e-5
+    for key, (_, mean, cov) in exact.items():
+        i = found[key]
+        assert segments.log_weight[i] == pytest.approx(log_weights[key] - evidence, abs=1e-5)
+        np.testing.assert_allclose(segments.mean[i, :P], mean[:P], atol=1e-5)
+        np.testing.assert_allclose(segments.mean[i, P:], mean[P:], atol=1e-5 * tracker.slope_sd)
+        np.testing.assert_allclose(segments.cov[i, :P, :P], cov[:P, :P], atol=1e-5)
+        np.testing.assert_allclose(segments.cov[i, P:], cov[P:], atol=1e-5 * tracker.slope_sd**2)
+    weights = np.exp(np.array([log_weights[key] for key in exact]) - evidence)
+    means = np.array([each[1] for each in exact.values()])
+    level, spread = segments.level()
+    np.testing.assert_allclose(level, weights @ means, atol=1e-5 * tracker.slope_sd)
+    apart = means - weights @ means
+    wanted = np.einsum("k,kij->ij", weights, [each[2] for each in exact.values()])
+    wanted = wanted + (weights[:, None] * apart).T @ apart
+    np.testing.assert_allclose(spread, wanted, atol=1e-5 * tracker.slope_sd**2)
+
+
+# ---- another package ---------------------------------------------------------------------------
+
+SD, HAZARD = 0.1, 1 / 50  # of the constant means
+
+
+def constant_means(step, n, purpose):
+    """Values around 0, and around ``step`` from the middle on, ``(n,)``."""
+    rng = generator(1, "test", "change points", "means", purpose)
+    return SD * rng.standard_normal(n) + step * (np.arange(n) >= n // 2)
+
+
+def ours(values):
+    """Hypotheses after each of some values of one parameter, whose means jump."""
+    tracker = Tracker(
+        log_sds=np.ones(P),
+        hazard=HAZARD,
+        slope_sd=1e-9,
+        step_sd=1.0,
+        scatters=np.array([1e-9]),
+        outliers=0.0,
+        whole=1.0 - 1e-9,
+    )
+    matrix, one = np.zeros((P, P)), NAMES.index("f")
+    matrix[one, one] = SD**-2
+    slopes = np.outer(values, matrix[one])
+    n = len(values)
+    return [s for _, s, *_ in follow(tracker, range(1, n + 1), [matrix] * n, slopes)]
+
+
+def theirs(values):
+    """Run lengths by the package, ``(n + 1, n + 1)``: column t is after t values."""
+    hazard = partial(constant_hazard, 1 / HAZARD)
+    model = NormalKnownVariance(variance=SD**2, prior_variance=1.0, device="cpu")
+    run, _ = online_changepoint_detection(torch.tensor(values), hazard, model, device="cpu")
+    return run
+
+
+def test_run_lengths_of_the_maintained_package():
+    """Where starts are not merged yet, the whole posterior, to 0.02.
+
+    A new mean is drawn about the old one here and about zero there. Both are near zero beside the
+    sd of 1 with which it is drawn, which is what the 0.02 is for.
+    """
+    values = constant_means(0.4, 7, "short")
+    run = theirs(values).numpy()
+    for t, segments in enumerate(ours(values), start=1):
+        # A change that is only now due is part of their answer, not of ours.
+        wanted = run[1 : t + 1, t] / run[1 : t + 1, t].sum()
+        lengths = np.where(segments.kind == FIRST, t, t - segments.start)
+        found = np.bincount(lengths, segments.weight, t + 1)[1:]
+        np.testing.assert_allclose(found, wanted, atol=0.02)
+    assert 0.05 < found.max() < 0.95
+
+
+def test_the_change_that_the_package_finds():
+    """A step of ten sds is found after the same operation, to within two.
+
+    After 60 operations starts are merged within a fifth of their age, less than two of them
+    around the last ten: so it is asked ten operations after the step.
+    """
+    n = 60
+    values = constant_means(1.0, n, "step")
+    run = theirs(values)
+    segments = ours(values)[n // 2 + 9]
+    likeliest = segments.start[np.argmax(segments.weight)]
+    assert segments.began_after(n // 2 - 5) > 0.95
+    assert abs(likeliest - n // 2) <= 2
+    starts = get_map_changepoints(run[: n // 2 + 11, : n // 2 + 11], min_separation=5)
+    assert len(starts) == 1
+    assert abs(int(starts[0]) - likeliest) <= 2
+    # Later, too, within what merging allows.
+    late = ours(values)[-1]
+    assert abs(late.start[np.argmax(late.weight)] - n // 2) <= 0.2 * n // 2
+
+
+def test_no_change_where_the_package_finds_none():
+    values = constant_means(0.0, 60, "none")
+    assert len(get_map_changepoints(theirs(values), min_separation=5)) == 0
+    for segments in ours(values):
+        assert segments.kind[np.argmax(segments.weight)] == FIRST
+        assert segments.began_after(1) < 0.5
+
+
+# ---- memory, and going on ----------------------------------------------------------------------
+
+
+def test_memory_is_bounded(tracker):
+    """Of each kind 2 + log(N) / log(1 / 0.8) starts, as neighbours thin out with their age.
+
+    Over 3,000 operations that is 300 hypotheses for a scatter, and without thinning it would be
+    24,000. What an operation costs is in proportion: it does not grow in the second half.
+    """
+    n = 3000
+    one = replace(tracker, scatters=tracker.scatters[[2]])
+    bound = 1 + len(KINDS) * (2 + math.log(n) / math.log(1.25))
+    series = worn(one, n, generator(1, "test", "change points", "memory"))
+    counts = np.array([segments.start.size for _, segments, *_ in follow(one, *series)])
+    assert counts.max() < bound < 310
+    assert counts[n // 2 :].max() < 1.1 * counts[n // 4 : n // 2].max()
+
+
+def test_going_on_from_a_stored_state_is_the_same_to_the_bit(tracker, tmp_path):
+    """Also after others went on from it: no step changes what it starts from."""
+    operations, matrices, slopes = worn(
+        tracker, 60, generator(1, "test", "change points", "store"), jumps=[(40, 60, 0.3)]
+    )
+    halfway, at_once = None, None
+    for operation, segments, *_ in follow(tracker, operations, matrices, slopes):
+        if operation == 30:
+            halfway = segments
+            path = tmp_path / "segments.npz"
+            np.savez(path, **{f.name: getattr(segments, f.name) for f in fields(Segments)})
+        at_once = segments
+    with np.load(path) as stored:
+        loaded = Segments(**{name: stored[name] for name in stored.files})
+    loaded = replace(loaded, operation=int(loaded.operation))
+    assert same(loaded, halfway)
+    for start in (halfway, loaded):
+        rest = (each[30:] for each in (operations, matrices, slopes))
+        *_, (_, again, *_) = follow(tracker, *rest, segments=start)
+        assert same(again, at_once)
+
+
+def learnt(tracker):
+    """The first segment, for each scatter, after forty operations."""
+    still = replace(tracker, hazard=0.0)
+    series = worn(still, 40, generator(1, "test", "change points", "learnt"), slope=1.0)
+    *_, (_, segments, *_) = follow(still, *series)
+    assert set(segments.kind) == {FIRST}
+    return segments
+
+
+def test_a_gap_is_as_long_as_its_operations(tracker):
+    """Without changes, five operations of which nothing is seen are one step of five.
+
+    With changes, what is equal is the mean, the lines that go on, and their probability. When in a
+    gap a change was is not asked: it counts from the last operation seen, and there is one at most,
+    so that covariance and number of hypotheses are others.
+    """
+    segments = learnt(tracker)
+    for each in (replace(tracker, hazard=0.0), tracker):
+        one, five = each.predict(segments, 45), segments
+        for operation in range(41, 46):
+            five = each.predict(five, operation)
+        assert one.operation == five.operation == 45
+        first, its = one.kind == FIRST, five.kind == FIRST
+        for name in ("mean", "cov", "log_weight", "scatter"):
+            wanted = getattr(one, name)[first]
+            np.testing.assert_allclose(getattr(five, name)[its], wanted, atol=1e-12)
+        np.testing.assert_allclose(five.level()[0], one.level()[0], atol=1e-12)
+        gone = (1.0 - each.hazard) ** 5
+        for grown in (one, five):
+            assert grown.weight.sum() == pytest.approx(1.0, rel=1e-12)
+            assert grown.weight[grown.kind == FIRST].sum() == pytest.approx(gone, rel=1e-12)
+            assert grown.began_after(39) == pytest.approx(1.0 - gone, abs=1e-12)
+        if not each.hazard:
+            assert first.all()
+            assert its.all()
+            continue
+        assert set(one.start[~first]) == {40}
+        assert set(five.start[~its]) == {40, 41, 42, 43, 44}
+        assert not np.allclose(five.level()[1], one.level()[1], rtol=1e-6)
+
+
+def test_operations_without_a_record_only_widen(tracker):
+    """The level spreads, nothing is learnt of scatter or slope, and a change becomes possible."""
+    segments = learnt(tracker)
+    mean, _ = segments.level()
+    before = segments
+    for operation in range(41, 61):
+        after = tracker.predict(before, operation)
+        wider = after.level()[1] - before.level()[1]
+        assert np.linalg.eigvalsh(wider[:P, :P]).min() > 0.0
+        assert np.linalg.eigvalsh(wider[P:, P:]).min() > 0.0
+        assert after.began_after(39) > before.began_after(39)
+        before = after
+    np.testing.assert_allclose(after.level()[0][P:], mean[P:], atol=1e-12)
+    np.testing.assert_allclose(after.level()[0][:P], mean[:P] + 0.02 * mean[P:], atol=1e-12)
+    for q in range(len(tracker.scatters)):
+        held, kept = (s.weight[s.scatter == q].sum() for s in (segments, after))
+        assert kept == pytest.approx(held, rel=1e-9)
+    # Records that come back are learnt from.
+    place = after.level()[0][:P]
+    found, _, _ = tracker.learn(after, np.eye(P) / 0.05**2, np.zeros(P), place)
+    assert np.all(np.diag(found.level()[1])[:P] < np.diag(after.level()[1])[:P])
+    # What was seen is not gone to again.
+    assert tracker.predict(segments, 40) is segments
+
+
+# ---- known truths --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["f", "gamma_a"])
+def test_a_change_of_one_slope_is_found_and_named(tracker, name):
+    """A change of some twenty standard errors, by the end.
+
+    Where it began is believed with the probabilities of the model, and to a fifth of its age,
+    within which starts are merged: so the truth is outside of that and the central 99.9 % with a
+    probability of 1e-3 at most.
+    """
+    n, after = 240, 120
+    rng = generator(1, "test", "change points", "slope", name)
+    series = worn(tracker, n, rng, changes=[(after, name, 6.0)])
+    before, noticed = None, None
+    for operation, segments, *_ in follow(tracker, *series):
+        changed = segments.began_after(1)
+        if operation == after:
+            before = changed
+        if noticed is None and changed > 0.95:
+            noticed = operation
+    assert before < 0.5
+    assert after < noticed < after + 60
+    kinds = np.bincount(segments.kind + 1, segments.weight, 1 + len(KINDS))[1:]
+    assert NAMES[np.argmax(kinds)] == name
+    assert kinds.max() > 0.9
+    # The beginning as of the alarm: later there may be others.
+    order = np.argsort(segments.start)[: np.sum(segments.start <= noticed)]
+    reached = np.cumsum(segments.weight[order])
+    low, high = segments.start[order][np.searchsorted(reached / reached[-1], [5e-4, 1 - 5e-4])]
+    merged = 0.2 * (n - after)
+    assert low - merged <= after <= high + merged
+    assert high - low < 60
+    assert segments.level()[0][P + NAMES.index(name)] == pytest.approx(6.0, rel=0.2)
+
+
+def test_what_is_known_of_a_change_is_calibrated(tracker):
+    """Slopes after twenty changes, and when they were.
+
+    Of the slopes a chi-square of 20, two-sided, and of the central 90 % of the starts those that
+    hold the truth: 13 of 20 at least, a binomial. Together a false-alarm probability of 1e-3.
+    """
+    known = replace(tracker, scatters=np.array([0.002]))
+    n, after, slope, times = 240, 120, P + NAMES.index("f"), 20
+    square, held = 0.0, 0
+    for i in range(times):
+        rng = generator(1, "test", "change points", "calibrated", i)
+        size = 4.0 * rng.choice([-1.0, 1.0])
+        *_, (_, segments, *_) = follow(known, *worn(known, n, rng, changes=[(after, "f", size)]))
+        mean, cov = segments.level()
+        square += (mean[slope] - size) ** 2 / cov[slope, slope]
+        changed = segments.kind != FIRST
+        order = np.argsort(segments.start[changed])
+        reached = np.cumsum(segments.weight[changed][order])
+        low, high = np.searchsorted(reached / reached[-1], [0.05, 0.95])
+        starts = segments.start[changed][order]
+        # Starts within a share of their age are kept as one.
+        ends = (
+            starts[low] - SPACING * (n - starts[low]),
+            starts[high] + SPACING * (n - starts[high]),
+        )
+        held += ends[0] <= after <= ends[1]
+    low, high = chi2.ppf([3e-4, 1 - 3e-4], df=times)
+    assert low < square < high
+    assert held >= 13  # of a binomial with 0.9, fewer have a probability of 4e-4
+
+
+def test_no_change_is_found_where_none_is(tracker):
+    """As long as there is no change, the odds of one are a submartingale.
+
+    Of each start they are a likelihood ratio, which keeps its expectation, and each operation adds
+    the hazard. So they reach 1 among n operations with a probability of n times the hazard at most
+    (Doob), whatever is merged on the way: here 3e-4, of lines and scatters drawn from the model.
+    The planted fault is a change.
+    """
+    n = 300
+    rare = replace(tracker, hazard=1e-6, outliers=0.0)
+    rng = generator(1, "test", "change points", "none")
+    known = {
+        "level": rng.standard_normal(P),
+        "slope": rare.slope_sd * rng.standard_normal(P),
+        "scatter": rng.choice(rare.scatters),
+    }
+    steady = worn(rare, n, rng, **known)
+    odds = [segments.began_after(1) for _, segments, *_ in follow(rare, *steady)]
+    assert max(odds) < 0.5
+    assert min(odds[2:]) > 0.0
+    changing = worn(rare, n, rng, **known, changes=[(150, "f", 6.0)])
+    *_, (_, segments, *_) = follow(rare, *changing)
+    assert segments.began_after(1) > 0.5
+
+
+def test_one_outlier_is_no_change_and_several_are(tracker):
+    """Twenty errors off, once; and from then on."""
+    n, at = 150, 100
+    for last in (at, n):
+        rng = generator(1, "test", "change points", "outlier")
+        series = worn(tracker, n, rng, jumps=[(at, last, 0.5 * np.ones(P))])
+        states = {o: (s, outlier) for o, s, _, outlier in follow(tracker, *series)}
+        segments, outlier = states[at]
+        assert outlier > 0.9
+        assert states[at - 1][1] < 0.01
+        if last == at:
+            assert segments.began_after(at - 2) < 0.1
+            assert states[at + 1][1] < 0.01
+            assert max(s.began_after(1) for s, _ in states.values()) < 0.5
+            # Nothing was learnt of it.
+            ahead = np.abs(segments.level()[0] - tracker.predict(states[at - 1][0], at).level()[0])
+            assert ahead[:P].max() < 0.05
+        else:
+            found = states[at + 5][0]
+            assert found.began_after(at - 2) > 0.99
+            kinds = np.bincount(found.kind + 1, found.weight, 1 + len(KINDS))
+            assert np.argmax(kinds) == 1 + ALL
+            assert found.start[np.argmax(found.weight)] == at - 1
+            np.testing.assert_allclose(states[n][0].level()[0][:P], 0.5, atol=0.15)
+
+
+@pytest.mark.parametrize("truth", [0.001, 0.004, 0.016])
+def test_scatter_is_found(tracker, truth):
+    """Candidates are a factor of two apart.
+
+    Errors are 0.05 to 0.4 % of a parameter. Of 700 values, a scatter of 0.1 % is then known to
+    better than 10 %, and the next candidates are out by more than five sds.
+    """
+    rng = generator(1, "test", "change points", "scatter", str(truth))
+    series = worn(tracker, 100, rng, sd=0.01, scatter=truth)
+    *_, (_, segments, *_) = follow(tracker, *series)
+    weights = np.bincount(segments.scatter, segments.weight, len(tracker.scatters))
+    assert weights[np.isclose(tracker.scatters, truth)] > 0.99
+    assert weights.min() >= 0.9e-6  # none is given up, for it may change

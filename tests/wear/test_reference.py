@@ -1,0 +1,254 @@
+"""Where a trend starts: what the first operations agree on, if the model fits, what scatters."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.model.joint import Model
+from breaker.model.likelihoods import information, pool
+from breaker.model.randomness import generator
+from breaker.wear.reference import find_baseline, modes, onset_of
+
+P, N = len(NAMES), 40
+TRUTH = np.array([0.9, 0.1, 0.2, -0.6, -1.2, -1.1, -0.7])
+
+
+@pytest.fixture(scope="module")
+def models(prior, sensor):
+    return {motion: Model(prior, sensor, motion) for motion in MOTIONS}
+
+
+def simulate(model, z, n, rng, misfit=0.0):
+    """Records of a drive, with what the model cannot do, and their outputs, standardised."""
+    outputs = np.column_stack([np.tile(z, (n, 1)), rng.standard_normal(n)])
+    records = model.sensor.corrupt(model.curves(model.destandardise(outputs)), rng) + misfit
+    return records, outputs
+
+
+def dent(model):
+    """Half a millimetre less around 20 ms, after the stroke: five noise sds."""
+    return -5 * model.sensor.noise_sd * np.exp(-0.5 * np.square((model.sensor.times - 20.0) / 5.0))
+
+
+def single_modes(model, records, outputs):
+    """Modes of posteriors, each by itself and to the end, ``(n, p)``."""
+    return np.array(
+        [
+            pool([model], [record[None]], each[:P], [each[P:]])
+            for record, each in zip(records, outputs, strict=True)
+        ]
+    )
+
+
+def start_near(found, onsets, rng):
+    """Outputs as draws' means would be: near the modes."""
+    return np.column_stack([found + 0.1 * rng.standard_normal(found.shape), onsets])
+
+
+# ---- a drive that the model fits -------------------------------------------------------------
+
+
+def drives(models, motions, count=8):
+    for i in range(count):
+        rng = generator(1, "test baseline", *motions, i)
+        prior = next(iter(models.values())).prior
+        z = prior.standardise(prior.sample(1, rng))[0]
+        found = {motion: simulate(models[motion], z, N, rng) for motion in motions}
+        yield z, {m: f[0] for m, f in found.items()}, {m: f[1] for m, f in found.items()}
+
+
+@pytest.mark.parametrize("motions", [["closing"], ["opening"], ["closing", "opening"]])
+def test_records_of_the_model_fit(motions, models):
+    """False alarm at most 1e-3: p-values count no parameter as fitted, and are too large at that.
+
+    Not far too large: a mean of 8, uniform but for 10 of 151 degrees of freedom, above 0.95
+    has less than 1e-3.
+    """
+    used = {motion: models[motion] for motion in motions}
+    p_values = []
+    for _, records, outputs in drives(models, motions):
+        start = find_baseline(used, records, outputs)
+        assert start.fits
+        assert list(start.p_values) == motions
+        p_values += list(start.p_values.values())
+    assert min(p_values) > 1e-3 / len(p_values)
+    assert np.mean(p_values) < 0.95
+
+
+def log_density(models, records, outputs, z):
+    """Of records and common parameters ``(p,)``, with the best onsets, up to a constant."""
+    total, places = -0.5 * z @ z, np.tile(z, (N, 1))
+    for motion, model in models.items():
+        onset = information(model, records[motion], places, outputs[motion][:, P]).onset
+        curves = model.curves(model.destandardise(np.column_stack([places, onset])))
+        total -= 0.5 * (model.sensor.chi_square(records[motion], curves) + np.square(onset)).sum()
+    return total
+
+
+@pytest.mark.parametrize("motions", [["closing"], ["opening"], ["closing", "opening"]])
+def test_the_start_is_the_mode_of_all_records_and_one_prior(motions, models):
+    """By how much it is more probable than the truth: chi-square of 7, false alarm 1e-3.
+
+    Not by distances, for what a weak direction says bends. And nothing near is more probable.
+    """
+    used, deviance, count = {motion: models[motion] for motion in motions}, 0.0, 0
+    for z, records, outputs in drives(models, motions):
+        centre = find_baseline(used, records, outputs).centre
+        best = log_density(used, records, outputs, centre)
+        deviance += 2 * (best - log_density(used, records, outputs, z))
+        for i in range(P):
+            near = centre + 0.05 * (np.arange(P) == i)
+            assert log_density(used, records, outputs, near) < best + 1e-6
+            assert log_density(used, records, outputs, 2 * centre - near) < best + 1e-6
+        count += 1
+    law = chi2(P * count)
+    assert 2 * min(law.cdf(deviance), law.sf(deviance)) > 1e-3
+
+
+def test_the_start_does_not_depend_on_where_it_is_looked_for(models):
+    rng = generator(2, "test baseline")
+    records, outputs = simulate(models["closing"], TRUTH, N, rng)
+    used = {"closing": models["closing"]}
+    first = find_baseline(used, {"closing": records}, {"closing": outputs})
+    moved = outputs + np.append(np.full(P, 0.5), 0.0)
+    second = find_baseline(used, {"closing": records}, {"closing": moved})
+    np.testing.assert_allclose(second.centre, first.centre, atol=1e-3)
+
+
+# ---- modes and their spread ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_modes_are_those_of_single_records(motion, models):
+    model, rng = models[motion], generator(3, "test baseline", motion)
+    # Gauss-Newton is slower where much is left of a record; 0.2 prior sd is half a posterior's.
+    for misfit, allowed in ((0.0, 0.03), (dent(model), 0.2)):
+        records, outputs = simulate(model, TRUTH, 12, rng, misfit)
+        expected = single_modes(model, records, outputs)
+        begin = start_near(expected, outputs[:, P], rng)
+        found, matrix = modes({motion: model}, {motion: records}, {motion: begin})
+        np.testing.assert_allclose(found, expected, atol=allowed)
+        assert matrix.shape == (12, P, P)
+        near = information(model, records, found, outputs[:, P]).matrix
+        np.testing.assert_allclose(matrix, near, atol=0.01 * np.abs(near).max())
+
+
+def test_modes_of_both_motions_are_those_of_both_records(models):
+    rng, closing, opening = generator(4, "test baseline"), models["closing"], models["opening"]
+    (a, at_a), (b, at_b) = (simulate(model, TRUTH, 6, rng) for model in (closing, opening))
+    found, _ = modes(models, {"closing": a, "opening": b}, {"closing": at_a, "opening": at_b})
+    for i in range(6):
+        one = slice(i, i + 1)
+        onsets = [at_a[one, P], at_b[one, P]]
+        expected = pool([closing, opening], [a[one], b[one]], TRUTH, onsets)
+        np.testing.assert_allclose(found[i], expected, atol=0.02)
+
+
+def excess(spread, found):
+    """Mean square of modes about their mean by a covariance: 1 if it is theirs."""
+    off = found - found.mean(axis=0)
+    return np.einsum("ni,ij,nj->", off, np.linalg.inv(spread), off) / (P * (len(found) - 1))
+
+
+@pytest.mark.parametrize("wrong", [False, True])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_spread_is_that_of_new_modes(motion, wrong, models):
+    """Of 40 operations, about 14 of them assumed ones, for 280 new values: within a factor of 1.5.
+
+    A covariance of 52 degrees of freedom has a sum of 5 per cent for each of 7 directions and a
+    scatter of 10 per cent: 4 of them, false alarm below 1e-3. The fault: a prior sd more.
+    """
+    model, rng = models[motion], generator(5, "test baseline", motion)
+    used = {motion: model}
+    records, outputs = simulate(model, TRUTH, N, rng)
+    start = find_baseline(used, {motion: records}, {motion: outputs})
+    new, near = simulate(model, TRUTH, N, rng)
+    found, matrix = modes(used, {motion: new}, {motion: near})
+    if wrong:
+        assert excess(np.linalg.inv(matrix.mean(axis=0)) + np.eye(P), found) < 1 / 1.5
+        return
+    assert 1 / 1.5 < excess(start.spread, found) < 1.5
+    assert np.linalg.eigvalsh(start.spread).min() > 0
+
+
+def test_a_drift_is_not_spread(models):
+    """Modes about their line, with the same noise: a drift of some of their sds leaves no trace."""
+    model, rng = models["closing"], generator(6, "test baseline")
+    noise = model.sensor.corrupt(np.zeros((N, model.sensor.samples)), rng)
+    onset, found = rng.standard_normal(N), []
+    for drift in (0.0, 0.03):
+        z = TRUTH + drift * np.arange(N)[:, None] * (np.array(NAMES) == "gamma_a")
+        outputs = np.column_stack([z, onset])
+        records = model.curves(model.destandardise(outputs)) + noise
+        start = find_baseline({"closing": model}, {"closing": records}, {"closing": outputs})
+        found.append(np.sqrt(np.diag(start.spread)))
+    ratio = found[1] / found[0]
+    assert 0.03 * N / np.sqrt(12) > 2 * found[0][NAMES.index("gamma_a")]
+    assert np.all((ratio > 0.8) & (ratio < 1.3)), ratio
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_few_operations_are_enough_for_a_spread(n, models):
+    model = models["closing"]
+    records, outputs = simulate(model, TRUTH, n, generator(7, "test baseline", n))
+    start = find_baseline({"closing": model}, {"closing": records}, {"closing": outputs})
+    sd = np.sqrt(np.diag(start.spread))
+    assert np.linalg.eigvalsh(start.spread).min() > 0
+    assert np.all((sd > 0.01) & (sd < 1.0))
+
+
+# ---- a drive that it does not fit ------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def dented(models):
+    """Closings with a dent that no parameters make; their posterior modes; the baseline."""
+    model, rng = models["closing"], generator(8, "test baseline")
+    records, outputs = simulate(model, TRUTH, N, rng, dent(model))
+    single = single_modes(model, records, outputs)
+    begin = start_near(single, outputs[:, P], rng)
+    return records, begin, single
+
+
+def test_a_misfit_that_single_records_hide_is_found(models):
+    """A third of the noise of a sample: chi-square of one record has 27 of it, its sd is 17."""
+    model, rng = models["closing"], generator(9, "test baseline")
+    wave = 0.03 * np.where(np.arange(model.sensor.samples) % 2, 1.0, -1.0)
+    records, outputs = simulate(model, TRUTH, N, rng, wave)
+    start = find_baseline({"closing": model}, {"closing": records}, {"closing": outputs})
+    assert not start.fits
+    one = find_baseline({"closing": model}, {"closing": records[:1]}, {"closing": outputs[:1]})
+    assert one.fits
+
+
+def test_a_misfit_of_one_motion_is_a_misfit(models, dented):
+    closing, begin, _ = dented
+    opening, outputs = simulate(models["opening"], TRUTH, N, generator(10, "test baseline"))
+    used = {"opening": models["opening"]}
+    alone = find_baseline(used, {"opening": opening}, {"opening": outputs})
+    assert alone.fits
+    both = {"closing": closing, "opening": opening}
+    start = find_baseline(models, both, {"closing": begin, "opening": outputs})
+    assert not start.fits
+    assert start.p_values["closing"] < 1e-100
+
+
+def test_effective_values_stay_where_pooling_runs_away(models, dented):
+    """Pooled over 40 records the dent drives two parameters far beyond what is possible; modes of
+    single ones stay, and scatter as the spread says (factor 1.5: as above)."""
+    records, begin, single = dented
+    model = models["closing"]
+    start = find_baseline({"closing": model}, {"closing": records}, {"closing": begin})
+    assert not start.fits
+    found, _ = modes({"closing": model}, {"closing": records}, {"closing": begin})
+    np.testing.assert_allclose(found.mean(axis=0), single.mean(axis=0), atol=0.02)
+    gap = NAMES.index("L")
+    assert abs(start.centre[gap] - TRUTH[gap]) > 4.0
+    assert abs(found.mean(axis=0)[gap] - TRUTH[gap]) < 2.0
+    assert 1 / 1.5 < excess(start.spread, single) < 1.5
+
+
+def test_onsets_of_outputs():
+    assert onset_of(np.arange(16.0).reshape(2, 8)).tolist() == [7.0, 15.0]
+    assert onset_of(np.ones((3, P))).tolist() == [0.0, 0.0, 0.0]

@@ -1,0 +1,451 @@
+"""The configuration: complete, explained, and clear about what is wrong with it."""
+
+import re
+import subprocess
+import sys
+from copy import deepcopy
+from pathlib import Path
+
+import pytest
+import yaml
+
+from breaker.networks import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
+from breaker.workflow import schema
+from breaker.workflow.configuration import (
+    ConfigurationError,
+    check,
+    chosen_network,
+    load,
+    merge,
+    read,
+)
+from breaker.workflow.rules import RULES
+from tests.networks_fixtures import built
+
+ROOT = Path(__file__).resolve().parents[2]
+DEFAULTS = ROOT / "config" / "config.yaml"
+SCHEMA = ROOT / "workflow" / "schemas" / "config.schema.yaml"
+OVERLAYS = ["paper.yaml", "networks.yaml", "test.yaml"]
+
+
+@pytest.fixture
+def complaint(tmp_path):
+    """Returns the message about an overlay, given as text."""
+
+    def message(text: str, *more: str) -> str:
+        files = []
+        for number, content in enumerate((text, *more)):
+            files.append(tmp_path / f"overlay_{number}.yaml")
+            files[-1].write_text(content, encoding="utf-8")
+        with pytest.raises(ConfigurationError) as caught:
+            load([DEFAULTS, *files], schema=SCHEMA)
+        return str(caught.value)
+
+    return message
+
+
+def leaves(config: dict, above: tuple = ()) -> dict[tuple, object]:
+    """Values by key, of everything that is not a section."""
+    found = {}
+    for name, value in config.items():
+        inner = (
+            leaves(value, (*above, name)) if isinstance(value, dict) else {(*above, name): value}
+        )
+        found |= inner
+    return found
+
+
+def parts(part: dict, above: tuple = ()) -> dict[tuple, dict]:
+    """Every part of the schema by key."""
+    found = {above: part}
+    for name, inner in part.get("properties", {}).items():
+        found |= parts(inner, (*above, name))
+    return found
+
+
+def without(config: dict, key: tuple) -> dict:
+    """A copy that lacks one key."""
+    copy = deepcopy(config)
+    section = copy
+    for name in key[:-1]:
+        section = section[name]
+    del section[key[-1]]
+    return copy
+
+
+# ---- what is in the repository
+
+
+def test_defaults_are_valid():
+    assert load([DEFAULTS], schema=SCHEMA)["seed"] == 1
+
+
+def test_schema_and_defaults_have_the_same_keys():
+    assert set(leaves(read(DEFAULTS))) == set(schema.leaves(read(SCHEMA)))
+
+
+def test_every_missing_default_is_noticed():
+    defaults = read(DEFAULTS)
+    keys = list(leaves(defaults))
+    assert len(keys) > 50
+    for key in keys:
+        with pytest.raises(
+            ConfigurationError, match=rf"{re.escape(schema.dotted(key))} is missing"
+        ):
+            check(without(defaults, key), schema=SCHEMA)
+
+
+def test_schema_explains_every_key_and_knows_no_others():
+    for key, part in parts(read(SCHEMA)).items():
+        assert "enum" in part or "type" in part, key
+        if key:
+            assert part["description"].endswith("."), key
+        if part.get("type") == "object":
+            assert part["additionalProperties"] is False, key
+
+
+def test_every_default_has_a_comment():
+    lines = DEFAULTS.read_text(encoding="utf-8").splitlines()
+    bare = []
+    for number, line in enumerate(lines):
+        is_value = re.match(r" *[A-Za-z_]+: *[^ #&*]", line)
+        if is_value and "#" not in line and not lines[number - 1].lstrip().startswith("#"):
+            bare.append(line)
+    assert bare == []
+
+
+@pytest.mark.parametrize("name", OVERLAYS)
+def test_overlays_are_valid_and_hold_only_what_differs(name):
+    overlay = ROOT / "config" / name
+    load([DEFAULTS, overlay], schema=SCHEMA)
+    defaults = leaves(read(DEFAULTS))
+    same = [key for key, value in leaves(read(overlay)).items() if defaults[key] == value]
+    assert same == []
+
+
+def test_both_overlays_fit_together():
+    config = load([DEFAULTS, *(ROOT / "config" / name for name in OVERLAYS)], schema=SCHEMA)
+    assert config["sensor"]["onset_sd"] == 0
+
+
+# ---- merging
+
+
+def test_an_overlay_of_one_motion_leaves_the_other_and_its_input_alone(tmp_path):
+    before = read(DEFAULTS)
+    steps = before["training"]["closing"]["steps"] + 1
+    features = before["network"]["closing"]["summary"]["features"] + 1
+    overlay = tmp_path / "overlay.yaml"
+    overlay.write_text(
+        f"network: {{closing: {{summary: {{features: {features}}}}}}}\n"
+        f"training: {{closing: {{steps: {steps}}}}}\n"
+    )
+    config = load([DEFAULTS, overlay], schema=SCHEMA)
+    changed = {key for key, value in leaves(config).items() if leaves(before)[key] != value}
+    assert changed == {
+        ("network", "closing", "summary", "features"),
+        ("training", "closing", "steps"),
+    }
+
+
+def test_merge_replaces_lists_and_values_and_changes_neither_argument():
+    base, overlay = {"a": {"b": [1, 2], "c": 3}, "d": 4}, {"a": {"b": [5]}, "d": {"e": 6}}
+    copies = deepcopy((base, overlay))
+    assert merge(base, overlay) == {"a": {"b": [5], "c": 3}, "d": {"e": 6}}
+    assert (base, overlay) == copies
+
+
+# ---- the networks chosen
+
+
+def test_chosen_network_is_what_is_in_common_and_the_section_of_the_kind():
+    settings = {
+        "summary": {"kind": "a", "features": 3, "a": {"width": 1}, "b": {"width": 2, "depth": 4}},
+        "inference": {"kind": "d", "c": {"width": [5]}, "d": {"bins": 6}},
+    }
+    before = deepcopy(settings)
+    assert chosen_network(settings) == {
+        "summary": {"kind": "a", "features": 3, "width": 1},
+        "inference": {"kind": "d", "bins": 6},
+    }
+    settings["summary"]["kind"] = "b"
+    chosen = chosen_network(settings)["summary"]
+    assert chosen == {"kind": "b", "features": 3, "width": 2, "depth": 4}
+    settings["summary"]["kind"] = "a"
+    assert settings == before
+
+
+@pytest.mark.parametrize("summary_kind", SUMMARY_NETWORKS)
+@pytest.mark.parametrize("inference_kind", INFERENCE_NETWORKS)
+@pytest.mark.parametrize("overlays", [[], ["test.yaml"]])
+def test_an_overlay_that_names_the_kinds_makes_every_network(
+    tmp_path, summary_kind, inference_kind, overlays
+):
+    overlay = tmp_path / "kinds.yaml"
+    kinds = {"summary": {"kind": summary_kind}, "inference": {"kind": inference_kind}}
+    overlay.write_text(yaml.safe_dump({"network": {"closing": kinds}}))
+    files = [DEFAULTS, *(ROOT / "config" / name for name in overlays), overlay]
+    chosen = chosen_network(load(files, schema=SCHEMA)["network"]["closing"])
+    found = built(build, chosen, samples=151, dims=8)
+    assert [type(network) for network in found] == [
+        SUMMARY_NETWORKS[summary_kind],
+        INFERENCE_NETWORKS[inference_kind],
+    ]
+
+
+# ---- messages
+
+
+@pytest.mark.parametrize(
+    ("overlay", "fragments"),
+    [
+        # unknown keys
+        (
+            "sensor: {noise: 0.1}",
+            ["sensor.noise is not a known key", "Did you mean sensor.noise_sd?"],
+        ),
+        ("shards: 3", ["shards is not a known key", "Did you mean bank.shards?"]),
+        ("bank: {zzz: 3}", ["bank.zzz is not a known key", "Known here: shards, curves_per_shard"]),
+        ("prior: {mu: {mean: 2}}", ["prior.mu.mean is not", "Did you mean prior.mu.median?"]),
+        # networks
+        (
+            "network: {closing: {summary: {kind: lstm}}}",
+            ['kind is "lstm"', "one of time_series, deep_set", "the one that counts"],
+        ),
+        (
+            "network: {closing: {summary: {kind: deep_set, channels: [8]}}}",
+            ["channels is not a known key", "mean network.closing.summary.time_series.channels?"],
+        ),
+        (
+            "network: {opening: {inference: {kind: coupling_flow, width: 64}}}",
+            ["width is not a known key", "mean network.opening.inference.flow_matching.width?"],
+        ),
+        (
+            "network: {closing: {inference: {coupling_flow: {hidden: 64}}}}",
+            ["hidden is 64", "a list of 1 or more entries, each a whole number, at least 1"],
+        ),
+        (
+            "network: {closing: {summary: {deep_set: {missing: 1.0}}}}",
+            ["missing is 1.0", "at least 0 and at most 0.95", "share of missing samples"],
+        ),
+        # types
+        ("seed: first", ['seed is "first"', "a whole number, at least 0"]),
+        ("bank: {shards: 2.0}", ["bank.shards is 2.0", "a whole number", "Write 2."]),
+        ("bank: {shards: true}", ["bank.shards is true", "a whole number"]),
+        ("bank:", ["bank is empty", "a section with the keys shards, curves_per_shard"]),
+        ("bank: 3", ["bank is 3", "a section"]),
+        ("motions: closing", ['motions is "closing"', "a list of 1 or more entries"]),
+        ("sensor: {stop: .inf}", ["sensor.stop is Infinity", "a number, greater than 0"]),
+        ("sensor: {zero_sd: .nan}", ["sensor.zero_sd is NaN", "a number, at least 0"]),
+        # ranges
+        (
+            "sensor: {noise_sd: -0.1}",
+            ["sensor.noise_sd is -0.1", "greater than 0", "one sample, mm"],
+        ),
+        ("sensor: {start: 2}", ["sensor.start is 2", "less than 0"]),
+        ("sensor: {stop: 0}", ["sensor.stop is 0", "greater than 0"]),
+        ("training: {opening: {ema: 1.0}}", ["training.opening.ema is 1.0", "and less than 1"]),
+        ("training: {opening: {device: gpu}}", ['is "gpu"', "one of auto, cpu, cuda"]),
+        ("motions: []", ["motions is []", "1 or more entries"]),
+        ("motions: [closing, closing]", ["motions is", "none twice"]),
+        ("motions: [closed]", ['motions[0] is "closed"', "one of closing, opening"]),
+        # how YAML reads numbers
+        (
+            "training: {closing: {learning_rate: 1e-3}}",
+            ['learning_rate is "1e-3"', "YAML reads 1e-3 as a text; write 0.001."],
+        ),
+        ("bank: {curves_per_shard: 1e5}", ['"1e5"', "write 100000."]),
+        ("sensor: {noise_sd: '0,1'}", ['"0,1"', "write 0.1."]),
+        ("bank: {shards: '5'}", ['"5"', "It is given as a text; write 5."]),
+        ("training: {closing: {device: on}}", ["device is true", "YAML reads yes, no, on and off"]),
+    ],
+)
+def test_message_names_key_value_and_remedy(complaint, overlay, fragments):
+    message = complaint(overlay)
+    for fragment in [*fragments, "overlay_0.yaml, line 1: ", "config/config.yaml"]:
+        assert fragment in message
+
+
+def summary(kind: str = "time_series", components: int = 8, **settings: object) -> str:
+    """An overlay of the summary network of opening, with layers that leave 35 of 151 samples."""
+    layers = {"channels": [8, 8], "kernels": [5, 5], "strides": [2, 2]}
+    section = {"kind": kind, "components": components, "time_series": layers | settings}
+    return yaml.safe_dump({"network": {"opening": {"summary": section}}})
+
+
+UNFIT = [
+    (
+        "validation: {seed: 7, second_seed: 7}",
+        "validation.second_seed is 7, which validation.seed is too",
+    ),
+    (
+        "bank: {shards: 2, curves_per_shard: 50}\n"
+        "training: {opening: {batch: 60, validation_curves: 30, held_out_curves: 11}}",
+        "bank.shards is 2: with bank.curves_per_shard 50 the bank has 100 curves, but a training "
+        "needs 101",
+    ),
+    (
+        "training: {opening: {steps: 10, evaluate_every: 11}}",
+        "training.opening.evaluate_every is 11, but the training ends after 10 steps",
+    ),
+    (
+        summary(components=152) + "sensor: {samples: 151}",
+        "network.opening.summary.components is 152, but a curve has 151 samples",
+    ),
+    (summary(kernels=[5]), "channels has 2 entries, kernels has 1 and strides 2"),
+    (
+        summary(skip=36) + "sensor: {samples: 151}",
+        "skip is 36, but the convolutions leave 35 steps",
+    ),
+    (
+        summary(kernels=[5, 200]) + "sensor: {samples: 151}",
+        "but the convolutions leave 0 steps",
+    ),
+    (
+        summary(kind="deep_set") + "sensor: {samples: 3}",
+        "sensor.samples is 3, but summary.kind deep_set interpolates between 4 samples",
+    ),
+    (
+        "solver: {reference: 8, candidates: [4, 8]}",
+        "solver.reference is 8, but must be more than any of solver.candidates (8)",
+    ),
+    (
+        "validation: {curves: 100, judged_curves: 101}",
+        "validation.judged_curves is 101, but must not exceed validation.curves (100). Lower it, "
+        "or raise validation.curves.",
+    ),
+    (
+        "correction: {draws: 500, smallest_size: 501}",
+        "correction.smallest_size is 501, but must not exceed correction.draws (500)",
+    ),
+    (
+        "correction: {round_draws: 300, fit_size: 301}",
+        "correction.fit_size is 301, but must not exceed correction.round_draws (300)",
+    ),
+    ("endurance: {curves: nowhere}", "endurance.curves is nowhere, but there is no CSV file in"),
+]
+
+
+def test_layers_and_sizes_that_just_fit_are_accepted(tmp_path):
+    overlay = tmp_path / "overlay.yaml"
+    overlay.write_text(
+        summary(skip=35, components=151) + "sensor: {samples: 151}\n"
+        "bank: {shards: 2, curves_per_shard: 50}\n"
+        "training:\n"
+        "  closing: {batch: 60, validation_curves: 30, held_out_curves: 10}\n"
+        "  opening: {batch: 60, validation_curves: 30, held_out_curves: 10}\n"
+        "validation: {curves: 100, judged_curves: 100}\n"
+        "correction: {draws: 500, smallest_size: 500, round_draws: 300, fit_size: 300}\n"
+    )
+    assert load([DEFAULTS, overlay], schema=SCHEMA)["bank"]["shards"] == 2
+
+
+@pytest.mark.parametrize(("overlay", "fragment"), UNFIT)
+def test_keys_that_do_not_fit_each_other_are_noticed(complaint, overlay, fragment):
+    assert fragment in complaint(overlay)
+
+
+def test_what_a_kind_does_not_use_is_not_judged(tmp_path):
+    """Layers that fit no record, of a network that is not chosen."""
+    overlay = tmp_path / "overlay.yaml"
+    overlay.write_text(summary(kind="deep_set", skip=36, kernels=[5]))
+    config = load([DEFAULTS, overlay], schema=SCHEMA)
+    assert config["network"]["opening"]["summary"]["kind"] == "deep_set"
+
+
+def test_every_rule_is_about_keys_that_exist():
+    known = set(schema.leaves(read(SCHEMA)))
+    assert {tuple(key.split(".")) for rule in RULES for key in rule.keys} <= known
+
+
+def test_a_rule_is_silent_where_a_key_is_wrong_by_itself(complaint):
+    message = complaint("bank: {shards: none}\nsensor: {samples: 3.5}")
+    assert "2 problems" in message
+    assert "curves_per_shard" not in message
+
+
+def test_all_problems_are_listed_each_with_its_line(complaint):
+    message = complaint("seed: -1\nsensor:\n  samples: 1\n  nois_sd: 0.2\n")
+    assert "3 problems" in message
+    assert "line 1: seed is -1" in message
+    assert "line 3: sensor.samples is 1" in message
+    assert "line 4: sensor.nois_sd is not a known key. Did you mean sensor.noise_sd?" in message
+
+
+def test_message_names_the_file_that_holds_the_value(complaint):
+    message = complaint("seed: 5\nbank: {shards: 0}", "seed: -5")
+    assert "overlay_0.yaml, line 2: bank.shards is 0" in message
+    assert "overlay_1.yaml, line 1: seed is -5" in message
+
+
+def test_a_value_of_no_file_comes_from_the_command_line():
+    config = merge(read(DEFAULTS), {"seed": -3})
+    with pytest.raises(ConfigurationError, match="command line: seed is -3"):
+        check(config, schema=SCHEMA, files=[DEFAULTS])
+    with pytest.raises(ConfigurationError, match="\n  seed is -3"):
+        check(config, schema=SCHEMA)
+
+
+def test_a_key_that_stands_twice_is_noticed(complaint):
+    message = complaint("sensor: {noise_sd: 0.2}\nbank:\n  shards: 5\n  shards: 6\nsensor: {}")
+    assert "overlay_0.yaml, line 4: shards stands in line 3 already" in message
+    assert "overlay_0.yaml, line 5: sensor stands in line 1 already" in message
+
+
+def test_a_folder_of_curves_is_looked_into(complaint, tmp_path):
+    (tmp_path / "mine" / "closing").mkdir(parents=True)
+    (tmp_path / "mine" / "closing" / "1.csv").touch()
+    overlay = f"endurance: {{curves: {tmp_path / 'mine'}}}\n"
+    message = complaint(overlay)
+    assert f"{tmp_path / 'mine' / 'opening'}/" in message
+    assert f"{tmp_path / 'mine' / 'closing'}/" not in message
+    one = tmp_path / "one.yaml"
+    one.write_text(overlay + "motions: [closing]\n")
+    assert load([DEFAULTS, one], schema=SCHEMA)["motions"] == ["closing"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "written"),
+    [("number", text) for text in ("1e-3", "1E5", "-2e+3", "0,25", "1.5e-07", ".5e3", "1e300")]
+    + [("integer", text) for text in ("1e5", "2.5e+3", "1,0")],
+)
+def test_the_remedy_for_a_number_is_a_number_to_yaml(kind, written):
+    part = {"properties": {"key": {"type": kind}}}
+    ((_, text),) = schema.problems({"key": written}, part)
+    remedy = yaml.safe_load(re.search(r"; write (\S+)\.$", text)[1])
+    assert remedy == float(written.replace(",", "."))
+    assert list(schema.problems({"key": remedy}, part)) == []
+
+
+def test_a_key_that_yaml_does_not_read_as_text_is_unknown_too(complaint):
+    assert "overlay_0.yaml: True is not a known key" in complaint("on: 1")
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path):
+    for name, content, reason in (
+        ("none.yaml", None, "cannot be read"),
+        ("broken.yaml", "seed: [1", "is not valid YAML"),
+        ("list.yaml", "- 1", "must hold keys and values"),
+        ("latin.yaml", "seed: é".encode("latin-1"), "is not valid YAML"),
+    ):
+        path = tmp_path / name
+        if content is not None:
+            path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        with pytest.raises(ConfigurationError, match=rf"{name}: {reason}"):
+            load([DEFAULTS, path], schema=SCHEMA)
+
+
+def test_snakemake_shows_the_message_and_no_traceback(tmp_path):
+    overlay = tmp_path / "mine.yaml"
+    overlay.write_text("sensor: {noise_sd: -0.1}\n")
+    result = subprocess.run(
+        [sys.executable, "-m", "snakemake", "--dry-run", "--configfile", overlay, "--", "all"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    output = result.stdout + result.stderr
+    assert result.returncode == 1
+    assert "mine.yaml, line 1: sensor.noise_sd is -0.1, but must be a number, greater" in output
+    assert "Traceback" not in output

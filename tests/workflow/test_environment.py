@@ -1,0 +1,186 @@
+"""The environment: what is pinned, where, and that it is what the tests run in."""
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+import yaml
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+from packaging.version import Version
+
+import breaker
+
+ROOT = Path(__file__).resolve().parents[2]
+PYPROJECT = ROOT / "pyproject.toml"
+
+PLATFORMS = [
+    {
+        "sys_platform": system,
+        "platform_system": name,
+        "platform_machine": machine,
+        "os_name": "posix",
+    }
+    for system, name, machine in (
+        ("linux", "Linux", "x86_64"),
+        ("linux", "Linux", "aarch64"),
+        ("darwin", "Darwin", "arm64"),
+    )
+]
+PYTHONS = ["3.11", "3.12", "3.13", "3.14"]
+
+
+@pytest.fixture(scope="module")
+def lock():
+    """The module that writes the lock."""
+    spec = importlib.util.spec_from_file_location("lock", ROOT / "envs" / "lock.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def locked() -> dict[str, str]:
+    """Versions by canonical name, read from the lock as pip reads it."""
+    text = (ROOT / "envs" / "requirements.lock").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    return dict(line.split("==") for line in lines)
+
+
+def unmet(pinned: dict[str, str], environment: dict[str, str]) -> list[str]:
+    """What the pinned packages need on a platform and is not pinned at a version that will do."""
+    wrong = []
+    for name in pinned:
+        for requirement in map(Requirement, metadata.requires(name) or []):
+            if requirement.marker and not requirement.marker.evaluate({"extra": "", **environment}):
+                continue
+            needed = canonicalize_name(requirement.name)
+            version = pinned.get(needed)
+            if version is None or not requirement.specifier.contains(version, prereleases=True):
+                wrong.append(f"{name} needs {requirement}, pinned is {version}")
+    return wrong
+
+
+def test_lock_pins_one_exact_version_of_each_package():
+    pins = locked()
+    assert len(pins) > 30
+    for name, version in pins.items():
+        assert re.fullmatch(r"[a-z0-9][a-z0-9.-]*", name)
+        assert name == canonicalize_name(name)
+        assert str(Version(version)) == version
+        assert Version(version).local is None
+    assert "torch" in pins
+
+
+def test_conda_environment_has_the_versions_of_the_lock():
+    conda = yaml.safe_load((ROOT / "envs" / "breaker.yaml").read_text(encoding="utf-8"))
+    *packages, by_pip = conda["dependencies"]
+    assert dict(pin.split("==") for pin in by_pip["pip"]) == locked()
+    assert conda["channels"][0] == "conda-forge"
+    assert "pip" in packages
+    assert any(re.match(r"python=3\.1[1-4]", package) for package in packages)
+
+
+def test_files_are_what_the_lock_command_writes(lock):
+    """Catches a pin changed by hand, a dependency added but not locked, and one left over."""
+    groups = {
+        name: {canonicalize_name(requirement.name) for requirement in stated}
+        for name, stated in lock.direct(PYPROJECT).items()
+    }
+    stated = set().union(*groups.values())
+    assert set(locked()) == lock.closure(stated)
+    text = (ROOT / "envs" / "requirements.lock").read_text(encoding="utf-8")
+    assert (ROOT / "envs" / "breaker.yaml").read_text(encoding="utf-8") == lock.conda_environment(
+        text
+    )
+
+
+@pytest.mark.parametrize("group", ["to run", "to test", "to build"])
+def test_direct_dependencies_are_locked_within_their_range(lock, group):
+    pins = locked()
+    stated = lock.direct(PYPROJECT)[group]
+    assert stated
+    for requirement in stated:
+        assert requirement.specifier, f"{requirement} has no range"
+        assert requirement.specifier.contains(pins[canonicalize_name(requirement.name)])
+
+
+@pytest.mark.parametrize("python", PYTHONS)
+@pytest.mark.parametrize(
+    "platform", PLATFORMS, ids=lambda p: f"{p['sys_platform']}-{p['platform_machine']}"
+)
+def test_lock_is_complete_on_every_platform(platform, python):
+    environment = {**platform, "python_version": python, "python_full_version": f"{python}.0"}
+    assert unmet(locked(), environment) == []
+
+
+def test_completeness_notices_a_missing_and_an_outdated_pin():
+    pins = locked()
+    environment = {**PLATFORMS[0], "python_version": "3.11"}
+    without = {name: version for name, version in pins.items() if name != "llvmlite"}
+    assert any("llvmlite" in line for line in unmet(without, environment))
+    assert any("numpy" in line for line in unmet({**pins, "numpy": "1.0"}, environment))
+
+
+def test_tests_run_in_the_locked_environment():
+    installed = {name: Version(metadata.version(name)).public for name in locked()}
+    assert installed == locked()
+
+
+def test_version_is_stated_once_and_cited():
+    project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert breaker.__version__ == project["version"] == citation["version"]
+    assert project["license"] == citation["license"] == "MIT"
+    assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
+    assert project["scripts"] == {"breaker": "breaker.cli:main"}
+
+
+def test_default_profile_gives_the_cores():
+    profile = yaml.safe_load((ROOT / "profiles" / "default" / "config.yaml").read_text())
+    assert profile == {"cores": 2, "rerun-incomplete": True}
+
+
+def test_make_test_lints_first_and_ends_with_the_tests():
+    commands = subprocess.run(
+        ["make", "--no-print-directory", "--dry-run", "test"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    order = ["ruff check", "ruff format --check", "snakefmt --check", "snakemake --lint"]
+    places = [commands.index(f"bin/{command}") for command in [*order, "python -m pytest"]]
+    assert places == sorted(places)
+    assert commands.rstrip().endswith("-m pytest")
+
+
+def test_ci_runs_make_test():
+    script = ROOT / ".ci" / "run"
+    assert os.access(script, os.X_OK)
+    assert script.read_text(encoding="utf-8").splitlines()[-1] == "make test"
+
+
+def test_make_refuses_an_old_python(tmp_path):
+    old = tmp_path / "python3.9"
+    old.write_text(
+        f"#!/bin/sh\nexec {sys.executable} -c "
+        '"import sys; sys.version_info = (3, 9); exec(sys.argv[1])" "$2"\n'
+    )
+    old.chmod(0o755)
+    # A make variable for the environment's folder keeps the real one out of this.
+    result = subprocess.run(
+        ["make", "environment", f"PYTHON={old}", f"VENV={tmp_path / 'venv'}"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode != 0
+    assert "needs Python 3.11 or newer" in result.stderr
+    assert not (tmp_path / "venv").exists()

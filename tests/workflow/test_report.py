@@ -1,0 +1,68 @@
+"""Every caption can be filled in from the configuration and is valid reStructuredText."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import jinja2
+import pytest
+import yaml
+from docutils.core import publish_doctree
+from docutils.nodes import paragraph
+
+from breaker.mechanism.parameters import MOTIONS
+
+ROOT = Path(__file__).parents[2]
+FIGURES = (
+    "prior_predictive",
+    "loss",
+    "sbc",
+    "sbc_reader",
+    "contraction",
+    "recovery",
+    "pairs",
+    "posterior_predictive",
+    "endurance_predictive",
+    "evolution",
+    "exactness",
+    "identifiability",
+    "networks",
+    "missing",
+    "verdict",
+    "health",
+    "changepoint",
+    "remaining_life",
+    "prognostics",
+)
+PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))
+
+
+def filled_in(page, motion, *, curves=None):
+    """Fill in a page as the report does; a key that is missing raises."""
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    config["endurance"]["curves"] = curves
+    job = SimpleNamespace(config=config)
+    if page != "workflow":  # the front page belongs to no job
+        job.wildcards = SimpleNamespace(
+            motion=motion, source=motion, network="deep_set-flow_matching"
+        )
+    text = (ROOT / f"workflow/report/{page}.rst").read_text()
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
+    return environment.from_string(text).render(snakemake=job)
+
+
+@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("curves", [None, "my/curves"])
+def test_page_is_valid(page, curves):
+    for motion in MOTIONS:
+        text = filled_in(page, motion, curves=curves)
+        # Warnings raise (halt_level 2), and are told in the exception, not on the screen.
+        settings = {"halt_level": 2, "report_level": 5, "_disable_config": True}
+        tree = publish_doctree(text, settings_overrides=settings)
+        assert len(list(tree.findall(paragraph))) >= 1
+        assert motion in text
+        assert ("stand-in" in text) <= (curves is None)
+
+
+def test_every_figure_has_a_caption_that_says_what_good_looks_like():
+    assert set(FIGURES) <= set(PAGES)
+    assert [name for name in FIGURES if "**Good**" not in filled_in(name, "closing")] == []
