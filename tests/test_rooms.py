@@ -1,0 +1,320 @@
+"""The package is a house of rooms: which may use which, by which names, and how large they are."""
+
+import ast
+import importlib
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+# From the ground up: a room uses those of lower floors only, and none beside it.
+FLOORS = [
+    {"mechanism", "records", "networks"},
+    {"model", "workflow"},
+    {"posterior", "wear"},
+    {"validation", "decisions", "cli"},
+    {"synthetic", "figures"},
+]
+FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
+# These are imported from their modules, so that a change of one figure concerns that figure only.
+FROM_MODULES = {"figures"}
+TORCH = {"networks", "posterior"}
+LONGEST_MODULE = 300
+LONGEST_FUNCTION = 55
+HEAVY = {"torch", "numba", "xarray", "scipy", "pandas", "zarr", "matplotlib"}
+
+
+def sources(*folders: str) -> dict[str, str]:
+    """Text of every Python file in folders of the project, by its path."""
+    return {
+        str(file.relative_to(ROOT)): file.read_text(encoding="utf-8")
+        for folder in folders
+        for file in sorted((ROOT / folder).rglob("*.py"))
+    }
+
+
+PACKAGE = sources("src/breaker")
+SCRIPTS = sources("workflow/scripts")
+
+
+def room_of(file: str) -> str | None:
+    """The room a file of the package is in; None for a script and the package's ``__init__``."""
+    parts = Path(file).with_suffix("").parts
+    return parts[2] if parts[:2] == ("src", "breaker") and parts[2] in FLOOR else None
+
+
+class Import(NamedTuple):
+    """``from module import names`` in a file, or ``import module`` without names."""
+
+    file: str
+    module: str
+    names: tuple[str, ...] = ()
+
+    @property
+    def room(self) -> str | None:
+        """The room of the package that is imported from."""
+        top, *rest = self.module.split(".")
+        return rest[0] if top == "breaker" and rest else None
+
+    def __str__(self) -> str:
+        taken = f"from {self.module} import {', '.join(self.names)}"
+        return f"{self.file}: {taken if self.names else f'import {self.module}'}"
+
+
+@cache
+def imports_of(file: str, text: str) -> tuple[Import, ...]:
+    """Every import of a file, wherever it stands: at the top, in a function, for types alone."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            found += [Import(file, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{file} imports relatively"
+            names = tuple(alias.name for alias in node.names)
+            if node.module == "breaker":  # from breaker import room
+                found += [Import(file, f"breaker.{name}") for name in names if name in FLOOR]
+            else:
+                found.append(Import(file, node.module, names))
+    return tuple(found)
+
+
+def imports(code: Mapping[str, str]) -> Iterator[Import]:
+    """Every import of files."""
+    for file, text in code.items():
+        yield from imports_of(file, text)
+
+
+@cache
+def table(text: str) -> dict[str, list[str]]:
+    """The names a room shows lazily, by module: the table in its ``__init__``."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.keyword) and node.arg == "submod_attrs":
+            return ast.literal_eval(node.value)
+    return {}
+
+
+def shown(text: str) -> set[str]:
+    """Public names in the text of a room's ``__init__``: its table's, or its ``__all__``."""
+    names = {name for names in table(text).values() for name in names}
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", None) == "__all__":
+            names |= set(ast.literal_eval(node.value))
+    return names
+
+
+def inits(code: Mapping[str, str]) -> dict[str, str]:
+    """Text of the ``__init__`` of each room."""
+    return {
+        room_of(file): text
+        for file, text in code.items()
+        if file.count("/") == 3 and file.endswith("__init__.py")
+    }
+
+
+# Each check takes files and returns what is wrong with them, in words.
+
+
+def upward(code: Mapping[str, str]) -> list[str]:
+    """Imports of a room that is not on a lower floor."""
+    return [
+        str(found)
+        for found in imports(code)
+        if (here := room_of(found.file)) is not None
+        and found.room in FLOOR
+        and found.room != here
+        and FLOOR[found.room] >= FLOOR[here]
+    ]
+
+
+def hidden(code: Mapping[str, str]) -> list[str]:
+    """Names of another room that it does not show, and ways around: its modules, itself whole.
+
+    Within a room the modules are named: its ``__init__`` is for others.
+    """
+    public = {room: shown(text) for room, text in inits(code).items()}
+    wrong = []
+    for found in imports(code):
+        if found.room is None:
+            continue
+        inside = room_of(found.file) == found.room
+        from_room = found.module == f"breaker.{found.room}"
+        if found.room == "cli":
+            fine = inside
+        elif inside or found.room in FROM_MODULES:
+            fine = not from_room
+        elif found.room not in public:
+            fine = False
+        else:
+            fine = from_room and found.names and set(found.names) <= public[found.room]
+        if not fine:
+            wrong.append(str(found))
+    return wrong
+
+
+def unused_rooms(code: Mapping[str, str]) -> list[str]:
+    """Folders and modules of the package that are no room."""
+    tops = {Path(file).parts[2] for file in code if file.startswith("src/breaker/")}
+    return sorted(tops - {"__init__.py", "cli.py"} - set(FLOOR))
+
+
+def clashes(code: Mapping[str, str]) -> list[str]:
+    """Public names that are names of modules too, and rows of a table without a module."""
+    wrong = []
+    for room, text in inits(code).items():
+        modules = {Path(f).stem for f in code if room_of(f) == room} - {"__init__"}
+        wrong += [f"{room} shows {name}, a module" for name in sorted(shown(text) & modules)]
+        wrong += [f"{room} has no module {m}" for m in sorted(set(table(text)) - modules)]
+    return wrong
+
+
+def lost(code: Mapping[str, str]) -> list[str]:
+    """Names that a table promises and its module does not list in ``__all__``."""
+    wrong = []
+    for room, text in inits(code).items():
+        for module, names in table(text).items():
+            listed = shown(code.get(f"src/breaker/{room}/{module}.py", ""))
+            wrong += [f"{room}.{module} has no {name}" for name in names if name not in listed]
+    return wrong
+
+
+@cache
+def functions(text: str) -> list[tuple[str, int]]:
+    """Name and lines of every function in a text."""
+    return [
+        (node.name, node.end_lineno - node.lineno + 1)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
+
+
+def tall(code: Mapping[str, str]) -> list[str]:
+    """Modules and functions that are too long."""
+    wrong = []
+    for file, text in code.items():
+        if (lines := len(text.splitlines())) > LONGEST_MODULE:
+            wrong.append(f"{file} has {lines} lines")
+        wrong += [
+            f"{file}: {name} has {lines} lines"
+            for name, lines in functions(text)
+            if lines > LONGEST_FUNCTION
+        ]
+    return wrong
+
+
+def breaker_in_networks(code: Mapping[str, str]) -> list[str]:
+    """Networks that know of breakers: anything of the package from outside their room."""
+    return [
+        str(found)
+        for found in imports(code)
+        if room_of(found.file) == "networks"
+        and found.module.split(".")[0] == "breaker"
+        and found.room != "networks"
+    ]
+
+
+def torch_elsewhere(code: Mapping[str, str]) -> list[str]:
+    """Imports of torch in the package outside the rooms that are built on it."""
+    return [
+        str(found)
+        for found in imports(code)
+        if found.module.split(".")[0] == "torch"
+        and found.file.startswith("src/")
+        and room_of(found.file) not in TORCH
+    ]
+
+
+LONG_FUNCTION = "def f():\n" + "    pass\n" * LONGEST_FUNCTION
+SHOWS = "import lazy_loader\nlazy_loader.attach(__name__, submod_attrs={})"
+
+# Check, and files with which it has to find something wrong.
+CHECKS = {
+    "upwards": (upward, {"records/a.py": "from breaker.model import Prior"}),
+    "beside": (upward, {"decisions/a.py": "def f():\n    from breaker.validation import ranks"}),
+    "a room whole": (upward, {"model/a.py": "from breaker import figures"}),
+    "a module of another room": (
+        hidden,
+        {"model/a.py": "from breaker.mechanism.parameters import NAMES"},
+    ),
+    "a hidden name": (hidden, {"model/a.py": "from breaker.mechanism import _travel"}),
+    "another room whole": (hidden, {"model/a.py": "import breaker.mechanism"}),
+    "its own room": (hidden, {"model/a.py": "from breaker.model import Prior"}),
+    "figures from their room": (hidden, {"../../workflow/scripts/a.py": "import breaker.figures"}),
+    "no such room": (hidden, {"model/a.py": "from breaker.cellar import wine"}),
+    "a room without a floor": (unused_rooms, {"cellar/a.py": ""}),
+    "a module on the floor": (unused_rooms, {"a.py": ""}),
+    "a name that is a module": (
+        clashes,
+        {"model/__init__.py": SHOWS.replace("{}", "{'prior': ['prior']}")},
+    ),
+    "a missing module": (
+        clashes,
+        {"model/__init__.py": SHOWS.replace("{}", "{'priors': ['Prior']}")},
+    ),
+    "a missing name": (
+        lost,
+        {"model/__init__.py": SHOWS.replace("{}", "{'prior': ['Posterior']}")},
+    ),
+    "a long module": (tall, {"model/a.py": "\n" * (LONGEST_MODULE + 1)}),
+    "a long function": (tall, {"model/a.py": LONG_FUNCTION}),
+    "a long method": (
+        tall,
+        {"model/a.py": "class A:\n    " + LONG_FUNCTION.replace("\n", "\n    ")},
+    ),
+    "a network of breakers": (
+        breaker_in_networks,
+        {"networks/a.py": "from breaker.mechanism import NAMES"},
+    ),
+    "torch in the wear": (torch_elsewhere, {"wear/a.py": "import torch.nn"}),
+    "torch for types": (
+        torch_elsewhere,
+        {"cli.py": "if TYPE_CHECKING:\n    from torch import Tensor"},
+    ),
+}
+
+
+@pytest.mark.parametrize("check", dict.fromkeys(check for check, _ in CHECKS.values()))
+def test_the_house_is_in_order(check):
+    assert check({**PACKAGE, **SCRIPTS}) == []
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_a_planted_fault_is_found(name):
+    check, planted = CHECKS[name]
+    before = set(check({**PACKAGE, **SCRIPTS}))
+    files = {(Path("src/breaker") / file).as_posix(): text for file, text in planted.items()}
+    files = {file.removeprefix("src/breaker/../../"): text for file, text in files.items()}
+    assert len(set(check({**PACKAGE, **SCRIPTS, **files})) - before) == 1
+
+
+@pytest.mark.parametrize("room", sorted(set(FLOOR) - FROM_MODULES - {"cli"}))
+def test_every_public_name_is_there(room):
+    module = importlib.import_module(f"breaker.{room}")
+    assert module.__all__
+    assert set(module.__all__) == shown(PACKAGE[f"src/breaker/{room}/__init__.py"])
+    for name in module.__all__:
+        assert getattr(module, name) is not None
+
+
+def loaded(*modules: str) -> set[str]:
+    """Which of the heavy packages a fresh interpreter holds after importing modules."""
+    code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
+    command = [sys.executable, "-c", code]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    return HEAVY & set(result.stdout.split())
+
+
+def test_what_rules_read_is_light():
+    rooms = [f"breaker.{room}" for room in sorted(set(FLOOR) - {"networks"})]
+    light = ["mechanism.parameters", "mechanism.limits", "records.files"]
+    light += ["workflow.configuration", "workflow.jobs", "workflow.code"]
+    assert loaded(*rooms, *(f"breaker.{module}" for module in light)) == set()
+
+
+def test_what_is_heavy_is_noticed():
+    assert "numba" in loaded("breaker.mechanism.curves")
