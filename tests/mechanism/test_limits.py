@@ -1,14 +1,13 @@
-"""Limits in words, exceeded and how probably, alarms with hysteresis, and the configuration."""
+"""Limits in words, exceeded and how probably, and the configuration."""
 
 import subprocess
 import sys
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.stats import multivariate_normal
 
-from breaker.mechanism.limits import Hysteresis, Limit, alarms, complaint, first, table
+from breaker.mechanism.limits import Limit, complaint
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 
@@ -20,7 +19,6 @@ TIRED = Limit.from_settings(
 BAND = Limit.from_settings(
     "band", {"motion": "opening", "lower": {"mu": 2.5}, "upper": {"mu": 1.5}}
 )
-LEVELS = {"raise_at": 0.9, "clear_at": 0.5, "after": 2}
 
 
 # ---- a limit ---------------------------------------------------------------------------------
@@ -108,125 +106,6 @@ def test_a_probability_needs_draws():
     for values in (np.empty((4, 0, 2)), np.empty(2)):
         with pytest.raises(ValueError, match="tired: a probability needs draws"):
             TIRED.exceedance(values)
-
-
-# ---- alarms ----------------------------------------------------------------------------------
-
-
-def raised(probability):
-    return "".join(str(int(on)) for on in alarms(probability, **LEVELS))
-
-
-@pytest.mark.parametrize(
-    ("probability", "expected"),
-    [
-        ([], ""),
-        ([0.9, 0.9, 0.9], "011"),  # at the level counts
-        ([0.89, 0.95, 0.89, 0.95], "0000"),  # not in a row
-        ([0.95, 0.95, 0.6, 0.5, 0.6, 0.5, 0.4, 0.4], "01111100"),
-        ([0.95, NAN, NAN, 0.95], "0001"),  # skipped, not reset
-        ([0.95, NAN, 0.6, 0.95], "0000"),
-        ([0.95, 0.95, NAN, 0.1, NAN, 0.1, NAN], "0111100"),
-        ([0.95, 0.95, 0.1, 0.1, 0.95, 0.1, 0.95, 0.95], "01100001"),
-        ([NAN, NAN], "00"),
-    ],
-)
-def test_hysteresis(probability, expected):
-    assert raised(probability) == expected
-
-
-def reference(probability, raise_at, clear_at, after):
-    """The alarm after each operation, from the whole history: the last row of ``after`` usable
-    ones on one side decides."""
-    active = []
-    for end in range(1, len(probability) + 1):
-        usable = [p for p in probability[:end] if not np.isnan(p)]
-        on = False
-        for i in range(after, len(usable) + 1):
-            row = usable[i - after : i]
-            if min(row) >= raise_at:
-                on = True
-            elif max(row) <= clear_at:
-                on = False
-        active.append(on)
-    return active
-
-
-@pytest.mark.parametrize("after", [1, 2, 3])
-def test_alarms_of_random_series_and_from_every_state(after):
-    """Whole, and cut in two anywhere with only the state handed over."""
-    rng = generator(1, "test", "alarms", after)
-    probability = rng.choice([0.1, 0.5, 0.7, 0.9, 1.0, NAN], 120, p=[0.2, 0.2, 0.1, 0.2, 0.2, 0.1])
-    levels = {"raise_at": 0.9, "clear_at": 0.5, "after": after}
-    expected = reference(probability, **levels)
-    assert 10 < sum(expected) < 110
-    assert alarms(probability, **levels).tolist() == expected
-    for cut in range(121):
-        before, state = Hysteresis(**levels).follow(probability[:cut])
-        stored = {"active": bool(state.active), "count": int(state.count)}
-        after_cut, _ = Hysteresis(**levels, **stored).follow(probability[cut:])
-        assert [*before, *after_cut] == expected
-
-
-def test_a_step_makes_a_new_state():
-    start = Hysteresis(**LEVELS)
-    once = start.step(0.95)
-    assert (start.active, start.count, once.active, once.count) == (False, 0, False, 1)
-    assert once.step(0.95) == Hysteresis(**LEVELS, active=True)
-    assert once.step(NAN) == once
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"clear_at": 0.95},
-        {"raise_at": 1.5},
-        {"clear_at": -0.1},
-        {"raise_at": NAN},
-        {"after": 0},
-        {"count": 2},
-        {"count": -1},
-    ],
-)
-def test_unusable_levels_are_refused(wrong):
-    with pytest.raises(ValueError, match="an alarm needs"):
-        Hysteresis(**LEVELS | wrong)
-
-
-@pytest.mark.parametrize("probability", [-0.1, 1.1, np.inf])
-def test_no_probability(probability):
-    with pytest.raises(ValueError, match="must be from 0 to 1"):
-        alarms([0.5, probability], **LEVELS)
-
-
-def test_first():
-    assert first([False, True, True], [10, 15, 20]) == 15.0
-    assert np.isnan(first([False, False], [10, 15]))
-    assert np.isnan(first([], []))
-
-
-def test_table():
-    operations = np.array([5, 10, 15, 20, 25])
-    active = np.array([[0, 1, 1, 0, 1], [1, 1, 0, 0, 0], [0, 0, 0, 0, 0]], dtype=bool).T
-    probability = np.array([[1.0, 0.9, NAN, 0.99, 0.97], [NAN, NAN, 0.3, 1, 1], [1] * 5]).T
-    found = table([SLOW, TIRED, BAND], operations, active, probability)
-    expected = pd.DataFrame(
-        {
-            "limit": ["slow", "slow", "tired"],
-            "words": [SLOW.words, SLOW.words, TIRED.words],
-            "motion": ["closing"] * 3,
-            "from_operation": pd.array([10, 25, 5], dtype="Int64"),
-            "to_operation": pd.array([15, None, 10], dtype="Int64"),
-            "highest_probability": [0.9, 0.97, NAN],
-        }
-    )
-    pd.testing.assert_frame_equal(found, expected)
-    assert "slow,touch_time above 10 ms,closing,25,,0.97" in found.to_csv(index=False)
-    none = table([SLOW], operations, np.zeros((5, 1), dtype=bool), probability[:, :1])
-    assert none.empty
-    assert list(none.columns) == list(expected.columns)
-    with pytest.raises(ValueError, match=r"shape \(o, l\) = \(5, 1\)"):
-        table([SLOW], operations, active, probability)
 
 
 # ---- configuration ---------------------------------------------------------------------------

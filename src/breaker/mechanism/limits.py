@@ -1,16 +1,16 @@
-"""Limits on the state of the drive: in words, exceeded or not, how probably, and the alarm.
+"""Limits on the state of the drive: in words, exceeded or not, and how probably.
 
 A limit has parts, each a quantity above or below a value; it is exceeded where all of them hold.
 The probability that it is comes from draws of the full posterior. Beside it stands the product
 over its quantities of the probability of each, which is what marginals alone would say.
 
-Shapes: ``o`` operations, ``d`` draws, ``l`` limits.
+Shapes: ``d`` draws.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,19 +18,12 @@ from numpy.typing import ArrayLike
 from breaker.mechanism.parameters import MOTIONS
 from breaker.mechanism.quantities import QUANTITIES, check_quantity
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 __all__ = [
     "Exceedance",
-    "Hysteresis",
     "Limit",
-    "alarms",
     "complaint",
     "complaint_of_list",
-    "first",
     "from_list",
-    "table",
 ]
 
 _SIDES = {"upper": "above", "lower": "below"}
@@ -130,104 +123,6 @@ class Limit:
             for name in dict.fromkeys(self.quantities)
         ]
         return Exceedance(holds.all(axis=-1).mean(axis=-1), np.prod(shares, axis=0), undefined)
-
-
-@dataclass(frozen=True)
-class Hysteresis:
-    """An alarm after some operation: with the next probability it steps to the next.
-
-    It goes on after ``after`` usable operations in a row with a probability of at least
-    ``raise_at``, and off after as many with one of at most ``clear_at``. An operation without a
-    probability (nan) neither counts nor breaks the row.
-
-    Attributes:
-        raise_at, clear_at: Probabilities, the first not below the second.
-        after: Number of operations in a row.
-        active: Whether the alarm is on.
-        count: Length of the row so far that would change it.
-    """
-
-    raise_at: float
-    clear_at: float
-    after: int
-    active: bool = False
-    count: int = 0
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.clear_at <= self.raise_at <= 1:
-            raise ValueError("an alarm needs 0 <= clear <= raise <= 1")
-        if not (self.after >= 1 and 0 <= self.count < self.after):
-            raise ValueError("an alarm needs after >= 1, and a count from 0 to below it")
-
-    def step(self, probability: float) -> "Hysteresis":
-        """Return the alarm after one more operation.
-
-        Raises:
-            ValueError: If the probability is neither nan nor from 0 to 1.
-        """
-        if np.isnan(probability):
-            return self
-        if not 0 <= probability <= 1:
-            raise ValueError(f"a probability must be from 0 to 1, not {probability}")
-        toward = probability <= self.clear_at if self.active else probability >= self.raise_at
-        count = self.count + 1 if toward else 0
-        if count == self.after:
-            return replace(self, active=not self.active, count=0)
-        return replace(self, count=count)
-
-    def follow(self, probability: ArrayLike) -> tuple[np.ndarray, "Hysteresis"]:
-        """Step through probabilities ``(o,)``; return where it is on, ``(o,)``, and the last."""
-        state, active = self, []
-        for each in np.asarray(probability, dtype=np.float64).tolist():
-            state = state.step(each)
-            active.append(state.active)
-        return np.array(active, dtype=bool), state
-
-
-def alarms(probability: ArrayLike, *, raise_at: float, clear_at: float, after: int) -> np.ndarray:
-    """Return where the alarm of a new series is on, ``(o,) -> (o,)`` of bool: see `Hysteresis`."""
-    return Hysteresis(raise_at, clear_at, after).follow(probability)[0]
-
-
-def first(active: ArrayLike, operations: ArrayLike) -> float:
-    """Return the number of the first operation with the alarm on, ``(o,), (o,)``; nan if none."""
-    on = np.flatnonzero(active)
-    return float(np.asarray(operations)[on[0]]) if on.size else math.nan
-
-
-def table(
-    limits: Sequence[Limit], operations: ArrayLike, active: ArrayLike, probability: ArrayLike
-) -> "pd.DataFrame":
-    """Return the alarms as a table, one row for each time one was raised.
-
-    Args:
-        limits: The limits, ``l`` of them.
-        operations: Numbers of the operations, ``(o,)``.
-        active: Whether an alarm is on, ``(o, l)``.
-        probability: Probability of each limit, ``(o, l)``.
-
-    Returns:
-        Columns ``limit``, ``words``, ``motion``, ``from_operation`` and ``to_operation``, the
-        first and last operation with the alarm on, the latter empty if it is still on, and
-        ``highest_probability`` in between (nan if no operation there is usable).
-    """
-    import pandas as pd  # here: limits are checked by all that never makes a table
-
-    operations, active = np.asarray(operations), np.asarray(active, dtype=bool)
-    probability = np.asarray(probability, dtype=np.float64)
-    shape = (len(operations), len(limits))
-    if active.shape != shape or probability.shape != shape:
-        raise ValueError(f"active and probability must have the shape (o, l) = {shape}")
-    rows = []
-    for limit, on, p in zip(limits, active.T, probability.T, strict=True):
-        changes = np.flatnonzero(np.diff(on, prepend=False, append=False))
-        for begin, end in changes.reshape(-1, 2).tolist():
-            last = operations[end - 1] if end < len(on) else pd.NA
-            highest = np.fmax.reduce(p[begin:end])
-            rows.append((limit.name, limit.words, limit.motion, operations[begin], last, highest))
-    columns = {"limit": str, "words": str, "motion": str}
-    columns |= {"from_operation": "Int64", "to_operation": "Int64", "highest_probability": float}
-    return pd.DataFrame(rows, columns=list(columns)).astype(columns)
 
 
 # ---- configuration ---------------------------------------------------------------------------
