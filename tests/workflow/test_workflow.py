@@ -25,7 +25,7 @@ VALIDATION_FIGURES = [
     "posterior_predictive",
     "figure_posterior_predictive",
 ]
-FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability", "numbers"]
+FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability"]
 VALIDATION = [
     "validate",
     "validate_reader",
@@ -34,19 +34,14 @@ VALIDATION = [
     *FROM_CORRECTION,
     *VALIDATION_FIGURES,
 ]
-ENDURANCE_FIGURES = [
-    "endurance_predictive",
-    "figure_endurance_predictive",
-    "figure_evolution",
-    "numbers",
-]
+ENDURANCE_FIGURES = ["endurance_predictive", "figure_endurance_predictive", "figure_evolution"]
 PAGES = ["figure_verdict", "figure_health", "figure_remaining_life"]
 DECISIONS = ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"]
 FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES, *DECISIONS]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 LIMIT = ["identifiability", "rig_effective"]
-ONCE = {"decide", "numbers", *PAGES}  # for both motions together
+ONCE = {"decide", *PAGES}  # for both motions together
 READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
 
@@ -168,7 +163,7 @@ EDITS = {
     "endurance.curves": (put_own_curves, READING, 2),
     "limits": (
         lambda folder: edit_limits(folder),
-        [*DECISIONS, "numbers"],
+        ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"],
         2,
     ),
     "alarm": (
@@ -178,7 +173,7 @@ EDITS = {
     ),
     "wear_model": (
         lambda folder: edit_config(folder, wear_model={"horizon": 5000}),
-        ["trend", "whole_trend", "decide", *PAGES, "figure_changepoint", "numbers"],
+        ["trend", "whole_trend", "decide", *PAGES, "figure_changepoint"],
         2,
     ),
     "mechanism.py": (

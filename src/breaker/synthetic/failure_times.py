@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.decisions import first
-from breaker.mechanism import NAMES, Limit, evaluate
+from breaker.mechanism import NAMES, Limit, evaluate, first
 
 __all__ = ["failures"]
 
