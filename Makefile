@@ -19,7 +19,7 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test lint format environment lock clean distclean
+.PHONY: help all test lint format environment numbers lock clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -28,6 +28,7 @@ help:
 	@echo "make lint         the lint of make test alone"
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
+	@echo "make numbers      write the numbers of the last run into README.md and docs/"
 	@echo "make lock         pin the newest versions that pyproject.toml allows in envs/"
 	@echo "make clean        remove what the workflow made: results, figures, logs"
 	@echo "make distclean    clean, and remove the environment and all caches"
@@ -72,6 +73,10 @@ $(PINNED): $(LOCK)
 	base=$$($(PYTHON) -c '$(REAL)') && "$$base" -m venv --clear $(VENV)
 	$(BIN)/python -m pip install --quiet --requirement $(LOCK)
 	@touch $@
+
+numbers: $(INSTALLED)
+	cp results/numbers.csv docs/numbers.csv
+	$(BIN)/python docs/restate.py
 
 lock: $(INSTALLED)
 	@echo "== pinning the newest versions that pyproject.toml allows"

@@ -18,6 +18,7 @@ include: "workflow/rules/validate.smk"
 include: "workflow/rules/correct.smk"
 include: "workflow/rules/endurance.smk"
 include: "workflow/rules/decide.smk"
+include: "workflow/rules/numbers.smk"
 include: "workflow/rules/networks.smk"
 include: "workflow/rules/lives.smk"
 
@@ -33,6 +34,7 @@ rule all:
         expand("figures/{figure}.png", figure=DECISIONS),
         expand("figures/changepoint_{source}.png", source=SOURCES),
         "results/decisions.csv",
+        "results/numbers.csv",
 
 
 rule lives:

@@ -48,18 +48,18 @@ def main() -> None:
                 begin = process_time()
             state, _, _ = follower.step(state, series, i, usable)
         whole = 1e3 * (process_time() - begin) / (OPERATIONS - OPERATIONS // 2)
-        level, cov = state.segments.level()
+        level, cov = state.hypotheses.level()
         p = z.shape[1]
-        arguments = models, series, OPERATIONS - 1, state.baseline, (level[:p], cov[:p, :p])
+        arguments = models, series, OPERATIONS - 1, state.reference, (level[:p], cov[:p, :p])
         share = [
             timed(lambda a=arguments: likelihood(*a)),
             timed(
                 lambda f=follower, s=state: remaining_life(
-                    f.tracker, s.segments, f.limits, f.prior, f.horizon
+                    f.tracker, s.hypotheses, f.limits, f.prior, f.horizon
                 )
             ),
         ]
-        count = len(state.segments.weight)
+        count = len(state.hypotheses.weight)
         name = " and ".join(motions)
         print(f"{name:18}{whole:17.1f}{share[0]:12.1f}{share[1]:8.1f}{count:12d}")
 

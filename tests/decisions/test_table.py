@@ -20,7 +20,6 @@ from breaker.decisions.table import (
 from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.quantities import evaluate
-from breaker.model.randomness import generator
 from breaker.synthetic.failure_times import failures
 
 NAN, INF = np.nan, np.inf
@@ -194,7 +193,6 @@ def test_changes_are_told_as_known_before_the_next():
     assert whole.change_start.values.tolist() == [20, 49]
     assert whole.change_interval.values.tolist() == [[17, 27], [46, 56]]
     assert whole.change_kind.values.tolist() == [np.eye(8)[5].tolist(), np.eye(8)[7].tolist()]
-    assert whole.second_opinion.size == 0
     assert whole.attrs["source"] == "both"
     assert whole.attrs["toward_level"] == 0.95
     none = complete(
@@ -203,17 +201,6 @@ def test_changes_are_told_as_known_before_the_next():
     assert none.sizes["change"] == 0
     empty = trend.drop_dims("change").isel(operation=slice(0, 0))
     assert complete(empty, np.ones((0, 7)), SETTINGS, "both").sizes["change"] == 0
-
-
-def test_second_opinion_sees_a_bend_in_the_medians():
-    operations = np.arange(1, 201)
-    noise = 0.002 * generator(1, "test decisions").standard_normal((200, 7))
-    medians = np.exp(noise + 0.002 * np.maximum(operations - 120, 0)[:, None])
-    medians[50] = NAN
-    trend = trend_of(MOTIONS, operations).drop_dims("change")
-    found = complete(trend, medians, SETTINGS, "both").second_opinion.values
-    assert len(found) == 1
-    assert abs(found[0] - 120) < 10
 
 
 def test_remaining_is_read_from_the_source_of_each_limit():

@@ -135,7 +135,6 @@ def trend_data(operations=2000, changes=(0.6,), step=1, count=4):
                 (starts[:, None] + np.array([-0.01, 0.006]) * last).reshape(-1, 2),
             ),
             "change_kind": (("change", "kind"), kinds),
-            "second_opinion": ("rupture", starts + 0.015 * last),
             "remaining": (("operation", "limit", "quantile"), remaining),
             "toward": (("operation", "limit"), toward),
             "words": ("limit", WORDS[:count]),
@@ -353,14 +352,11 @@ def test_changes_are_drawn_where_they_are_and_told(changes, title):
     assert np.all(drawn < data.age_upper.values[likeliest])
     alarms = line_of(probability, style.WARNING, "v").get_xdata()
     np.testing.assert_array_equal(alarms, data.change_alarm)
-    second = next(line for line in probability.lines if line.get_marker() == "^")
-    np.testing.assert_array_equal(second.get_xdata(), data.second_opinion)
     expected = ["No change found."] if not changes else []
     for i, alarm in enumerate(data.change_alarm.values):
         where, what = change_words(data.isel(change=i))
         expected += [where, f"   {what}; alarm at {alarm:.0f}"]
     assert written(told) == expected
-    assert ("second opinion" in words(figure)) == bool(changes)
     assert "stand-in" not in words(figure)
 
 

@@ -1,26 +1,24 @@
-"""Limits in words, exceeded and how probably, alarms with hysteresis, and the configuration."""
+"""Limits in words, exceeded and how probably, and the configuration."""
 
 import subprocess
 import sys
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.stats import multivariate_normal
 
-from breaker.mechanism.limits import Hysteresis, Limit, alarms, first, from_list, table
+from breaker.mechanism.limits import Limit, complaint
+from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 
 NAN = np.nan
-SLOW, TIRED, BAND = from_list(
-    [
-        {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}},
-        {"name": "tired", "motion": "closing", "lower": {"f": 0.77}, "upper": {"touch_time": 9.8}},
-        {"name": "band", "motion": "opening", "lower": {"mu": 2.5}, "upper": {"mu": 1.5}},
-    ],
-    ["closing", "opening"],
+SLOW = Limit.from_settings("slow", {"motion": "closing", "upper": {"touch_time": 10}})
+TIRED = Limit.from_settings(
+    "tired", {"motion": "closing", "lower": {"f": 0.77}, "upper": {"touch_time": 9.8}}
 )
-LEVELS = {"raise_at": 0.9, "clear_at": 0.5, "after": 2}
+BAND = Limit.from_settings(
+    "band", {"motion": "opening", "lower": {"mu": 2.5}, "upper": {"mu": 1.5}}
+)
 
 
 # ---- a limit ---------------------------------------------------------------------------------
@@ -34,23 +32,13 @@ def test_parts_and_words():
     assert TIRED.words == "touch_time above 9.8 ms and f below 0.77 mm/ms²"
     assert BAND.words == "mu above 1.5 and mu below 2.5"
     assert (BAND.name, BAND.motion) == ("band", "opening")
-    entries = [{"name": name, "motion": name, "lower": {"L": 1}} for name in ("opening", "closing")]
-    assert [limit.name for limit in from_list(entries, ["closing"])] == ["closing"]
+    empty = {"motion": "closing", "upper": None, "lower": {"wipe": 1}}  # as YAML reads "upper:"
+    assert Limit.from_settings("worn", empty).words == "wipe below 1 mm"
 
 
-@pytest.mark.parametrize(
-    ("parts", "text"),
-    [
-        ((), "it has no quantity. Name one"),
-        ((("part_time", 10.0, True),), "part_time is a quantity of opening, not of closing."),
-        ((("speed", 1.0, False), ("rebound", 1.0, True)), r"speed is not .* rebound is a quantity"),
-        ((("f", 0.8, True), ("f", 0.7, False)), r"f cannot be above 0\.8 and below 0\.7 at once"),
-        ((("f", 0.8, False), ("f", 0.8, True)), r"f cannot be above 0\.8 and below 0\.8 at once"),
-    ],
-)
-def test_what_cannot_be_a_limit_is_refused(parts, text):
-    with pytest.raises(ValueError, match=f"^worn: {text}"):
-        Limit("worn", "closing", parts)
+def test_unusable_settings_are_refused():
+    with pytest.raises(ValueError, match=r"be used\. slow: part_time is a quantity of"):
+        Limit.from_settings("slow", {"motion": "closing", "upper": {"part_time": 10.0}})
 
 
 def test_excess_and_exceeded():
@@ -120,123 +108,67 @@ def test_a_probability_needs_draws():
             TIRED.exceedance(values)
 
 
-# ---- alarms ----------------------------------------------------------------------------------
+# ---- configuration ---------------------------------------------------------------------------
 
 
-def raised(probability):
-    return "".join(str(int(on)) for on in alarms(probability, **LEVELS))
-
-
-@pytest.mark.parametrize(
-    ("probability", "expected"),
-    [
-        ([], ""),
-        ([0.9, 0.9, 0.9], "011"),  # at the level counts
-        ([0.89, 0.95, 0.89, 0.95], "0000"),  # not in a row
-        ([0.95, 0.95, 0.6, 0.5, 0.6, 0.5, 0.4, 0.4], "01111100"),
-        ([0.95, NAN, NAN, 0.95], "0001"),  # skipped, not reset
-        ([0.95, NAN, 0.6, 0.95], "0000"),
-        ([0.95, 0.95, NAN, 0.1, NAN, 0.1, NAN], "0111100"),
-        ([0.95, 0.95, 0.1, 0.1, 0.95, 0.1, 0.95, 0.95], "01100001"),
-        ([NAN, NAN], "00"),
-    ],
-)
-def test_hysteresis(probability, expected):
-    assert raised(probability) == expected
-
-
-def reference(probability, raise_at, clear_at, after):
-    """The alarm after each operation, from the whole history: the last row of ``after`` usable
-    ones on one side decides."""
-    active = []
-    for end in range(1, len(probability) + 1):
-        usable = [p for p in probability[:end] if not np.isnan(p)]
-        on = False
-        for i in range(after, len(usable) + 1):
-            row = usable[i - after : i]
-            if min(row) >= raise_at:
-                on = True
-            elif max(row) <= clear_at:
-                on = False
-        active.append(on)
-    return active
-
-
-@pytest.mark.parametrize("after", [1, 2, 3])
-def test_alarms_of_random_series_and_from_every_state(after):
-    """Whole, and cut in two anywhere with only the state handed over."""
-    rng = generator(1, "test", "alarms", after)
-    probability = rng.choice([0.1, 0.5, 0.7, 0.9, 1.0, NAN], 120, p=[0.2, 0.2, 0.1, 0.2, 0.2, 0.1])
-    levels = {"raise_at": 0.9, "clear_at": 0.5, "after": after}
-    expected = reference(probability, **levels)
-    assert 10 < sum(expected) < 110
-    assert alarms(probability, **levels).tolist() == expected
-    for cut in range(121):
-        before, state = Hysteresis(**levels).follow(probability[:cut])
-        stored = {"active": bool(state.active), "count": int(state.count)}
-        after_cut, _ = Hysteresis(**levels, **stored).follow(probability[cut:])
-        assert [*before, *after_cut] == expected
-
-
-def test_a_step_makes_a_new_state():
-    start = Hysteresis(**LEVELS)
-    once = start.step(0.95)
-    assert (start.active, start.count, once.active, once.count) == (False, 0, False, 1)
-    assert once.step(0.95) == Hysteresis(**LEVELS, active=True)
-    assert once.step(NAN) == once
+def test_usable_limits():
+    limits = {
+        "slow": {"motion": "closing", "upper": {"touch_time": 10}},
+        "band": {"motion": "opening", "lower": {"mu": 2.5}, "upper": {"mu": 1.5, "rebound": 2.0}},
+    }
+    assert complaint(limits, MOTIONS) is None
+    assert complaint({}, ["closing"]) is None
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    ("settings", "text"),
     [
-        {"clear_at": 0.95},
-        {"raise_at": 1.5},
-        {"clear_at": -0.1},
-        {"raise_at": NAN},
-        {"after": 0},
-        {"count": 2},
-        {"count": -1},
+        ({"motion": "closing"}, "it has no quantity. Name one under upper or lower, with a value."),
+        ({"motion": "closing", "upper": {}, "lower": None}, "it has no quantity."),
+        (
+            {"motion": "closing", "upper": {"touch": 10.0}},
+            "touch is not a known quantity. Known of closing: mu,",
+        ),
+        (
+            {"motion": "closing", "lower": {"rebound": 1.0}},
+            "rebound is a quantity of opening, not of closing. Known of closing: mu,",
+        ),
+        (
+            {"motion": "opening", "upper": {"f": 0.8}},
+            "motion is opening, but must be one of motions (closing).",
+        ),
+        ({"upper": {"f": 0.8}}, "motion is None, but must be one of motions (closing)."),
+        (
+            {"motion": "closing", "lower": {"f": 0.7}, "upper": {"f": 0.8}},
+            "f cannot be above 0.8 mm/ms² and below 0.7 mm/ms² at once.",
+        ),
+        (
+            {"motion": "closing", "lower": {"mu": 2}, "upper": {"mu": 2.0}},
+            "mu cannot be above 2 and below 2 at once.",
+        ),
+        ({"motion": "closing", "uper": {"f": 1}}, "uper is not known. Known here: motion, upper,"),
+        ({"motion": "closing", "upper": {"f": "0,8"}}, "f is 0,8, but must be a finite number."),
+        ({"motion": "closing", "upper": {"f": True}}, "f is True, but must be a finite number."),
+        ({"motion": "closing", "upper": {"f": NAN}}, "f is nan, but must be a finite number."),
+        (None, "it must be a section with motion, and upper or lower with quantities."),
+        ({"motion": "closing", "upper": 10.0}, "it must be a section with motion, and upper or"),
     ],
 )
-def test_unusable_levels_are_refused(wrong):
-    with pytest.raises(ValueError, match="an alarm needs"):
-        Hysteresis(**LEVELS | wrong)
+def test_complaints(settings, text):
+    good = {"motion": "closing", "upper": {"f": 0.8}}
+    found = complaint({"good": good, "bad": settings}, ["closing"])
+    assert found.startswith(f"cannot be used. bad: {text}")
+    with pytest.raises(ValueError, match="limits cannot be used"):
+        Limit.from_settings("bad", settings if text[:7] != "motion " else {"motion": "sideways"})
 
 
-@pytest.mark.parametrize("probability", [-0.1, 1.1, np.inf])
-def test_no_probability(probability):
-    with pytest.raises(ValueError, match="must be from 0 to 1"):
-        alarms([0.5, probability], **LEVELS)
-
-
-def test_first():
-    assert first([False, True, True], [10, 15, 20]) == 15.0
-    assert np.isnan(first([False, False], [10, 15]))
-    assert np.isnan(first([], []))
-
-
-def test_table():
-    operations = np.array([5, 10, 15, 20, 25])
-    active = np.array([[0, 1, 1, 0, 1], [1, 1, 0, 0, 0], [0, 0, 0, 0, 0]], dtype=bool).T
-    probability = np.array([[1.0, 0.9, NAN, 0.99, 0.97], [NAN, NAN, 0.3, 1, 1], [1] * 5]).T
-    found = table([SLOW, TIRED, BAND], operations, active, probability)
-    expected = pd.DataFrame(
-        {
-            "limit": ["slow", "slow", "tired"],
-            "words": [SLOW.words, SLOW.words, TIRED.words],
-            "motion": ["closing"] * 3,
-            "from_operation": pd.array([10, 25, 5], dtype="Int64"),
-            "to_operation": pd.array([15, None, 10], dtype="Int64"),
-            "highest_probability": [0.9, 0.97, NAN],
-        }
-    )
-    pd.testing.assert_frame_equal(found, expected)
-    assert "slow,touch_time above 10 ms,closing,25,,0.97" in found.to_csv(index=False)
-    none = table([SLOW], operations, np.zeros((5, 1), dtype=bool), probability[:, :1])
-    assert none.empty
-    assert list(none.columns) == list(expected.columns)
-    with pytest.raises(ValueError, match=r"shape \(o, l\) = \(5, 1\)"):
-        table([SLOW], operations, active, probability)
+def test_every_complaint_is_made():
+    parts = {"upper": {"speed": 1.0, "part_time": 2.0}}
+    found = complaint({"a": {"motion": "closing"}, "b": {"motion": "closing", **parts}}, MOTIONS)
+    assert found.count("a: ") == 1
+    assert found.count("b: ") == 2
+    assert "speed is not a known" in found
+    assert "part_time is a quantity of opening" in found
 
 
 def test_checked_without_compiled_code_or_tables():

@@ -18,7 +18,7 @@ from scipy.stats import chi2, multivariate_normal
 
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
-from breaker.wear.changepoint import KINDS, Segments, Tracker
+from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
 from breaker.wear.lines import SPACING
 
 P = len(NAMES)
@@ -31,13 +31,13 @@ def tracker(defaults, prior):
     return Tracker.from_settings(defaults["wear_model"], prior.log_sds)
 
 
-def follow(tracker, operations, matrices, slopes, *, segments=None):
+def follow(tracker, operations, matrices, slopes, *, hypotheses=None):
     """Go through operations; yield number, hypotheses, log evidence and outlier probability."""
-    segments = tracker.begin(operations[0]) if segments is None else segments
+    hypotheses = tracker.begin(operations[0]) if hypotheses is None else hypotheses
     for operation, matrix, slope in zip(operations, matrices, slopes, strict=True):
-        segments = tracker.predict(segments, operation)
-        segments, log_evidence, outlier = tracker.learn(segments, matrix, slope, np.zeros(P))
-        yield operation, segments, log_evidence, outlier
+        hypotheses = tracker.predict(hypotheses, operation)
+        hypotheses, log_evidence, outlier = tracker.learn(hypotheses, matrix, slope, np.zeros(P))
+        yield operation, hypotheses, log_evidence, outlier
 
 
 def worn(tracker, n, rng, *, sd=0.05, scatter=0.002, changes=(), jumps=(), slope=0.0, level=None):
@@ -63,9 +63,9 @@ def worn(tracker, n, rng, *, sd=0.05, scatter=0.002, changes=(), jumps=(), slope
     return list(range(1, n + 1)), [matrix] * n, slopes
 
 
-def same(a: Segments, b: Segments):
+def same(a: Hypotheses, b: Hypotheses):
     """Whether two sets of hypotheses are equal to the bit."""
-    return all(np.array_equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(Segments))
+    return all(np.array_equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(Hypotheses))
 
 
 def test_settings_are_in_percent(tracker, prior, defaults):
@@ -171,20 +171,22 @@ def test_short_series_are_exact(prior, operations):
         whole=0.3,
     )
     series = short_series(tracker, operations, "short")
-    segments, total = tracker.begin(operations[0]), 0.0
+    hypotheses, total = tracker.begin(operations[0]), 0.0
     for operation, factor, seen, place in zip(operations, *series, strict=True):
-        segments = tracker.predict(segments, operation)
-        segments, log_evidence, outlier = tracker.learn(
-            segments, factor.T @ factor, factor.T @ seen, place
+        hypotheses = tracker.predict(hypotheses, operation)
+        hypotheses, log_evidence, outlier = tracker.learn(
+            hypotheses, factor.T @ factor, factor.T @ seen, place
         )
         total += log_evidence
         assert outlier == 0.0
     found = {
         key: i
-        for i, key in enumerate(zip(segments.start, segments.kind, segments.scatter, strict=True))
+        for i, key in enumerate(
+            zip(hypotheses.start, hypotheses.kind, hypotheses.scatter, strict=True)
+        )
     }
     k = len(tracker.scatters)
-    assert len(found) == len(segments.start) == k * (1 + len(KINDS) * (len(operations) - 1))
+    assert len(found) == len(hypotheses.start) == k * (1 + len(KINDS) * (len(operations) - 1))
     exact, log_weights = {}, {}
     for start, kind, probability in configurations(tracker, operations):
         for q, scatter in enumerate(tracker.scatters):
@@ -196,17 +198,17 @@ def test_short_series_are_exact(prior, operations):
     # The data tell the hypotheses apart, and no scatter is so unlikely that it would be held up.
     assert np.ptp([each[0] for each in exact.values()]) > 5.0
     for q in range(k):
-        assert segments.weight[segments.scatter == q].sum() > 1e-5
+        assert hypotheses.weight[hypotheses.scatter == q].sum() > 1e-5
     for key, (_, mean, cov) in exact.items():
         i = found[key]
-        assert segments.log_weight[i] == pytest.approx(log_weights[key] - evidence, abs=1e-5)
-        np.testing.assert_allclose(segments.mean[i, :P], mean[:P], atol=1e-5)
-        np.testing.assert_allclose(segments.mean[i, P:], mean[P:], atol=1e-5 * tracker.slope_sd)
-        np.testing.assert_allclose(segments.cov[i, :P, :P], cov[:P, :P], atol=1e-5)
-        np.testing.assert_allclose(segments.cov[i, P:], cov[P:], atol=1e-5 * tracker.slope_sd**2)
+        assert hypotheses.log_weight[i] == pytest.approx(log_weights[key] - evidence, abs=1e-5)
+        np.testing.assert_allclose(hypotheses.mean[i, :P], mean[:P], atol=1e-5)
+        np.testing.assert_allclose(hypotheses.mean[i, P:], mean[P:], atol=1e-5 * tracker.slope_sd)
+        np.testing.assert_allclose(hypotheses.cov[i, :P, :P], cov[:P, :P], atol=1e-5)
+        np.testing.assert_allclose(hypotheses.cov[i, P:], cov[P:], atol=1e-5 * tracker.slope_sd**2)
     weights = np.exp(np.array([log_weights[key] for key in exact]) - evidence)
     means = np.array([each[1] for each in exact.values()])
-    level, spread = segments.level()
+    level, spread = hypotheses.level()
     np.testing.assert_allclose(level, weights @ means, atol=1e-5 * tracker.slope_sd)
     apart = means - weights @ means
     wanted = np.einsum("k,kij->ij", weights, [each[2] for each in exact.values()])
@@ -259,11 +261,11 @@ def test_run_lengths_of_the_maintained_package():
     """
     values = constant_means(0.4, 7, "short")
     run = theirs(values).numpy()
-    for t, segments in enumerate(ours(values), start=1):
+    for t, hypotheses in enumerate(ours(values), start=1):
         # A change that is only now due is part of their answer, not of ours.
         wanted = run[1 : t + 1, t] / run[1 : t + 1, t].sum()
-        lengths = np.where(segments.kind == FIRST, t, t - segments.start)
-        found = np.bincount(lengths, segments.weight, t + 1)[1:]
+        lengths = np.where(hypotheses.kind == FIRST, t, t - hypotheses.start)
+        found = np.bincount(lengths, hypotheses.weight, t + 1)[1:]
         np.testing.assert_allclose(found, wanted, atol=0.02)
     assert 0.05 < found.max() < 0.95
 
@@ -277,9 +279,9 @@ def test_the_change_that_the_package_finds():
     n = 60
     values = constant_means(1.0, n, "step")
     run = theirs(values)
-    segments = ours(values)[n // 2 + 9]
-    likeliest = segments.start[np.argmax(segments.weight)]
-    assert segments.began_after(n // 2 - 5) > 0.95
+    hypotheses = ours(values)[n // 2 + 9]
+    likeliest = hypotheses.start[np.argmax(hypotheses.weight)]
+    assert hypotheses.began_after(n // 2 - 5) > 0.95
     assert abs(likeliest - n // 2) <= 2
     starts = get_map_changepoints(run[: n // 2 + 11, : n // 2 + 11], min_separation=5)
     assert len(starts) == 1
@@ -292,9 +294,9 @@ def test_the_change_that_the_package_finds():
 def test_no_change_where_the_package_finds_none():
     values = constant_means(0.0, 60, "none")
     assert len(get_map_changepoints(theirs(values), min_separation=5)) == 0
-    for segments in ours(values):
-        assert segments.kind[np.argmax(segments.weight)] == FIRST
-        assert segments.began_after(1) < 0.5
+    for hypotheses in ours(values):
+        assert hypotheses.kind[np.argmax(hypotheses.weight)] == FIRST
+        assert hypotheses.began_after(1) < 0.5
 
 
 # ---- memory, and going on ----------------------------------------------------------------------
@@ -310,7 +312,7 @@ def test_memory_is_bounded(tracker):
     one = replace(tracker, scatters=tracker.scatters[[2]])
     bound = 1 + len(KINDS) * (2 + math.log(n) / math.log(1.25))
     series = worn(one, n, generator(1, "test", "change points", "memory"))
-    counts = np.array([segments.start.size for _, segments, *_ in follow(one, *series)])
+    counts = np.array([hypotheses.start.size for _, hypotheses, *_ in follow(one, *series)])
     assert counts.max() < bound < 310
     assert counts[n // 2 :].max() < 1.1 * counts[n // 4 : n // 2].max()
 
@@ -321,19 +323,19 @@ def test_going_on_from_a_stored_state_is_the_same_to_the_bit(tracker, tmp_path):
         tracker, 60, generator(1, "test", "change points", "store"), jumps=[(40, 60, 0.3)]
     )
     halfway, at_once = None, None
-    for operation, segments, *_ in follow(tracker, operations, matrices, slopes):
+    for operation, hypotheses, *_ in follow(tracker, operations, matrices, slopes):
         if operation == 30:
-            halfway = segments
-            path = tmp_path / "segments.npz"
-            np.savez(path, **{f.name: getattr(segments, f.name) for f in fields(Segments)})
-        at_once = segments
+            halfway = hypotheses
+            path = tmp_path / "hypotheses.npz"
+            np.savez(path, **{f.name: getattr(hypotheses, f.name) for f in fields(Hypotheses)})
+        at_once = hypotheses
     with np.load(path) as stored:
-        loaded = Segments(**{name: stored[name] for name in stored.files})
+        loaded = Hypotheses(**{name: stored[name] for name in stored.files})
     loaded = replace(loaded, operation=int(loaded.operation))
     assert same(loaded, halfway)
     for start in (halfway, loaded):
         rest = (each[30:] for each in (operations, matrices, slopes))
-        *_, (_, again, *_) = follow(tracker, *rest, segments=start)
+        *_, (_, again, *_) = follow(tracker, *rest, hypotheses=start)
         assert same(again, at_once)
 
 
@@ -341,9 +343,9 @@ def learnt(tracker):
     """The first segment, for each scatter, after forty operations."""
     still = replace(tracker, hazard=0.0)
     series = worn(still, 40, generator(1, "test", "change points", "learnt"), slope=1.0)
-    *_, (_, segments, *_) = follow(still, *series)
-    assert set(segments.kind) == {FIRST}
-    return segments
+    *_, (_, hypotheses, *_) = follow(still, *series)
+    assert set(hypotheses.kind) == {FIRST}
+    return hypotheses
 
 
 def test_a_gap_is_as_long_as_its_operations(tracker):
@@ -353,9 +355,9 @@ def test_a_gap_is_as_long_as_its_operations(tracker):
     gap a change was is not asked: it counts from the last operation seen, and there is one at most,
     so that covariance and number of hypotheses are others.
     """
-    segments = learnt(tracker)
+    hypotheses = learnt(tracker)
     for each in (replace(tracker, hazard=0.0), tracker):
-        one, five = each.predict(segments, 45), segments
+        one, five = each.predict(hypotheses, 45), hypotheses
         for operation in range(41, 46):
             five = each.predict(five, operation)
         assert one.operation == five.operation == 45
@@ -380,9 +382,9 @@ def test_a_gap_is_as_long_as_its_operations(tracker):
 
 def test_operations_without_a_record_only_widen(tracker):
     """The level spreads, nothing is learnt of scatter or slope, and a change becomes possible."""
-    segments = learnt(tracker)
-    mean, _ = segments.level()
-    before = segments
+    hypotheses = learnt(tracker)
+    mean, _ = hypotheses.level()
+    before = hypotheses
     for operation in range(41, 61):
         after = tracker.predict(before, operation)
         wider = after.level()[1] - before.level()[1]
@@ -393,14 +395,14 @@ def test_operations_without_a_record_only_widen(tracker):
     np.testing.assert_allclose(after.level()[0][P:], mean[P:], atol=1e-12)
     np.testing.assert_allclose(after.level()[0][:P], mean[:P] + 0.02 * mean[P:], atol=1e-12)
     for q in range(len(tracker.scatters)):
-        held, kept = (s.weight[s.scatter == q].sum() for s in (segments, after))
+        held, kept = (s.weight[s.scatter == q].sum() for s in (hypotheses, after))
         assert kept == pytest.approx(held, rel=1e-9)
     # Records that come back are learnt from.
     place = after.level()[0][:P]
     found, _, _ = tracker.learn(after, np.eye(P) / 0.05**2, np.zeros(P), place)
     assert np.all(np.diag(found.level()[1])[:P] < np.diag(after.level()[1])[:P])
     # What was seen is not gone to again.
-    assert tracker.predict(segments, 40) is segments
+    assert tracker.predict(hypotheses, 40) is hypotheses
 
 
 # ---- known truths --------------------------------------------------------------------------------
@@ -418,25 +420,25 @@ def test_a_change_of_one_slope_is_found_and_named(tracker, name):
     rng = generator(1, "test", "change points", "slope", name)
     series = worn(tracker, n, rng, changes=[(after, name, 6.0)])
     before, noticed = None, None
-    for operation, segments, *_ in follow(tracker, *series):
-        changed = segments.began_after(1)
+    for operation, hypotheses, *_ in follow(tracker, *series):
+        changed = hypotheses.began_after(1)
         if operation == after:
             before = changed
         if noticed is None and changed > 0.95:
             noticed = operation
     assert before < 0.5
     assert after < noticed < after + 60
-    kinds = np.bincount(segments.kind + 1, segments.weight, 1 + len(KINDS))[1:]
+    kinds = np.bincount(hypotheses.kind + 1, hypotheses.weight, 1 + len(KINDS))[1:]
     assert NAMES[np.argmax(kinds)] == name
     assert kinds.max() > 0.9
     # The beginning as of the alarm: later there may be others.
-    order = np.argsort(segments.start)[: np.sum(segments.start <= noticed)]
-    reached = np.cumsum(segments.weight[order])
-    low, high = segments.start[order][np.searchsorted(reached / reached[-1], [5e-4, 1 - 5e-4])]
+    order = np.argsort(hypotheses.start)[: np.sum(hypotheses.start <= noticed)]
+    reached = np.cumsum(hypotheses.weight[order])
+    low, high = hypotheses.start[order][np.searchsorted(reached / reached[-1], [5e-4, 1 - 5e-4])]
     merged = 0.2 * (n - after)
     assert low - merged <= after <= high + merged
     assert high - low < 60
-    assert segments.level()[0][P + NAMES.index(name)] == pytest.approx(6.0, rel=0.2)
+    assert hypotheses.level()[0][P + NAMES.index(name)] == pytest.approx(6.0, rel=0.2)
 
 
 def test_what_is_known_of_a_change_is_calibrated(tracker):
@@ -451,14 +453,14 @@ def test_what_is_known_of_a_change_is_calibrated(tracker):
     for i in range(times):
         rng = generator(1, "test", "change points", "calibrated", i)
         size = 4.0 * rng.choice([-1.0, 1.0])
-        *_, (_, segments, *_) = follow(known, *worn(known, n, rng, changes=[(after, "f", size)]))
-        mean, cov = segments.level()
+        *_, (_, hypotheses, *_) = follow(known, *worn(known, n, rng, changes=[(after, "f", size)]))
+        mean, cov = hypotheses.level()
         square += (mean[slope] - size) ** 2 / cov[slope, slope]
-        changed = segments.kind != FIRST
-        order = np.argsort(segments.start[changed])
-        reached = np.cumsum(segments.weight[changed][order])
+        changed = hypotheses.kind != FIRST
+        order = np.argsort(hypotheses.start[changed])
+        reached = np.cumsum(hypotheses.weight[changed][order])
         low, high = np.searchsorted(reached / reached[-1], [0.05, 0.95])
-        starts = segments.start[changed][order]
+        starts = hypotheses.start[changed][order]
         # Starts within a share of their age are kept as one.
         ends = (
             starts[low] - SPACING * (n - starts[low]),
@@ -487,12 +489,12 @@ def test_no_change_is_found_where_none_is(tracker):
         "scatter": rng.choice(rare.scatters),
     }
     steady = worn(rare, n, rng, **known)
-    odds = [segments.began_after(1) for _, segments, *_ in follow(rare, *steady)]
+    odds = [hypotheses.began_after(1) for _, hypotheses, *_ in follow(rare, *steady)]
     assert max(odds) < 0.5
     assert min(odds[2:]) > 0.0
     changing = worn(rare, n, rng, **known, changes=[(150, "f", 6.0)])
-    *_, (_, segments, *_) = follow(rare, *changing)
-    assert segments.began_after(1) > 0.5
+    *_, (_, hypotheses, *_) = follow(rare, *changing)
+    assert hypotheses.began_after(1) > 0.5
 
 
 def test_one_outlier_is_no_change_and_several_are(tracker):
@@ -502,15 +504,17 @@ def test_one_outlier_is_no_change_and_several_are(tracker):
         rng = generator(1, "test", "change points", "outlier")
         series = worn(tracker, n, rng, jumps=[(at, last, 0.5 * np.ones(P))])
         states = {o: (s, outlier) for o, s, _, outlier in follow(tracker, *series)}
-        segments, outlier = states[at]
+        hypotheses, outlier = states[at]
         assert outlier > 0.9
         assert states[at - 1][1] < 0.01
         if last == at:
-            assert segments.began_after(at - 2) < 0.1
+            assert hypotheses.began_after(at - 2) < 0.1
             assert states[at + 1][1] < 0.01
             assert max(s.began_after(1) for s, _ in states.values()) < 0.5
             # Nothing was learnt of it.
-            ahead = np.abs(segments.level()[0] - tracker.predict(states[at - 1][0], at).level()[0])
+            ahead = np.abs(
+                hypotheses.level()[0] - tracker.predict(states[at - 1][0], at).level()[0]
+            )
             assert ahead[:P].max() < 0.05
         else:
             found = states[at + 5][0]
@@ -530,7 +534,7 @@ def test_scatter_is_found(tracker, truth):
     """
     rng = generator(1, "test", "change points", "scatter", str(truth))
     series = worn(tracker, 100, rng, sd=0.01, scatter=truth)
-    *_, (_, segments, *_) = follow(tracker, *series)
-    weights = np.bincount(segments.scatter, segments.weight, len(tracker.scatters))
+    *_, (_, hypotheses, *_) = follow(tracker, *series)
+    weights = np.bincount(hypotheses.scatter, hypotheses.weight, len(tracker.scatters))
     assert weights[np.isclose(tracker.scatters, truth)] > 0.99
     assert weights.min() >= 0.9e-6  # none is given up, for it may change

@@ -11,7 +11,7 @@ from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.quantities import evaluate
 from breaker.model.randomness import generator
 from breaker.synthetic.prognostics import quantile
-from breaker.wear.changepoint import Segments, Tracker
+from breaker.wear.changepoint import Hypotheses, Tracker
 from breaker.wear.lifetime import Horizon, horizon_grid, remaining_life
 
 P = len(NAMES)
@@ -20,7 +20,7 @@ SCATTER = 0.003
 
 
 def limit(motion="closing", **sides):
-    return Limit.from_settings({"name": "limit", "motion": motion, **sides})
+    return Limit.from_settings("limit", {"motion": motion, **sides})
 
 
 WEAK = limit(lower={"f": 0.735})  # 2 % below the prior's median
@@ -34,13 +34,13 @@ def tracker(defaults, prior):
     return replace(tracker, hazard=0.0, scatters=np.array([SCATTER]))
 
 
-def segments(mean, cov, weight=(1.0,), scatter=None):
+def hypotheses(mean, cov, weight=(1.0,), scatter=None):
     """Hypotheses with means ``(h, 2 p)``, covariances ``(h, 2 p, 2 p)`` and weights."""
     h = len(weight)
     scatter = np.zeros(h, dtype=int) if scatter is None else np.array(scatter)
     mean, cov = np.broadcast_to(mean, (h, 2 * P)), np.broadcast_to(cov, (h, 2 * P, 2 * P))
     whole = np.zeros(h, dtype=int), np.full(h, -1), scatter
-    return Segments(0, np.log(weight), mean.copy(), cov.copy(), *whole)
+    return Hypotheses(0, np.log(weight), mean.copy(), cov.copy(), *whole)
 
 
 def wearing(slope=-0.6, slope_sd=0.2, level_sd=0.08, correlation=0.9):
@@ -102,7 +102,7 @@ def weak_lives(prior):
 def test_limit_on_a_parameter(tracker, prior, weak_lives):
     """And quantiles: their probabilities are within the same error of what they should be."""
     horizon = Horizon(1500, normals(4000))
-    left = remaining_life(tracker, segments(*wearing()), [WEAK], prior, horizon)
+    left = remaining_life(tracker, hypotheses(*wearing()), [WEAK], prior, horizon)
     assert agrees(horizon.grid, left.cdf[0], weak_lives, 4000)
     q = np.array([0.05, 0.5, 0.95])
     reached = quantile(horizon.grid, left.cdf[0], q)
@@ -124,7 +124,7 @@ def faulty(fault, tracker):
         cov[:P, P:] = cov[P:, :P] = 0.0
     elif fault == "level known":
         cov[:P] = cov[:, :P] = 0.0
-    return tracker, segments(mean, cov)
+    return tracker, hypotheses(mean, cov)
 
 
 @pytest.mark.parametrize(
@@ -151,14 +151,14 @@ def test_limit_on_what_is_simulated(tracker, prior):
     mean, cov = wearing(**FAST_WEAR)
     lives = walked(mean, cov, [SLOW], prior, n=1000, last=130)
     horizon = Horizon(130, normals(2000))
-    left = remaining_life(tracker, segments(mean, cov), [SLOW], prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, cov), [SLOW], prior, horizon)
     assert 0.5 < np.isfinite(lives).mean() < 1.0
     assert agrees(horizon.grid, left.cdf[0], lives, 2000)
-    known = segments(mean, np.zeros_like(cov))
+    known = hypotheses(mean, np.zeros_like(cov))
     left = remaining_life(tracker, known, [SLOW], prior, horizon)
     assert not agrees(horizon.grid, left.cdf[0], lives, 2000)
     steady = replace(tracker, scatters=np.array([1e-6]))
-    left = remaining_life(steady, segments(mean, cov), [SLOW], prior, horizon)
+    left = remaining_life(steady, hypotheses(mean, cov), [SLOW], prior, horizon)
     assert not agrees(horizon.grid, left.cdf[0], lives, 2000)
 
 
@@ -170,7 +170,7 @@ def test_region_is_crossed_where_both_hold(value, touch, tracker, prior):
     mean, cov = wearing(**FAST_WEAR)
     lives = walked(mean, cov, parts, prior, n=700, last=250)
     horizon = Horizon(250, normals(1000))
-    left = remaining_life(tracker, segments(mean, cov), [region, *parts], prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, cov), [region, *parts], prior, horizon)
     assert agrees(horizon.grid, left.cdf[0], lives, 1000)
     assert np.all(left.cdf[0] <= left.cdf[1:].min(axis=0) + 1e-12)
     assert not agrees(horizon.grid, left.cdf[1:].max(axis=0), lives, 1000)
@@ -180,7 +180,7 @@ def test_one_line_in_closed_form(tracker, prior):
     """The product over operations of the probability to stay above, in logs, where it is exact."""
     mean, cov = wearing(slope=-4.0)
     horizon = Horizon(100, normals(3))
-    left = remaining_life(tracker, segments(mean, 0 * cov), [WEAK], prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, 0 * cov), [WEAK], prior, horizon)
     level = np.log(0.75) + prior.log_sds[F] * mean[P + F] * horizon.grid / 1000.0
     short = (level - np.log(0.735)) / SCATTER
     expected = 1.0 - np.cumprod(norm.cdf(short))
@@ -191,7 +191,7 @@ def test_one_line_in_closed_form(tracker, prior):
     np.testing.assert_allclose(left.now, 0.75)
     # Of a scatter four times smaller, operations stay above until later.
     calm = replace(tracker, scatters=np.array([SCATTER / 4]))
-    later = remaining_life(calm, segments(mean, 0 * cov), [WEAK], prior, horizon)
+    later = remaining_life(calm, hypotheses(mean, 0 * cov), [WEAK], prior, horizon)
     assert np.all(later.cdf[0] <= left.cdf[0] + 1e-3)
     assert quantile(horizon.grid, later.cdf[0], 0.5) > 1.15 * quantile(
         horizon.grid, left.cdf[0], 0.5
@@ -203,10 +203,10 @@ def test_hypotheses_count_by_their_weight(tracker, prior):
     mean, cov = wearing()
     both = replace(tracker, scatters=np.array([0.001, 0.006]))
     draws = normals(10)
-    held = segments(mean, np.stack([cov, 0.2 * cov]), (0.3, 0.7), scatter=(1, 0))
+    held = hypotheses(mean, np.stack([cov, 0.2 * cov]), (0.3, 0.7), scatter=(1, 0))
     mixed = remaining_life(both, held, [WEAK], prior, Horizon(800, draws)).cdf[0]
-    one = segments(mean, cov, scatter=(1,))
-    other = segments(mean, 0.2 * cov, scatter=(0,))
+    one = hypotheses(mean, cov, scatter=(1,))
+    other = hypotheses(mean, 0.2 * cov, scatter=(0,))
     first = remaining_life(both, one, [WEAK], prior, Horizon(800, draws[:3])).cdf[0]
     second = remaining_life(both, other, [WEAK], prior, Horizon(800, draws[3:])).cdf[0]
     np.testing.assert_allclose(mixed, 0.3 * first + 0.7 * second, atol=1e-9)
@@ -220,7 +220,7 @@ def test_exceeded_already(tracker, prior):
     mean, cov = wearing()
     gone = limit(lower={"f": 0.80})
     horizon = Horizon(500, normals(50))
-    left = remaining_life(tracker, segments(mean, cov), [gone], prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, cov), [gone], prior, horizon)
     assert left.cdf[0, 0] > 0.999
     assert np.all(quantile(horizon.grid, left.cdf[0], [0.05, 0.5, 0.95]) <= 1.0)
     assert left.beyond[0] == 1.0
@@ -231,7 +231,7 @@ def test_a_trend_that_leads_away(tracker, prior):
     mean, cov = wearing(slope=0.6, slope_sd=0.05, level_sd=0.02)
     horizon, limits = Horizon(10_000, normals(500)), [limit(lower={"f": 0.70})]
     limits.append(limit(upper={"f": 0.9}))
-    left = remaining_life(tracker, segments(mean, cov), limits, prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, cov), limits, prior, horizon)
     assert left.cdf[0, -1] < 1e-6
     assert left.toward.tolist() == [0.0, 1.0]
     assert left.beyond.tolist() == [0.0, 0.0]
@@ -246,7 +246,7 @@ def test_share_of_lines_that_lead_to_a_limit(tracker, prior):
     d = 2000
     mean, cov = wearing(slope=-0.1, slope_sd=0.1)
     sd = np.sqrt(cov[P + F, P + F])
-    left = remaining_life(tracker, segments(mean, cov), [WEAK], prior, Horizon(500, normals(d)))
+    left = remaining_life(tracker, hypotheses(mean, cov), [WEAK], prior, Horizon(500, normals(d)))
     expected = norm.cdf(0.1 / sd)
     error = 3.3 * np.sqrt(expected * (1 - expected) / d)
     assert left.toward[0] == pytest.approx(expected, abs=error)
@@ -257,14 +257,14 @@ def test_region_of_which_one_part_moves_away(tracker, prior):
     region = limit(lower={"f": 0.80}, upper={"L": 10.4})  # the force is beyond it now
     mean[P + GAP] = -0.5
     horizon = Horizon(1000, normals(100))
-    left = remaining_life(tracker, segments(mean, cov), [region], prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, cov), [region], prior, horizon)
     assert left.beyond[0] == left.toward[0] == 0.0
     assert left.cdf[0, -1] < 1e-3
 
 
 def test_mass_ends_at_the_horizon(tracker, prior, weak_lives):
     """What does not happen up to it is left out, and a longer one changes nothing before it."""
-    held, draws = segments(*wearing()), normals(4000)
+    held, draws = hypotheses(*wearing()), normals(4000)
     near = remaining_life(tracker, held, [WEAK], prior, Horizon(300, draws)).cdf[0]
     error = 1.95 * np.sqrt(2 / 4000)  # as in ``agrees``
     assert near[-1] == pytest.approx(np.mean(weak_lives <= 300), abs=error + 0.02)
@@ -282,7 +282,7 @@ def test_nothing_is_predicted_beyond_the_prior(tracker, prior):
     values = 0.75 * np.exp(prior.log_sds[F] * np.array([-4.5, -5.2, -6.0]))
     limits = [limit(lower={"f": float(value)}) for value in values]
     horizon = Horizon(50_000, normals(50))
-    left = remaining_life(tracker, segments(mean, 0.01 * cov), limits, prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, 0.01 * cov), limits, prior, horizon)
     assert left.cdf[0, -1] > 0.99
     assert left.cdf[1, -1] < 0.05
     assert left.cdf[2, -1] < 1e-6
@@ -295,7 +295,7 @@ def test_a_drive_that_comes_to_nothing(sides, tracker, prior):
     mean, cov = wearing(slope=-5.0)
     mean[[K_A, F]] = 3.0, -1.5  # too weak to reach the gap after 450 operations or so
     horizon = Horizon(600, normals(50))
-    left = remaining_life(tracker, segments(mean, 0.01 * cov), [limit(**sides)], prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, 0.01 * cov), [limit(**sides)], prior, horizon)
     cdf = left.cdf[0]
     assert np.isfinite(cdf).all()
     assert cdf[horizon.grid <= 300].max() < 1e-6
@@ -307,7 +307,7 @@ def test_a_drive_that_has_come_to_nothing(tracker, prior):
     mean, cov = wearing(slope=0.0)
     mean[[K_A, F]] = 3.0, -4.0
     horizon = Horizon(100, normals(20))
-    left = remaining_life(tracker, segments(mean, 0.01 * cov), [SLOW], prior, horizon)
+    left = remaining_life(tracker, hypotheses(mean, 0.01 * cov), [SLOW], prior, horizon)
     assert np.isnan(left.now).all()
     np.testing.assert_allclose(left.cdf, 1.0)
 
@@ -338,7 +338,7 @@ def test_limits_do_not_disturb_each_other(tracker, prior):
     ]
     mean, cov = wearing(slope=-1.0)
     mean[P + K_A] = -1.0
-    held, horizon = segments(mean, cov), Horizon(300, normals(30))
+    held, horizon = hypotheses(mean, cov), Horizon(300, normals(30))
     left = remaining_life(tracker, held, limits, prior, horizon)
     assert left.cdf.shape == (4, horizon.grid.size)
     assert left.now.shape == (30, 5)
@@ -359,7 +359,7 @@ def test_limits_do_not_disturb_each_other(tracker, prior):
 
 def medians_in_a_row(tracker, prior, draws):
     """Medians of the remaining life after 0 to 19 operations without news, ``(20,)``."""
-    held = segments(*wearing(slope=-0.4, slope_sd=0.12, level_sd=0.05, correlation=0.8))
+    held = hypotheses(*wearing(slope=-0.4, slope_sd=0.12, level_sd=0.05, correlation=0.8))
     medians = []
     for k in range(20):
         horizon = Horizon(1500, draws(k))
@@ -381,7 +381,7 @@ def test_predictions_of_new_normals_are_not_smooth(tracker, prior):
 
 
 def test_same_normals_same_result(tracker, prior):
-    held = segments(*wearing())
+    held = hypotheses(*wearing())
     twice = [
         remaining_life(tracker, held, [WEAK, SLOW], prior, Horizon(400, normals(40)))
         for _ in range(2)

@@ -8,7 +8,7 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.joint import Model
 from breaker.model.likelihoods import information, pool
 from breaker.model.randomness import generator
-from breaker.wear.reference import find_baseline, modes, onset_of
+from breaker.wear.reference import find_reference, modes, onset_of
 
 P, N = len(NAMES), 40
 TRUTH = np.array([0.9, 0.1, 0.2, -0.6, -1.2, -1.1, -0.7])
@@ -68,7 +68,7 @@ def test_records_of_the_model_fit(motions, models):
     used = {motion: models[motion] for motion in motions}
     p_values = []
     for _, records, outputs in drives(models, motions):
-        start = find_baseline(used, records, outputs)
+        start = find_reference(used, records, outputs)
         assert start.fits
         assert list(start.p_values) == motions
         p_values += list(start.p_values.values())
@@ -94,7 +94,7 @@ def test_the_start_is_the_mode_of_all_records_and_one_prior(motions, models):
     """
     used, deviance, count = {motion: models[motion] for motion in motions}, 0.0, 0
     for z, records, outputs in drives(models, motions):
-        centre = find_baseline(used, records, outputs).centre
+        centre = find_reference(used, records, outputs).centre
         best = log_density(used, records, outputs, centre)
         deviance += 2 * (best - log_density(used, records, outputs, z))
         for i in range(P):
@@ -110,9 +110,9 @@ def test_the_start_does_not_depend_on_where_it_is_looked_for(models):
     rng = generator(2, "test baseline")
     records, outputs = simulate(models["closing"], TRUTH, N, rng)
     used = {"closing": models["closing"]}
-    first = find_baseline(used, {"closing": records}, {"closing": outputs})
+    first = find_reference(used, {"closing": records}, {"closing": outputs})
     moved = outputs + np.append(np.full(P, 0.5), 0.0)
-    second = find_baseline(used, {"closing": records}, {"closing": moved})
+    second = find_reference(used, {"closing": records}, {"closing": moved})
     np.testing.assert_allclose(second.centre, first.centre, atol=1e-3)
 
 
@@ -162,7 +162,7 @@ def test_spread_is_that_of_new_modes(motion, wrong, models):
     model, rng = models[motion], generator(5, "test baseline", motion)
     used = {motion: model}
     records, outputs = simulate(model, TRUTH, N, rng)
-    start = find_baseline(used, {motion: records}, {motion: outputs})
+    start = find_reference(used, {motion: records}, {motion: outputs})
     new, near = simulate(model, TRUTH, N, rng)
     found, matrix = modes(used, {motion: new}, {motion: near})
     if wrong:
@@ -181,7 +181,7 @@ def test_a_drift_is_not_spread(models):
         z = TRUTH + drift * np.arange(N)[:, None] * (np.array(NAMES) == "gamma_a")
         outputs = np.column_stack([z, onset])
         records = model.curves(model.destandardise(outputs)) + noise
-        start = find_baseline({"closing": model}, {"closing": records}, {"closing": outputs})
+        start = find_reference({"closing": model}, {"closing": records}, {"closing": outputs})
         found.append(np.sqrt(np.diag(start.spread)))
     ratio = found[1] / found[0]
     assert 0.03 * N / np.sqrt(12) > 2 * found[0][NAMES.index("gamma_a")]
@@ -192,7 +192,7 @@ def test_a_drift_is_not_spread(models):
 def test_few_operations_are_enough_for_a_spread(n, models):
     model = models["closing"]
     records, outputs = simulate(model, TRUTH, n, generator(7, "test baseline", n))
-    start = find_baseline({"closing": model}, {"closing": records}, {"closing": outputs})
+    start = find_reference({"closing": model}, {"closing": records}, {"closing": outputs})
     sd = np.sqrt(np.diag(start.spread))
     assert np.linalg.eigvalsh(start.spread).min() > 0
     assert np.all((sd > 0.01) & (sd < 1.0))
@@ -216,9 +216,9 @@ def test_a_misfit_that_single_records_hide_is_found(models):
     model, rng = models["closing"], generator(9, "test baseline")
     wave = 0.03 * np.where(np.arange(model.sensor.samples) % 2, 1.0, -1.0)
     records, outputs = simulate(model, TRUTH, N, rng, wave)
-    start = find_baseline({"closing": model}, {"closing": records}, {"closing": outputs})
+    start = find_reference({"closing": model}, {"closing": records}, {"closing": outputs})
     assert not start.fits
-    one = find_baseline({"closing": model}, {"closing": records[:1]}, {"closing": outputs[:1]})
+    one = find_reference({"closing": model}, {"closing": records[:1]}, {"closing": outputs[:1]})
     assert one.fits
 
 
@@ -226,10 +226,10 @@ def test_a_misfit_of_one_motion_is_a_misfit(models, dented):
     closing, begin, _ = dented
     opening, outputs = simulate(models["opening"], TRUTH, N, generator(10, "test baseline"))
     used = {"opening": models["opening"]}
-    alone = find_baseline(used, {"opening": opening}, {"opening": outputs})
+    alone = find_reference(used, {"opening": opening}, {"opening": outputs})
     assert alone.fits
     both = {"closing": closing, "opening": opening}
-    start = find_baseline(models, both, {"closing": begin, "opening": outputs})
+    start = find_reference(models, both, {"closing": begin, "opening": outputs})
     assert not start.fits
     assert start.p_values["closing"] < 1e-100
 
@@ -239,7 +239,7 @@ def test_effective_values_stay_where_pooling_runs_away(models, dented):
     single ones stay, and scatter as the spread says (factor 1.5: as above)."""
     records, begin, single = dented
     model = models["closing"]
-    start = find_baseline({"closing": model}, {"closing": records}, {"closing": begin})
+    start = find_reference({"closing": model}, {"closing": records}, {"closing": begin})
     assert not start.fits
     found, _ = modes({"closing": model}, {"closing": records}, {"closing": begin})
     np.testing.assert_allclose(found.mean(axis=0), single.mean(axis=0), atol=0.02)

@@ -97,7 +97,7 @@ def weak(models):
 
 def scores(follower, state, z, slope):
     """Errors of level and slope in their own sds, ``(2 p,)``."""
-    mean, cov = state.segments.level()
+    mean, cov = state.hypotheses.level()
     return (mean - np.concatenate([z[-1], slope])) / np.sqrt(np.diag(cov))
 
 
@@ -145,7 +145,7 @@ def squares(models, settings, motions):
         level, slope = 0.7 * rng.standard_normal(P), 0.2 * rng.standard_normal(P)
         series, z = live(models, operations, level, slope, rng, motions=motions)
         state, _ = run(follower, series)
-        mean, cov = state.segments.level()
+        mean, cov = state.hypotheses.level()
         off = mean - np.concatenate([z[-1], slope])
         square += off @ np.linalg.solve(cov, off)
     return square, chi2(16 * P)
@@ -188,7 +188,7 @@ def test_both_motions_are_narrower_than_either(models, without_changes):
         limits = [{"name": "far", "motion": motions[0], "upper": {"L": 30.0}}]
         follower = follower_of(models, without_changes, motions, limits)
         state, _ = run(follower, series)
-        sds[motions] = np.sqrt(np.diag(state.segments.level()[1]))[:P]
+        sds[motions] = np.sqrt(np.diag(state.hypotheses.level()[1]))[:P]
         # Seven errors of three trends: false alarm 1e-3.
         error = scores(follower, state, z, SLOPE)[:P]
         assert np.all(np.abs(error) < norm.isf(0.5e-3 / 21)), error
@@ -325,7 +325,7 @@ def test_a_stored_state_goes_on_as_if_never_interrupted(
     save(describe(state.to_dataset(), "state"), tmp_path / "state.zarr")
     save(describe(first, "trend"), tmp_path / "first.zarr")
     again = State.from_dataset(xr.open_zarr(tmp_path / "state.zarr"))
-    assert again.baseline.p_values == state.baseline.p_values
+    assert again.reference.p_values == state.reference.p_values
     other = follower_of(models, settings, limits=CHANGE_LIMITS)
     end, second = other.follow(again, part(series, slice(split, None)))
     joined = xr.concat(
@@ -386,7 +386,7 @@ def test_no_trend_without_a_record(models, settings):
     series.records["closing"][:, 3] = np.nan
     follower = follower_of(models, settings)
     state, data = follower.follow(follower.begin(series), series)
-    assert state.baseline is None
+    assert state.reference is None
     assert data.operation.values.tolist() == operations.tolist()
     for name in ("remaining", "toward", "beyond", "value"):
         assert np.isnan(data[name]).all()
@@ -394,7 +394,7 @@ def test_no_trend_without_a_record(models, settings):
     # It begins with the first record that can be used, also after the state was stored.
     later, _ = live(models, operations + 3, LEVEL, SLOPE, generator(9, "test trend"))
     state, data = follower.follow(State.from_dataset(state.to_dataset()), later)
-    assert state.baseline is not None
+    assert state.reference is not None
     assert state.first == operations[0]
     assert np.isfinite(data.level).all()
 

@@ -25,7 +25,7 @@ VALIDATION_FIGURES = [
     "posterior_predictive",
     "figure_posterior_predictive",
 ]
-FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability"]
+FROM_CORRECTION = ["judge", "quality", "figure_exactness", "figure_identifiability", "numbers"]
 VALIDATION = [
     "validate",
     "validate_reader",
@@ -34,14 +34,19 @@ VALIDATION = [
     *FROM_CORRECTION,
     *VALIDATION_FIGURES,
 ]
-ENDURANCE_FIGURES = ["endurance_predictive", "figure_endurance_predictive", "figure_evolution"]
+ENDURANCE_FIGURES = [
+    "endurance_predictive",
+    "figure_endurance_predictive",
+    "figure_evolution",
+    "numbers",
+]
 PAGES = ["figure_verdict", "figure_health", "figure_remaining_life"]
 DECISIONS = ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"]
 FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES, *DECISIONS]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 LIMIT = ["identifiability", "rig_effective"]
-ONCE = {"decide", *PAGES}  # for both motions together
+ONCE = {"decide", "numbers", *PAGES}  # for both motions together
 READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
 
@@ -163,7 +168,7 @@ EDITS = {
     "endurance.curves": (put_own_curves, READING, 2),
     "limits": (
         lambda folder: edit_limits(folder),
-        ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"],
+        [*DECISIONS, "numbers"],
         2,
     ),
     "alarm": (
@@ -173,7 +178,7 @@ EDITS = {
     ),
     "wear_model": (
         lambda folder: edit_config(folder, wear_model={"horizon": 5000}),
-        ["trend", "whole_trend", "decide", *PAGES, "figure_changepoint"],
+        ["trend", "whole_trend", "decide", *PAGES, "figure_changepoint", "numbers"],
         2,
     ),
     "mechanism.py": (

@@ -2,9 +2,9 @@
 
 import xarray as xr
 
-from breaker.decisions import health, join, remaining, verdict
+from breaker.decisions import alarm_table, health, join, remaining, verdict
 from breaker.decisions import table as tables
-from breaker.mechanism import from_list, table
+from breaker.mechanism import from_list
 from breaker.synthetic import failures
 from breaker.workflow import describe, save, start
 
@@ -32,5 +32,7 @@ save(describe(judged, "health", **settings), snakemake.output.health)
 save(describe(left, "remaining life", **settings), snakemake.output.remaining)
 save(describe(page, "verdict", **settings), snakemake.output.verdict)
 rows.to_csv(snakemake.output.decisions, index=False, float_format="%.5g")
-alarms = table(limits, judged.operation.values, judged.alarm.values, judged.probability.values)
+alarms = alarm_table(
+    limits, judged.operation.values, judged.alarm.values, judged.probability.values
+)
 alarms.to_csv(snakemake.output.alarms, index=False, float_format="%.5g")

@@ -1,4 +1,4 @@
-"""Put the trend of a source into one store, with its changes and a second opinion."""
+"""Put the trend of a source into one store, with its changes."""
 
 import numpy as np
 import xarray as xr

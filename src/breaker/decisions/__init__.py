@@ -9,6 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "alarms": ["alarm_table", "first", "raised"],
         "conditions": ["agreement", "align", "condition", "usable"],
         "summary": ["verdict"],
         "table": ["complete", "health", "join", "remaining"],

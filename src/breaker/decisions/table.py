@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions.second_opinion import bends
-from breaker.mechanism import Limit, alarms, first
+from breaker.decisions.alarms import first, raised
+from breaker.mechanism import Limit
 
 __all__ = [
     "STATES",
@@ -53,21 +53,18 @@ def complete(trend: xr.Dataset, medians: np.ndarray, settings: Mapping, source: 
     Returns:
         ``trend`` with ``median``; over ``change``: ``change_alarm``, ``change_start``,
         ``change_interval (change, bound)`` and ``change_kind (change, kind)``, as known a hundred
-        operations after its alarm, or before the next; and ``second_opinion (rupture)``.
+        operations after its alarm, or before the next.
     """
     found = np.flatnonzero(trend.alarm.values)
     last = np.append(found[1:] - 1, trend.sizes["operation"] - 1)[: found.size]
     last = np.minimum(last, found + _SETTLED)  # later ones are told apart less and less
     starts = trend.start_interval.values[last]
-    with np.errstate(divide="ignore"):
-        logs = np.log(medians)
     return trend.assign(
         median=(("operation", "parameter"), medians),
         change_alarm=("change", trend.operation.values[found]),
         change_start=("change", starts[:, 1]),
         change_interval=(("change", "bound"), starts[:, [0, 2]]),
         change_kind=(("change", "kind"), trend.kind_probability.values[last]),
-        second_opinion=("rupture", bends(trend.operation.values, logs)),
     ).assign_attrs(
         source=source,
         alarm_level=settings["alarm_level"],
@@ -128,7 +125,7 @@ def health(condition: xr.Dataset, trend: xr.Dataset, alarm: Mapping, *, fused: b
     data = data.transpose("operation", "limit").drop_vars("evidence", errors="ignore")
     on = np.stack(
         [
-            alarms(column, raise_at=alarm["raise"], clear_at=alarm["clear"], after=alarm["after"])
+            raised(column, raise_at=alarm["raise"], clear_at=alarm["clear"], after=alarm["after"])
             for column in data.probability.values.T
         ],
         axis=-1,

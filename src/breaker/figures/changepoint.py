@@ -23,7 +23,6 @@ from breaker.figures.style import (
 __all__ = ["change_words", "changepoint", "source_words"]
 
 _CHANGE = "#7A35D0"
-_SECOND = "#E69F00"
 _SHOWN = 6  # changes that are told in words beside the panels
 _KINDS = 3  # likeliest kinds of a change that are named,
 _LEAST = 0.05  # of at least this probability
@@ -44,8 +43,8 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
             parameter, bound)``, ``run_length_probability (operation, age)`` with coordinates
             ``age_lower`` and ``age_upper`` of bins that touch, ``change_probability`` and ``alarm``
             ``(operation)``; of each change ``change_alarm``, ``change_start`` ``(change)``,
-            ``change_interval (change, bound)`` and ``change_kind (change, kind)``;
-            ``second_opinion (rupture)``, operations; attribute ``alarm_level``.
+            ``change_interval (change, bound)`` and ``change_kind (change, kind)``; attribute
+            ``alarm_level``.
         source: Where the series come from: "closing", "opening" or "both".
         effective: Effective values of the stand-in, ``(stage, output)``, with a coordinate
             ``operation (stage)``; None for real measurements. Outputs it lacks are left out.
@@ -175,8 +174,6 @@ def _probability(axis: Axes, trend: xr.Dataset) -> None:
     axis.axhline(trend.attrs["alarm_level"], color=REFERENCE, lw=1.0, ls="--")
     alarms = trend["operation"].values[trend["alarm"].values.astype(bool)]
     axis.plot(alarms, np.full(alarms.shape, 1.1), "v", color=WARNING, ms=8, mec="white")
-    second = trend["second_opinion"].values
-    axis.plot(second, np.full(second.shape, -0.1), "^", color=_SECOND, ms=7, mec="white")
     axis.set(ylim=(-0.2, 1.2), yticks=[0.0, 0.5, 1.0], ylabel="probability")
     axis.set_title("changed since the last alarm?", loc="left")
 
@@ -228,7 +225,4 @@ def _handles(trend: xr.Dataset, with_effective: bool) -> list:
     ]
     if bool(trend["alarm"].any()):
         handles.append(Line2D([], [], color=WARNING, ls="", marker="v", ms=8, label="alarm"))
-    if trend.sizes["rupture"]:
-        label = "second opinion, offline"
-        handles.append(Line2D([], [], color=_SECOND, ls="", marker="^", ms=7, label=label))
     return handles

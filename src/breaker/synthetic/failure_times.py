@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import NAMES, Limit, evaluate, first
+from breaker.decisions import first
+from breaker.mechanism import NAMES, Limit, evaluate
 
 __all__ = ["failures"]
 

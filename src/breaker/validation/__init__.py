@@ -35,6 +35,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "scores",
         ],
         "network_table": ["row"],
+        "numbers": ["numbers_of_all", "numbers_of_motion"],
         "qualities": ["quality", "words"],
     },
 )

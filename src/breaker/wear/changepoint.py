@@ -9,7 +9,7 @@ segment began, in what *kind* of change, and how large the scatter is.
 Wear changes its rate, the drive does not jump back to new. So a segment goes on where the one
 before it ended: in a change of a kind that is named by a parameter, what is known of its slope
 widens; in one of the kind ``all``, which also is that of a repair, of every level and slope. A new
-segment starts from all segments it may follow, as one Gaussian of their mean and covariance.
+segment starts from all hypotheses it may follow, as one Gaussian of their mean and covariance.
 
 One pass over the operations, and bounded memory: hypotheses that began about as long ago (within
 a fifth of their age) become one, of their mean and covariance, and the hopeless are dropped.
@@ -23,7 +23,7 @@ import numpy as np
 from breaker.mechanism import NAMES
 from breaker.wear.lines import evidence, thin, update
 
-__all__ = ["KINDS", "Segments", "Tracker"]
+__all__ = ["KINDS", "Hypotheses", "Tracker"]
 
 KINDS = (*NAMES, "all")
 """Kinds of change: of the slope of one parameter, or of everything."""
@@ -36,7 +36,7 @@ _YOUNG = 50.0  # unless it is of that age or less, operations
 
 
 @dataclass(frozen=True)
-class Segments:
+class Hypotheses:
     """Hypotheses ``(h,)`` about the current segment, after an operation.
 
     Attributes:
@@ -113,11 +113,11 @@ class Tracker:
             whole=settings["whole"],
         )
 
-    def begin(self, operation: int) -> Segments:
+    def begin(self, operation: int) -> Hypotheses:
         """Return what is held before the first operation: the prior, and any slope."""
         p, k = len(NAMES), len(self.scatters)
         variance = np.append(np.ones(p), np.full(p, np.square(self.slope_sd)))
-        return Segments(
+        return Hypotheses(
             operation=operation,
             log_weight=np.full(k, -np.log(k)),
             mean=np.zeros((k, 2 * p)),
@@ -127,16 +127,16 @@ class Tracker:
             scatter=np.arange(k),
         )
 
-    def predict(self, segments: Segments, operation: int) -> Segments:
+    def predict(self, hypotheses: Hypotheses, operation: int) -> Hypotheses:
         """Go on to a later operation, before anything of it is seen.
 
         Changes are possible after every operation that was seen.
         """
-        gap = operation - segments.operation
+        gap = operation - hypotheses.operation
         if gap <= 0:
-            return segments
+            return hypotheses
         hazard = -np.expm1(gap * np.log1p(-self.hazard)) if self.hazard else 0.0
-        grown = self._with_changes(segments, hazard) if hazard else segments
+        grown = self._with_changes(hypotheses, hazard) if hazard else hypotheses
         p, way = len(NAMES), gap / _PER
         mean, cov = grown.mean.copy(), grown.cov.copy()
         mean[:, :p] += way * mean[:, p:]
@@ -144,8 +144,8 @@ class Tracker:
         cov[:, :, :p] += way * cov[:, :, p:]
         return replace(grown, operation=operation, mean=mean, cov=cov)
 
-    def _with_changes(self, segments: Segments, hazard: float) -> Segments:
-        """Add the segments that may begin after the last operation, and thin out the old."""
+    def _with_changes(self, hypotheses: Hypotheses, hazard: float) -> Hypotheses:
+        """Add the hypotheses that may begin after the last operation, and thin out the old."""
         p, n = len(NAMES), len(KINDS)
         odds = np.append(np.full(p, (1.0 - self.whole) / p), self.whole)
         log_odds = np.log(hazard) + np.log(odds)
@@ -153,28 +153,25 @@ class Tracker:
         one = np.arange(p)
         new[one, p + one, p + one] = new[p, p + one, p + one] = np.square(self.slope_sd)
         new[p, one, one] = np.square(self.step_sd / self.log_sds)
-        parts = [
-            (
-                segments.log_weight + np.log1p(-hazard),
-                *(segments.mean, segments.cov, segments.start, segments.kind, segments.scatter),
-            )
-        ]
-        for scatter in np.unique(segments.scatter):
-            mine = segments.scatter == scatter
-            weight = segments.weight[mine]
-            mean, cov = _merged(weight, segments.mean[mine], segments.cov[mine])
+        h = hypotheses
+        stays = h.log_weight + np.log1p(-hazard)
+        parts = [(stays, h.mean, h.cov, h.start, h.kind, h.scatter)]
+        for scatter in np.unique(hypotheses.scatter):
+            mine = hypotheses.scatter == scatter
+            weight = hypotheses.weight[mine]
+            mean, cov = _merged(weight, hypotheses.mean[mine], hypotheses.cov[mine])
             children = cov + new
-            whole = (np.full(n, segments.operation), np.arange(n), np.full(n, scatter))
+            whole = (np.full(n, hypotheses.operation), np.arange(n), np.full(n, scatter))
             parts.append((np.log(weight.sum()) + log_odds, np.tile(mean, (n, 1)), children, *whole))
         log_weight, mean, cov, start, kind, scatter = map(np.concatenate, zip(*parts, strict=True))
         order = np.lexsort((start, kind, scatter))
         sorted_ = [each[order] for each in (log_weight, mean, cov, start, kind, scatter)]
-        kept = thin(*sorted_, float(segments.operation), _HOPELESS, _YOUNG)
-        return Segments(segments.operation, *(each[kept] for each in sorted_))
+        kept = thin(*sorted_, float(hypotheses.operation), _HOPELESS, _YOUNG)
+        return Hypotheses(hypotheses.operation, *(each[kept] for each in sorted_))
 
     def learn(
-        self, predicted: Segments, matrix: np.ndarray, slope: np.ndarray, centre: np.ndarray
-    ) -> tuple[Segments, float, float]:
+        self, predicted: Hypotheses, matrix: np.ndarray, slope: np.ndarray, centre: np.ndarray
+    ) -> tuple[Hypotheses, float, float]:
         """Learn from an operation.
 
         Args:

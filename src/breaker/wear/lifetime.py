@@ -20,7 +20,7 @@ from scipy.special import log_ndtr
 
 from breaker.mechanism import NAMES, Limit, evaluate
 from breaker.model import Prior
-from breaker.wear.changepoint import Segments, Tracker
+from breaker.wear.changepoint import Hypotheses, Tracker
 
 __all__ = ["Horizon", "Remaining", "horizon_grid", "remaining_life"]
 
@@ -83,7 +83,7 @@ class Remaining:
 
 def remaining_life(
     tracker: Tracker,
-    segments: Segments,
+    hypotheses: Hypotheses,
     limits: Sequence[Limit],
     prior: Prior,
     horizon: Horizon,
@@ -92,7 +92,7 @@ def remaining_life(
 
     Args:
         tracker: The model of wear.
-        segments: Hypotheses about the current segment.
+        hypotheses: Hypotheses about the current segment.
         limits: Limits, in any motion.
         prior: Prior that standardises the parameters.
         horizon: Future operations and draws.
@@ -101,7 +101,7 @@ def remaining_life(
     if not limits:
         none = np.zeros(0)
         return Remaining(np.zeros((0, grid.size)), none, none, np.zeros((len(horizon.normals), 0)))
-    lines, scatter = _lines(segments, horizon.widening * horizon.normals, tracker.scatters)
+    lines, scatter = _lines(hypotheses, horizon.widening * horizon.normals, tracker.scatters)
     level, slope = lines[:, :p], lines[:, p:] / _PER
     with np.errstate(divide="ignore"):
         ends = np.where(slope > 0, _FARTHEST - level, -_FARTHEST - level) / slope
@@ -112,7 +112,7 @@ def remaining_life(
     along = np.clip(along, -_FARTHEST - 1.0, _FARTHEST + 1.0)
     steps = np.diff(grid, prepend=0)
     cdf, toward, beyond, now = [], [], [], []
-    sampled = _sampled(limits, prior, along.reshape(-1, p), segments.level()[0][:p])
+    sampled = _sampled(limits, prior, along.reshape(-1, p), hypotheses.level()[0][:p])
     for limit, (values, spread) in zip(limits, sampled, strict=True):  # (d * k, parts), (parts,)
         values = values.reshape(*nodes.shape, -1)
         now.append(values[:, 0])
@@ -130,18 +130,18 @@ def remaining_life(
 
 
 def _lines(
-    segments: Segments, normals: np.ndarray, scatters: np.ndarray
+    hypotheses: Hypotheses, normals: np.ndarray, scatters: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draw lines ``(d, 2 p)`` and their scatters ``(d,)``, each hypothesis by its share."""
     d = len(normals)
-    ladder = np.cumsum(segments.weight) / segments.weight.sum()
+    ladder = np.cumsum(hypotheses.weight) / hypotheses.weight.sum()
     chosen = np.minimum(np.searchsorted(ladder, (np.arange(d) + 0.5) / d), ladder.size - 1)
     used, place = np.unique(chosen, return_inverse=True)
-    values, vectors = np.linalg.eigh(segments.cov[used])
+    values, vectors = np.linalg.eigh(hypotheses.cov[used])
     # The symmetric root, for the eigenvectors' signs jump from one operation to the next.
     roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None] @ np.swapaxes(vectors, 1, 2)
     moved = np.einsum("dij,dj->di", roots[place], normals)
-    return segments.mean[chosen] + moved, scatters[segments.scatter[chosen]]
+    return hypotheses.mean[chosen] + moved, scatters[hypotheses.scatter[chosen]]
 
 
 def _sampled(limits: Sequence[Limit], prior: Prior, points: np.ndarray, centre: np.ndarray):

@@ -1,4 +1,4 @@
-"""The baseline: where a trend starts, and whether the model fits the drive.
+"""The reference: where a trend starts, and whether the model fits the drive.
 
 The first operations are pooled, as too few for a trend. If the model fits them, to within what
 noise leaves of their mean, the trend starts from the parameters that they agree on, and all that
@@ -21,7 +21,7 @@ from scipy.stats import chi2
 from breaker.mechanism import NAMES
 from breaker.model import Model, climb, information, pool
 
-__all__ = ["Baseline", "find_baseline", "modes", "onset_of"]
+__all__ = ["Reference", "find_reference", "modes", "onset_of"]
 
 _MOVES = 3  # Gauss-Newton steps to a mode, from the network's mean
 _FINEST = 0.01  # prior sd, to which a mode is known at best
@@ -29,7 +29,7 @@ _MISFIT = 1e-6  # p-value of the mean record below which the model does not fit
 
 
 @dataclass(frozen=True)
-class Baseline:
+class Reference:
     """Where a trend starts.
 
     Attributes:
@@ -49,11 +49,11 @@ class Baseline:
         return all(value >= _MISFIT for value in self.p_values.values())
 
 
-def find_baseline(
+def find_reference(
     models: Mapping[str, Model],
     records: Mapping[str, np.ndarray],
     outputs: Mapping[str, np.ndarray],
-) -> Baseline:
+) -> Reference:
     """Pool the first operations, and see whether the model fits them.
 
     Args:
@@ -71,7 +71,7 @@ def find_baseline(
         mean = _mean_residual(model, records[motion], centre, onsets[motion])
         statistic = len(records[motion]) * model.sensor.chi_square(mean, np.zeros_like(mean))
         p_values[motion] = float(chi2.sf(statistic, df=mean.size))
-    return Baseline(centre, p_values, _spread(*modes(models, records, outputs)))
+    return Reference(centre, p_values, _spread(*modes(models, records, outputs)))
 
 
 def _spread(found: np.ndarray, within: np.ndarray) -> np.ndarray:

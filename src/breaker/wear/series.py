@@ -8,7 +8,7 @@ import xarray as xr
 
 from breaker.mechanism import NAMES
 from breaker.model import Model, climb
-from breaker.wear.reference import Baseline, modes, onset_of
+from breaker.wear.reference import Reference, modes, onset_of
 
 __all__ = ["Series", "likelihood", "series_of"]
 
@@ -60,7 +60,7 @@ def likelihood(
     models: Mapping[str, Model],
     series: Series,
     i: int,
-    baseline: Baseline | None,
+    reference: Reference | None,
     predicted: tuple[np.ndarray, np.ndarray] | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what the records of an operation say, about where; zeros without a record.
@@ -76,7 +76,7 @@ def likelihood(
         models: Joint model of each motion that has a usable record.
         series: Records.
         i: Which operation of them.
-        baseline: Where the trend started; None before there is one.
+        reference: Where the trend started; None before there is one.
         predicted: Mean ``(p,)`` and covariance ``(p, p)`` of the standardised parameters, as
             predicted; None in the baseline.
 
@@ -85,17 +85,17 @@ def likelihood(
     """
     p, one = len(NAMES), slice(i, i + 1)
     nothing = np.zeros((p, p)), np.zeros(p), np.zeros(p)
-    if not models or baseline is None:
+    if not models or reference is None:
         return nothing
     records = {motion: series.records[motion][one] for motion in models}
     outputs = {motion: series.outputs[motion][one] for motion in models}
-    if not baseline.fits:
-        if models.keys() != baseline.p_values.keys():
+    if not reference.fits:
+        if models.keys() != reference.p_values.keys():
             return nothing  # the mode of one motion is pulled to the prior in another way
         centre, _ = modes(models, records, outputs)
-        return np.linalg.inv(baseline.spread), np.zeros(p), centre[0]
+        return np.linalg.inv(reference.spread), np.zeros(p), centre[0]
     room = np.diag(np.square(_ROOM / next(iter(models.values())).prior.log_sds))
-    mean, spread = (baseline.centre, np.zeros((p, p))) if predicted is None else predicted
+    mean, spread = (reference.centre, np.zeros((p, p))) if predicted is None else predicted
     onsets = {motion: onset_of(each) for motion, each in outputs.items()}
     expected = mean, np.linalg.inv(spread + room)
     centre, matrix, slope = climb(

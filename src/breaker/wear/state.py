@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from breaker.mechanism import NAMES
-from breaker.wear.changepoint import Segments
-from breaker.wear.reference import Baseline
+from breaker.wear.changepoint import Hypotheses
+from breaker.wear.reference import Reference
 
 __all__ = ["State"]
 
@@ -18,15 +18,15 @@ class State:
     """All that the next operation needs of those before it.
 
     Attributes:
-        segments: Hypotheses after the last operation.
-        baseline: Where the trend started, None before there is a record.
+        hypotheses: Hypotheses after the last operation.
+        reference: Where the trend started, None before there is a record.
         seen: Operations that were learnt from.
         first: Number of the first.
         alarms: Numbers of the operations at which a change was noticed, the last two.
     """
 
-    segments: Segments
-    baseline: Baseline | None
+    hypotheses: Hypotheses
+    reference: Reference | None
     seen: int
     first: int
     alarms: tuple[int, ...]
@@ -38,7 +38,7 @@ class State:
 
     def to_dataset(self) -> xr.Dataset:
         """Return the state as a dataset, exactly."""
-        s = self.segments
+        s = self.hypotheses
         dims = {"mean": ("hypothesis", "state"), "cov": ("hypothesis", "state", "other_state")}
         fields = {
             name: (dims.get(name, ("hypothesis",)), getattr(s, name))
@@ -46,7 +46,7 @@ class State:
         }
         known = {"operation": s.operation, "seen": self.seen, "first": self.first}
         p = len(NAMES)
-        start = self.baseline or Baseline(np.full(p, np.nan), {}, np.full((p, p), np.nan))
+        start = self.reference or Reference(np.full(p, np.nan), {}, np.full((p, p), np.nan))
         known |= {"alarms": list(self.alarms), "p_values": start.p_values}
         return xr.Dataset(
             fields
@@ -62,8 +62,8 @@ class State:
         """Return the state of what ``to_dataset`` returned."""
         known = json.loads(data.attrs["known"])
         names = ("log_weight", "mean", "cov", "start", "kind", "scatter")
-        segments = Segments(known["operation"], *(data[name].values for name in names))
-        baseline = None
+        hypotheses = Hypotheses(known["operation"], *(data[name].values for name in names))
+        reference = None
         if known["p_values"]:
-            baseline = Baseline(data.centre.values, known["p_values"], data.spread.values)
-        return cls(segments, baseline, known["seen"], known["first"], tuple(known["alarms"]))
+            reference = Reference(data.centre.values, known["p_values"], data.spread.values)
+        return cls(hypotheses, reference, known["seen"], known["first"], tuple(known["alarms"]))

@@ -5,7 +5,7 @@ likelihood is taken near the trend so far (``information``), the hypotheses abou
 segment learn from it (``changepoint``), and the remaining life follows (``lifetime``). All that the
 next operation needs is a :class:`State`, which is stored, so that new operations go on from it.
 
-The first operations, the *baseline*, are too few for a trend: see ``baseline``, also for what
+The first operations, the *reference*, are too few for a trend: see ``reference``, also for what
 becomes of a drive that the model does not fit.
 """
 
@@ -18,10 +18,10 @@ from tqdm import tqdm
 
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Model, generator
-from breaker.wear.changepoint import KINDS, Segments, Tracker
+from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
 from breaker.wear.lifetime import Horizon, Remaining, remaining_life
 from breaker.wear.lines import SPACING
-from breaker.wear.reference import Baseline, find_baseline
+from breaker.wear.reference import Reference, find_reference
 from breaker.wear.series import Series, likelihood, series_of
 from breaker.wear.state import State
 
@@ -87,16 +87,16 @@ class Follower:
             return self._begin(first, None)
         records = {motion: series.records[motion][used] for motion in self.models}
         outputs = {motion: series.outputs[motion][used] for motion in self.models}
-        start = find_baseline(self.models, records, outputs)
+        start = find_reference(self.models, records, outputs)
         return self._begin(first, start)
 
-    def _begin(self, first: int, start: Baseline | None) -> State:
+    def _begin(self, first: int, start: Reference | None) -> State:
         return State(self.tracker.begin(first), start, 0, first, ())
 
     def idle(self, first: int) -> tuple[State, xr.Dataset]:
         """Return the state and the empty trend of a source that is not followed."""
         state = self._begin(first, None)
-        left = remaining_life(self.tracker, state.segments, self.limits, self.prior, self.horizon)
+        left = remaining_life(self.tracker, state.hypotheses, self.limits, self.prior, self.horizon)
         row = self._row(state, left) | {"change_probability": 0.0, "alarm": False, "outlier": 0.0}
         return state, self._dataset(np.array([first]), [row]).isel(operation=slice(0, 0))
 
@@ -115,7 +115,7 @@ class Follower:
             ``remaining``, ``toward`` and ``beyond`` of each limit, and the ``value`` of each of
             their parts.
         """
-        if state.baseline is None:
+        if state.reference is None:
             state = replace(self.begin(series), first=state.first)
         rows = []
         usable = {motion: series.usable(motion) for motion in self.models}
@@ -131,26 +131,26 @@ class Follower:
     ) -> tuple[State, dict[str, np.ndarray], Remaining]:
         """Learn from operation ``i`` of a series; return what follows and its row of results."""
         operation = int(series.operations[i])
-        segments = self.tracker.predict(state.segments, operation)
+        hypotheses = self.tracker.predict(state.hypotheses, operation)
         there = [motion for motion in self.models if usable[motion][i]]
-        level, cov = segments.level()
+        level, cov = hypotheses.level()
         predicted = level[: len(NAMES)], cov[: len(NAMES), : len(NAMES)]
         if state.seen < self.settings["baseline"]:
             predicted = None
         matrix, slope, centre = likelihood(
-            {motion: self.models[motion] for motion in there}, series, i, state.baseline, predicted
+            {motion: self.models[motion] for motion in there}, series, i, state.reference, predicted
         )
         outlier = np.nan
         learns = bool(matrix.any())
         seen = state.seen + learns
         if learns:
-            segments, _, outlier = self.tracker.learn(segments, matrix, slope, centre)
-        changed = segments.began_after(state.since)
+            hypotheses, _, outlier = self.tracker.learn(hypotheses, matrix, slope, centre)
+        changed = hypotheses.began_after(state.since)
         settled = seen >= self.settings["settle"]
         alarm = settled and changed >= self.settings["alarm_level"]
         alarms = (*state.alarms[-1:], operation) if alarm else state.alarms
-        state = replace(state, segments=segments, seen=seen, alarms=alarms)
-        left = remaining_life(self.tracker, segments, self.limits, self.prior, self.horizon)
+        state = replace(state, hypotheses=hypotheses, seen=seen, alarms=alarms)
+        left = remaining_life(self.tracker, hypotheses, self.limits, self.prior, self.horizon)
         if not seen:
             left = left.unknown()  # before the first record there is the prior alone
         row = self._row(state, left) | {
@@ -162,26 +162,28 @@ class Follower:
 
     def _row(self, state: State, left: Remaining) -> dict[str, np.ndarray]:
         """What is stored of an operation."""
-        p, segments = len(NAMES), state.segments
-        mean, cov = segments.level()
+        p, hypotheses = len(NAMES), state.hypotheses
+        mean, cov = hypotheses.level()
         sd = 1.6449 * np.sqrt(np.diag(cov))
         ends = np.stack([mean - sd, mean, mean + sd])  # (3, 2 p)
         levels = self.prior.destandardise(ends[:, :p])
         slopes = _PER_CENT * self.prior.log_sds * ends[:, p:]
         before = state.alarms[-2] if len(state.alarms) > 1 else state.first
-        began = segments.weight * ((segments.start > before) & (segments.start <= state.since))
-        kinds = np.bincount(segments.kind + 1, began, len(KINDS) + 1)[1:]
-        age = segments.operation - segments.start
-        ages = np.histogram(age, self._ages, weights=segments.weight)[0]
+        began = hypotheses.weight * (
+            (hypotheses.start > before) & (hypotheses.start <= state.since)
+        )
+        kinds = np.bincount(hypotheses.kind + 1, began, len(KINDS) + 1)[1:]
+        age = hypotheses.operation - hypotheses.start
+        ages = np.histogram(age, self._ages, weights=hypotheses.weight)[0]
         grid = self.horizon.grid
         return {
             "level": levels[1],
             "level_interval": levels[[0, 2]].T,
             "slope": slopes[1],
             "slope_interval": slopes[[0, 2]].T,
-            "scatter": _PER_CENT * self.tracker.scatters[segments.scatter] @ segments.weight,
+            "scatter": _PER_CENT * self.tracker.scatters[hypotheses.scatter] @ hypotheses.weight,
             "run_length_probability": ages,
-            "start_interval": _start(segments, began, before, state.since),
+            "start_interval": _start(hypotheses, began, before, state.since),
             "kind_probability": kinds / began.sum()
             if began.sum() > 0
             else np.full(len(KINDS), np.nan),
@@ -234,14 +236,14 @@ class Follower:
         )
 
 
-def _start(segments: Segments, began: np.ndarray, earliest: int, latest: int) -> np.ndarray:
+def _start(hypotheses: Hypotheses, began: np.ndarray, earliest: int, latest: int) -> np.ndarray:
     """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
 
     Hypotheses that began within a share of their age of each other are kept as one, and it may
     have begun anywhere among them, but not before the last alarm nor after its own.
     """
-    low, middle, high = _quantiles(segments.start, began, _QUANTILES)
-    now = segments.operation
+    low, middle, high = _quantiles(hypotheses.start, began, _QUANTILES)
+    now = hypotheses.operation
     ends = low - SPACING * (now - low), high + SPACING * (now - high)
     return np.array([np.maximum(ends[0], earliest), middle, np.minimum(ends[1], latest)])
 

@@ -1,0 +1,87 @@
+"""Write the numbers of the default run into the README and the pages beside this file.
+
+    python docs/restate.py
+
+A paragraph or table that states numbers of the run has a comment above it that names every number
+in it, in order: by its name in numbers.csv, or as it stands where it is no number of the run.
+
+    <!-- numbers: closing.gap closing.gap_se 95 -->
+    The mean gap is 0.07 ± 0.02 nats, and an interval of 95 % ...
+
+What has decimals or is a percentage needs such a comment; other paragraphs cannot state results.
+"""
+
+import csv
+import re
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parent
+# Pages that state results of `make all`; others name the command that each of their numbers is of.
+PAGES: tuple[Path, ...] = ()
+
+_MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*\n|\n?\Z)", re.S)
+_NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")
+_RESULT = re.compile(r"(?<!Python 3)(?<=\d)(?:\.\d| %)")
+_CODE = re.compile(r"```.*?```|`[^`\n]*`", re.S)
+
+
+def read(table: Path = DOCS / "numbers.csv") -> dict[str, str]:
+    """Return the numbers by name, as they are to be written."""
+    with table.open(encoding="utf-8", newline="") as file:
+        return {row["name"]: row["value"] for row in csv.DictReader(file)}
+
+
+def restated(text: str, numbers: Mapping[str, str]) -> str:
+    """Return a text with the numbers of its marked paragraphs put right.
+
+    Args:
+        text: Markdown.
+        numbers: Values by name.
+
+    Raises:
+        ValueError: If a name is unknown, or a comment and its paragraph differ in how many numbers
+            there are, or in a number that is not of the run.
+    """
+    return _MARKED.sub(lambda match: _block(match, numbers), text)
+
+
+def unmarked(text: str) -> list[str]:
+    """Return the paragraphs without a comment that state a decimal number or a percentage."""
+    rest = _CODE.sub("", _MARKED.sub("", text))
+    return [part for part in re.split(r"\n\s*\n", rest) if _RESULT.search(part)]
+
+
+def _block(match: re.Match, numbers: Mapping[str, str]) -> str:
+    names, block = match["names"].split(), match["block"]
+    found = _NUMBER.findall(block)
+    if len(names) != len(found):
+        raise ValueError(f"{len(names)} numbers are named, but {found} stand in:\n{block}")
+    for name, number in zip(names, found, strict=True):
+        if _NUMBER.fullmatch(name) and name != number:
+            raise ValueError(f"{name} is named, but {number} stands in:\n{block}")
+        if not _NUMBER.fullmatch(name) and name not in numbers:
+            raise ValueError(f"no number of the run is named {name}, in:\n{block}")
+    values = iter(names)
+
+    def value(_: re.Match) -> str:
+        name = next(values)
+        return numbers.get(name, name)
+
+    return match[0][: -len(block)] + _NUMBER.sub(value, block)
+
+
+def main() -> int:
+    """Put all pages right, and say which have changed."""
+    numbers = read()
+    for page in PAGES:
+        old = page.read_text(encoding="utf-8")
+        new = restated(old, numbers)
+        page.write_text(new, encoding="utf-8")
+        print(f"{page.name}: {'unchanged' if new == old else 'numbers put right'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,142 @@
+"""The numbers of a run that texts state, rounded as they are written.
+
+A flat table with one name for each number, such as ``closing.contraction.gamma_a`` for 0.96. The
+README and the pages in ``docs`` take their numbers from the table of the default run.
+"""
+
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from breaker.mechanism import PARAMETERS
+from breaker.validation.calibration import family_p_value
+from breaker.validation.diagnostics import correlation
+
+__all__ = ["numbers_of_all", "numbers_of_motion"]
+
+_NAMES = [each.name for each in PARAMETERS]
+
+
+def numbers_of_motion(
+    quality: pd.DataFrame,
+    exactness: pd.DataFrame,
+    validation: xr.Dataset,
+    operations: xr.Dataset,
+    predictive: xr.Dataset,
+    trend: xr.Dataset,
+    effective: xr.Dataset | None = None,
+) -> dict[str, str]:
+    """Return the numbers of one motion by name, without the motion.
+
+    Args:
+        quality: Table of the quality, both posteriors.
+        exactness: Table of the exactness, one row.
+        validation: Posteriors of simulated records.
+        operations: Corrected posteriors of the endurance test, ``draws (operation, draw, output)``.
+        predictive: Predicted records at a few stages, with ``share_inside (stage)``.
+        trend: Trend through all operations, with ``change_alarm (change)``.
+        effective: Effective values of the stand-in, ``(stage, output)``; None for real records.
+    """
+    found = _of_quality(quality) | _of_exactness(exactness.iloc[0])
+    draws = validation.draws.sel(output=_NAMES).values
+    found |= _of_correlations(draws)
+    used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
+    found["operations"] = _count(operations.sizes["operation"])
+    found["operations_resolved"] = _count(used.resolved.sum())
+    found["misfit"] = _percent(used.misfit.mean())
+    found |= _ends("inside", predictive.share_inside, _percent)
+    found["changes"] = _count(trend.change_alarm.size)
+    for i, operation in enumerate(trend.change_alarm.values, start=1):
+        found[f"change_{i}"] = _count(operation)
+    if effective is not None:
+        found |= _of_stand_in(effective, used)
+    return found
+
+
+def numbers_of_all(quality: pd.DataFrame) -> dict[str, str]:
+    """Return the numbers of all motions together, from their tables of the quality.
+
+    Args:
+        quality: Tables of the quality of all motions, one below the other.
+    """
+    found = {}
+    for posterior, rows in quality.groupby("posterior"):
+        found |= _ends(f"{posterior}.z_sd", rows.z_sd, _two)
+        found |= _ends(f"{posterior}.coverage_95", rows.coverage_95, _percent)
+    network = quality[quality.posterior == "amortised"]
+    found["shortfall"] = _two(network.shortfall.max())
+    return found
+
+
+def _of_quality(quality: pd.DataFrame) -> dict[str, str]:
+    """Contraction and calibration, output by output; the corrected posterior's by its name."""
+    found = {}
+    for posterior, rows in quality.set_index("output").groupby("posterior"):
+        prefix = "" if posterior == "amortised" else f"{posterior}."
+        found |= {f"{prefix}contraction.{name}": _two(x) for name, x in rows.contraction.items()}
+        found |= _ends(f"{prefix}z_sd", rows.z_sd, _two)
+        found |= _ends(f"{prefix}coverage_95", rows.coverage_95, _percent)
+        found[f"{prefix}calibration_p"] = _p(family_p_value(rows.calibration_p))
+    network = quality[quality.posterior == "amortised"].set_index("output")
+    found["shortfall"] = _two(network.shortfall.max())
+    through_files = network.calibration_p_reader
+    found["calibration_p_files"] = _p(family_p_value(through_files))
+    return found | {f"calibration_p_files.{name}": _p(x) for name, x in through_files.items()}
+
+
+def _of_exactness(row: pd.Series) -> dict[str, str]:
+    """How far the network is from the exact posterior, and how many records were resolved."""
+    return {
+        "judged_curves": _count(row.judged_curves),
+        "efficiency_median": _percent(row.efficiency_median),
+        "efficiency_lowest": _percent(row.efficiency_lowest),
+        "gap": _two(row.gap_nats),
+        "gap_se": _two(row.gap_se),
+        "curves": _count(row.corrected_curves),
+        "curves_resolved": _count(row.resolved * row.corrected_curves),
+    }
+
+
+def _of_correlations(draws: np.ndarray) -> dict[str, str]:
+    """Median correlation of each pair of parameters within a posterior, of their logarithms."""
+    log = np.ones(len(_NAMES), dtype=bool)
+    median = np.median([correlation(each, log=log) for each in draws], axis=0)
+    pairs = combinations(range(len(_NAMES)), 2)
+    return {f"correlation.{_NAMES[i]}.{_NAMES[j]}": _two(median[i, j]) for i, j in pairs}
+
+
+def _of_stand_in(effective: xr.Dataset, operations: xr.Dataset) -> dict[str, str]:
+    """Residuals of the best fit after the main motion, and how far the values drift in a life."""
+    width = operations.draws.sel(output=_NAMES).std("draw").median("operation")
+    values = effective.effective.sel(output=_NAMES)
+    drift = np.abs(values.isel(stage=-1) - values.isel(stage=0)) / width
+    drifts = {f"drift.{name}": _one(x) for name, x in zip(_NAMES, drift.values, strict=True)}
+    return drifts | _ends("end_residual", effective.end_largest, _one)
+
+
+def _ends(name: str, values: object, write: object) -> dict[str, str]:
+    """The lowest and the highest of some values."""
+    return {f"{name}.lowest": write(np.min(values)), f"{name}.highest": write(np.max(values))}
+
+
+def _count(value: float) -> str:
+    return f"{round(float(value)):,}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * float(share):.0f}"
+
+
+def _one(value: float) -> str:
+    return f"{float(value):.1f}"
+
+
+def _two(value: float) -> str:
+    return f"{float(value):.2f}"
+
+
+def _p(value: float) -> str:
+    """Write a probability with two digits, never as a power of ten."""
+    return np.format_float_positional(float(value), precision=2, fractional=False, trim="-")

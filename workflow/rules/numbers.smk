@@ -1,0 +1,36 @@
+"""The numbers that the README and the pages in docs/ state, from the tables of this run.
+
+Needs the tables of validation and exactness, and the stores of the endurance test. Makes one flat
+table. With the default configuration it is compared with docs/numbers.csv, the table that the texts
+are written from; `make numbers` renews both.
+"""
+
+import yaml
+
+IS_DEFAULT = config == yaml.safe_load(
+    (Path(workflow.basedir) / "config/config.yaml").read_text(encoding="utf-8")
+)
+
+
+rule numbers:
+    """Every number of a run that a text states, by name."""
+    input:
+        quality=expand(f"results/quality/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
+        exactness=expand(f"results/exactness/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
+        validation=expand(f"results/validation/{{motion}}_seed{SEED}.zarr", motion=MOTIONS),
+        operations=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
+        predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),
+        trend=expand("results/trend/{motion}.zarr", motion=MOTIONS),
+        effective=effective_of_all,
+        code=sources("collect_numbers.py"),
+    output:
+        "results/numbers.csv",
+    log:
+        "logs/numbers.log",
+    conda:
+        ENVIRONMENT
+    params:
+        motions=MOTIONS,
+        stated="docs/numbers.csv" if IS_DEFAULT else None,
+    script:
+        "../scripts/collect_numbers.py"

@@ -1,0 +1,34 @@
+"""Collect the numbers that texts state, and say which of them differ from the stated ones."""
+
+import pandas as pd
+import xarray as xr
+
+from breaker.posterior import choose
+from breaker.validation import numbers_of_all, numbers_of_motion
+from breaker.workflow import start
+
+log = start(snakemake)
+params, files = snakemake.params, snakemake.input
+
+tables = [pd.read_csv(file) for file in files.quality]
+found = numbers_of_all(pd.concat(tables))
+for i, motion in enumerate(params.motions):
+    numbers = numbers_of_motion(
+        tables[i],
+        pd.read_csv(files.exactness[i]),
+        xr.open_zarr(files.validation[i]),
+        choose(xr.open_zarr(files.operations[i]), "corrected"),
+        *(xr.open_zarr(files[kind][i]) for kind in ("predictive", "trend")),
+        xr.open_zarr(files.effective[i]) if files.get("effective") else None,
+    )
+    found |= {f"{motion}.{name}": value for name, value in numbers.items()}
+
+pd.Series(found, name="value").rename_axis("name").to_csv(snakemake.output[0])
+if params.stated:
+    stated = pd.read_csv(params.stated, dtype=str, index_col="name").value.to_dict()
+    others = [name for name in found | stated if found.get(name) != stated.get(name)]
+    for name in others:
+        log.warning("%s is %s here, %s in docs", name, found.get(name), stated.get(name))
+    log.info("%d of %d numbers differ from docs/numbers.csv", len(others), len(found))
+    if others:
+        log.warning("`make numbers` writes those of this run into README.md and docs/")
