@@ -10,9 +10,9 @@ from breaker.model.randomness import generator
 
 NAN = np.nan
 LIMITS = [
-    Limit.from_settings("slow", {"motion": "closing", "upper": {"touch_time": 10}}),
-    Limit.from_settings("tired", {"motion": "closing", "lower": {"f": 0.77}}),
-    Limit.from_settings("wide", {"motion": "opening", "upper": {"L": 11.0}}),
+    Limit.from_settings({"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}),
+    Limit.from_settings({"name": "tired", "motion": "closing", "lower": {"f": 0.77}}),
+    Limit.from_settings({"name": "wide", "motion": "opening", "upper": {"L": 11.0}}),
 ]
 LEVELS = {"raise_at": 0.9, "clear_at": 0.5, "after": 2}
 

@@ -1,4 +1,4 @@
-"""Limits in words, exceeded and how probably, and the configuration."""
+"""Limits in words, exceeded and how probably, and refused where they cannot be one."""
 
 import subprocess
 import sys
@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from breaker.mechanism.limits import Limit, complaint
-from breaker.mechanism.parameters import MOTIONS
+from breaker.mechanism.limits import Limit, from_list
 from breaker.model.randomness import generator
 
 NAN = np.nan
-SLOW = Limit.from_settings("slow", {"motion": "closing", "upper": {"touch_time": 10}})
-TIRED = Limit.from_settings(
-    "tired", {"motion": "closing", "lower": {"f": 0.77}, "upper": {"touch_time": 9.8}}
-)
-BAND = Limit.from_settings(
-    "band", {"motion": "opening", "lower": {"mu": 2.5}, "upper": {"mu": 1.5}}
+SLOW, TIRED, BAND = from_list(
+    [
+        {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}},
+        {"name": "tired", "motion": "closing", "lower": {"f": 0.77}, "upper": {"touch_time": 9.8}},
+        {"name": "band", "motion": "opening", "lower": {"mu": 2.5}, "upper": {"mu": 1.5}},
+    ],
+    ["closing", "opening"],
 )
 
 
@@ -32,13 +32,23 @@ def test_parts_and_words():
     assert TIRED.words == "touch_time above 9.8 ms and f below 0.77 mm/ms²"
     assert BAND.words == "mu above 1.5 and mu below 2.5"
     assert (BAND.name, BAND.motion) == ("band", "opening")
-    empty = {"motion": "closing", "upper": None, "lower": {"wipe": 1}}  # as YAML reads "upper:"
-    assert Limit.from_settings("worn", empty).words == "wipe below 1 mm"
+    entries = [{"name": name, "motion": name, "lower": {"L": 1}} for name in ("opening", "closing")]
+    assert [limit.name for limit in from_list(entries, ["closing"])] == ["closing"]
 
 
-def test_unusable_settings_are_refused():
-    with pytest.raises(ValueError, match=r"be used\. slow: part_time is a quantity of"):
-        Limit.from_settings("slow", {"motion": "closing", "upper": {"part_time": 10.0}})
+@pytest.mark.parametrize(
+    ("parts", "text"),
+    [
+        ((), "it has no quantity. Name one"),
+        ((("part_time", 10.0, True),), "part_time is a quantity of opening, not of closing."),
+        ((("speed", 1.0, False), ("rebound", 1.0, True)), r"speed is not .* rebound is a quantity"),
+        ((("f", 0.8, True), ("f", 0.7, False)), r"f cannot be above 0\.8 and below 0\.7 at once"),
+        ((("f", 0.8, False), ("f", 0.8, True)), r"f cannot be above 0\.8 and below 0\.8 at once"),
+    ],
+)
+def test_what_cannot_be_a_limit_is_refused(parts, text):
+    with pytest.raises(ValueError, match=f"^worn: {text}"):
+        Limit("worn", "closing", parts)
 
 
 def test_excess_and_exceeded():
@@ -106,69 +116,6 @@ def test_a_probability_needs_draws():
     for values in (np.empty((4, 0, 2)), np.empty(2)):
         with pytest.raises(ValueError, match="tired: a probability needs draws"):
             TIRED.exceedance(values)
-
-
-# ---- configuration ---------------------------------------------------------------------------
-
-
-def test_usable_limits():
-    limits = {
-        "slow": {"motion": "closing", "upper": {"touch_time": 10}},
-        "band": {"motion": "opening", "lower": {"mu": 2.5}, "upper": {"mu": 1.5, "rebound": 2.0}},
-    }
-    assert complaint(limits, MOTIONS) is None
-    assert complaint({}, ["closing"]) is None
-
-
-@pytest.mark.parametrize(
-    ("settings", "text"),
-    [
-        ({"motion": "closing"}, "it has no quantity. Name one under upper or lower, with a value."),
-        ({"motion": "closing", "upper": {}, "lower": None}, "it has no quantity."),
-        (
-            {"motion": "closing", "upper": {"touch": 10.0}},
-            "touch is not a known quantity. Known of closing: mu,",
-        ),
-        (
-            {"motion": "closing", "lower": {"rebound": 1.0}},
-            "rebound is a quantity of opening, not of closing. Known of closing: mu,",
-        ),
-        (
-            {"motion": "opening", "upper": {"f": 0.8}},
-            "motion is opening, but must be one of motions (closing).",
-        ),
-        ({"upper": {"f": 0.8}}, "motion is None, but must be one of motions (closing)."),
-        (
-            {"motion": "closing", "lower": {"f": 0.7}, "upper": {"f": 0.8}},
-            "f cannot be above 0.8 mm/ms² and below 0.7 mm/ms² at once.",
-        ),
-        (
-            {"motion": "closing", "lower": {"mu": 2}, "upper": {"mu": 2.0}},
-            "mu cannot be above 2 and below 2 at once.",
-        ),
-        ({"motion": "closing", "uper": {"f": 1}}, "uper is not known. Known here: motion, upper,"),
-        ({"motion": "closing", "upper": {"f": "0,8"}}, "f is 0,8, but must be a finite number."),
-        ({"motion": "closing", "upper": {"f": True}}, "f is True, but must be a finite number."),
-        ({"motion": "closing", "upper": {"f": NAN}}, "f is nan, but must be a finite number."),
-        (None, "it must be a section with motion, and upper or lower with quantities."),
-        ({"motion": "closing", "upper": 10.0}, "it must be a section with motion, and upper or"),
-    ],
-)
-def test_complaints(settings, text):
-    good = {"motion": "closing", "upper": {"f": 0.8}}
-    found = complaint({"good": good, "bad": settings}, ["closing"])
-    assert found.startswith(f"cannot be used. bad: {text}")
-    with pytest.raises(ValueError, match="limits cannot be used"):
-        Limit.from_settings("bad", settings if text[:7] != "motion " else {"motion": "sideways"})
-
-
-def test_every_complaint_is_made():
-    parts = {"upper": {"speed": 1.0, "part_time": 2.0}}
-    found = complaint({"a": {"motion": "closing"}, "b": {"motion": "closing", **parts}}, MOTIONS)
-    assert found.count("a: ") == 1
-    assert found.count("b: ") == 2
-    assert "speed is not a known" in found
-    assert "part_time is a quantity of opening" in found
 
 
 def test_checked_without_compiled_code_or_tables():

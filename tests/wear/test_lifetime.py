@@ -20,7 +20,7 @@ SCATTER = 0.003
 
 
 def limit(motion="closing", **sides):
-    return Limit.from_settings("limit", {"motion": motion, **sides})
+    return Limit.from_settings({"name": "limit", "motion": motion, **sides})
 
 
 WEAK = limit(lower={"f": 0.735})  # 2 % below the prior's median

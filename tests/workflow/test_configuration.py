@@ -56,21 +56,12 @@ def leaves(config: dict, above: tuple = ()) -> dict[tuple, object]:
 
 
 def parts(part: dict, above: tuple = ()) -> dict[tuple, dict]:
-    """Every part of the schema by key."""
+    """Every part of the schema by key, those of a list's entries too."""
     found = {above: part}
-    for name, inner in part.get("properties", {}).items():
+    inside = part.get("properties", {}) | part.get("items", {}).get("properties", {})
+    for name, inner in inside.items():
         found |= parts(inner, (*above, name))
     return found
-
-
-def without(config: dict, key: tuple) -> dict:
-    """A copy that lacks one key."""
-    copy = deepcopy(config)
-    section = copy
-    for name in key[:-1]:
-        section = section[name]
-    del section[key[-1]]
-    return copy
 
 
 # ---- what is in the repository
@@ -85,14 +76,17 @@ def test_schema_and_defaults_have_the_same_keys():
 
 
 def test_every_missing_default_is_noticed():
+    """Sections without any of their values: each is missed by its name."""
+
+    def emptied(config):
+        return {key: emptied(value) for key, value in config.items() if isinstance(value, dict)}
+
     defaults = read(DEFAULTS)
-    keys = list(leaves(defaults))
-    assert len(keys) > 50
-    for key in keys:
-        with pytest.raises(
-            ConfigurationError, match=rf"{re.escape(schema.dotted(key))} is missing"
-        ):
-            check(without(defaults, key), schema=SCHEMA)
+    with pytest.raises(ConfigurationError) as caught:
+        check(emptied(defaults), schema=SCHEMA)
+    missing = set(re.findall(r"^  (\S+) is missing; it must be", str(caught.value), re.MULTILINE))
+    assert missing == {schema.dotted(key) for key in leaves(defaults)}
+    assert len(missing) > 150
 
 
 def test_schema_explains_every_key_and_knows_no_others():
@@ -156,23 +150,6 @@ def test_merge_replaces_lists_and_values_and_changes_neither_argument():
 
 
 # ---- the networks chosen
-
-
-def test_chosen_network_is_what_is_in_common_and_the_section_of_the_kind():
-    settings = {
-        "summary": {"kind": "a", "features": 3, "a": {"width": 1}, "b": {"width": 2, "depth": 4}},
-        "inference": {"kind": "d", "c": {"width": [5]}, "d": {"bins": 6}},
-    }
-    before = deepcopy(settings)
-    assert chosen_network(settings) == {
-        "summary": {"kind": "a", "features": 3, "width": 1},
-        "inference": {"kind": "d", "bins": 6},
-    }
-    settings["summary"]["kind"] = "b"
-    chosen = chosen_network(settings)["summary"]
-    assert chosen == {"kind": "b", "features": 3, "width": 2, "depth": 4}
-    settings["summary"]["kind"] = "a"
-    assert settings == before
 
 
 @pytest.mark.parametrize("summary_kind", SUMMARY_NETWORKS)
@@ -258,6 +235,23 @@ def test_an_overlay_that_names_the_kinds_makes_every_network(
         ("sensor: {noise_sd: '0,1'}", ['"0,1"', "write 0.1."]),
         ("bank: {shards: '5'}", ['"5"', "It is given as a text; write 5."]),
         ("training: {closing: {device: on}}", ["device is true", "YAML reads yes, no, on and off"]),
+        # limits
+        (
+            "limits: [{name: a, motion: closing, upper: {touch: 1}}]",
+            ["limits[0].upper.touch is not", "Did you mean limits[0].upper.touch_time?"],
+        ),
+        (
+            "limits: [{name: a, motion: closed, uper: {f: 1}}]",
+            ["limits[0].motion is", "of closing, opening", "Did you mean limits[0].upper?"],
+        ),
+        (
+            "limits: [{name: '', motion: opening, lower: {f: '0,8'}}]",
+            ["limits[0].name is", "a text, not empty", "lower.f is", "write 0.8."],
+        ),
+        (
+            "limits: [{name: a, motion: closing, lower: {f: true, mu: .nan}, upper: 10}, 7]",
+            ["f is true", "mu is NaN", "upper is 10, but must be a section", "limits[1] is 7"],
+        ),
     ],
 )
 def test_message_names_key_value_and_remedy(complaint, overlay, fragments):
@@ -273,6 +267,15 @@ def summary(kind: str = "time_series", components: int = 8, **settings: object) 
     return yaml.safe_dump({"network": {"opening": {"summary": section}}})
 
 
+def limits(*entries: tuple[str, str, str]) -> str:
+    """An overlay of limits on closing: name, side and quantity of each."""
+    section = [
+        {"name": name, "motion": "closing", side: {quantity: 1.0}}
+        for name, side, quantity in entries
+    ]
+    return yaml.safe_dump({"limits": section})
+
+
 UNFIT = [
     (
         "validation: {seed: 7, second_seed: 7}",
@@ -281,29 +284,27 @@ UNFIT = [
     (
         "bank: {shards: 2, curves_per_shard: 50}\n"
         "training: {opening: {batch: 60, validation_curves: 30, held_out_curves: 11}}",
-        "bank.shards is 2: with bank.curves_per_shard 50 the bank has 100 curves, but a training "
-        "needs 101",
+        "bank has 100 curves (shards times curves_per_shard), but a training needs 101",
     ),
     (
         "training: {opening: {steps: 10, evaluate_every: 11}}",
-        "training.opening.evaluate_every is 11, but the training ends after 10 steps",
+        "training.opening.evaluate_every is 11, but must not exceed training.opening.steps (10)",
     ),
     (
         summary(components=152) + "sensor: {samples: 151}",
-        "network.opening.summary.components is 152, but a curve has 151 samples",
+        "network.opening.summary.components is 152, but must not exceed sensor.samples (151)",
     ),
-    (summary(kernels=[5]), "channels has 2 entries, kernels has 1 and strides 2"),
+    (
+        summary(kernels=[5]),
+        "network.opening.summary.time_series has 2 channels, 1 kernels, 2 strides. All three need",
+    ),
     (
         summary(skip=36) + "sensor: {samples: 151}",
-        "skip is 36, but the convolutions leave 35 steps",
+        "network.opening.summary.time_series skips 36 steps, but the convolutions leave 35",
     ),
     (
         summary(kernels=[5, 200]) + "sensor: {samples: 151}",
-        "but the convolutions leave 0 steps",
-    ),
-    (
-        summary(kind="deep_set") + "sensor: {samples: 3}",
-        "sensor.samples is 3, but summary.kind deep_set interpolates between 4 samples",
+        "but the convolutions leave 0",
     ),
     (
         "solver: {reference: 8, candidates: [4, 8]}",
@@ -321,6 +322,22 @@ UNFIT = [
     (
         "correction: {round_draws: 300, fit_size: 301}",
         "correction.fit_size is 301, but must not exceed correction.round_draws (300)",
+    ),
+    ("lives: {drift: [2.0, 2.0]}", "lives.drift is [2.0, 2.0], but the first must be less than"),
+    (
+        "alarm: {raise: 0.4, clear: 0.5}",
+        "alarm.clear is 0.5, but must not exceed alarm.raise (0.4)",
+    ),
+    (limits(("a", "lower", "f"), ("a", "upper", "f")), "limits cannot be used. a: there are two"),
+    (
+        limits(("a", "lower", "rebound"), ("b", "upper", "part_time")),
+        "a: rebound is a quantity of opening, not of closing. Known of closing: mu, k_a, k_b, "
+        "gamma_a, gamma_b, f, L, wipe, touch_time, closing_speed, over_travel. b: part_time is",
+    ),
+    ("limits: [{name: a, motion: closing}]", "a: it has no quantity. Name one under upper or"),
+    (
+        limits(("a", "lower", "f")) + "motions: [opening]",
+        "limits has no limit of opening (motions). Add one.",
     ),
     ("endurance: {curves: nowhere}", "endurance.curves is nowhere, but there is no CSV file in"),
 ]
@@ -355,13 +372,14 @@ def test_what_a_kind_does_not_use_is_not_judged(tmp_path):
 
 def test_every_rule_is_about_keys_that_exist():
     known = set(schema.leaves(read(SCHEMA)))
-    assert {tuple(key.split(".")) for rule in RULES for key in rule.keys} <= known
+    sections = {key[:depth] for key in known for depth in range(1, len(key) + 1)}
+    assert {tuple(key.split(".")) for keys, _ in RULES for key in keys} <= sections
 
 
 def test_a_rule_is_silent_where_a_key_is_wrong_by_itself(complaint):
     message = complaint("bank: {shards: none}\nsensor: {samples: 3.5}")
     assert "2 problems" in message
-    assert "curves_per_shard" not in message
+    assert "bank has" not in message
 
 
 def test_all_problems_are_listed_each_with_its_line(complaint):

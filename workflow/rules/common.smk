@@ -7,14 +7,15 @@ from pathlib import Path
 from breaker.workflow import configuration, modules_of
 from breaker.records import list_curves
 
-try:
-    configuration.check(
-        config,
-        schema=Path(workflow.basedir) / "workflow/schemas/config.schema.yaml",
-        files=workflow.configfiles,
-    )
-except configuration.ConfigurationError as error:
-    raise WorkflowError(str(error)) from None
+if workflow.is_main_process:  # jobs run on what was checked before the first one
+    try:
+        configuration.check(
+            config,
+            schema=Path(workflow.basedir) / "workflow/schemas/config.schema.yaml",
+            files=workflow.configfiles,
+        )
+    except configuration.ConfigurationError as error:
+        raise WorkflowError(str(error)) from None
 
 
 def ordered(value):

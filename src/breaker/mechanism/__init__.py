@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "arguments": ["blocks"],
         "curves": ["Motion", "rest_position", "travel"],
-        "limits": ["Limit", "complaint_of_list", "from_list"],
+        "limits": ["Limit", "from_list"],
         "parameters": [
             "MOTIONS",
             "NAMES",

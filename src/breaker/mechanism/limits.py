@@ -7,7 +7,6 @@ over its quantities of the probability of each, which is what marginals alone wo
 Shapes: ``d`` draws.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -15,16 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from breaker.mechanism.parameters import MOTIONS
 from breaker.mechanism.quantities import QUANTITIES, check_quantity
 
-__all__ = [
-    "Exceedance",
-    "Limit",
-    "complaint",
-    "complaint_of_list",
-    "from_list",
-]
+__all__ = ["Exceedance", "Limit", "from_list"]
 
 _SIDES = {"upper": "above", "lower": "below"}
 
@@ -52,23 +44,51 @@ class Limit:
         name: Its name in the configuration.
         motion: Motion whose quantities it is about.
         parts: (quantity, value, whether it holds above the value rather than below), at least one.
+
+    >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
+    >>> limit = Limit.from_settings(entry)
+    >>> limit.words
+    'touch_time above 10 ms'
+    >>> limit.exceeded([[9.9], [10.1]])
+    array([False,  True])
     """
 
     name: str
     motion: str
     parts: tuple[tuple[str, float, bool], ...]
 
+    def __post_init__(self) -> None:
+        wrong = [check_quantity(quantity, self.motion) for quantity, _, _ in self.parts]
+        above, below = (
+            {quantity: value for quantity, value, is_upper in self.parts if is_upper == side}
+            for side in (True, False)
+        )
+        wrong += [
+            f"{name} cannot be above {value:g} and below {below[name]:g} at once. Make two limits, "
+            "or swap the values."
+            for name, value in above.items()
+            if name in below and value >= below[name]
+        ]
+        if not self.parts:
+            wrong.append("it has no quantity. Name one under upper or lower, with a value.")
+        if any(wrong):
+            texts = " ".join(dict.fromkeys(filter(None, wrong)))
+            raise ValueError(f"{self.name}: {texts}")
+
     @classmethod
-    def from_settings(cls, name: str, settings: Mapping[str, Any]) -> "Limit":
-        """Build a limit from an entry of the section ``limits`` of the configuration.
+    def from_settings(cls, entry: Mapping[str, Any]) -> "Limit":
+        """Build a limit from an entry of the list ``limits`` of the configuration.
 
         Raises:
-            ValueError: If the entry cannot be used.
+            ValueError: If it has no quantity, one that its motion does not have, or one that would
+                have to be above and below what excludes each other.
         """
-        if wrong := complaint({name: settings}, MOTIONS):
-            raise ValueError(f"limits {wrong}")
-        parts = ((quantity, float(value), upper) for quantity, value, upper in _parts(settings))
-        return cls(name, settings["motion"], tuple(parts))
+        parts = (
+            (quantity, float(value), side == "upper")
+            for side in _SIDES
+            for quantity, value in entry.get(side, {}).items()
+        )
+        return cls(entry["name"], entry["motion"], tuple(parts))
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -125,91 +145,9 @@ class Limit:
         return Exceedance(holds.all(axis=-1).mean(axis=-1), np.prod(shares, axis=0), undefined)
 
 
-# ---- configuration ---------------------------------------------------------------------------
-
-
 def from_list(entries: Sequence[Mapping[str, Any]], motions: Sequence[str]) -> list[Limit]:
     """Return the limits of the section ``limits`` that are of these motions, in its order."""
-    return [
-        Limit.from_settings(entry["name"], {key: entry[key] for key in entry if key != "name"})
-        for entry in entries
-        if entry["motion"] in motions
-    ]
-
-
-def complaint_of_list(entries: Sequence[Any], motions: Sequence[str]) -> str | None:
-    """Say what is wrong with the section ``limits``, a list of named limits; None if nothing.
-
-    There may be limits of motions that are not worked on, but not only such.
-    """
-    names = [entry.get("name") if isinstance(entry, Mapping) else None for entry in entries]
-    for name in names:
-        if not isinstance(name, str) or not name:
-            return "has an entry without a name. Each needs a name, motion, and upper or lower."
-        if names.count(name) > 1:
-            return f"has two entries with the name {name}. Name one of them otherwise."
-    limits = {
-        entry["name"]: {key: entry[key] for key in entry if key != "name"} for entry in entries
-    }
-    if wrong := complaint(limits, MOTIONS):
-        return wrong
-    if any(entry["motion"] in motions for entry in entries):
-        return None
-    return f"has no limit of {' or '.join(motions)} (motions). Add one."
-
-
-def complaint(limits: Mapping[str, Any], motions: Sequence[str]) -> str | None:
-    """Say what is wrong with limits by name, and the remedy; None if nothing.
-
-    Args:
-        limits: ``{name: {"motion": ..., "upper": {quantity: value}, "lower": ...}}``.
-        motions: Motions that are worked on.
-    """
-    wrong = [f"{name}: {text}" for name, entry in limits.items() for text in _wrong(entry, motions)]
-    return f"cannot be used. {' '.join(wrong)}" if wrong else None
-
-
-def _parts(settings: Mapping[str, Any]) -> list[tuple[str, float, bool]]:
-    return [
-        (quantity, value, side == "upper")
-        for side in _SIDES
-        for quantity, value in (settings.get(side) or {}).items()
-    ]
-
-
-def _wrong(settings: Any, motions: Sequence[str]) -> list[str]:
-    """List what is wrong with one limit; what comes later presumes what came before."""
-    shape = "it must be a section with motion, and upper or lower with quantities."
-    if not isinstance(settings, Mapping):
-        return [shape]
-    if not all(isinstance(settings.get(side) or {}, Mapping) for side in _SIDES):
-        return [shape]
-    if unknown := [str(key) for key in settings if key not in ("motion", *_SIDES)]:
-        return [f"{', '.join(unknown)} is not known. Known here: motion, {', '.join(_SIDES)}."]
-    motion = settings.get("motion")
-    if motion not in motions:
-        return [f"motion is {motion}, but must be one of motions ({', '.join(motions)})."]
-    parts = _parts(settings)
-    if not parts:
-        return ["it has no quantity. Name one under upper or lower, with a value."]
-    found = [text for name, _, _ in parts if (text := check_quantity(name, motion))]
-    numbers = [(name, value) for name, value, _ in parts if not _is_number(value)]
-    found += [f"{name} is {value}, but must be a finite number." for name, value in numbers]
-    return list(dict.fromkeys(found)) or _contradictions(settings)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _contradictions(settings: Mapping[str, Any]) -> list[str]:
-    above, below = (settings.get(side) or {} for side in _SIDES)
-    return [
-        f"{name} cannot be above {_with_unit(name, above[name])} and below "
-        f"{_with_unit(name, below[name])} at once. Make two limits, or swap the values."
-        for name in above
-        if name in below and above[name] >= below[name]
-    ]
+    return [Limit.from_settings(entry) for entry in entries if entry["motion"] in motions]
 
 
 def _with_unit(quantity: str, value: float) -> str:

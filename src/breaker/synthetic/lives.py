@@ -129,8 +129,7 @@ def _draw(
     at_change, at_end = evaluate([quantity], prior.destandardise(line[marks]), motion)[:, 0]
     if not np.isfinite([at_change, at_end]).all():
         return None
-    kind = "upper" if at_end > at_change else "lower"
-    limit = Limit.from_settings("end_of_life", {"motion": motion, kind: {quantity: float(at_end)}})
+    limit = Limit("end_of_life", motion, ((quantity, float(at_end), bool(at_end > at_change)),))
     values = evaluate([quantity], theta, motion)
     over = limit.exceeded(values)
     failure = int(operations[over.argmax()])

@@ -2,11 +2,10 @@
 
 Every default stands in ``config/config.yaml``; an overlay holds only what differs. What a key may
 be is said once, by the JSON schema ``workflow/schemas/config.schema.yaml``; what the schema cannot
-say, that several keys must fit each other, is the table ``RULES`` of ``configuration_rules``.
+say, that several keys must fit each other, is the table ``RULES`` of ``breaker.workflow.rules``.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from operator import getitem
 from pathlib import Path
@@ -14,18 +13,7 @@ from typing import Any
 
 import yaml
 
-from breaker.workflow.rules import RULES
-from breaker.workflow.schema import Key, dotted, problems
-
-__all__ = [
-    "ConfigurationError",
-    "check",
-    "chosen_network",
-    "load",
-    "merge",
-    "read",
-]
-
+__all__ = ["ConfigurationError", "check", "chosen_network", "load", "merge", "read"]
 
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where PyYAML has it
 
@@ -55,14 +43,18 @@ def read(path: str | Path) -> dict[str, Any]:
     Raises:
         ConfigurationError: If there is no such file, or it is not YAML with keys at top level.
     """
-    content = _Source.open(path).content
+    content, _ = _parse(path)
     if not isinstance(content, dict):
         raise ConfigurationError(f"{path}: must hold keys and values, such as 'seed: 1'")
     return content
 
 
 def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay one configuration over another: sections key by key, anything else as a whole."""
+    """Lay one configuration over another: sections key by key, anything else as a whole.
+
+    >>> merge({"bank": {"shards": 4, "curves": 9}, "seed": 1}, {"bank": {"shards": 2}})
+    {'bank': {'shards': 2, 'curves': 9}, 'seed': 1}
+    """
     merged = dict(base)
     for key, value in overlay.items():
         below = merged.get(key)
@@ -73,6 +65,9 @@ def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]
 
 def chosen_network(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     """Return the settings of the networks that are chosen, without those of the other kinds.
+
+    >>> chosen_network({"summary": {"kind": "a", "features": 3, "a": {"width": 1}, "b": {}}})
+    {'summary': {'kind': 'a', 'features': 3, 'width': 1}}
 
     Args:
         settings: A section ``network.MOTION``, in which each of ``summary`` and ``inference``
@@ -103,11 +98,22 @@ def check(
     Raises:
         ConfigurationError: If anything is wrong; the message lists all of it.
     """
-    sources = [_Source.open(path) for path in files]
+    # Here, as it takes longer than the check: jobs run on what was checked before the first one.
+    from breaker.workflow.rules import RULES
+    from breaker.workflow.schema import dotted, problems
+
+    sources = {_short(path): _parse(path) for path in files}
     found = list(problems(config, read(schema)))
-    found += _unfit(config, [key for key, _ in found])
+    wrong = [key for key, _ in found]
+    for names, complaint in RULES:
+        keys = [tuple(name.split(".")) for name in names]
+        if any(bad[: len(key)] == key[: len(bad)] for key in keys for bad in wrong):
+            continue  # a rule is about keys that are right by themselves
+        if text := complaint(*(reduce(getitem, key, config) for key in keys)):
+            found.append((keys[0], text))
     lines = [f"{_place(config, key, sources)}{dotted(key)} {text}" for key, text in found]
-    lines += [line for source in sources for line in source.repeated]
+    for path, (_, node) in sources.items():
+        lines += [f"{path}, {text}" for text in _repeated(node)]
     lines = list(dict.fromkeys(lines))  # both motions may have the same to say of the bank
     if lines:
         count = "a problem" if len(lines) == 1 else f"{len(lines)} problems"
@@ -117,97 +123,67 @@ def check(
         )
 
 
-@dataclass(frozen=True)
-class _Source:
-    """A YAML file: what it says, where it says it, and complaints about keys it repeats."""
-
-    path: Path
-    content: Any
-    node: yaml.Node | None
-    repeated: tuple[str, ...]
-
-    @classmethod
-    def open(cls, path: str | Path) -> "_Source":
-        path = Path(path)
-        if path.is_relative_to(Path.cwd()):  # Snakemake gives whole paths; messages stay short
-            path = path.relative_to(Path.cwd())
-        try:
-            loader = _Loader(path.read_text(encoding="utf-8"))
-            node = loader.get_single_node()
-            repeated = tuple(_repeated(node, path))  # before `<<` is resolved, which may repeat
-            content = None if node is None else loader.construct_document(node)
-        except OSError as error:
-            raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from error
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            reason = " ".join(str(error).split())
-            raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error
-        return cls(path, content, node, repeated)
-
-    def line(self, key: Key) -> int | None:
-        """Return the line of a key, counted from 1; None if the file does not hold it itself."""
-        node, line = self.node, None
-        for part in key:
-            if isinstance(node, yaml.MappingNode):
-                entries = {name.value: (name, value) for name, value in node.value}
-                if str(part) not in entries:
-                    return None
-                name, node = entries[str(part)]
-                line = name.start_mark.line + 1
-            elif isinstance(node, yaml.SequenceNode) and isinstance(part, int):
-                node = node.value[part]
-                line = node.start_mark.line + 1
-            else:
-                return None
-        return line
-
-    def holds(self, key: Key, value: Any) -> bool:
-        """Say whether the file gives a key this value, or a part of it if it is a section."""
-        try:
-            own = reduce(getitem, key, self.content)
-        except (KeyError, IndexError, TypeError):
-            return False
-        # As text: NaN is not equal to itself, and True is equal to 1.
-        return isinstance(value, Mapping) or repr(own) == repr(value)
+# ---- files and lines ---------------------------------------------------------------------------
 
 
-def _repeated(node: yaml.Node | None, path: Path) -> Iterator[str]:
-    """Yield a complaint for every key that stands twice in one section: YAML drops the first."""
+def _short(path: str | Path) -> Path:
+    """Return a path from where we are: Snakemake gives whole paths, messages stay short."""
+    path = Path(path)
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+
+
+def _parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
+    """Return what a YAML file holds, and the nodes it is made of, which know their lines."""
+    path = _short(path)
+    try:
+        loader = _Loader(path.read_text(encoding="utf-8"))
+        node = loader.get_single_node()
+        return (None if node is None else loader.construct_document(node)), node
+    except OSError as error:
+        raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())
+        raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error
+
+
+def _entries(node: yaml.Node | None) -> list[tuple[str, int, yaml.Node]]:
+    """Return key or number, line from 1, and node of each entry of a section or list."""
+    if isinstance(node, yaml.MappingNode):
+        return [(name.value, name.start_mark.line + 1, value) for name, value in node.value]
     if isinstance(node, yaml.SequenceNode):
-        for entry in node.value:
-            yield from _repeated(entry, path)
-    if not isinstance(node, yaml.MappingNode):
-        return
+        return [(str(i), value.start_mark.line + 1, value) for i, value in enumerate(node.value)]
+    return []
+
+
+def _repeated(node: yaml.Node | None) -> Iterator[str]:
+    """Yield a complaint for every key that stands twice in one section."""
     lines: dict[str, int] = {}
-    for name, value in node.value:
-        line = name.start_mark.line + 1
-        if name.value in lines:
-            yield (
-                f"{path}, line {line}: {name.value} stands in line {lines[name.value]} already. "
-                "Remove one of the two."
-            )
-        lines[name.value] = line
-        yield from _repeated(value, path)
+    for name, line, value in _entries(node):
+        if name in lines:
+            yield f"line {line}: {name} stands in line {lines[name]} already. Remove one of them."
+        lines[name] = line
+        yield from _repeated(value)
 
 
-def _place(config: Mapping[str, Any], key: Key, sources: Sequence[_Source]) -> str:
+def _place(
+    config: Mapping[str, Any], key: Sequence, sources: Mapping[Path, tuple[Any, yaml.Node]]
+) -> str:
     """Return the file and line that a value comes from, as the start of a message."""
     try:
         value = reduce(getitem, key, config)
     except (KeyError, IndexError):
-        return ""
-    for source in sources:
-        if source.holds(key, value):
-            line = source.line(key)
-            return f"{source.path}, line {line}: " if line else f"{source.path}: "
-    return "command line: " if sources else ""
-
-
-def _unfit(config: Mapping[str, Any], wrong: Sequence[Key]) -> Iterator[tuple[Key, str]]:
-    """Yield the rules that do not hold, of those whose keys are all right by themselves."""
-    for rule in RULES:
-        keys = [tuple(key.split(".")) for key in rule.keys]
-        if any(bad[: len(key)] == key[: len(bad)] for key in keys for bad in wrong):
+        return ""  # a key that is missing
+    for path, (content, node) in sources.items():
+        try:
+            own = reduce(getitem, key, content)
+        except (KeyError, IndexError, TypeError):
             continue
-        text = rule.complaint(*(reduce(getitem, key, config) for key in keys))
-        if text:
-            yield keys[0], text
+        # As text: NaN is not equal to itself, and True is equal to 1.
+        if not (isinstance(value, Mapping) or repr(own) == repr(value)):
+            continue
+        line = None
+        for part in key:
+            below = {name: (line, value) for name, line, value in _entries(node)}
+            line, node = below.get(str(part), (None, None))
+        return f"{path}, line {line}: " if line else f"{path}: "
+    return "command line: " if sources else ""

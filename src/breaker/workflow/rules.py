@@ -1,122 +1,92 @@
-"""Keys of the configuration that must fit each other: ``RULES``, which a schema cannot say.
+"""Parts of the configuration that must fit each other: ``RULES``, which a schema cannot say.
 
-Each complaint says in plain words what is wrong with the first of its keys, and the remedy.
+A rule is a pair: keys, the first of which a message is about, and a function that takes what they
+hold and returns what is wrong and the remedy, or None.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from breaker.mechanism import MOTIONS, complaint_of_list
+from breaker.mechanism import MOTIONS, Limit
 from breaker.records import csv_files
 
-__all__ = ["RULES", "Rule"]
+__all__ = ["RULES"]
 
 
-@dataclass(frozen=True)
-class Rule:
-    """A condition on several keys.
-
-    Attributes:
-        keys: Keys in dotted form. A message is about the first of them.
-        complaint: Takes the values of the keys; says what is wrong and the remedy, or None.
-    """
-
-    keys: tuple[str, ...]
-    complaint: Callable[..., str | None]
-
-
-def _same_seed(second: int, first: int) -> str | None:
-    if second != first:
+def _at_most(limit: str, value: float, most: float) -> str | None:
+    if value <= most:
         return None
-    return f"is {second}, which validation.seed is too. A second look needs another number."
+    return f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
 
 
-def _bank_too_small(shards: int, curves: int, *needs: int) -> str | None:
-    if shards * curves >= sum(needs):
+def _bank(bank: Mapping[str, int], training: Mapping[str, Any]) -> str | None:
+    curves = bank["shards"] * bank["curves_per_shard"]
+    needs = sum(training[key] for key in ("batch", "validation_curves", "held_out_curves"))
+    if curves >= needs:
         return None
     return (
-        f"is {shards}: with bank.curves_per_shard {curves} the bank has {shards * curves} curves, "
-        f"but a training needs {sum(needs)} (batch + validation_curves + held_out_curves). "
-        "Raise either of the two, or lower one of the three."
+        f"has {curves} curves (shards times curves_per_shard), but a training needs {needs} (batch "
+        "+ validation_curves + held_out_curves). Raise one of the first two, or lower one of these."
     )
 
 
-def _never_evaluated(every: int, steps: int) -> str | None:
-    if every <= steps:
+def _layers(series: Mapping[str, Any], kind: str, samples: int) -> str | None:
+    if kind != "time_series":
         return None
-    return f"is {every}, but the training ends after {steps} steps. Lower it, or raise steps."
-
-
-def _too_many_components(components: int, samples: int) -> str | None:
-    if components <= samples:
-        return None
-    return f"is {components}, but a curve has {samples} samples (sensor.samples). Lower it."
-
-
-def _uneven_layers(
-    channels: Sequence, kernels: Sequence, strides: Sequence, kind: str
-) -> str | None:
-    lengths = [len(channels), len(kernels), len(strides)]
-    if kind != "time_series" or len(set(lengths)) == 1:
-        return None
-    return (
-        "has {} entries, kernels has {} and strides {}. All three need one entry for each "
-        "convolution.".format(*lengths)
-    )
-
-
-def _too_short_to_skip(
-    skip: int, kernels: Sequence[int], strides: Sequence[int], samples: int, kind: str
-) -> str | None:
-    if kind != "time_series" or len(kernels) != len(strides):
-        return None  # unequal lengths are another rule's complaint
+    counts = {name: len(series[name]) for name in ("channels", "kernels", "strides")}
+    if len(set(counts.values())) > 1:
+        words = ", ".join(f"{count} {name}" for name, count in counts.items())
+        return f"has {words}. All three need one entry for each convolution."
     steps = samples
-    for kernel, stride in zip(kernels, strides, strict=True):
+    for kernel, stride in zip(series["kernels"], series["strides"], strict=True):
         steps = max(0, (steps - kernel) // stride + 1)
-    if skip <= steps:
+    if series["skip"] <= steps:
         return None
-    return f"is {skip}, but the convolutions leave {steps} steps. Lower it, a kernel or a stride."
+    return (
+        f"skips {series['skip']} steps, but the convolutions leave {steps}. "
+        "Lower skip, a kernel or a stride."
+    )
 
 
-def _too_short_to_interpolate(samples: int, *kinds: str) -> str | None:
-    if samples >= 4 or "deep_set" not in kinds:
-        return None
-    return f"is {samples}, but summary.kind deep_set interpolates between 4 samples. Raise it."
-
-
-def _reference_too_coarse(reference: int, candidates: Sequence[int]) -> str | None:
+def _solver(reference: int, candidates: Sequence[int]) -> str | None:
     if reference > max(candidates):
         return None
     return f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
 
 
-def _at_most(limit: str) -> Callable[[int, int], str | None]:
-    """Return the complaint of a rule that the first key must not exceed the second, ``limit``."""
-
-    def complaint(value: int, most: int) -> str | None:
-        if value <= most:
-            return None
-        return f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
-
-    return complaint
+def _second_seed(second: int, first: int) -> str | None:
+    if second != first:
+        return None
+    return f"is {second}, which validation.seed is too. A second look needs another number."
 
 
-def _not_a_range(ends: Sequence[float]) -> str | None:
+def _range(ends: Sequence[float]) -> str | None:
     low, high = ends
-    return None if low < high else f"is {list(ends)}, but the first must be less than the second."
+    return None if low < high else f"is {ends}, but the first must be less than the second."
 
 
-def _change_outside_life(ends: Sequence[float]) -> str | None:
-    if ends[1] < 1:
-        return None
-    return f"is {list(ends)}, but a wear that changes has to do so within the life, below 1."
+def _limits(entries: Sequence[Mapping[str, Any]], motions: Sequence[str]) -> str | None:
+    names, wrong = [entry["name"] for entry in entries], []
+    for name in dict.fromkeys(names):
+        if names.count(name) > 1:
+            wrong.append(f"{name}: there are two limits of this name. Give one another name.")
+    for entry in entries:
+        try:
+            Limit.from_settings(entry)
+        except ValueError as error:
+            wrong.append(str(error))
+    if wrong:
+        return f"cannot be used. {' '.join(wrong)}"
+    # There may be limits of motions that are not worked on, but not only such.
+    if not any(entry["motion"] in motions for entry in entries):
+        return f"has no limit of {' or '.join(motions)} (motions). Add one."
+    return None
 
 
-def _no_curves(curves: str | None, motions: Sequence[str]) -> str | None:
-    if curves is None:
-        return None
-    folders = [Path(curves, motion) for motion in motions]
+def _curves(curves: str | None, motions: Sequence[str]) -> str | None:
+    folders = [Path(curves, motion) for motion in motions] if curves else []
     empty = [f"{folder}/" for folder in folders if not csv_files(folder)]
     if not empty:
         return None
@@ -126,42 +96,28 @@ def _no_curves(curves: str | None, motions: Sequence[str]) -> str | None:
     )
 
 
-def _rules_of(motion: str) -> tuple[Rule, ...]:
-    network, training = f"network.{motion}.summary", f"training.{motion}"
-    needs = (f"{training}.{key}" for key in ("batch", "validation_curves", "held_out_curves"))
-    series, kind, samples = f"{network}.time_series", f"{network}.kind", "sensor.samples"
-    channels, kernels, strides = (f"{series}.{key}" for key in ("channels", "kernels", "strides"))
-    return (
-        Rule(("bank.shards", "bank.curves_per_shard", *needs), _bank_too_small),
-        Rule((f"{training}.evaluate_every", f"{training}.steps"), _never_evaluated),
-        Rule((f"{network}.components", samples), _too_many_components),
-        Rule((channels, kernels, strides, kind), _uneven_layers),
-        Rule((f"{series}.skip", kernels, strides, samples, kind), _too_short_to_skip),
-    )
+_AT_MOST = {  # a key, and the one that it must not exceed
+    **{f"training.{motion}.evaluate_every": f"training.{motion}.steps" for motion in MOTIONS},
+    **{f"network.{motion}.summary.components": "sensor.samples" for motion in MOTIONS},
+    "validation.judged_curves": "validation.curves",
+    "correction.smallest_size": "correction.draws",
+    "correction.fit_size": "correction.round_draws",
+    "alarm.clear": "alarm.raise",
+    "wear_model.notice": "wear_model.horizon",
+    "wear_model.baseline": "endurance.operations_per_job",
+    "lives.operations": "wear_model.horizon",
+}
 
-
-RULES = (
-    *(rule for motion in MOTIONS for rule in _rules_of(motion)),
-    Rule(
-        ("sensor.samples", *(f"network.{motion}.summary.kind" for motion in MOTIONS)),
-        _too_short_to_interpolate,
-    ),
-    Rule(("solver.reference", "solver.candidates"), _reference_too_coarse),
-    Rule(("validation.second_seed", "validation.seed"), _same_seed),
+RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
+    *((keys, partial(_at_most, keys[1])) for keys in _AT_MOST.items()),
+    *((("bank", f"training.{motion}"), _bank) for motion in MOTIONS),
     *(
-        Rule((key, limit), _at_most(limit))
-        for key, limit in (
-            ("validation.judged_curves", "validation.curves"),
-            ("correction.smallest_size", "correction.draws"),
-            ("correction.fit_size", "correction.round_draws"),
-            ("alarm.clear", "alarm.raise"),
-            ("wear_model.notice", "wear_model.horizon"),
-            ("wear_model.baseline", "endurance.operations_per_job"),
-            ("lives.operations", "wear_model.horizon"),
-        )
+        ((f"{summary}.time_series", f"{summary}.kind", "sensor.samples"), _layers)
+        for summary in (f"network.{motion}.summary" for motion in MOTIONS)
     ),
-    Rule(("limits", "motions"), complaint_of_list),
-    *(Rule((f"lives.{key}",), _not_a_range) for key in ("ratio", "change", "drift", "scatter")),
-    Rule(("lives.change",), _change_outside_life),
-    Rule(("endurance.curves", "motions"), _no_curves),
+    (("solver.reference", "solver.candidates"), _solver),
+    (("validation.second_seed", "validation.seed"), _second_seed),
+    *(((f"lives.{name}",), _range) for name in ("ratio", "change", "drift", "scatter")),
+    (("limits", "motions"), _limits),
+    (("endurance.curves", "motions"), _curves),
 )
