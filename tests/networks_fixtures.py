@@ -58,7 +58,6 @@ DEEP_SET = {
     "width": 24,
     "blocks": 1,
     "missing": 0.5,
-    "uneven": 0.5,
 }
 COUPLING_FLOW = {"kind": "coupling_flow", "transforms": 3, "bins": 5, "hidden": [10, 12]}
 # Every summary network with every inference network.

@@ -5,14 +5,12 @@ import math
 import numpy as np
 import pytest
 import torch
-from scipy.interpolate import lagrange
 from scipy.stats import multivariate_normal, norm
 
 from breaker.model.plausibility import principal_components
 from breaker.model.sensor import Sensor
 from breaker.networks.deep_set import DeepSet, SetHighway
 from breaker.networks.flow_matching import FlowMatching
-from breaker.networks.interpolation import cubic
 from breaker.posterior.batches import Rows
 from tests.networks_fixtures import MARKS, built, one_thread, perturb  # noqa: F401
 
@@ -29,7 +27,6 @@ SIZES = {
     "width": 11,
     "blocks": 2,
     "missing": 0.6,
-    "uneven": 0.5,
 }
 
 
@@ -66,69 +63,14 @@ def records(bank):
     return records
 
 
-@pytest.fixture(scope="module")
-def positions():
-    """Positions between the samples, the ends of the grid among them."""
-    rng = np.random.default_rng(3)
-    found = (np.arange(SAMPLES) + rng.uniform(-0.5, 0.5, (ROWS, SAMPLES))).clip(0, SAMPLES - 1)
-    found[:, [0, -1]] = 0, SAMPLES - 1
-    return found
-
-
 def tensors(*arrays):
     return tuple(torch.from_numpy(np.asarray(array)) for array in arrays)
-
-
-# ---- interpolation ------------------------------------------------------------------------------
-
-
-def interpolated(values, at):
-    """Values ``(t, ...)`` of a grid at one position, by the polynomial through four samples."""
-    first = int(np.clip(math.floor(at) - 1, 0, len(values) - 4))
-    nodes = np.arange(4.0)
-    weights = [lagrange(nodes, row)(at - first) for row in np.eye(4)]
-    return np.tensordot(weights, values[first : first + 4], 1)
-
-
-def at_positions(values, positions):
-    """Values ``(t,)`` of a grid at positions, by the code under test."""
-    indices, weights = cubic(torch.as_tensor(positions), len(values))
-    return (torch.as_tensor(values)[indices] * weights).sum(-1).numpy()
-
-
-def test_interpolation_is_exact_on_the_grid_and_for_cubics():
-    grid = np.arange(9.0)
-    ends = np.array([0.0, 0.3, 1.0, 4.5, 7.9, 8.0])
-    values = np.random.default_rng(1).standard_normal(9)
-    np.testing.assert_array_equal(at_positions(values, grid), values)
-    for power in range(4):
-        np.testing.assert_allclose(at_positions(grid**power, ends), ends**power, atol=1e-12)
-    expected = [interpolated(values, at) for at in ends]
-    np.testing.assert_allclose(at_positions(values, ends), expected, rtol=0, atol=1e-13)
-
-
-def test_interpolation_errs_within_its_bounds():
-    """Those of the docstring: a fourth derivative of one, and a jump of one in the second."""
-    grid, fine = np.arange(4.0), np.linspace(0, 3, 601)
-    middle = (fine >= 1) & (fine <= 2)
-    error = np.abs(at_positions(grid**4 / 24, fine) - fine**4 / 24)
-    assert error[middle].max() == pytest.approx(3 / 128, rel=1e-3)
-    assert error.max() == pytest.approx(1 / 24, rel=1e-3)
-    kinks = np.linspace(0, 3, 301)
-    errors = np.array(
-        [
-            np.abs(at_positions(f(grid), fine) - f(fine))
-            for f in (lambda x, k=k: 0.5 * np.square(np.maximum(0, x - k)) for k in kinks)
-        ]
-    )
-    assert errors[:, middle].max() == pytest.approx(0.036, abs=5e-4)
-    assert errors.max() == pytest.approx(0.058, abs=5e-4)
 
 
 # ---- the highway --------------------------------------------------------------------------------
 
 
-def regressed_by_hand(record, components, bank, at=None):
+def regressed_by_hand(record, components, bank):
     """Scores and sds of one record's components, by conditioning a joint Gaussian.
 
     Amplitudes a of ``mean + loadings a`` have unit variance; the record is what is present of it,
@@ -140,9 +82,8 @@ def regressed_by_hand(record, components, bank, at=None):
     whitened = SENSOR.whiten(bank - bank.mean(axis=0))
     signal = np.sort(np.linalg.eigvalsh(whitened.T @ whitened / len(bank)))[::-1][:COMPONENTS]
     loadings = covariance @ weights * np.sqrt(1 + signal) * np.sqrt(signal)
-    at = np.arange(SAMPLES) if at is None else at
     there = ~np.isnan(record)
-    mean, loadings = (np.stack([interpolated(v, x) for x in at[there]]) for v in (mean, loadings))
+    mean, loadings = mean[there], loadings[there]
     m = there.sum()
     noise = SENSOR.noise_sd**2 * np.eye(m) + SENSOR.zero_sd**2
     gain = loadings.T @ np.linalg.inv(loadings @ loadings.T + noise)
@@ -153,14 +94,11 @@ def regressed_by_hand(record, components, bank, at=None):
     return amplitudes * np.sqrt((1 + signal) / signal), 0.5 * np.log(variance / whole)
 
 
-@pytest.mark.parametrize("uneven", [False, True])
-def test_highway_is_the_regression_on_the_samples_there(
-    network, components, bank, records, positions, uneven
-):
-    x, at = tensors(records, positions)
-    scores, log_sd, centred = network.highway(x, ~x.isnan(), at if uneven else None)
+def test_highway_is_the_regression_on_the_samples_there(network, components, bank, records):
+    (x,) = tensors(records)
+    scores, log_sd, centred = network.highway(x)
     for i, record in enumerate(records):
-        expected = regressed_by_hand(record, components, bank, positions[i] if uneven else None)
+        expected = regressed_by_hand(record, components, bank)
         np.testing.assert_allclose(scores[i].numpy(), expected[0], rtol=1e-7, atol=1e-7)
         np.testing.assert_allclose(log_sd[i].numpy(), expected[1], rtol=0, atol=1e-8)
     assert (centred[x.isnan()] == 0).all()
@@ -168,14 +106,13 @@ def test_highway_is_the_regression_on_the_samples_there(
     assert log_sd[4].max() > 1.0 > log_sd[[0, 1, 2, 3, 5]].max()
     # Planted fault: missing samples taken for the centre curve.
     filled = torch.where(x.isnan(), torch.from_numpy(components[0]), x)
-    wrong = network.highway(filled, torch.ones_like(x, dtype=torch.bool), at if uneven else None)
-    assert (wrong[0] - scores).abs().max() > 0.5
+    assert (network.highway(filled)[0] - scores).abs().max() > 0.5
 
 
 def test_with_nothing_missing_it_is_the_plain_highway(network, components, bank):
     mean, weights = components
     whole = SENSOR.corrupt(bank[:50], np.random.default_rng(4))
-    scores, log_sd, _ = network.highway(*tensors(whole, np.isfinite(whole)), None)
+    scores, log_sd, _ = network.highway(*tensors(whole))
     np.testing.assert_allclose(scores.numpy(), (whole - mean) @ weights, rtol=0, atol=1e-10)
     np.testing.assert_allclose(log_sd.numpy(), 0, rtol=0, atol=1e-10)
 
@@ -188,7 +125,7 @@ def test_components_without_signal_do_no_harm():
     highway = SetHighway(SAMPLES, SAMPLES)
     highway.freeze(*tensors(mean, weights), noise_sd=SENSOR.noise_sd, offset_sd=SENSOR.zero_sd)
     whole = SENSOR.corrupt(curves[:5], rng)
-    scores, log_sd, _ = highway(*tensors(whole, np.isfinite(whole)), None)
+    scores, log_sd, _ = highway(*tensors(whole))
     np.testing.assert_allclose(scores.numpy(), (whole - mean) @ weights, rtol=0, atol=1e-6)
     np.testing.assert_allclose(log_sd.numpy(), 0, rtol=0, atol=1e-6)
 
@@ -209,90 +146,45 @@ def residual_by_hand(x, module, blocks):
     return w["leave.weight"] @ silu(h) + w["leave.bias"]
 
 
-def features_by_hand(record, network, components, bank, at):
+def features_by_hand(record, network, components, bank):
     """Features of one record, from the pairs that are there, one after the other."""
     pairs = []
-    for value, x in zip(record, at, strict=True):
-        if np.isnan(value):
-            continue
-        share = x / (SAMPLES - 1)
-        centred = (value - interpolated(components[0], x)) / 1.7
+    for k in np.flatnonzero(~np.isnan(record)):
+        share = k / (SAMPLES - 1)
+        centred = (record[k] - components[0][k]) / 1.7
         angles = math.pi * share * np.arange(1, 5)
         pair = np.r_[centred, 2 * share - 1, np.sin(angles), np.cos(angles)]
         pairs.append(residual_by_hand(pair, network.pair, SIZES["pair_blocks"]))
-    scores, log_sd = regressed_by_hand(record, components, bank, at)
+    scores, log_sd = regressed_by_hand(record, components, bank)
     joined = np.r_[scores, log_sd, np.mean(pairs, axis=0), len(pairs) / SAMPLES]
     return residual_by_hand(joined, network.join, SIZES["blocks"])
 
 
-@pytest.mark.parametrize("uneven", [False, True])
-def test_network_by_hand(network, components, bank, records, positions, uneven):
-    at = positions if uneven else np.tile(np.arange(SAMPLES), (ROWS, 1))
-    given = tensors(records, at) if uneven else tensors(records)
-    with torch.no_grad():
-        found = network(*given).numpy()
-    for i, record in enumerate(records):
-        expected = features_by_hand(record, network, components, bank, at[i])
-        np.testing.assert_allclose(found[i], expected, rtol=0, atol=1e-6)
-
-
 @torch.no_grad()
-def test_the_order_of_the_samples_makes_no_difference(network, records, positions):
-    x, at = tensors(records, positions)
-    order = torch.randperm(SAMPLES, generator=torch.Generator().manual_seed(1))
-    found = network(x[:, order], at[:, order])
-    torch.testing.assert_close(found, network(x, at), rtol=0, atol=1e-10)
-    # Planted fault: values in another order at their old times are another record.
-    assert (network(x[:, order], at) - found).abs().max() > 0.01
-
-
-@torch.no_grad()
-def test_a_missing_sample_is_one_that_is_not_there(network, records, positions):
-    """Records of other lengths: with more samples missing, and with the missing ones cut out."""
-    x, at = tensors(records, positions)
-    expected = network(x, at)
-    nothing = torch.full((ROWS, 4), torch.nan, dtype=torch.float64)
-    padded = network(torch.cat([nothing, x, nothing], 1), torch.cat([nothing, at, -nothing], 1))
-    torch.testing.assert_close(padded, expected, rtol=0, atol=1e-10)
-    for i in range(ROWS):
-        there = ~x[i].isnan()
-        alone = network(x[i : i + 1, there], at[i : i + 1, there])
-        torch.testing.assert_close(alone, expected[i : i + 1], rtol=0, atol=1e-10)
-
-
-@torch.no_grad()
-def test_rows_do_not_see_each_other(network, records, positions):
-    x, at = tensors(records, positions)
-    for more in ((), (at,)):
-        together = network(x, *more)
-        for i in range(ROWS):
-            alone = network(x[i : i + 1], *(v[i : i + 1] for v in more))
-            torch.testing.assert_close(together[i : i + 1], alone, rtol=0, atol=1e-10)
-
-
-@torch.no_grad()
-def test_single_precision_and_the_grid_itself_agree(network, records):
-    """The grid's positions, given or not; and float32 records, as in training."""
+def test_network_by_hand_row_by_row_and_in_single_precision(network, components, bank, records):
+    """Missing samples are not there: the hand has a loop over those that are."""
     (x,) = tensors(records)
-    grid = torch.arange(SAMPLES, dtype=torch.float64).expand(ROWS, -1)
-    torch.testing.assert_close(network(x, grid), network(x), rtol=0, atol=1e-10)
+    found = network(x)
+    for i, record in enumerate(records):
+        expected = features_by_hand(record, network, components, bank)
+        np.testing.assert_allclose(found[i].numpy(), expected, rtol=0, atol=1e-6)
+        torch.testing.assert_close(network(x[i : i + 1]), found[i : i + 1], rtol=0, atol=1e-10)
     single = built(DeepSet, SAMPLES, **SIZES)
     single.load_state_dict(network.state_dict())
-    torch.testing.assert_close(single(x.float()).double(), network(x), rtol=0, atol=2e-3)
+    torch.testing.assert_close(single(x.float()).double(), found, rtol=0, atol=2e-3)
 
 
-def test_gradients_are_finite_and_reach_every_weight(components, records, positions):
+def test_gradients_are_finite_and_reach_every_weight(components, records):
     """NaN times zero is NaN: a missing sample must not reach a product, nor a derivative."""
     network = built(DeepSet, SAMPLES, **SIZES)
     network.freeze(*tensors(components[0], 2.0, components[1]), noise_sd=0.2, offset_sd=0.3)
     buffers = {name: value.clone() for name, value in network.named_buffers()}
     optimiser = torch.optim.SGD(network.parameters(), lr=0.05)
-    x, at = (value.float() for value in tensors(records, positions))
+    x = torch.from_numpy(records).float()
     x[0] = torch.nan
-    at[x.isnan()] = torch.nan
     for _ in range(2):
         optimiser.zero_grad()
-        network(x, at).square().mean().backward()
+        network(x).square().mean().backward()
         gradients = {name: weight.grad for name, weight in network.named_parameters()}
         optimiser.step()
     idle = [name for name, grad in gradients.items() if grad is None or not grad.any()]
@@ -302,23 +194,10 @@ def test_gradients_are_finite_and_reach_every_weight(components, records, positi
         torch.testing.assert_close(value, buffers[name], rtol=0, atol=0)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"samples": 3}, "3 samples are too few"),
-        ({"missing": 1.0}, "missing must be in"),
-        ({"missing": -0.1}, "missing must be in"),
-        ({"uneven": 1.1}, "uneven in"),
-    ],
-)
-def test_settings_that_make_no_sense_raise(changes, message):
-    with pytest.raises(ValueError, match=message):
-        DeepSet(**{"samples": SAMPLES, **SIZES, **changes})
-
-
-def test_fewest_samples_follow_from_what_was_missing_in_training():
-    for missing, fewest in ((0.0, 23), (0.5, 12), (0.6, 10), (0.95, 2)):
-        assert built(DeepSet, SAMPLES, **SIZES | {"missing": missing}).fewest == fewest
+@pytest.mark.parametrize("missing", [1.0, -0.1])
+def test_a_share_that_makes_no_sense_raises(missing):
+    with pytest.raises(ValueError, match=r"missing is .*, but must be in \[0, 1\)"):
+        DeepSet(SAMPLES, **SIZES | {"missing": missing})
 
 
 # ---- a known posterior --------------------------------------------------------------------------

@@ -153,18 +153,6 @@ def test_records_of_another_grid_raise(curved, method, shape):
         getattr(posterior, method)(*arguments)
 
 
-@pytest.mark.parametrize("method", ["sample", "log_prob"])
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_records_that_are_not_finite_raise(curved, method, bad):
-    posterior, records = curved
-    broken = records.copy()
-    broken[[1, 3], 4] = bad
-    values = np.ones((5, 3, 8))
-    arguments = (broken, values) if method == "sample" else (values, broken)
-    with pytest.raises(ValueError, match="2 of 5 records are not finite; reject them first"):
-        getattr(posterior, method)(*arguments)
-
-
 @pytest.mark.filterwarnings("ignore:overflow encountered")
 def test_draws_that_are_not_finite_raise(curved):
     _, records = curved

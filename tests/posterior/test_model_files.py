@@ -55,7 +55,7 @@ def test_a_loaded_model_is_the_saved_one_bit_for_bit(curved, model_file):
 def test_every_combination_of_networks_is_kept(name, tmp_path):
     """With its frozen inputs, and records with samples missing where they are accepted."""
     posterior, records = curved_model(COMBINATIONS[name])
-    if posterior.summary.accepts_missing:
+    if posterior.summary.missing:
         records[:, ::3] = np.nan
     posterior.save(tmp_path / "m.safetensors")
     loaded = Posterior.load(tmp_path / "m.safetensors")

@@ -1,10 +1,9 @@
 """Neural networks: summary networks and conditional densities. They know nothing of breakers.
 
-A summary network maps records ``(n, t)`` to features ``(n, s)`` and has ``freeze``. If it
-``accepts_missing`` samples, these are NaN, and ``forward`` takes the samples' ``positions`` too;
-``missing`` and ``uneven`` say what share of either it is to be trained with. An inference network
-has ``loss``, ``sample`` and ``log_prob``, each with the shapes of ``FlowMatching``, and ``solves``
-says whether solver steps make a difference to it. A new kind is one entry in a table below.
+A summary network maps records ``(n, t)`` to features ``(n, s)``, has ``freeze``, and states in
+``missing`` up to which share of the samples may be NaN, in training and after. An inference
+network has ``loss``, ``sample`` and ``log_prob``, each with the shapes of ``FlowMatching``, and
+``solves`` states whether it takes solver steps. A new kind is one entry in a table below.
 """
 
 from collections.abc import Mapping
@@ -34,6 +33,19 @@ def build(
 
     Raises:
         ValueError: If a kind is unknown or its sizes do not fit together.
+
+    Example:
+        >>> import torch
+        >>> sizes = {"width": 16, "blocks": 1}
+        >>> settings = {
+        ...     "summary": {"kind": "deep_set", "features": 4, "components": 3, "pair_width": 4,
+        ...                 "pair_blocks": 0, "missing": 0.5, **sizes},
+        ...     "inference": {"kind": "flow_matching", **sizes},
+        ... }
+        >>> summary, inference = build(settings, samples=20, dims=2)
+        >>> features = summary(torch.zeros(5, 20))
+        >>> inference.sample(torch.zeros(5, 100, 2), features, steps=4).shape
+        torch.Size([5, 100, 2])
     """
     networks = []
     for role, table in (("summary", SUMMARY_NETWORKS), ("inference", INFERENCE_NETWORKS)):

@@ -1,4 +1,4 @@
-r"""Deep set: features of a set of samples, whichever of them there are, at whatever times.
+r"""Deep set: features of a set of samples, whichever of the grid's are there.
 
 Zaheer et al. (2017), "Deep sets": a network maps each pair of time and value by itself, a mean
 over the pairs that are there is blind to their order, and a second network maps the mean to the
@@ -15,7 +15,6 @@ import torch
 from torch import Tensor, nn
 
 from breaker.networks.blocks import ResidualMLP
-from breaker.networks.interpolation import NODES, cubic
 
 __all__ = ["DeepSet", "SetHighway"]
 
@@ -34,9 +33,8 @@ class SetHighway(nn.Module):
 
     where v is the variance of a component over the noise's, and Psi is scaled so that Lambda is
     the unit matrix for a whole record. There ``b / sqrt(v)`` is the plain highway,
-    ``(record - centre) @ components``. Between samples of the grid, centre and Psi are
-    interpolated (``interpolation.cubic``). All of it in float64: with few samples the precision
-    spans as many orders of magnitude as v.
+    ``(record - centre) @ components``. All of it in float64: with few samples the precision spans
+    as many orders of magnitude as v.
 
     Args:
         samples: Number of samples of the grid.
@@ -68,86 +66,53 @@ class SetHighway(nn.Module):
         self.variances.copy_(self.variances.new_tensor([noise_sd**2, offset_sd**2]))
 
     @torch.no_grad()
-    def forward(
-        self, x: Tensor, present: Tensor, positions: Tensor | None
-    ) -> tuple[Tensor, Tensor, Tensor]:
-        """Regress records ``(n, t)`` on the components.
-
-        Args:
-            x: Records; what is not present may be anything.
-            present: Which samples are there, ``(n, t)`` of bool.
-            positions: Times of the samples in steps of the grid, ``(n, t)``, finite; None for
-                the grid's own.
+    def forward(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Regress records ``(n, t)``, NaN where a sample is missing, on the components.
 
         Returns:
             Scores ``(n, c)``, which for whole records are the plain highway's outputs; the log
             of their sd given the samples over that given a whole record, ``(n, c)``; and the
             centred records ``(n, t)``, zero where nothing is present. All in float64.
         """
-        table = self.table if positions is None else self._at(positions)
-        centred = torch.where(present, x.double() - table[..., 0], 0.0)
-        there = present.to(self.table)
-        precision, product = self._normal_equations(table[..., 1:], centred, there)
+        present = ~x.isnan()
+        centred = torch.where(present, x.double() - self.table[:, 0], 0.0)
+        precision, product = self._normal_equations(centred, present.to(self.table))
         precision.diagonal(dim1=1, dim2=2).add_(1.0 / (1.0 + self.spread**2))
         factor = torch.linalg.cholesky(precision)
         amplitudes = torch.cholesky_solve(product.unsqueeze(-1), factor).squeeze(-1)
         variance = torch.cholesky_inverse(factor).diagonal(dim1=1, dim2=2)
         return amplitudes / self.spread, 0.5 * variance.log(), centred
 
-    def _normal_equations(self, psi: Tensor, centred: Tensor, there: Tensor) -> tuple:
+    def _normal_equations(self, centred: Tensor, there: Tensor) -> tuple[Tensor, Tensor]:
         """``Psi^T C^-1 Psi`` and ``Psi^T C^-1 r`` over the samples that are there.
 
         ``C^-1 = (I - k 1 1^T) / noise_sd^2`` with ``k = offset_sd^2 / (noise_sd^2 + m
         offset_sd^2)`` for m samples.
         """
-        noise, offset = self.variances
-        if psi.ndim == 2:  # one grid for all records: products of pairs of components, once
-            pairs = (psi.unsqueeze(2) * psi.unsqueeze(1)).flatten(1)
-            square = (there @ pairs).unflatten(1, (psi.shape[1], -1))
-            sums, product = there @ psi, centred @ psi
-        else:
-            masked = psi * there.unsqueeze(-1)
-            square = masked.transpose(1, 2) @ psi
-            sums = masked.sum(1)
-            product = (centred.unsqueeze(1) @ psi).squeeze(1)
+        psi, (noise, offset) = self.table[:, 1:], self.variances
+        pairs = (psi.unsqueeze(2) * psi.unsqueeze(1)).flatten(1)
+        square = (there @ pairs).unflatten(1, (psi.shape[1], -1))
+        sums, product = there @ psi, centred @ psi
         shared = offset / (noise + there.sum(1, keepdim=True) * offset)
         square = square - shared.unsqueeze(-1) * sums.unsqueeze(2) * sums.unsqueeze(1)
         product = product - shared * sums * centred.sum(1, keepdim=True)
         return square / noise, product / noise
 
-    def _at(self, positions: Tensor) -> Tensor:
-        """Rows of the table between samples, ``(n, t) -> (n, t, 1 + c)``."""
-        indices, weights = cubic(positions.double(), len(self.table))
-        rows = nn.functional.embedding_bag(
-            indices.flatten(0, 1),
-            self.table,
-            per_sample_weights=weights.flatten(0, 1),
-            mode="sum",
-        )
-        return rows.unflatten(0, positions.shape)
-
 
 class DeepSet(nn.Module):
-    """Features of records with missing samples and uneven times.
+    """Features of records with missing samples.
 
     Args:
-        samples: Length t of the grid that the components live on.
+        samples: Length t of the grid.
         features: Number s of features.
         components: Number c of components of the highway.
         pair_width, pair_blocks: Size of the residual network of a pair.
         width, blocks: Size of the residual network that joins the parts.
-        missing: Largest share of missing samples in training.
-        uneven: Share of the records in training whose samples are off the grid.
-
-    Attributes:
-        accepts_missing: True.
-        fewest: Samples that a record needs at least, by what it has been trained on.
+        missing: Largest share of missing samples in training, and of the records it answers for.
 
     Raises:
-        ValueError: If the grid is too short to interpolate on, or a share is not one.
+        ValueError: If that share is not below one.
     """
-
-    accepts_missing = True
 
     def __init__(
         self,
@@ -160,15 +125,11 @@ class DeepSet(nn.Module):
         width: int,
         blocks: int,
         missing: float,
-        uneven: float,
     ) -> None:
         super().__init__()
-        if samples < NODES:
-            raise ValueError(f"{samples} samples are too few to interpolate between; {NODES} do")
-        if not (0.0 <= missing < 1.0 and 0.0 <= uneven <= 1.0):
-            raise ValueError("missing must be in [0, 1) and uneven in [0, 1]")
-        self.samples, self.missing, self.uneven = samples, missing, uneven
-        self.fewest = math.ceil(round((1.0 - missing) * samples, 6))
+        if not 0.0 <= missing < 1.0:
+            raise ValueError(f"missing is {missing}, but must be in [0, 1)")
+        self.samples, self.missing = samples, missing
         self.highway = SetHighway(samples, components)
         self.pair = ResidualMLP(2 + 2 * _FREQUENCIES, pair_width, pair_width, blocks=pair_blocks)
         self.join = ResidualMLP(2 * components + pair_width + 1, width, features, blocks=blocks)
@@ -193,30 +154,23 @@ class DeepSet(nn.Module):
         with torch.no_grad():
             self.scale.copy_(scale)
 
-    def forward(self, x: Tensor, positions: Tensor | None = None) -> Tensor:
-        """Map records ``(n, t)``, NaN where a sample is missing, to features ``(n, s)``.
-
-        Args:
-            positions: Times of the samples in steps of the grid, within ``[0, samples - 1]``,
-                ``(n, t)``; those of missing samples may be anything. None for the grid's own.
-        """
-        present = ~x.isnan()
-        if positions is not None:
-            positions = torch.where(present, positions, 0.0)
-        scores, log_sd, centred = self.highway(x, present, positions)
-        pooled = self._pool(centred.to(self.scale) / self.scale, present, positions)
-        share = present.to(self.scale).sum(1, keepdim=True) / self.samples
+    def forward(self, x: Tensor) -> Tensor:
+        """Map records ``(n, t)``, NaN where a sample is missing, to features ``(n, s)``."""
+        there = (~x.isnan()).to(self.scale)
+        scores, log_sd, centred = self.highway(x)
+        pooled = self._pool(centred.to(self.scale) / self.scale, there)
+        share = there.sum(1, keepdim=True) / self.samples
         parts = [scores.to(self.scale), log_sd.to(self.scale), pooled, share]
         return self.join(torch.cat(parts, dim=1))
 
-    def _pool(self, values: Tensor, present: Tensor, positions: Tensor | None) -> Tensor:
+    def _pool(self, values: Tensor, there: Tensor) -> Tensor:
         """Mean over the pairs that are there, ``(n, t) -> (n, pair_width)``."""
-        if positions is None:
-            positions = torch.arange(self.samples, device=values.device).to(values)
-        share = (positions / (self.samples - 1)).unsqueeze(-1)
+        steps = torch.arange(self.samples, device=values.device).to(values)
+        share = (steps / (self.samples - 1)).unsqueeze(-1)
         angles = math.pi * share * torch.arange(1, 1 + _FREQUENCIES, device=values.device)
         waves = torch.cat([2.0 * share - 1.0, angles.sin(), angles.cos()], dim=-1)
-        waves = waves.to(values).expand(*values.shape, -1)
-        mapped = self.pair(torch.cat([values.unsqueeze(-1), waves], dim=-1))
-        there = present.to(mapped).unsqueeze(-1)
+        mapped = self.pair(
+            torch.cat([values.unsqueeze(-1), waves.expand(*values.shape, -1)], dim=-1)
+        )
+        there = there.unsqueeze(-1)
         return (mapped * there).sum(1) / there.sum(1).clamp(min=1.0)

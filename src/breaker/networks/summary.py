@@ -31,15 +31,14 @@ class TimeSeriesNetwork(nn.Module):
         width, blocks: Size of the residual network that joins the parts.
 
     Attributes:
-        accepts_missing: False: a record is a whole series on the grid.
-        missing, uneven: 0, shares of missing samples and of uneven records in training.
+        missing: 0, the share of missing samples that it takes: a record is a whole series.
 
     Raises:
         ValueError: If the convolutions' settings differ in length, or leave fewer steps than the
             skip GRU spans.
     """
 
-    accepts_missing, missing, uneven = False, 0.0, 0.0
+    missing = 0.0
 
     def __init__(
         self,
@@ -113,14 +112,8 @@ class TimeSeriesNetwork(nn.Module):
         skipped = self.skip_gru(series)[1][0]
         return torch.cat([last, skipped.reshape(n, -1)], dim=1)
 
-    def forward(self, x: Tensor, positions: Tensor | None = None) -> Tensor:
-        """Map ``(n, t)`` to ``(n, s)``.
-
-        Raises:
-            ValueError: If positions are given, for a series has the grid's own.
-        """
-        if positions is not None:
-            raise ValueError("a time series is on the grid; a deep set takes other positions")
+    def forward(self, x: Tensor) -> Tensor:
+        """Map ``(n, t)`` to ``(n, s)``."""
         centred = x - self.centre
         steps = self.convolutions((centred / self.scale).unsqueeze(1)).transpose(1, 2)
         return self.join(torch.cat([self.highway(centred), self.recur(steps)], dim=1))

@@ -1,6 +1,6 @@
 """Batches of records from a bank: fresh noise and a fresh zero every time a row is drawn.
 
-For a summary network that accepts them, samples are also missing at random, and lie off the grid.
+For a summary network that takes them, samples are also missing at random.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,6 @@ import xarray as xr
 from torch import Tensor
 
 from breaker.model import distance, excess, principal_components
-from breaker.networks.interpolation import cubic
 from breaker.posterior.estimator import Posterior
 
 __all__ = ["Batch", "Rows", "freeze_inputs", "split", "truth"]
@@ -51,14 +50,12 @@ class Batch(NamedTuple):
         measured: Records, ``(n, t)``, mm; NaN where a sample is missing.
         z: Standardised outputs, ``(n, q)``.
         noise, time: Start points ``(n, 1, q)`` and times ``(n, 1, 1)`` of flow matching.
-        positions: Times of the samples in steps of the grid, ``(n, t)``; None for the grid's own.
     """
 
     measured: Tensor
     z: Tensor
     noise: Tensor
     time: Tensor
-    positions: Tensor | None
 
 
 @dataclass
@@ -71,8 +68,6 @@ class Rows:
         noise_sd, zero_sd: Errors of the sensor, mm.
         missing: Largest share of missing samples. Each record has a share of its own, uniform up
             to this, and each of its samples is missing with that probability.
-        uneven: Share of the records whose samples lie off the grid, each by up to half a step.
-            Their travel is interpolated (``networks.interpolation``).
     """
 
     travel: Tensor
@@ -80,7 +75,6 @@ class Rows:
     noise_sd: float
     zero_sd: float
     missing: float = 0.0
-    uneven: float = 0.0
 
     @classmethod
     def of(cls, bank: xr.Dataset, posterior: Posterior, device: torch.device) -> "Rows":
@@ -92,37 +86,23 @@ class Rows:
             noise_sd=posterior.sensor.noise_sd,
             zero_sd=posterior.sensor.zero_sd,
             missing=posterior.summary.missing,
-            uneven=posterior.summary.uneven,
         )
 
     def draw(self, rows: Tensor, rng: torch.Generator) -> Batch:
         """Return a batch for ``Posterior.loss``."""
         device = self.travel.device
         n, q = len(rows), self.z.shape[1]
-        travel, positions = self.travel[rows], None
+        travel = self.travel[rows]
         error = self.noise_sd * torch.randn(travel.shape, generator=rng, device=device)
         zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
         noise = torch.randn((n, 1, q), generator=rng, device=device)
         time = torch.rand((n, 1, 1), generator=rng, device=device)
-        if self.uneven:
-            travel, positions = self._off_grid(travel, rng)
         measured = travel + error + zero
         if self.missing:
             share = self.missing * torch.rand((n, 1), generator=rng, device=device)
             lost = torch.rand(travel.shape, generator=rng, device=device) < share
             measured = measured.masked_fill(lost, torch.nan)
-        return Batch(measured, self.z[rows], noise, time, positions)
-
-    def _off_grid(self, travel: Tensor, rng: torch.Generator) -> tuple[Tensor, Tensor]:
-        """Travel ``(n, t)`` at positions of its own, ``(n, t)``, within the grid's ends."""
-        (n, samples), device = travel.shape, travel.device
-        moved = torch.rand((n, 1), generator=rng, device=device) < self.uneven
-        jitter = torch.rand((n, samples), generator=rng, device=device) - 0.5
-        grid = torch.arange(samples, device=device)
-        positions = (grid + moved * jitter).clamp(0, samples - 1)
-        indices, weights = cubic(positions, samples)
-        values = travel.gather(1, indices.flatten(1)).view_as(weights)
-        return (values * weights).sum(-1), positions
+        return Batch(measured, self.z[rows], noise, time)
 
 
 def freeze_inputs(posterior: Posterior, travel: np.ndarray, rng: np.random.Generator) -> None:

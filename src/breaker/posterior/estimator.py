@@ -21,7 +21,7 @@ from torch import Tensor, nn
 from breaker.mechanism import Parameter
 from breaker.model import Model, distance, excess, seed_integer
 from breaker.networks import build
-from breaker.posterior.irregular import positions
+from breaker.posterior.missing import check
 
 __all__ = ["ModelFileError", "Posterior"]
 
@@ -112,41 +112,27 @@ class Posterior(nn.Module):
 
     # Training, sampling, density.
 
-    def loss(
-        self,
-        measured: Tensor,
-        z: Tensor,
-        noise: Tensor,
-        time: Tensor,
-        positions: Tensor | None = None,
-    ) -> Tensor:
+    def loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
         """Loss of each row, ``(n,)``, from records ``(n, t)`` and standardised outputs ``(n, q)``.
 
-        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``,
-        ``positions`` ``(n, t)`` those of ``DeepSet.forward``.
+        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
         """
-        return self.inference.loss(z, self.summary(measured, positions), noise, time)
+        return self.inference.loss(z, self.summary(measured), noise, time)
 
-    def log_density(
-        self, measured: Tensor, z: Tensor, *, steps: int, positions: Tensor | None = None
-    ) -> Tensor:
+    def log_density(self, measured: Tensor, z: Tensor, *, steps: int) -> Tensor:
         """Log density of standardised outputs ``(n, q)`` given records ``(n, t)``, ``(n,)``."""
-        features = self.summary(measured, positions)
-        return self.inference.log_prob(z[:, None], features, steps=steps)[:, 0]
+        return self.inference.log_prob(z[:, None], self.summary(measured), steps=steps)[:, 0]
 
     @torch.no_grad()
-    def sample(
-        self, measured: np.ndarray, noise: np.ndarray, *, times: np.ndarray | None = None
-    ) -> np.ndarray:
+    def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Draw from the posterior.
 
         One curve at a time, so that its draws never depend on which others are beside it.
 
         Args:
             measured: Records, ``(o, t)``, mm; NaN where a sample is missing, which some summary
-                networks accept (``irregular.positions``).
+                networks take.
             noise: Standard normal numbers, ``(o, d, q)``.
-            times: Times of the samples, ``(t,)`` or ``(o, t)``, ms; None for the sensor's grid.
 
         Returns:
             Draws in physical units, ``(o, d, q)``, float64. They may lie outside the prior's
@@ -157,8 +143,7 @@ class Posterior(nn.Module):
             FloatingPointError: If a draw is not finite.
         """
         draws = np.empty(noise.shape)
-        summaries = self._summaries(measured, times)
-        for i, (features, start) in enumerate(zip(summaries, noise, strict=True)):
+        for i, (features, start) in enumerate(zip(self._summaries(measured), noise, strict=True)):
             z = self.inference.sample(self._tensor(start[None]), features, steps=self.steps)
             draws[i] = self.destandardise(z[0].cpu().numpy())
         bad = ~np.isfinite(draws).all(axis=(1, 2))
@@ -169,73 +154,58 @@ class Posterior(nn.Module):
         return draws
 
     @torch.no_grad()
-    def log_prob(
-        self, values: np.ndarray, measured: np.ndarray, *, times: np.ndarray | None = None
-    ) -> np.ndarray:
+    def log_prob(self, values: np.ndarray, measured: np.ndarray) -> np.ndarray:
         """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
-
-        Records and times are those of ``sample``.
 
         Raises:
             ValueError: If the model does not answer for such a record.
         """
         density = np.empty(values.shape[:2])
-        summaries = self._summaries(measured, times)
-        for i, (features, points) in enumerate(zip(summaries, values, strict=True)):
+        for i, (features, points) in enumerate(zip(self._summaries(measured), values, strict=True)):
             z = self._tensor(self.standardise(points[None]))
             density[i] = (
                 self.inference.log_prob(z, features, steps=self.density_steps)[0].cpu().numpy()
             )
         return density + self.log_scaling(values)
 
-    def distance(self, measured: np.ndarray, *, times: np.ndarray | None = None) -> np.ndarray:
+    @torch.no_grad()
+    def distance(self, measured: np.ndarray) -> np.ndarray:
         """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
 
         In units of the farthest that the prior produces, so that above 1 is unlike anything in
         the bank: the larger of two distances, from its centre and from its envelope. Of a record
-        with missing samples or uneven times (``sample``), the centre's is that of the components'
-        regression on the samples that are there, which stays closer the fewer they are.
+        with missing samples, the centre's is that of the components' regression on the samples
+        that are there, which stays closer the fewer they are.
 
         Raises:
             ValueError: If the model does not answer for such a record.
         """
         names = ("curve_mean", "curve_weights", "lowest", "highest")
         mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
-        at, present = None, np.ones(measured.shape, dtype=bool)
-        if times is not None or self.summary.accepts_missing:
-            at = positions(measured, times, self.sensor, motion=self.motion, taken=self.summary)
-            present = ~np.isnan(measured)
-        if at is None and present.all():
-            far = distance(measured, mean, weights)
+        self._check(measured)
+        missing = np.isnan(measured)
+        if missing.any():
+            scores, _, _ = self.summary.highway(torch.as_tensor(measured, device=self._device))
+            far = scores.abs().amax(1).cpu().numpy()
+            measured = np.where(missing, lowest, measured)  # what is missing leaves no envelope
         else:
-            far = self._regressed_scores(measured, present, at)
-            at = np.arange(self.sensor.samples) if at is None else at
-            lowest, highest = (np.interp(at, np.arange(len(v)), v) for v in (lowest, highest))
-            # A missing sample leaves no envelope; and less than zero is no distance.
-            measured = np.where(present, measured, lowest)
+            far = distance(measured, mean, weights)
         from_envelope = excess(measured, lowest, highest) / float(self.margin)
         return np.maximum(far / float(self.farthest), from_envelope)
 
-    @torch.no_grad()
-    def _regressed_scores(
-        self, measured: np.ndarray, present: np.ndarray, at: np.ndarray | None
-    ) -> np.ndarray:
-        """Largest score of irregular records, ``(o,)``."""
-        x, there, where = (
-            None if values is None else torch.as_tensor(values, device=self._device)
-            for values in (measured, present, at)
-        )
-        return self.summary.highway(x, there, where)[0].abs().amax(1).cpu().numpy()
+    def _check(self, measured: np.ndarray) -> None:
+        """Refuse records that the network does not answer for."""
+        taken = self.summary.missing
+        check(measured, self.sensor.samples, missing=taken, motion=self.motion)
 
     def _tensor(self, values: np.ndarray) -> Tensor:
         return torch.as_tensor(values, dtype=torch.float32, device=self._device)
 
-    def _summaries(self, measured: np.ndarray, times: np.ndarray | None = None) -> Iterator[Tensor]:
+    def _summaries(self, measured: np.ndarray) -> Iterator[Tensor]:
         """Check all records, then yield the features ``(1, s)`` of one after the other."""
-        at = positions(measured, times, self.sensor, motion=self.motion, taken=self.summary)
-        for i, record in enumerate(measured):
-            where = None if at is None else self._tensor(at[i : i + 1])
-            yield self.summary(self._tensor(record[None]), where)
+        self._check(measured)
+        for record in measured:
+            yield self.summary(self._tensor(record[None]))
 
     # Model files.
 

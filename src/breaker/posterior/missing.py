@@ -1,9 +1,11 @@
-"""Records with missing samples: taken away at random, and what that costs.
+"""Records with missing samples: which of them a network answers for, and what they cost.
 
-A posterior from fewer samples must stay calibrated and become wider, as much as the exact one
-does and where it does.
+A missing sample is NaN. A network answers for records of the kind that it was trained on, and for
+no others. Its posterior from fewer samples must stay calibrated and become wider, as much as the
+exact one does and where it does.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,7 +13,37 @@ import xarray as xr
 
 from breaker.mechanism import is_logarithmic
 
-__all__ = ["remove", "widening"]
+__all__ = ["check", "remove", "widening"]
+
+
+def check(measured: np.ndarray, samples: int, *, missing: float, motion: str) -> None:
+    """Refuse records that a network does not answer for.
+
+    Args:
+        measured: Records, ``(o, t)``, mm.
+        samples: Samples of the sensor's grid.
+        missing: Largest share of missing samples that the network was trained with; 0 if it takes
+            none.
+        motion: Its motion, for the message.
+
+    Raises:
+        ValueError: If the shape is another, a sample is infinite, or too many are missing; the
+            message has the remedy.
+    """
+    if measured.ndim != 2 or measured.shape[1] != samples:
+        raise ValueError(f"records must have the shape (o, {samples}), not {measured.shape}")
+    infinite = np.isinf(measured).any(axis=1)
+    if infinite.any():
+        raise ValueError(f"{infinite.sum()} of {len(measured)} records have infinite samples")
+    most = np.isnan(measured).sum(axis=1).max(initial=0)
+    allowed = math.floor(round(missing * samples, 6))
+    if most > allowed:
+        summary = f"network.{motion}.summary"
+        remedy = f"a larger {summary}.deep_set.missing" if missing else f"{summary}.kind: deep_set"
+        raise ValueError(
+            f"{most} of {samples} samples are missing, and the network of {motion} takes at most "
+            f"{allowed}; train it with {remedy}"
+        )
 
 
 def remove(measured: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:

@@ -1,11 +1,11 @@
 """Training of a posterior on a bank of simulated operations.
 
-Every batch gets a fresh zero and fresh noise, and where the summary network accepts them fresh
-gaps and times; the rows for validation got theirs once. The
-exponential moving average (EMA) of the weights is what is judged and kept, by the mean negative
-log density of the validation rows. The loss that is trained on would not do: flow matching is
-scored in coordinates that the base whitens, so its value falls where the base is too wide. The
-learning rate warms up linearly and falls to zero by a cosine over a fixed budget of steps.
+Every batch gets a fresh zero, fresh noise and, where the summary network takes missing samples,
+fresh gaps; the rows for validation got theirs once. The exponential moving average (EMA) of the
+weights is judged and kept, by the mean negative log density of the validation rows. The loss
+that is trained on does not rank weights: flow matching is scored in coordinates that the base
+whitens, so its value falls where the base is too wide. The learning rate warms up linearly and
+falls to zero by a cosine over a fixed budget of steps.
 
 All randomness of the batches comes from one generator, whose state is in the checkpoint: a
 training that was killed goes on where it was and ends with the weights of an uninterrupted one.
@@ -161,9 +161,7 @@ class Trainer:
         kept = [weight.detach().clone() for weight in self.weights]
         self._copy(self.ema, self.weights)
         batch = self.fixed_batch
-        density = self.posterior.log_density(
-            batch.measured, batch.z, positions=batch.positions, steps=_SOLVER_STEPS
-        )
+        density = self.posterior.log_density(batch.measured, batch.z, steps=_SOLVER_STEPS)
         loss = -density.mean().item()
         self._copy(kept, self.weights)
         self.evaluations.append((self.step, loss))
