@@ -8,7 +8,7 @@ in it, in order: by its name in numbers.csv, or as it stands where it is no numb
     <!-- numbers: closing.gap closing.gap_se 95 -->
     The mean gap is 0.07 ± 0.02 nats, and an interval of 95 % ...
 
-What has decimals or is a percentage needs such a comment; other paragraphs cannot state results.
+In the README a paragraph without such a comment must not have a decimal number or a percentage.
 """
 
 import csv
@@ -18,8 +18,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
-# Pages that state results of `make all`; others name the command that each of their numbers is of.
-PAGES: tuple[Path, ...] = ()
+README = DOCS.parent / "README.md"
+# Pages that state numbers of `make all`; the others name the command that gives their numbers.
+PAGES = (README, *(DOCS / f"{name}.md" for name in ("method", "decisions", "lives")))
 
 _MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*\n|\n?\Z)", re.S)
 _NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")

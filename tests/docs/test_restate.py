@@ -28,9 +28,13 @@ def test_pages_state_the_numbers_of_the_run(page):
     assert restate.restated(text, restate.read()) == text
 
 
+def test_the_readme_states_no_result_without_naming_it():
+    assert restate.unmarked(restate.README.read_text(encoding="utf-8")) == []
+
+
 @pytest.mark.parametrize("page", restate.PAGES, ids=lambda page: page.name)
-def test_pages_state_no_result_without_naming_it(page):
-    assert restate.unmarked(page.read_text(encoding="utf-8")) == []
+def test_every_page_names_numbers_of_the_run(page):
+    assert "<!-- numbers:" in page.read_text(encoding="utf-8")
 
 
 def test_a_text_that_is_right_stays():

@@ -7,7 +7,7 @@ import xarray as xr
 
 from breaker.mechanism.parameters import PARAMETERS
 from breaker.model.randomness import generator
-from breaker.validation.numbers import numbers_of_all, numbers_of_motion
+from breaker.validation.numbers import numbers_of_all, numbers_of_decisions, numbers_of_motion
 
 NAMES = [each.name for each in PARAMETERS]
 OUTPUTS = [*NAMES, "onset"]
@@ -127,3 +127,17 @@ def test_real_records_have_no_effective_values(found, tables):
         *(f"drift.{name}" for name in NAMES),
     }
     assert all(found[name] == value for name, value in measured.items())
+
+
+def test_when_limits_were_exceeded():
+    exceeded = [np.nan, "wide", "wide; slow", "slow"]
+    decisions = pd.DataFrame({"operation": [1, 20, 1300, 1400], "limits_exceeded": exceeded})
+    alarms = pd.DataFrame({"limit": ["wide", "wide"], "from_operation": [1350, 25]})
+    assert numbers_of_decisions(decisions, alarms, {"wide": 18.0, "slow": np.nan}) == {
+        "wide.failure": "18",
+        "wide.alarm": "25",
+        "wide.exceeded": "20",
+        "slow.exceeded": "1,300",
+    }
+    nothing = numbers_of_decisions(decisions.iloc[:1], alarms.iloc[:0], {})
+    assert nothing == {}

@@ -1,6 +1,6 @@
 """The numbers that the README and the pages in docs/ state, from the tables of this run.
 
-Needs the tables of validation and exactness, and the stores of the endurance test. Makes one flat
+Needs the tables of validation and exactness, and the stores and decisions of the endurance test. Makes one flat
 table. With the default configuration it is compared with docs/numbers.csv, the table that the texts
 are written from; `make numbers` renews both.
 """
@@ -22,6 +22,9 @@ rule numbers:
         predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),
         trend=expand("results/trend/{motion}.zarr", motion=MOTIONS),
         effective=effective_of_all,
+        decisions="results/decisions.csv",
+        alarms="results/alarms.csv",
+        remaining="results/remaining.zarr",
         code=sources("collect_numbers.py"),
     output:
         "results/numbers.csv",

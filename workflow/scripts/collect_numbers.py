@@ -4,7 +4,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.posterior import choose
-from breaker.validation import numbers_of_all, numbers_of_motion
+from breaker.validation import numbers_of_all, numbers_of_decisions, numbers_of_motion
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -22,6 +22,10 @@ for i, motion in enumerate(params.motions):
         xr.open_zarr(files.effective[i]) if files.get("effective") else None,
     )
     found |= {f"{motion}.{name}": value for name, value in numbers.items()}
+
+remaining = xr.open_zarr(files.remaining)
+failures = remaining.failure.to_series().to_dict() if "failure" in remaining else {}
+found |= numbers_of_decisions(pd.read_csv(files.decisions), pd.read_csv(files.alarms), failures)
 
 pd.Series(found, name="value").rename_axis("name").to_csv(snakemake.output[0])
 if params.stated:

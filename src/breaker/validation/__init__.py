@@ -35,7 +35,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "scores",
         ],
         "network_table": ["row"],
-        "numbers": ["numbers_of_all", "numbers_of_motion"],
+        "numbers": ["numbers_of_all", "numbers_of_decisions", "numbers_of_motion"],
         "qualities": ["quality", "words"],
     },
 )

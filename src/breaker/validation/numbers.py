@@ -4,17 +4,19 @@ A flat table with one name for each number, such as ``closing.contraction.gamma_
 README and the pages in ``docs`` take their numbers from the table of the default run.
 """
 
+from collections.abc import Callable, Mapping
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from breaker.mechanism import PARAMETERS
 from breaker.validation.calibration import family_p_value
 from breaker.validation.diagnostics import correlation
 
-__all__ = ["numbers_of_all", "numbers_of_motion"]
+__all__ = ["numbers_of_all", "numbers_of_decisions", "numbers_of_motion"]
 
 _NAMES = [each.name for each in PARAMETERS]
 
@@ -70,6 +72,28 @@ def numbers_of_all(quality: pd.DataFrame) -> dict[str, str]:
     return found
 
 
+def numbers_of_decisions(
+    decisions: pd.DataFrame, alarms: pd.DataFrame, failures: Mapping[str, float]
+) -> dict[str, str]:
+    """Return when each limit was exceeded, by name of the limit; only what happened.
+
+    Args:
+        decisions: Table of decisions, one row per operation.
+        alarms: Table of alarms, which single operations raise.
+        failures: True operation at which each limit is first exceeded; empty for real records.
+    """
+    found = {}
+    for name, operation in failures.items():
+        if np.isfinite(operation):
+            found[f"{name}.failure"] = _count(operation)
+    for name, operation in alarms.groupby("limit").from_operation.min().items():
+        found[f"{name}.alarm"] = _count(operation)
+    exceeded = decisions.assign(limit=decisions.limits_exceeded.str.split("; ")).explode("limit")
+    for name, operation in exceeded.groupby("limit").operation.min().items():
+        found[f"{name}.exceeded"] = _count(operation)
+    return found
+
+
 def _of_quality(quality: pd.DataFrame) -> dict[str, str]:
     """Contraction and calibration, output by output; the corrected posterior's by its name."""
     found = {}
@@ -116,7 +140,7 @@ def _of_stand_in(effective: xr.Dataset, operations: xr.Dataset) -> dict[str, str
     return drifts | _ends("end_residual", effective.end_largest, _one)
 
 
-def _ends(name: str, values: object, write: object) -> dict[str, str]:
+def _ends(name: str, values: ArrayLike, write: Callable[[float], str]) -> dict[str, str]:
     """The lowest and the highest of some values."""
     return {f"{name}.lowest": write(np.min(values)), f"{name}.highest": write(np.max(values))}
 
@@ -130,11 +154,11 @@ def _percent(share: float) -> str:
 
 
 def _one(value: float) -> str:
-    return f"{float(value):.1f}"
+    return f"{round(float(value), 1) + 0.0:.1f}"  # never -0.0
 
 
 def _two(value: float) -> str:
-    return f"{float(value):.2f}"
+    return f"{round(float(value), 2) + 0.0:.2f}"
 
 
 def _p(value: float) -> str:
