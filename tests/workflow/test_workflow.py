@@ -117,7 +117,7 @@ def put_own_curves(folder: Path) -> None:
     edit_config(folder, endurance={"curves": "own"})
 
 
-# Edit, rules that run again, and for how many motions. The same table stands in README.md.
+# Edit, rules that run again, and for how many motions. The same table stands in docs/workflow.md.
 EDITS = {
     "style of one figure": (
         lambda folder: append(folder, "src/breaker/figures/pairs.py"),
