@@ -1,4 +1,15 @@
-"""Amortised Bayesian inference of a circuit breaker's mechanical parameters from travel curves."""
+"""From the travel curve of a circuit breaker to the state of its drive, with its uncertainty.
+
+Rooms, each a subpackage, import only rooms of a line above their own:
+
+    mechanism, records, networks    the drive; measured records; neural networks
+    model, workflow                 the joint probability model; what rules and scripts share
+    posterior, wear                 posteriors of single records; trends over the operations
+    validation, decisions           checks on known truth; alarms and what to do
+    synthetic, figures              simulated drives and lives; data in, figures out
+
+The command ``breaker`` is in ``breaker.cli``. The workflow is in ``Snakefile`` and ``workflow``.
+"""
 
 from importlib.metadata import version
 

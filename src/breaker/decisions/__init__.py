@@ -1,7 +1,7 @@
-"""From posteriors and trends to what to do: alarms, decisions, and the first page.
+"""Decisions: alarms on limits, the table of what to do, and the summary on the first page.
 
-How probably each limit is exceeded at single operations, whether both motions agree, one row of
-decisions an operation, and the three sentences that a maintenance engineer reads first.
+Combines the posteriors of single operations with the trends of the drive: one row per operation,
+and three sentences that say whether it is healthy, what is wearing and how long it has left.
 """
 
 import lazy_loader

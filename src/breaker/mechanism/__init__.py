@@ -1,7 +1,7 @@
-"""The drive itself: its seven parameters, exact travel curves, and what is read from them.
+"""The drive: its seven parameters, exact travel curves, derived quantities, and limits on them.
 
-Parameters with names, units and order; curves and their derivatives without a step error;
-quantities such as touch time and speed; limits on them. Knows nothing of sensors or inference.
+Parameters have names, units and an order. Curves come from the matrix exponential, without a step
+error; touch time, speeds and wipe are computed from them. No sensor and no inference here.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
-"""The joint density of a drive's unknowns and its record: prior, mechanism and sensor as one.
+"""The joint probability model of a drive and its record: prior, mechanism and sensor.
 
-``Model`` is what everything above is handed; simulated banks, the information in a record and
-the limit of what can be known come from it. All of it exact, in float64.
+``Model`` combines the three and evaluates their exact joint density. Banks of simulated curves,
+the Fisher information of a record, and Gaussian approximations of its likelihood follow from it.
 """
 
 import lazy_loader

@@ -1,9 +1,9 @@
 """Neural networks: summary networks and conditional densities. They know nothing of breakers.
 
-A summary network maps records ``(n, t)`` to features ``(n, s)``, has ``freeze``, and states in
-``missing`` up to which share of the samples may be NaN, in training and after. An inference
-network has ``loss``, ``sample`` and ``log_prob``, each with the shapes of ``FlowMatching``, and
-``solves`` states whether it takes solver steps. A new kind is one entry in a table below.
+A summary network maps records ``(n, t)`` to features ``(n, s)``. It has ``freeze``, and
+``missing``, the largest share of samples that may be NaN, in training and after. An inference
+network has ``loss``, ``sample`` and ``log_prob`` with the shapes of ``FlowMatching``, and
+``solves``: whether it takes solver steps. A new kind is one entry in a table below.
 """
 
 from collections.abc import Mapping

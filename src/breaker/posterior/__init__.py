@@ -1,7 +1,7 @@
-"""From records to posteriors: amortised by networks, brought to the exact one, and judged.
+"""Posteriors of records: trained networks, their correction to the exact posterior, and checks.
 
-``Posterior`` is trained on a bank and saved as one file; draws, intervals and predictive checks
-follow; importance sampling corrects and judges it. The room that needs torch.
+``Posterior`` holds a trained network and its settings in one file; it draws, evaluates its density
+and predicts records. Importance sampling corrects its draws and measures its error. Needs torch.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
-"""From files of an instrument to records on the model's grid, or to a named reason why not.
+"""Measured records: from the files of an instrument to curves on the time grid of the model.
 
-Which operation a file is, its columns as numbers, its checks, and landmarks of a record: first
-motion, main motion, raw operating time. Knows nothing of the model of the drive.
+Finds the operation number of a file, reads and checks its columns, and rejects it with a reason if
+it cannot be used. Finds landmarks of a record: first motion, main motion, raw operating time.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
-"""Drives whose truth is known: the stand-in of the endurance test, and simulated lives.
+"""Simulated drives whose truth is known, to test everything else.
 
-A richer mechanism than the model that wears out and writes files; whole lives of the model's own
-drives with the scores of what is made of them; records through files and back.
+The simulated endurance test (a mechanism richer than the model, which wears out and writes CSV
+files), simulated lives until failure with scores for change points, and control charts beside them.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
-"""Is a posterior right? Calibration, bias and sharpness, from draws and truths alone.
+"""Checks of posteriors on simulated records whose truth is known.
 
-Arrays in, arrays and tables out: ranks with exact simultaneous bands, z-scores, contraction,
-recovery, and the tables that say in numbers what the figures show.
+Ranks of the truth with simultaneous bands, z-scores, contraction and recovery. Arrays go in, arrays
+and tables come out; also the table of the numbers that the texts of the project state.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
-"""How a drive changes over its operations: one pass of Bayesian lines and change points.
+"""Trends of the parameters over the operations, changes of wear, and the remaining life.
 
-The first operations give the reference; then levels, slopes, changes and the remaining life
-follow operation by operation, from a state that is stored and gone on from.
+The first operations give the reference. Bayesian online change-point detection with straight lines
+follows, one operation after another; its state is stored, so that later operations continue it.
 """
 
 import lazy_loader

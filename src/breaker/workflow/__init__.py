@@ -1,6 +1,7 @@
-"""What rules and scripts share: configuration, the start of a job, stores, the code of a step.
+"""What rules and scripts of the workflow share: configuration, start of a job, Zarr stores.
 
-Read by Snakemake before every job, so light to import: no torch, numba or xarray until needed.
+Also which modules a script depends on, so that a change runs the right steps again. Snakemake
+imports this room before every job, so it imports torch, numba and xarray only when they are used.
 """
 
 import lazy_loader
