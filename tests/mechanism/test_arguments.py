@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from breaker.mechanism import arguments
-from breaker.mechanism.arguments import blocks, check, contiguous
+from breaker.mechanism import curves
+from breaker.mechanism.curves import _contiguous as contiguous
+from breaker.mechanism.curves import blocks, check
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
 
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(arguments, "_ROWS", 8)
+    monkeypatch.setattr(curves, "_ROWS", 8)
 
 
 def many(prior, n):

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from breaker.mechanism import arguments
+from breaker.mechanism import curves
 from breaker.mechanism.curves import rest_position, travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
@@ -227,7 +227,7 @@ def test_blocks_do_not_change_bytes(prior, sensor, motion, monkeypatch):
     theta, onset = draws(prior, 200, "blocks")
     whole = travel(theta, sensor.times, motion, onset=onset)
     for rows in (1, 7, 64, 199):
-        monkeypatch.setattr(arguments, "_ROWS", rows)
+        monkeypatch.setattr(curves, "_ROWS", rows)
         for one, many in zip(travel(theta, sensor.times, motion, onset=onset), whole, strict=True):
             assert one.tobytes() == many.tobytes()
 

@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.stats import kstest
 
 from breaker import __version__
-from breaker.mechanism import arguments
+from breaker.mechanism import curves
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.model.bank import open_bank, simulate
@@ -106,7 +106,7 @@ def test_threads_do_not_change_bytes(shard, tmp_path):
 
 def test_blocks_do_not_change_bytes(shard, tmp_path, monkeypatch):
     for rows in (8192, 7):
-        monkeypatch.setattr(arguments, "_ROWS", rows)
+        monkeypatch.setattr(curves, "_ROWS", rows)
         save(shard(n=300), tmp_path / str(rows))
     assert content(tmp_path / "8192") == content(tmp_path / "7")
 

@@ -9,8 +9,6 @@ from breaker.model.fisher import contraction_limit, jacobian, limit_over_prior
 from breaker.model.randomness import generator
 from breaker.model.sensor import Sensor
 
-K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, ONSET = range(1, 8)
-
 
 @pytest.fixture(scope="module")
 def operations(prior):
@@ -20,32 +18,6 @@ def operations(prior):
 
 def altered(sensor, **changes):
     return Sensor.from_settings({**sensor.settings(), **changes})
-
-
-def by_log(prior, sensor, motion, operations):
-    """Derivatives by log parameters, and by the onset in ms, ``(n, t, q)``."""
-    scale = np.append(prior.log_sds, sensor.onset_sd)
-    return jacobian(prior, sensor, motion, *operations) / scale
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_derivatives_of_scaled_lengths(prior, sensor, operations, motion):
-    """f and L scale the curve, so that their log derivatives add up to the curve itself."""
-    slopes = by_log(prior, sensor, motion, operations)
-    curves = travel(operations[0], sensor.times, motion, onset=operations[1]).travel
-    np.testing.assert_allclose(slopes[..., F] + slopes[..., GAP], curves, rtol=0, atol=1e-11)
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_derivatives_of_scaled_times(prior, sensor, operations, motion):
-    """k and f go with time to the -2, gamma to the -1: together they stretch time from the onset,
-    and the derivative by the onset is minus the speed."""
-    slopes = by_log(prior, sensor, motion, operations)
-    stretched = 2 * slopes[..., [K_A, K_B, F]].sum(-1) + slopes[..., [GAMMA_A, GAMMA_B]].sum(-1)
-    elapsed = np.maximum(sensor.times - operations[1][:, None], 0.0)
-    expected = -elapsed * slopes[..., ONSET]
-    np.testing.assert_allclose(stretched, expected, rtol=0, atol=1e-10)
-    assert np.abs(expected).max() > 5  # mm: the tolerance is tight
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -75,7 +47,7 @@ def test_derivatives_against_differences(prior, sensor, operations, motion):
     for k in range(8):
         inner, outer = (curve(k, s) - curve(k, -s) for s in (1, 2))
         expected = (8 * inner - outer) / (12 * step)
-        np.testing.assert_allclose(slopes[smooth, k], expected[smooth], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(slopes[smooth, k], expected[smooth], rtol=0, atol=1e-8)
     # The motion has not begun: nothing but zero in closing, the held state in opening.
     rests = sensor.times < onset.min() - 0.05
     still = slopes[:, rests] if motion == "closing" else slopes[:, rests][..., [0, 3, 4, 7]]

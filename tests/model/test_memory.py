@@ -9,9 +9,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from breaker.mechanism import arguments
-from breaker.mechanism.curves import travel
-from breaker.mechanism.sensitivities import sensitivity
+from breaker.mechanism import curves
+from breaker.mechanism.curves import sensitivity, travel
 from breaker.model.bank import simulate
 from breaker.model.randomness import generator
 
@@ -58,7 +57,7 @@ def test_curves(theta, form):
     needed(8)  # compiled from here on
     few, many = needed(FEW), needed(MANY)
     assert many < few + SLACK
-    assert few < arguments._ROWS * 200
+    assert few < curves._ROWS * 200
 
 
 def test_a_copy_of_all_rows_would_be_seen(theta):
@@ -98,4 +97,4 @@ def test_bank(prior, sensor):
     needed(8)
     few, many = needed(FEW), needed(MANY)
     assert many < few + SLACK
-    assert few > arguments._ROWS * sensor.samples * 8  # a block of float64
+    assert few > curves._ROWS * sensor.samples * 8  # a block of float64

@@ -41,7 +41,7 @@ def test_every_seed_and_purpose_is_a_stream_of_its_own():
 def test_numbers_outlive_the_process():
     """Nothing of the process goes in, such as the salt of Python's own hash."""
     code = (
-        "from breaker.randomness import generator;"
+        "from breaker.model.randomness import generator;"
         "print(*generator(1, 'bank', 'closing', 3).integers(2**62, size=4))"
     )
     command = [sys.executable, "-c", code]

@@ -9,8 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "arguments": ["blocks"],
-        "curves": ["Motion", "rest_position", "travel"],
+        "curves": ["Motion", "blocks", "rest_position", "sensitivity", "travel"],
         "limits": ["Limit", "from_list"],
         "parameters": [
             "MOTIONS",
@@ -24,6 +23,5 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "split",
         ],
         "quantities": ["evaluate"],
-        "sensitivities": ["sensitivity"],
     },
 )

@@ -119,7 +119,7 @@ def evaluate(names: Sequence[str], theta: np.ndarray, motion: str) -> np.ndarray
         ValueError: If a quantity is unknown or of the other motion, or for parameters that
             ``mechanism.travel`` refuses.
     """
-    from breaker.mechanism.arguments import blocks, check
+    from breaker.mechanism.curves import blocks, check
 
     for name in names:
         if complaint := check_quantity(name, motion):

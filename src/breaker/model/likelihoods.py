@@ -72,8 +72,8 @@ def information(
         )
     onset = np.array(onset, dtype=np.float64)
     for _ in range(steps):
-        jacobian, residual = _whitened(model, records, centre, onset)
-        by_onset = jacobian[..., p]
+        by_onset, residual = _whitened(model, records, centre, onset, by=slice(p, None))
+        by_onset = by_onset[..., 0]
         curvature = np.einsum("nt,nt->n", by_onset, by_onset) + 1.0
         step = (np.einsum("nt,nt->n", by_onset, residual) - onset) / curvature
         onset += np.clip(step, -1.0, 1.0)
@@ -96,12 +96,15 @@ def _whitened(
     records: np.ndarray,
     centre: np.ndarray,
     onset: np.ndarray,
+    by: slice = slice(None),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Slopes ``(n, t, p + 1)`` and residuals ``(n, t)``, in units of the sensor's errors."""
     sensor, prior = model.sensor, model.prior
     theta = prior.destandardise(centre)
-    motion, slopes = sensitivity(theta, sensor.times, model.motion, onset=sensor.onset_sd * onset)
-    slopes *= np.append(prior.log_sds, sensor.onset_sd)
+    motion, slopes = sensitivity(
+        theta, sensor.times, model.motion, onset=sensor.onset_sd * onset, by=by
+    )
+    slopes *= np.append(prior.log_sds, sensor.onset_sd)[by]
     whitened = np.moveaxis(sensor.whiten(np.moveaxis(slopes, -1, -2)), -1, -2)
     return whitened, sensor.whiten(records - motion.travel)
 

@@ -1,0 +1,179 @@
+"""Derivatives against two references, at events and edges.
+
+``complex_step`` differentiates matrix exponentials of the paper's equations: the derivative is the
+imaginary part of the curve of a parameter moved by an imaginary step, exact to round-off, kinks or
+not. It takes the event's time from the simulator, and moves it as the event's condition demands.
+"""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from breaker.mechanism import curves
+from breaker.mechanism.curves import rest_position, sensitivity, travel
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.model.randomness import generator
+
+STEP = 1e-40  # no difference is taken, so none is lost
+MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, ONSET = range(8)
+CLOSE = 1e-6  # mm: rounding of 1e-13 mm over the step of 1e-5, and its square times 1e3 mm
+
+
+def draws(prior, n, *purpose):
+    rng = generator(1, "test", "sensitivities", *purpose)
+    return prior.sample(n, rng), 0.3 * rng.standard_normal(n)
+
+
+def system(theta, mode, pull):
+    """Matrix (5, 5) of the linear system of (x_a, v_a, x_b, v_b, 1)."""
+    mu, k_a, k_b, gamma_a, gamma_b, _, _ = theta
+    matrix = np.zeros((5, 5), dtype=complex)
+    matrix[0, 1] = 1.0
+    matrix[1] = -(k_a + k_b), -(gamma_a + gamma_b), k_b, gamma_b, pull
+    if mode == "free":
+        matrix[2, 3] = 1.0
+        matrix[3] = mu * k_b, mu * gamma_b, -mu * k_b, -mu * gamma_b, 0.0
+    return matrix
+
+
+def complex_step(theta, onset, times, motion, switching, k, *, moved_event=True):
+    """Derivative of one curve by output ``k``, ``(t,)``.
+
+    With ``moved_event`` off, the event stays where it is: the fault of a derivative that forgets
+    that its time depends on the parameters.
+    """
+    theta, onset = theta.astype(complex), complex(onset)
+    if k == ONSET:
+        onset += 1j * STEP
+    else:
+        theta[k] *= 1 + 1j * STEP
+    _, k_a, k_b, _, gamma_b, f, gap = theta
+    held, pull = (f + k_b * gap) / (k_a + k_b), f if motion == "closing" else 0.0
+    modes = ("free", "closed") if motion == "closing" else ("closed", "free")
+    first, second = (system(theta, mode, pull) for mode in modes)
+    start = np.array([0, 0, 0, 0, 1] if motion == "closing" else [held, 0, gap, 0, 1])
+
+    position = np.full(len(times), start[0], dtype=complex)
+    event = switching
+    if 0 < switching < np.inf:
+        state = expm(first * switching) @ start
+        if motion == "closing":
+            margin, slope = gap - state[2], -state[3]
+        else:
+            margin = k_b * (state[0] - gap) + gamma_b * state[1]
+            slope = k_b * state[1] + gamma_b * (first @ state)[1]
+        if moved_event:
+            event = switching - 1j * margin.imag / slope.real
+    before = (times > onset.real) & (times <= onset.real + switching)
+    after = times > onset.real + switching
+    position[before] = (expm(first * (times[before] - onset)[:, None, None]) @ start)[:, 0]
+    if after.any():
+        then = expm(first * event) @ start
+        then[2:4] = gap, 0.0
+        elapsed = times[after] - onset - event
+        position[after] = (expm(second * elapsed[:, None, None]) @ then)[:, 0]
+    return position.imag / STEP
+
+
+def assert_right(theta, onset, times, motion, atol=CLOSE):
+    result, slopes = sensitivity(theta, times, motion, onset=onset)
+    assert slopes.shape == (len(theta), len(times), 8)
+    for row, start, event, slope in zip(theta, onset, result.switching, slopes, strict=True):
+        for k in range(8):
+            expected = complex_step(row, start, times, motion, event, k)
+            np.testing.assert_allclose(slope[:, k], expected, rtol=0, atol=atol)
+    return result, slopes
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_complex_steps_agree(prior, sensor, motion):
+    theta, onset = draws(prior, 15, "complex")
+    assert_right(theta, onset, sensor.times[::3], motion)
+
+
+def test_an_event_that_stands_still_is_seen(prior, sensor):
+    """The planted fault: without the derivative of the touch's time, every parameter's derivative
+    is off by far more than what the test above allows. (At a parting nothing hangs on it.)"""
+    theta, onset = draws(prior, 5, "complex")
+    times = sensor.times[::3]
+    result, slopes = sensitivity(theta, times, "closing", onset=onset)
+    for row, start, event, slope in zip(theta, onset, result.switching, slopes, strict=True):
+        for k in range(7):
+            fault = complex_step(row, start, times, "closing", event, k, moved_event=False)
+            assert np.abs(slope[:, k] - fault).max() > 1e-3
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_symmetries(prior, sensor, motion):
+    """Curves scale with f and L together; k and f by -2, gamma by -1 stretch time."""
+    theta, onset = draws(prior, 200, "symmetries")
+    result, slopes = sensitivity(theta, sensor.times, motion, onset=onset)
+    np.testing.assert_allclose(slopes[..., [F, GAP]].sum(-1), result.travel, rtol=0, atol=CLOSE)
+    stretched = 2 * slopes[..., [K_A, K_B, F]].sum(-1) + slopes[..., [GAMMA_A, GAMMA_B]].sum(-1)
+    elapsed = np.maximum(sensor.times - onset[:, None], 0.0)
+    error = np.abs(stretched + elapsed * slopes[..., ONSET])
+    assert error.max() < 1e-2  # where the step carries an event across a sample
+    assert np.quantile(error, 0.999) < 10 * CLOSE
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_curves_and_chosen_derivatives(prior, sensor, motion, monkeypatch):
+    """Curves are those of ``travel``, and neither they nor derivatives depend on blocks, on other
+    rows or on which derivatives are asked for: bit by bit."""
+    theta, onset = draws(prior, 50, "curves")
+    result, slopes = sensitivity(theta, sensor.times, motion, onset=onset)
+    for one, two in zip(result, travel(theta, sensor.times, motion, onset=onset), strict=True):
+        assert one.tobytes() == two.tobytes()
+    monkeypatch.setattr(curves, "_ROWS", 50)  # two rows, of 17 curves each
+    again = sensitivity(theta, sensor.times, motion, onset=onset)[1]
+    np.testing.assert_array_equal(again, slopes)
+    chosen = sensitivity(theta[7:9], sensor.times, motion, onset=onset[7:9], by=slice(6, None))[1]
+    np.testing.assert_array_equal(chosen, slopes[7:9, :, 6:])
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_samples_at_the_onset_and_at_the_event(prior, sensor, motion):
+    """The travel has no kink there, but its slope has: first order, 1e-5 times a hundred mm."""
+    theta, onset = draws(prior, 5, "at events")
+    for row, start in zip(theta[:, None], onset[:, None], strict=True):
+        event = start + travel(row, sensor.times, motion, onset=start).switching
+        around = np.array([-1e-9, 0.0, 1e-9])
+        times = np.concatenate([start + around, event + around, [50.0]])
+        assert_right(row, start, times, motion, atol=1e-3)
+
+
+def test_before_the_motion_only_the_held_state_moves(prior):
+    theta, _ = draws(prior, 5, "rest")
+    times = np.array([-5.0, -1.0, 1.9])
+    _, slopes = sensitivity(theta, times, "closing", onset=2.0)
+    assert np.all(slopes == 0)
+    _, slopes = sensitivity(theta, times, "opening", onset=2.0)
+    _, k_a, k_b, _, _, f, gap = theta.T
+    held, total = rest_position(theta, "opening"), k_a + k_b
+    expected = np.zeros((5, 8))
+    expected[:, K_A], expected[:, K_B] = -k_a * held / total, k_b * (gap - held) / total
+    expected[:, F], expected[:, GAP] = f / total, k_b * gap / total
+    np.testing.assert_allclose(slopes, expected[:, None].repeat(3, axis=1), rtol=0, atol=1e-8)
+    assert np.all(slopes[..., [MU, GAMMA_A, GAMMA_B, ONSET]] == 0)
+
+
+@pytest.mark.parametrize(
+    ("motion", "share", "switching"),
+    [("closing", 0.3, np.inf), ("opening", 0.5, 0.0)],
+    ids=["never touches", "parts at once"],
+)
+def test_contact_without_an_event(prior, sensor, motion, share, switching):
+    """A contact that parts at once parts with the onset, whatever the parameters."""
+    theta, onset = draws(prior, 5, "no event")
+    theta[:, F] = share * theta[:, K_A] * theta[:, GAP]
+    result, _ = assert_right(theta, onset, sensor.times[::5], motion)
+    assert np.all(result.switching == switching)
+
+
+def test_what_travel_refuses_is_refused(prior, sensor):
+    theta, _ = draws(prior, 4, "refused")
+    theta[2, K_B] = -1.0
+    with pytest.raises(ValueError, match=r"1 of 4 rows .* k_b = -1\.0 in row 2"):
+        sensitivity(theta, sensor.times, "closing")
+    nothing = sensitivity(np.empty((0, 7)), sensor.times, "closing")[1]
+    assert nothing.shape == (0, sensor.samples, len(NAMES) + 1)
