@@ -18,7 +18,8 @@ from breaker.model.bank import simulate
 from breaker.model.randomness import generator
 from breaker.posterior.batches import freeze_inputs
 from breaker.posterior.estimator import Posterior
-from breaker.posterior.predictive import infer, table
+from breaker.posterior.predictive import infer
+from breaker.posterior.tables import table
 from breaker.records.reader import read_curves, write_curve
 from tests.networks_fixtures import MARKS, NETWORK, one_thread  # noqa: F401
 

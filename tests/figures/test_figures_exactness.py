@@ -13,7 +13,7 @@ from breaker.figures.exactness import exactness
 from breaker.figures.identifiability import identifiability
 from breaker.mechanism.parameters import outputs
 from breaker.model.randomness import generator
-from breaker.posterior.exactness import summary
+from breaker.posterior.tables import summary
 from breaker.validation import comparison
 from tests.figures.test_figures import SIGHT, assert_nothing_overlaps, lab, words
 

@@ -13,8 +13,8 @@ from breaker.figures import style
 from breaker.figures.networks import missing, networks
 from breaker.mechanism.parameters import outputs
 from breaker.model.randomness import generator
-from breaker.posterior.exactness import summary
 from breaker.posterior.predictive import validate
+from breaker.posterior.tables import summary
 from breaker.validation.calibration import calibration_p_values, family_p_value, ranks, verdict
 from breaker.validation.network_table import draws_per_second, row
 from tests.figures.test_figures import assert_nothing_overlaps, words

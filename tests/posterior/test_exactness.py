@@ -16,16 +16,9 @@ from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
 from breaker.model.sensor import Sensor
-from breaker.posterior.exactness import (
-    beside,
-    choose,
-    correct_operations,
-    correct_validation,
-    judge,
-    summary,
-    table_of_both,
-)
-from breaker.posterior.predictive import predictive_p_value, summaries, table, validate
+from breaker.posterior.exactness import correct_operations, correct_validation, judge
+from breaker.posterior.predictive import predictive_p_value, summaries, validate
+from breaker.posterior.tables import beside, choose, summary, table, table_of_both
 from breaker.records.reader import open_curves
 from breaker.validation.calibration import calibration_p_values, family_p_value, ranks
 from breaker.workflow.stores import describe, save

@@ -13,9 +13,9 @@ from breaker.posterior.predictive import (
     predict_stages,
     predictive_p_value,
     sample_records,
-    table,
     validate,
 )
+from breaker.posterior.tables import table
 from breaker.records.reader import open_curves
 from breaker.workflow.stores import save
 from tests.networks_fixtures import (
@@ -260,12 +260,12 @@ def test_a_network_that_takes_no_missing_samples_says_so(posterior):
     ("stages", "expected"), [(3, [3, 12, 18]), (1, [3]), (99, [3, 9, 12, 15, 18])]
 )
 def test_stages_are_accepted_operations_over_the_whole_life(posterior, inferred, stages, expected):
-    result = predict_stages(posterior, inferred, stages=stages, seed=1)
+    result = predict_stages(posterior.model, inferred, stages=stages, seed=1)
     assert result.operation.values.tolist() == expected
     assert result["median"].dims == ("stage", "time")
     part = inferred.sel(operation=expected)
     np.testing.assert_array_equal(result.travel.values, part.travel.values)
-    whole = predict(posterior, part.travel.values, part.draws.values, seed=1)
+    whole = predict(posterior.model, part.travel.values, part.draws.values, seed=1)
     for name in ("median", "lower", "upper"):
         np.testing.assert_array_equal(result[name].values, whole[name].values)
 
@@ -282,7 +282,10 @@ def test_share_inside_counts_the_main_motion_alone(posterior, curves):
     three = curves.isel(operation=[0, 2, 3]).copy(deep=True)
     three["travel"][:] = np.stack([records[0], *(records[0] + odd)])
     result = predict_stages(
-        certain, infer(certain, three, draws=100, seed=1, misfit_p_value=0.5), stages=3, seed=1
+        certain.model,
+        infer(certain, three, draws=100, seed=1, misfit_p_value=0.5),
+        stages=3,
+        seed=1,
     )
     inside = (three.travel.values >= result.lower.values) & (
         three.travel.values <= result.upper.values
@@ -298,7 +301,7 @@ def test_share_inside_counts_the_main_motion_alone(posterior, curves):
 def test_no_accepted_operation_has_no_stages(posterior, inferred):
     rejected = inferred.sel(operation=[6, 21])
     with pytest.raises(ValueError, match="no operation was accepted"):
-        predict_stages(posterior, rejected, stages=2, seed=1)
+        predict_stages(posterior.model, rejected, stages=2, seed=1)
 
 
 # ---- table --------------------------------------------------------------------------------------

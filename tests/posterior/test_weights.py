@@ -219,9 +219,9 @@ def test_pareto_k_of_a_known_tail(width):
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_wrong_sign_of_the_weights_is_caught(width, monkeypatch):
-    """The fault: ArviZ is given log weights where it takes minus log weights."""
-    right = exact.array_stats.psislw
-    monkeypatch.setattr(exact.array_stats, "psislw", lambda log_weights: right(-log_weights))
+    """The fault: the tail is that of the smallest weights."""
+    right = exact._pareto_k
+    monkeypatch.setattr(exact, "_pareto_k", lambda log_weights: right(-log_weights))
     log_ratio = gaussian_log_ratio(width, generator(1, "test exact", "tail", str(width)))
     assert k_error(importance(log_ratio, np.zeros(N)).pareto_k, width) > 10
 

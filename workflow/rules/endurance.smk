@@ -111,7 +111,6 @@ rule gather:
 rule endurance_predictive:
     """What the posteriors at a few stages of the life predict for their own records."""
     input:
-        model="results/models/{motion}.safetensors",
         inferred="results/endurance/{motion}.zarr",
         code=sources("endurance_predictive.py"),
     output:
@@ -122,6 +121,8 @@ rule endurance_predictive:
         ENVIRONMENT
     params:
         seed=config["seed"],
+        prior=config["prior"],
+        sensor=config["sensor"],
         stages=config["endurance"]["stages"],
         posterior=config["endurance"]["posterior"],
     script:

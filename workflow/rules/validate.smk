@@ -239,7 +239,6 @@ rule figure_pairs:
 rule posterior_predictive:
     """What the posteriors of four simulated records predict for them."""
     input:
-        model="results/models/{motion}.safetensors",
         validation=validated,
         code=sources("posterior_predictive.py"),
     output:
@@ -250,6 +249,8 @@ rule posterior_predictive:
         ENVIRONMENT
     params:
         seed=config["seed"],
+        prior=config["prior"],
+        sensor=config["sensor"],
         curves=4,
     script:
         "../scripts/posterior_predictive.py"

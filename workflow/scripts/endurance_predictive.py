@@ -2,15 +2,16 @@
 
 import xarray as xr
 
-from breaker.posterior import Posterior, choose, predict_stages
+from breaker.model import Model
+from breaker.posterior import choose, predict_stages
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
-posterior = Posterior.load(snakemake.input.model)
+model = Model.from_settings({"prior": params.prior, "sensor": params.sensor, "motion": motion})
 inferred = choose(xr.open_zarr(snakemake.input.inferred), params.posterior)
 
-result = predict_stages(posterior, inferred, stages=params.stages, seed=params.seed)
+result = predict_stages(model, inferred, stages=params.stages, seed=params.seed)
 shares = ", ".join(f"{share:.1%}" for share in result.share_inside.values)
 log.info("main motion inside the 95 %% band, stage by stage: %s", shares)
 save(describe(result, f"predicted {motion} records", seed=params.seed), snakemake.output[0])

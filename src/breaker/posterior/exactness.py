@@ -8,49 +8,21 @@ from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 from tqdm import tqdm
 
 from breaker.model import Model, generator
 from breaker.posterior.corrections import correct
-from breaker.posterior.predictive import predictive_p_value, summaries, table
+from breaker.posterior.predictive import predictive_p_value, summaries
+from breaker.posterior.tables import ABSENT
 from breaker.posterior.weights import importance
 
 __all__ = [
     "Density",
-    "beside",
-    "choose",
     "correct_operations",
     "correct_validation",
     "judge",
-    "summary",
-    "table_of_both",
 ]
-
-# How the correction of a record came about, and what stands where there was none.
-_ABSENT = {
-    "resolved": False,
-    "why_unresolved": "",
-    "rounds": 0,
-    "effective_size": np.nan,
-    "efficiency": np.nan,
-    "pareto_k": np.nan,
-    "faulty_weights": 0,
-    "log_evidence": np.nan,
-    "log_evidence_se": np.nan,
-}
-
-# What ``inference.summaries`` makes of draws: there is one for each posterior.
-_FROM_DRAWS = (
-    "draws",
-    "median",
-    "interval_50",
-    "interval_95",
-    "p_value",
-    "misfit",
-    "outside_support",
-)
 
 
 class Density(Protocol):
@@ -117,40 +89,6 @@ def correct_operations(
     return inferred.assign(by_operation | summaries(model, values, p_value, misfit_p_value))
 
 
-def beside(amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
-    """Put what ``infer`` and ``correct_operations`` return into one dataset.
-
-    What follows from the draws gets a dimension ``posterior``, "amortised" and "corrected"; the
-    rest is shared, and how the correction came about is that of the corrected one.
-    """
-    drawn = [name for name in _FROM_DRAWS if name in amortised]
-    both = xr.concat(
-        [amortised[drawn], corrected[drawn]],
-        dim=xr.DataArray(["amortised", "corrected"], dims="posterior", name="posterior"),
-        join="exact",
-    )
-    shared = corrected.drop_vars(drawn)
-    return shared.assign({name: both[name] for name in drawn}).assign_coords(
-        posterior=both.posterior
-    )
-
-
-def choose(result: xr.Dataset, posterior: str) -> xr.Dataset:
-    """Take one posterior, "amortised" or "corrected", of what ``beside`` returns."""
-    chosen = result.sel(posterior=posterior)
-    return chosen if posterior == "corrected" else chosen.drop_vars(list(_ABSENT))
-
-
-def table_of_both(result: xr.Dataset) -> pd.DataFrame:
-    """Return one tidy row for each operation, output and posterior of what ``beside`` returns."""
-    parts = []
-    for posterior in result.posterior.values:
-        rows = table(choose(result, posterior))
-        rows.insert(1, "posterior", posterior)
-        parts.append(rows)
-    return pd.concat(parts).sort_values("operation", kind="stable", ignore_index=True)
-
-
 def _correct(
     model: Model,
     measured: np.ndarray,
@@ -167,10 +105,10 @@ def _correct(
         keys: What each record's generator is named by, ``(n,)``.
 
     Returns:
-        Draws, ``(n, d, q)``, and for each name in ``_ABSENT`` an array ``(n,)``.
+        Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
     """
     values = np.full(draws.shape, np.nan)
-    rows = [dict(_ABSENT) for _ in keys]
+    rows = [dict(ABSENT) for _ in keys]
     present = np.flatnonzero(np.isfinite(draws).all(axis=(1, 2)))
     for i in tqdm(present, desc=f"correcting {model.motion}", mininterval=5, unit="record"):
         rng = generator(seed, "correction", model.motion, int(keys[i]))
@@ -187,7 +125,7 @@ def _correct(
             "log_evidence": weights.log_evidence,
             "log_evidence_se": weights.log_evidence_se,
         }
-    return values, {name: np.array([row[name] for row in rows]) for name in _ABSENT}
+    return values, {name: np.array([row[name] for row in rows]) for name in ABSENT}
 
 
 def judge(posterior: Density, data: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
@@ -235,34 +173,3 @@ def judge(posterior: Density, data: xr.Dataset, corrected: xr.Dataset) -> xr.Dat
     judged = {name: ("curve", np.array([row[name] for row in rows])) for name in rows[0]}
     resolved = ("curve", corrected.resolved.values[: len(rows)])
     return xr.Dataset(judged | {"resolved": resolved}, attrs={"motion": model.motion})
-
-
-def summary(judged: xr.Dataset, corrected: xr.Dataset) -> pd.DataFrame:
-    """Sum up what ``judge`` and ``correct_validation`` return, in one row.
-
-    The gap's standard error is that of a mean over curves. Curves whose evidence is not resolved
-    have no gap, and those with faulty weights no efficiency: they are left out of these numbers
-    (an infinite gap is not), and ``gap_curves`` and ``faulty_curves`` say how many there are.
-    """
-    gap = judged["gap"].values[judged.resolved.values & ~np.isnan(judged["gap"].values)]
-    sound = judged.isel(curve=judged.faulty_weights.values == 0)
-    efficiency = sound.efficiency.values if sound.sizes["curve"] else np.array([np.nan])
-    numbers = {
-        "motion": judged.attrs["motion"],
-        "judged_curves": judged.sizes["curve"],
-        "faulty_curves": judged.sizes["curve"] - sound.sizes["curve"],
-        "efficiency_median": np.median(efficiency),
-        "efficiency_10_percent": np.quantile(efficiency, 0.1),
-        "efficiency_lowest": efficiency.min(),
-        "pareto_k_below_0.7": np.mean(judged.pareto_k.values < 0.7),
-        "gap_curves": gap.size,
-        "gap_nats": gap.mean() if gap.size else np.nan,
-        "gap_se": gap.std(ddof=1) / np.sqrt(gap.size) if gap.size > 1 else np.nan,
-        "divergence_nats": sound.divergence.values.mean() if sound.sizes["curve"] else np.nan,
-        "truth_log_density": judged.truth_log_density.values.mean(),
-        "corrected_curves": corrected.sizes["curve"],
-        "resolved": corrected.resolved.values.mean(),
-        "corrected_efficiency_median": np.nanmedian(corrected.efficiency.fillna(0.0).values),
-        "rounds_mean": corrected.rounds.values.mean(),
-    }
-    return pd.DataFrame({name: [value] for name, value in numbers.items()})

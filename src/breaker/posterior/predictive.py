@@ -3,18 +3,21 @@
 Used alike for simulated records (validation), for a whole endurance test and for single files.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import pandas as pd
 import xarray as xr
-from scipy.stats import chi2
+from scipy.special import chdtrc
 from tqdm import tqdm
 
 from breaker.mechanism import NAMES
 from breaker.model import Model, generator, simulate
-from breaker.posterior.batches import truth as truth_of
-from breaker.posterior.estimator import Posterior
 from breaker.posterior.missing import remove
+from breaker.posterior.tables import INTERVALS
 from breaker.records import main_motion
+
+if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
+    from breaker.posterior.estimator import Posterior
 
 __all__ = [
     "infer",
@@ -23,14 +26,11 @@ __all__ = [
     "predictive_p_value",
     "sample_records",
     "summaries",
-    "table",
     "validate",
 ]
 
-_INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 
-
-def _noise(posterior: Posterior, seed: int, purpose: str, keys: np.ndarray, draws: int):
+def _noise(posterior: "Posterior", seed: int, purpose: str, keys: np.ndarray, draws: int):
     """Start points of the draws, ``(o, d, q)``: one generator a record, whatever the chunks."""
     shape = (draws, len(posterior.outputs))
     return np.stack(
@@ -39,7 +39,7 @@ def _noise(posterior: Posterior, seed: int, purpose: str, keys: np.ndarray, draw
 
 
 def validate(
-    posterior: Posterior, n: int, draws: int, seed: int, *, missing: float = 0.0
+    posterior: "Posterior", n: int, draws: int, seed: int, *, missing: float = 0.0
 ) -> xr.Dataset:
     """Infer records simulated from the prior, whose truth is known.
 
@@ -54,6 +54,8 @@ def validate(
         Dataset with dims ``curve``, ``draw``, ``output``, ``time``: ``draws`` and ``truth`` in
         physical units, ``measured`` (mm).
     """
+    from breaker.posterior.batches import truth as truth_of  # loads torch
+
     sensor, motion = posterior.sensor, posterior.motion
     rng = generator(seed, "validation records", motion)
     bank = simulate(posterior.prior, sensor.times, motion, n, rng, onset_sd=sensor.onset_sd)
@@ -64,7 +66,7 @@ def validate(
 
 
 def sample_records(
-    posterior: Posterior, measured: np.ndarray, truth: np.ndarray, draws: int, seed: int
+    posterior: "Posterior", measured: np.ndarray, truth: np.ndarray, draws: int, seed: int
 ) -> xr.Dataset:
     """Infer records ``(n, t)`` with a known truth ``(n, q)``; returns what ``validate`` does."""
     noise = _noise(posterior, seed, "validation draws", np.arange(len(measured)), draws)
@@ -103,11 +105,11 @@ def predictive_p_value(model: Model, record: np.ndarray, values: np.ndarray) -> 
     """
     present = ~np.isnan(record)
     discrepancy = model.sensor.chi_square(record[present], model.curves(values)[:, present])
-    return float(chi2.sf(discrepancy, df=present.sum()).mean())
+    return float(chdtrc(present.sum(), discrepancy).mean())
 
 
 def infer(
-    posterior: Posterior, curves: xr.Dataset, *, draws: int, seed: int, misfit_p_value: float
+    posterior: "Posterior", curves: xr.Dataset, *, draws: int, seed: int, misfit_p_value: float
 ) -> xr.Dataset:
     """Infer measured operations.
 
@@ -177,7 +179,7 @@ def summaries(
             dims=("operation", "output", "bound"),
             coords=bounds,
         )
-        for name, ends in _INTERVALS.items()
+        for name, ends in INTERVALS.items()
     }
     found = {
         "median": (("operation", "output"), np.quantile(values, 0.5, axis=1)),
@@ -189,15 +191,13 @@ def summaries(
     return {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()} | intervals
 
 
-def predict(
-    posterior: Posterior, measured: np.ndarray, draws: np.ndarray, *, seed: int
-) -> xr.Dataset:
-    """Predict records from the draws of their own posterior.
+def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:
+    """Predict records from the draws of their own model.
 
     A replicate shares the record's parameters, onset and zero, and has noise of its own.
 
     Args:
-        posterior: The model.
+        model: Joint model.
         measured: Records, ``(n, t)``, mm.
         draws: Draws of their posteriors, ``(n, d, q)``.
         seed: Seed of zero and noise.
@@ -206,11 +206,11 @@ def predict(
         Dataset with dims ``curve``, ``time``: ``measured``, and the ``median``, ``lower`` and
         ``upper`` end of the pointwise 95 % interval of the replicates, mm.
     """
-    sensor = posterior.sensor
+    sensor = model.sensor
     bands = []
     for i, (record, values) in enumerate(zip(measured, draws, strict=True)):
-        rng = generator(seed, "predictive", posterior.motion, i)
-        exact = posterior.model.curves(values.astype(np.float64))
+        rng = generator(seed, "predictive", model.motion, i)
+        exact = model.curves(values.astype(np.float64))
         zero = sensor.sample_zero(record, exact, rng)
         replicates = exact + zero + sensor.noise_sd * rng.standard_normal(exact.shape)
         bands.append(np.quantile(replicates, [0.5, 0.025, 0.975], axis=0))
@@ -224,17 +224,15 @@ def predict(
             "upper": (("curve", "time"), upper, unit),
         },
         coords={"time": ("time", sensor.times, {"unit": "ms"})},
-        attrs={"motion": posterior.motion, "noise_sd": sensor.noise_sd},
+        attrs={"motion": model.motion, "noise_sd": sensor.noise_sd},
     )
 
 
-def predict_stages(
-    posterior: Posterior, inferred: xr.Dataset, *, stages: int, seed: int
-) -> xr.Dataset:
+def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int) -> xr.Dataset:
     """Predict the records at a few stages of an endurance test from their own posteriors.
 
     Args:
-        posterior: The model.
+        model: Joint model.
         inferred: What ``infer`` returns, all operations.
         stages: Number of stages, evenly spread over the accepted operations, ends included.
         seed: Seed of the replicates.
@@ -252,10 +250,10 @@ def predict_stages(
         raise ValueError("no operation was accepted, so nothing can be predicted")
     chosen = accepted[np.unique(np.linspace(0, accepted.size - 1, stages).astype(int))]
     part = inferred.isel(operation=chosen).load()
-    result = predict(posterior, part.travel.values, part.draws.values, seed=seed)
+    result = predict(model, part.travel.values, part.draws.values, seed=seed)
     main = np.stack(
         [
-            main_motion(median, posterior.sensor.times, posterior.motion)
+            main_motion(median, model.sensor.times, model.motion)
             for median in result["median"].values
         ]
     )
@@ -267,32 +265,6 @@ def predict_stages(
         .assign(share_inside=("stage", share))
         .assign_coords(operation=("stage", part.operation.values))
     )
-
-
-def table(result: xr.Dataset) -> pd.DataFrame:
-    """Return one tidy row for each operation and output of what ``infer`` returns.
-
-    Also of what ``exactness.correct_operations`` makes of it, and then with how it came about.
-    """
-    units = dict(zip(result.output.values, result.output_unit.values, strict=True))
-    frame = result["median"].to_dataframe(name="median")[["median"]]
-    for name in _INTERVALS:
-        for bound in ("lower", "upper"):
-            values = result[name].sel(bound=bound, drop=True)
-            frame[f"{name}_{bound}"] = values.to_series()
-    frame = frame.reset_index()
-    frame.insert(2, "unit", frame.output.map(units))
-    columns = [
-        "p_value",
-        "misfit",
-        "outside_prior",
-        "outside_support",
-        "accepted",
-        "reason",
-        "file",
-        *(name for name in ("resolved", "effective_size", "pareto_k") if name in result),
-    ]
-    return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
 
 
 def share_inside(

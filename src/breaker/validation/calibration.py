@@ -17,8 +17,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import gammaln
-from scipy.stats import binom
+from scipy.special import bdtr, gammaln
 
 __all__ = [
     "Band",
@@ -118,8 +117,8 @@ def calibration_p_values(ranks: ArrayLike, draws: int) -> np.ndarray:
     """
     counts, n = _counts_below(ranks, draws)
     grid = _grid(draws)[:, None]
-    below = binom.cdf(counts, n, grid)
-    above = binom.cdf(n - counts, n, grid[::-1])  # P(X >= counts) by symmetry of the grid
+    below = bdtr(counts, n, grid)
+    above = bdtr(n - counts, n, grid[::-1])  # P(X >= counts) by symmetry of the grid
     tails = np.minimum(below, above).min(axis=0)
     return np.array([_leaving_probability(_bounds(n, draws, tail), n, draws) for tail in tails])
 
@@ -266,7 +265,7 @@ def _bounds(n: int, draws: int, tail: float) -> np.ndarray:
     below, reached = np.full(draws, -1), np.full(draws, n)
     while np.any(reached - below > 1):
         middle = (below + reached) // 2
-        exceeds = binom.cdf(middle, n, grid) > tail
+        exceeds = bdtr(middle, n, grid) > tail
         reached = np.where(exceeds, middle, reached)
         below = np.where(exceeds, below, middle)
     return reached

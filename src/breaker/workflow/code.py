@@ -39,11 +39,20 @@ def _imported(file: Path) -> tuple[Path, ...]:
     """Files of the package that a file itself imports, ``__init__`` of the rooms on the way too."""
     return tuple(
         path
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for node in _statements(ast.parse(file.read_text(encoding="utf-8")))
         for module, names in _imports(node)
         if module.split(".")[0] == "breaker"
         for path in _files(module, names)
     )
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """All nodes below one, but those of ``if TYPE_CHECKING:``, which never run."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        yield child
+        yield from _statements(child)
 
 
 def _imports(node: ast.AST) -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -1,0 +1,127 @@
+"""Posteriors as datasets and tables: both posteriors side by side, a row an output, a summary.
+
+Knows datasets alone, so that a step that only reads posteriors loads neither networks nor kernels.
+"""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+__all__ = ["ABSENT", "INTERVALS", "beside", "choose", "summary", "table", "table_of_both"]
+
+INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
+
+# How the correction of a record came about, and what stands where there was none.
+ABSENT = {
+    "resolved": False,
+    "why_unresolved": "",
+    "rounds": 0,
+    "effective_size": np.nan,
+    "efficiency": np.nan,
+    "pareto_k": np.nan,
+    "faulty_weights": 0,
+    "log_evidence": np.nan,
+    "log_evidence_se": np.nan,
+}
+
+# What ``inference.summaries`` makes of draws: there is one for each posterior.
+_FROM_DRAWS = (
+    "draws",
+    "median",
+    "interval_50",
+    "interval_95",
+    "p_value",
+    "misfit",
+    "outside_support",
+)
+
+
+def beside(amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
+    """Put what ``infer`` and ``correct_operations`` return into one dataset.
+
+    What follows from the draws gets a dimension ``posterior``, "amortised" and "corrected"; the
+    rest is shared, and how the correction came about is that of the corrected one.
+    """
+    drawn = [name for name in _FROM_DRAWS if name in amortised]
+    both = xr.concat(
+        [amortised[drawn], corrected[drawn]],
+        dim=xr.DataArray(["amortised", "corrected"], dims="posterior", name="posterior"),
+        join="exact",
+    )
+    shared = corrected.drop_vars(drawn)
+    return shared.assign({name: both[name] for name in drawn}).assign_coords(
+        posterior=both.posterior
+    )
+
+
+def choose(result: xr.Dataset, posterior: str) -> xr.Dataset:
+    """Take one posterior, "amortised" or "corrected", of what ``beside`` returns."""
+    chosen = result.sel(posterior=posterior)
+    return chosen if posterior == "corrected" else chosen.drop_vars(list(ABSENT))
+
+
+def table_of_both(result: xr.Dataset) -> pd.DataFrame:
+    """Return one tidy row for each operation, output and posterior of what ``beside`` returns."""
+    parts = []
+    for posterior in result.posterior.values:
+        rows = table(choose(result, posterior))
+        rows.insert(1, "posterior", posterior)
+        parts.append(rows)
+    return pd.concat(parts).sort_values("operation", kind="stable", ignore_index=True)
+
+
+def table(result: xr.Dataset) -> pd.DataFrame:
+    """Return one tidy row for each operation and output of what ``infer`` returns.
+
+    Also of what ``exactness.correct_operations`` makes of it, and then with how it came about.
+    """
+    units = dict(zip(result.output.values, result.output_unit.values, strict=True))
+    frame = result["median"].to_dataframe(name="median")[["median"]]
+    for name in INTERVALS:
+        for bound in ("lower", "upper"):
+            values = result[name].sel(bound=bound, drop=True)
+            frame[f"{name}_{bound}"] = values.to_series()
+    frame = frame.reset_index()
+    frame.insert(2, "unit", frame.output.map(units))
+    columns = [
+        "p_value",
+        "misfit",
+        "outside_prior",
+        "outside_support",
+        "accepted",
+        "reason",
+        "file",
+        *(name for name in ("resolved", "effective_size", "pareto_k") if name in result),
+    ]
+    return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
+
+
+def summary(judged: xr.Dataset, corrected: xr.Dataset) -> pd.DataFrame:
+    """Sum up what ``judge`` and ``correct_validation`` return, in one row.
+
+    The gap's standard error is that of a mean over curves. Curves whose evidence is not resolved
+    have no gap, and those with faulty weights no efficiency: they are left out of these numbers
+    (an infinite gap is not), and ``gap_curves`` and ``faulty_curves`` say how many there are.
+    """
+    gap = judged["gap"].values[judged.resolved.values & ~np.isnan(judged["gap"].values)]
+    sound = judged.isel(curve=judged.faulty_weights.values == 0)
+    efficiency = sound.efficiency.values if sound.sizes["curve"] else np.array([np.nan])
+    numbers = {
+        "motion": judged.attrs["motion"],
+        "judged_curves": judged.sizes["curve"],
+        "faulty_curves": judged.sizes["curve"] - sound.sizes["curve"],
+        "efficiency_median": np.median(efficiency),
+        "efficiency_10_percent": np.quantile(efficiency, 0.1),
+        "efficiency_lowest": efficiency.min(),
+        "pareto_k_below_0.7": np.mean(judged.pareto_k.values < 0.7),
+        "gap_curves": gap.size,
+        "gap_nats": gap.mean() if gap.size else np.nan,
+        "gap_se": gap.std(ddof=1) / np.sqrt(gap.size) if gap.size > 1 else np.nan,
+        "divergence_nats": sound.divergence.values.mean() if sound.sizes["curve"] else np.nan,
+        "truth_log_density": judged.truth_log_density.values.mean(),
+        "corrected_curves": corrected.sizes["curve"],
+        "resolved": corrected.resolved.values.mean(),
+        "corrected_efficiency_median": np.nanmedian(corrected.efficiency.fillna(0.0).values),
+        "rounds_mean": corrected.rounds.values.mean(),
+    }
+    return pd.DataFrame({name: [value] for name, value in numbers.items()})
