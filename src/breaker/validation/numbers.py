@@ -81,6 +81,11 @@ def numbers_of_decisions(
         decisions: Table of decisions, one row per operation.
         alarms: Table of alarms, which single operations raise.
         failures: True operation at which each limit is first exceeded; empty for real records.
+
+    >>> decisions = pd.DataFrame({"operation": [1, 1200], "limits_exceeded": [None, "slow"]})
+    >>> alarms = pd.DataFrame({"limit": ["slow"], "from_operation": [1250]})
+    >>> numbers_of_decisions(decisions, alarms, {"slow": 1100.0})
+    {'slow.failure': '1,100', 'slow.alarm': '1,250', 'slow.exceeded': '1,200'}
     """
     found = {}
     for name, operation in failures.items():
