@@ -39,8 +39,8 @@ all: $(INSTALLED)
 	@echo "== done: look at figures/, or make a report: $(BIN)/snakemake --report report.html"
 
 test: lint
-	@echo "== tests, the last of them the whole workflow with config/test.yaml"
-	$(BIN)/python -m pytest
+	@echo "== tests, whole files side by side; the first is the whole workflow with config/test.yaml"
+	$(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
 
 lint: $(INSTALLED)
 	@echo "== lint: ruff, snakefmt, snakemake --lint"

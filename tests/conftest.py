@@ -1,14 +1,24 @@
-"""The default prior and sensor, for the tests of every module."""
+"""One thread for every test, the whole workflow first, and what tests of every room share."""
 
+import os
 from pathlib import Path
 
+os.environ["OMP_NUM_THREADS"] = "1"  # before what reads it is loaded; files run side by side
+
+import numba
 import pytest
 import yaml
 
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
+numba.set_num_threads(1)  # it has as many as there are cores for those tests that ask for more
 DEFAULTS = Path(__file__).parents[1] / "config" / "config.yaml"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Start with the longest file, that of the whole workflow: the last one by its name."""
+    items.sort(key=lambda item: str(item.path), reverse=True)
 
 
 @pytest.fixture(scope="session")
