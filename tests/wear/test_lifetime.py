@@ -10,13 +10,17 @@ from breaker.mechanism.limits import Limit
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.quantities import evaluate
 from breaker.model.randomness import generator
-from breaker.synthetic.prognostics import quantile
 from breaker.wear.changepoint import Hypotheses, Tracker
 from breaker.wear.lifetime import Horizon, horizon_grid, remaining_life
 
 P = len(NAMES)
 F, GAP, K_A = (NAMES.index(name) for name in ("f", "L", "k_a"))
 SCATTER = 0.003
+
+
+def quantile(grid, cdf, q):
+    """Operations by which a probability is reached, linear between nodes; inf if it never is."""
+    return np.interp(q, np.append(0.0, cdf), np.append(0.0, grid), right=np.inf)
 
 
 def limit(motion="closing", **sides):

@@ -21,7 +21,7 @@ __all__ = ["FRACTIONS", "follow_lives"]
 FRACTIONS = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Shares of the way from the change to the failure at which predictions are scored."""
 
-_SHARES = {"closing": 0.7, "opening": 0.7}  # of the way, where raw times are taken
+_SHARE = 0.7  # of the way, where raw times are taken
 _BLOCK = 50  # records that are inferred together
 
 
@@ -49,14 +49,15 @@ def follow_lives(
         change to failure the ``record_at`` and the ``cdf`` of the remaining life.
     """
     models = {motion: posterior.model for motion, posterior in posteriors.items()}
-    rows = []
+    length = -(-2 * lives["operations"] // lives["every"])  # the longest that a life can be
+    followed = []
     for number in tqdm(numbers, desc="following lives", mininterval=5, unit="life"):
         life = simulate_life(models, lives, seed, number)
         series = _observe(posteriors, life, lives, seed, number)
         follower = Follower.from_settings(models, [life.limit], wear_model, seed)
-        rows.append(_follow(follower, life, series, models))
-    length = -(-2 * lives["operations"] // lives["every"])  # the longest that a life can be
-    return _together(rows, numbers, length, follower.horizon.grid)
+        one = _follow(follower, life, series, models)
+        followed.append(one.pad(record=(0, length - one.sizes["record"])))
+    return xr.concat(followed, dim="life").assign_coords(life=list(numbers))
 
 
 def _observe(
@@ -82,7 +83,8 @@ def _observe(
 
 def _follow(
     follower: Follower, life: Life, series: Series, models: Mapping[str, Model]
-) -> dict[str, object]:
+) -> xr.Dataset:
+    """Follow a life from record to record, and gather what its scores are made of."""
     usable = {motion: series.usable(motion) for motion in models}
     state, found, cdfs = follower.begin(series), [], []
     for i in range(len(series.operations)):
@@ -92,56 +94,29 @@ def _follow(
     way = life.change + np.array(FRACTIONS) * (life.failure - life.change)
     at = np.abs(series.operations[:, None] - way).argmin(axis=0)
     at = np.minimum(at, np.searchsorted(series.operations, life.failure) - 1)
-    raw = {
-        motion: raw_time(model.sensor.times, series.records[motion], share=_SHARES[motion])
+    raw = [
+        raw_time(model.sensor.times, series.records[motion], share=_SHARE)
         for motion, model in models.items()
-    }
-    return {
+    ]
+    per_record = {
         "operation": series.operations,
-        "change_probability": np.array([row["change_probability"] for row in found]),
-        "alarm": np.array([row["alarm"] for row in found]),
-        "remaining": np.array([row["remaining"][0] for row in found]),
-        "toward": np.array([row["toward"][0] for row in found]),
-        "raw_time": np.stack(list(raw.values()), axis=-1),
-        "cdf": np.array(cdfs)[at],
-        "record_at": at,
-        "change": life.change,
-        "failure": life.failure,
-        "ratio": life.ratio,
-        "changed": life.changed,
-        "words": life.limit.words,
+        "change_probability": [row["change_probability"] for row in found],
+        "alarm": [row["alarm"] for row in found],
+        "toward": [row["toward"][0] for row in found],
     }
-
-
-_DIMS = {
-    "remaining": ("record", "quantile"),
-    "raw_time": ("record", "motion"),
-    "cdf": ("fraction", "future"),
-    "record_at": ("fraction",),
-    **dict.fromkeys(("operation", "change_probability", "alarm", "toward"), ("record",)),
-}
-
-
-def _together(
-    rows: list[dict], numbers: Sequence[int], length: int, grid: np.ndarray
-) -> xr.Dataset:
-    """Put lives of different lengths into one dataset."""
-
-    def filled(value: np.ndarray, name: str) -> np.ndarray:
-        if "record" not in _DIMS.get(name, ()):
-            return np.asarray(value)
-        missing = length - len(value)
-        shape = ((0, missing), *(((0, 0),) * (value.ndim - 1)))
-        return np.pad(value.astype(float), shape, constant_values=np.nan)
-
-    data = {
-        name: (("life", *_DIMS.get(name, ())), np.stack([filled(r[name], name) for r in rows]))
-        for name in rows[0]
-    }
-    coords = {
-        "life": list(numbers),
-        "fraction": list(FRACTIONS),
-        "future": grid,
-        "motion": list(_SHARES),
-    }
-    return xr.Dataset(data, coords=coords)
+    return xr.Dataset(
+        {name: ("record", np.array(values, dtype=float)) for name, values in per_record.items()}
+        | {
+            "remaining": (("record", "quantile"), [row["remaining"][0] for row in found]),
+            "raw_time": (("record", "motion"), np.stack(raw, axis=-1)),
+            "record_at": ("fraction", at),
+            "cdf": (("fraction", "future"), np.array(cdfs)[at]),
+            "words": life.limit.words,
+        }
+        | {name: getattr(life, name) for name in ("change", "failure", "ratio", "changed")},
+        coords={
+            "fraction": list(FRACTIONS),
+            "future": follower.horizon.grid,
+            "motion": list(models),
+        },
+    )

@@ -10,7 +10,7 @@ the parameter and the scatter. The limit is on the parameter that changes, or on
 measures of it, and is where its trend is at the end of the nominal life.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,8 +88,7 @@ def simulate_life(models: Mapping[str, Model], settings: Mapping, seed: int, num
         RuntimeError: If none of many draws makes a life that ends at a limit.
     """
     rng = generator(seed, "life", number)
-    low, high = settings["ratio"]
-    ratio = float(np.exp(rng.uniform(np.log(low), np.log(high))))
+    ratio = _log_uniform(settings["ratio"], rng)
     for _ in range(_TRIES):
         if (life := _draw(models, settings, ratio, rng)) is not None:
             return life
@@ -99,17 +98,13 @@ def simulate_life(models: Mapping[str, Model], settings: Mapping, seed: int, num
 def _draw(
     models: Mapping[str, Model], settings: Mapping, ratio: float, rng: np.random.Generator
 ) -> Life | None:
+    """Draw a life; None if it leaves the prior, or has no limit that it reaches in time."""
     prior = next(iter(models.values())).prior
     n, every = settings["operations"], settings["every"]
     changed = str(rng.choice(list(_WEAR)))
     start = prior.standardise(prior.sample(1, rng))[0]
-    slopes = np.zeros(len(NAMES))
-    for name in rng.choice(list(_WEAR), size=rng.integers(1, 3), replace=False):
-        drift = np.exp(rng.uniform(*np.log(settings["drift"]))) / 100.0
-        slopes[NAMES.index(name)] = (
-            _WEAR[name] * drift * _PER / n / prior.log_sds[NAMES.index(name)]
-        )
-    scatter = np.exp(rng.uniform(*np.log(settings["scatter"]))) / 100.0
+    slopes = _slopes(settings, rng) / prior.log_sds
+    scatter = _log_uniform(settings["scatter"], rng) / 100.0
     scatter = scatter * np.exp(rng.uniform(*np.log([0.7, 1.4]), size=len(NAMES)))
     change = round(n * rng.uniform(*settings["change"]) / every) * every
 
@@ -120,28 +115,36 @@ def _draw(
     turn = _WEAR[changed] * ratio * error[i]
     line[:, i] += turn * np.maximum(operations - change, 0) / _PER
     spread = line + scatter / prior.log_sds * rng.standard_normal(line.shape)
-    beyond = np.abs(spread[:n]).max() > 4.0
     theta = prior.destandardise(np.clip(spread, -6.0, 6.0))
-    if beyond or not prior.supported(theta[:n]).all():
+    if np.abs(spread[:n]).max() > 4.0 or not prior.supported(theta[:n]).all():
         return None
+
     motion, quantity = _LIMITS[changed][rng.integers(len(_LIMITS[changed]))]
-    marks = np.array([change, n]) - 1
-    at_change, at_end = evaluate([quantity], prior.destandardise(line[marks]), motion)[:, 0]
+    marks = prior.destandardise(line[[change - 1, n - 1]])
+    at_change, at_end = evaluate([quantity], marks, motion)[:, 0].tolist()
     if not np.isfinite([at_change, at_end]).all():
         return None
-    limit = Limit("end_of_life", motion, ((quantity, float(at_end), bool(at_end > at_change)),))
-    values = evaluate([quantity], theta, motion)
-    over = limit.exceeded(values)
+    limit = Limit("end_of_life", motion, ((quantity, at_end, at_end > at_change),))
+    over = limit.exceeded(evaluate([quantity], theta, motion))
     failure = int(operations[over.argmax()])
     if not over.any() or failure < change + 2 * WINDOW * n:
         return None
-    kept = slice(0, failure)
-    return Life(
-        operations[kept],
-        line[kept],
-        theta[kept],
-        *(change, changed, ratio, scatter, limit, failure, n),
-    )
+    lived = (each[:failure] for each in (operations, line, theta))
+    return Life(*lived, change, changed, ratio, scatter, limit, failure, n)
+
+
+def _log_uniform(ends: Sequence[float], rng: np.random.Generator) -> float:
+    return float(np.exp(rng.uniform(*np.log(ends))))
+
+
+def _slopes(settings: Mapping, rng: np.random.Generator) -> np.ndarray:
+    """Draw the wear from the first operation on: of each parameter's logarithm, ``(p,)``, per
+    1,000 operations; one or two kinds."""
+    slopes = np.zeros(len(NAMES))
+    for name in rng.choice(list(_WEAR), size=rng.integers(1, 3), replace=False):
+        drift = _log_uniform(settings["drift"], rng) / 100.0
+        slopes[NAMES.index(name)] = _WEAR[name] * drift * _PER / settings["operations"]
+    return slopes
 
 
 def slope_error(
@@ -151,10 +154,12 @@ def slope_error(
     change: int,
     settings: Mapping,
 ) -> np.ndarray:
-    """Return the standard error of the change of each slope, ``(p,)``, a thousand operations.
+    r"""Return the standard error of the change of each slope, ``(p,)``, a thousand operations.
 
-    Of the least-squares fit of a line that bends at the change in one parameter, with the
-    information of records near ``centre``, to all records until 3 % of the life after it.
+    Of the weighted least-squares fit of lines to all parameters, one of which bends at the change,
+    to all records until 3 % of the life after it. A record weighs :math:`W = (I^{-1} + S)^{-1}`,
+    its information near ``centre`` and its scatter. As all records weigh the same, the error is
+    that of a bend in one series of variance :math:`1 / W_{ii}`, other parameters known or not.
 
     Args:
         models: Joint model of each motion.
@@ -174,12 +179,4 @@ def slope_error(
     last = change + round(WINDOW * settings["operations"])
     s = (np.arange(settings["every"], last + 1, settings["every"]) - change) / _PER
     design = np.stack([np.ones(s.size), s, np.maximum(s, 0.0)])  # level, slope, bend
-    moments = design @ design.T
-    error = np.empty(p)
-    for i in range(p):
-        normal = np.empty((2 * p + 1, 2 * p + 1))
-        normal[: 2 * p, : 2 * p] = np.kron(moments[:2, :2], weight)
-        normal[: 2 * p, 2 * p] = normal[2 * p, : 2 * p] = np.kron(moments[:2, 2], weight[i])
-        normal[2 * p, 2 * p] = moments[2, 2] * weight[i, i]
-        error[i] = np.sqrt(np.linalg.inv(normal)[-1, -1])
-    return error
+    return np.sqrt(np.linalg.inv(design @ design.T)[2, 2] / weight.diagonal())
