@@ -100,11 +100,12 @@ rule figure_exactness:
 
 
 rule figure_identifiability:
-    """What a curve can say of each parameter, and what was reached of it."""
+    """How well a curve determines each parameter, and how much of it posteriors reach."""
     input:
         limit="results/identifiability/{motion}.zarr",
         amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
         corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
+        drive="results/endurance/{motion}.zarr",
         code=sources("figure_identifiability.py"),
     output:
         report(

@@ -75,7 +75,7 @@ rule compare_networks:
         report(
             "results/networks/{motion}.csv",
             caption="../report/networks_table.rst",
-            category="6 Networks",
+            category="8 Networks",
             labels={"figure": "table of the networks", "motion": "{motion}"},
         ),
     log:
@@ -97,7 +97,7 @@ rule figure_networks:
         report(
             "figures/networks_{motion}.png",
             caption="../report/networks.rst",
-            category="6 Networks",
+            category="8 Networks",
             labels={"figure": "networks", "motion": "{motion}"},
         ),
     log:
@@ -151,7 +151,7 @@ rule figure_missing:
         report(
             "figures/missing_{network}_{motion}.png",
             caption="../report/missing.rst",
-            category="6 Networks",
+            category="8 Networks",
             labels={"figure": "missing samples, {network}", "motion": "{motion}"},
         ),
     log:

@@ -6,7 +6,7 @@ the figures of the paper's Secs. 5 and 6.
 
 
 rule figure_prior_predictive:
-    """Fig. 3: what the prior holds possible, beside three measured curves."""
+    """Fig. 3: what the prior holds possible, beside the endurance test."""
     input:
         prior="results/prior_predictive/{motion}.zarr",
         curves=curve_chunks,

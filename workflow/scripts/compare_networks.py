@@ -5,7 +5,7 @@ import torch
 import xarray as xr
 
 from breaker.posterior import Posterior
-from breaker.validation import row
+from breaker.validation import network_row
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -13,7 +13,7 @@ torch.set_num_threads(snakemake.threads)
 inputs = snakemake.input
 
 rows = [
-    row(
+    network_row(
         network,
         Posterior.load(inputs.models[i]),
         xr.open_zarr(inputs.validations[i]).load(),

@@ -1,11 +1,11 @@
-"""Draw what the prior holds possible beside three measured curves (Fig. 3)."""
+"""Draw what the prior holds possible beside three operations of the endurance test (Fig. 3)."""
 
 import numpy as np
 import xarray as xr
 
 from breaker.figures.predictive import prior_predictive
 from breaker.records import open_curves
-from breaker.validation import pointwise_band
+from breaker.validation import prior_check
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -17,7 +17,7 @@ measured = measured.isel(operation=np.flatnonzero(measured.accepted.values))
 chosen = np.unique(np.linspace(0, measured.sizes["operation"] - 1, 3).astype(int))
 figure = prior_predictive(
     prior,
-    pointwise_band(prior.travel.values),
+    prior_check(prior.travel.values, measured.travel.values),
     measured.isel(operation=chosen),
     motion=snakemake.wildcards.motion,
 )

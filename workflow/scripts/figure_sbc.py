@@ -3,15 +3,14 @@
 import xarray as xr
 
 from breaker.figures.validation import sbc
-from breaker.validation import ranks, verdict
+from breaker.validation import judge_draws
 from breaker.workflow import start
 
 log = start(snakemake)
 data = xr.open_zarr(snakemake.input.validation)
 
-judged = verdict(ranks(data.draws.values, data.truth.values), data.sizes["draw"])
 figure = sbc(
-    judged,
+    judge_draws(data.draws.values, data.truth.values),
     data.output.values,
     motion=snakemake.wildcards.motion,
     subject=snakemake.params.subject,

@@ -4,7 +4,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.mechanism import is_logarithmic, prior_sds
-from breaker.validation import quality, words
+from breaker.validation import quality, quality_words
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -23,7 +23,7 @@ for posterior, data, files in (("amortised", amortised, reader), ("corrected", c
         prior_sd=prior_sds(names, params.prior, params.onset_sd),
         log=is_logarithmic(names),
     )
-    log.info("%s: %s", posterior, words(table))
+    log.info("%s: %s", posterior, quality_words(table))
     table.insert(0, "posterior", posterior)
     tables.append(table)
 pd.concat(tables).to_csv(snakemake.output[0], index=False, float_format="%.5g")

@@ -5,38 +5,21 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
-from breaker.figures.health import edges
-from breaker.figures.style import (
-    MEASURED,
-    REFERENCE,
-    WARNING,
-    colour,
-    legend_below,
-    new_figure,
-    parameter,
-    styled,
-)
+from breaker.figures import style
 
-__all__ = ["change_words", "changepoint", "source_words"]
+__all__ = ["change_words", "changepoint"]
 
 _CHANGE = "#7A35D0"
-_SHOWN = 6  # changes that are told in words beside the panels
+_TITLE = "change points of the wear"
+_SHOWN = 6  # changes that are described beside the panels
 _KINDS = 3  # likeliest kinds of a change that are named,
 _LEAST = 0.05  # of at least this probability
-_SOURCES = {
-    "closing": "Closing",
-    "opening": "Opening",
-    "both": "Both motions",
-    "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
-}
 
 
-@styled
+@style.styled
 def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | None = None) -> Figure:
-    """Draw the tracked parameters with their changes, and what the tracker held of run lengths.
+    """Draw the tracked parameters with their changes, and the posterior of the run length.
 
     Args:
         trend: ``median`` and ``level`` ``(operation, parameter)``, ``level_interval (operation,
@@ -58,7 +41,7 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
         return _not_followed(source)
     names = [str(name) for name in trend["parameter"].values]
     rows = -(-(len(names) + 1) // 4)  # one place more, for the words
-    figure = new_figure(14.4, 2.5 * rows + 6.2)
+    figure = style.new_figure(14.4, 2.5 * rows + 6.2)
     grid = figure.add_gridspec(rows + 2, 4, height_ratios=(*[1.0] * rows, 1.25, 0.75))
     upper = [figure.add_subplot(grid[i // 4, i % 4]) for i in range(len(names))]
     words = figure.add_subplot(grid[len(names) // 4, len(names) % 4])
@@ -66,12 +49,10 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
     probability = figure.add_subplot(grid[rows + 1, :])
     for axis, name in zip(upper, names, strict=True):
         _series(axis, trend.sel(parameter=name), name)
-        if effective is not None and name in effective["output"].values:
-            values = effective.sel(output=name)
-            axis.plot(values["operation"], values, "D--", color=MEASURED, ms=3.0, lw=1.0)
+        style.draw_effective(axis, effective, name)
     _run_lengths(ages, trend)
     _probability(probability, trend)
-    ends = edges(trend["operation"].values)
+    ends = style.edges(trend["operation"].values)
     for axis in (*upper, ages, probability):
         _changes(axis, trend)
         axis.set(xlim=(ends[0], ends[-1]), xlabel="operation")
@@ -80,33 +61,22 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
     _tell(words, trend)
     count = trend.sizes["change"]
     found = ("no change found", "1 change found")[count] if count < 2 else f"{count} changes found"
-    figure.suptitle(f"{source_words(source)}: change points of the wear\n{found}")
-    legend_below(figure, _handles(trend, effective is not None), columns=5)
+    style.heading(figure, source, _TITLE, found)
+    style.legend_below(figure, _handles(trend, effective is not None), columns=5)
     return figure
 
 
 def _not_followed(source: str) -> Figure:
-    """Say that there is no trend of a source, in place of one."""
-    figure = new_figure(14.4, 2.2)
-    figure.suptitle(f"{source_words(source)}: change points of the wear")
-    text = "Not followed together: the motions have different parameters in the baseline."
+    """Return a figure that states why a source has no trend."""
+    figure = style.new_figure(14.4, 2.2)
+    style.heading(figure, source, _TITLE)
+    text = "Not followed together: closing and opening have different parameters at the beginning."
     figure.text(0.5, 0.4, text, ha="center", fontsize=12)
     return figure
 
 
-def source_words(source: str) -> str:
-    """Return the beginning of a title, by where the values come from.
-
-    Raises:
-        ValueError: If there is no such source.
-    """
-    if source not in _SOURCES:
-        raise ValueError(f"no source is called {source!r}; there are {', '.join(_SOURCES)}")
-    return _SOURCES[source]
-
-
 def change_words(change: xr.Dataset) -> tuple[str, str]:
-    """Tell one change: operation with its 90 % interval, and what changed at what probability."""
+    """Describe a change: operation with its 90 % interval, and what changed, with probabilities."""
     lower, upper = change["change_interval"].values
     if not np.isfinite(change["change_start"].item()):
         return f"noticed at {change['change_alarm'].item()}", "taken back by later operations"
@@ -119,20 +89,17 @@ def change_words(change: xr.Dataset) -> tuple[str, str]:
 
 
 def _kind(kind: str) -> str:
-    return "all" if kind == "all" else parameter(kind).symbol
+    return "all" if kind == "all" else style.parameter(kind).symbol
 
 
 def _series(axis: Axes, one: xr.Dataset, name: str) -> None:
-    operation = one["operation"].values
-    size = np.interp(operation.size, [50, 500, 5000], [3.5, 2.0, 1.2])
-    dots = {"alpha": 0.3, "mew": 0, "ms": size}
-    axis.plot(operation, one["median"], "o", color=colour(name), **dots)
+    operation, colour = one["operation"].values, style.colour(name)
+    dots = {"alpha": 0.3, "mew": 0, "ms": style.dot_size(operation.size)}
+    axis.plot(operation, one["median"], "o", color=colour, **dots)
     low, high = (one["level_interval"].sel(bound=bound) for bound in ("lower", "upper"))
-    axis.fill_between(operation, low, high, color=colour(name), alpha=0.3, lw=0)
-    axis.plot(operation, one["level"], color=colour(name), lw=1.6)
-    axis.set_ylabel(parameter(name).label)
-    title = f"{parameter(name).symbol}   {parameter(name).meaning}"
-    axis.set_title(title, loc="left", fontsize=9.0)
+    axis.fill_between(operation, low, high, color=colour, alpha=0.3, lw=0)
+    axis.plot(operation, one["level"], color=colour, lw=1.6)
+    style.label_parameter(axis, name, fontsize=9.0)
 
 
 def _changes(axis: Axes, trend: xr.Dataset) -> None:
@@ -153,11 +120,11 @@ def _run_lengths(axis: Axes, trend: xr.Dataset) -> None:
         ages[-1] = max(2 * ages[-2], operation[-1] - operation[0] + 1.0)
     held = trend["run_length_probability"].transpose("age", "operation").values
     scale = PowerNorm(0.5, vmin=0.0, vmax=1.0)
-    image = axis.pcolormesh(edges(operation), ages, held, cmap="Blues", norm=scale)
+    image = axis.pcolormesh(style.edges(operation), ages, held, cmap="Blues", norm=scale)
     known = np.isfinite(held).all(axis=0)
     likeliest = held[:, known].argmax(axis=0)
     middle = np.sqrt(ages[:-1] * ages[1:])[likeliest]
-    axis.plot(operation[known], middle, color=WARNING, lw=1.3, drawstyle="steps-mid")
+    axis.plot(operation[known], middle, color=style.WARNING, lw=1.3, drawstyle="steps-mid")
     reached = np.nonzero((held > 1e-3).any(axis=1))[0]
     top = ages[reached[-1] + 1] if reached.size else ages[-1]
     axis.set(yscale="log", ylim=(ages[0], top), ylabel="age of the segment (operations)")
@@ -170,11 +137,11 @@ def _run_lengths(axis: Axes, trend: xr.Dataset) -> None:
 
 
 def _probability(axis: Axes, trend: xr.Dataset) -> None:
-    axis.plot(trend["operation"], trend["change_probability"], color=MEASURED, lw=1.2)
-    axis.axhline(trend.attrs["alarm_level"], color=REFERENCE, lw=1.0, ls="--")
+    axis.plot(trend["operation"], trend["change_probability"], color=style.MEASURED, lw=1.2)
+    axis.axhline(trend.attrs["alarm_level"], color=style.REFERENCE, lw=1.0, ls="--")
     alarms = trend["operation"].values[trend["alarm"].values.astype(bool)]
-    axis.plot(alarms, np.full(alarms.shape, 1.1), "v", color=WARNING, ms=8, mec="white")
-    axis.set(ylim=(-0.2, 1.2), yticks=[0.0, 0.5, 1.0], ylabel="probability")
+    axis.plot(alarms, np.full(alarms.shape, 1.1), "v", color=style.WARNING, ms=8, mec="white")
+    axis.set(ylim=(-0.05, 1.2), yticks=[0.0, 0.5, 1.0], ylabel="probability")
     axis.set_title("changed since the last alarm?", loc="left")
 
 
@@ -206,23 +173,21 @@ def _tell(axis: Axes, trend: xr.Dataset) -> None:
 def _handles(trend: xr.Dataset, with_effective: bool) -> list:
     dots = "median of a single operation (pulled to the prior)"
     handles = [
-        Line2D([], [], color=REFERENCE, ls="", marker="o", ms=4, alpha=0.4, label=dots),
-        Line2D([], [], color=REFERENCE, lw=1.6, label="level by the trend"),
-        Patch(color=REFERENCE, alpha=0.3, lw=0, label="90 % interval of the level"),
+        style.dot_key(dots, ms=4, alpha=0.4),
+        style.line_key("level by the trend", lw=1.6),
+        style.band_key("90 % interval of the level", style.REFERENCE, 0.3),
     ]
     if with_effective:
-        label = "effective values of the stand-in"
-        handles.append(Line2D([], [], color=MEASURED, ls="--", marker="D", ms=3.5, label=label))
+        handles.append(style.effective_key())
     if trend.sizes["change"]:
         handles += [
-            Line2D([], [], color=_CHANGE, lw=1.0, label="change"),
-            Patch(color=_CHANGE, alpha=0.15, lw=0, label="90 % interval of the change"),
+            style.line_key("change", _CHANGE, lw=1.0),
+            style.band_key("90 % interval of the change", _CHANGE, 0.15),
         ]
-    label = f"alarm level {trend.attrs['alarm_level']:g}"
     handles += [
-        Line2D([], [], color=WARNING, lw=1.3, label="most probable age"),
-        Line2D([], [], color=REFERENCE, lw=1.0, ls="--", label=label),
+        style.line_key("most probable age", style.WARNING, lw=1.3),
+        style.line_key(f"alarm level {trend.attrs['alarm_level']:g}", ls="--", lw=1.0),
     ]
     if bool(trend["alarm"].any()):
-        handles.append(Line2D([], [], color=WARNING, ls="", marker="v", ms=8, label="alarm"))
+        handles.append(style.dot_key("alarm", style.WARNING, "v", ms=8))
     return handles

@@ -6,20 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from breaker.figures.style import (
-    AMORTISED,
-    CORRECTED,
-    MEASURED,
-    REFERENCE,
-    WARNING,
-    heading,
-    legend_below,
-    new_figure,
-    parameter,
-    styled,
-)
+from breaker.figures import style
 from breaker.validation import exactness_words, percent, plus_minus
 
 __all__ = ["exactness"]
@@ -28,10 +16,13 @@ _LARGEST_K = 0.7  # of Pareto's tail, from which importance weights do not settl
 _BODY = 0.97  # share of the curves that the panel of the gap has room for
 _ABOVE = {"loc": "lower left", "bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}
 _PAD = 44.0  # points between a panel of the first row and its title, for the words in between
-_ROWS = {"amortised": (-0.17, AMORTISED), "corrected": (0.17, CORRECTED)}  # shift, colour
+_ROWS = {
+    "amortised": (-0.17, style.AMORTISED),
+    "corrected": (0.17, style.CORRECTED),
+}  # shift, colour
 
 
-@styled
+@style.styled
 def exactness(
     judged: xr.Dataset,
     corrected: xr.Dataset,
@@ -44,15 +35,15 @@ def exactness(
 
     Args:
         judged: Over ``curve``: ``efficiency``, ``pareto_k`` and ``divergence`` (nats) of the
-            network's own draws, from ``exactness.judge``.
+            network's own draws, from ``posterior.judge``.
         corrected: Over ``curve``: ``efficiency``, ``pareto_k``, ``rounds`` and ``resolved``, from
-            ``exactness.correct_validation``.
+            ``posterior.correct_validation``.
         examples: From ``validation.examples``; without any, their row is left out.
-        summary: The row of ``exactness.summary``.
+        summary: The row of ``posterior.summary``.
         motion: Motion of the title.
     """
     count = examples.sizes["example"]
-    figure = new_figure(14.0, 10.2 if count else 5.0)
+    figure = style.new_figure(14.0, 10.2 if count else 5.0)
     rows = figure.subfigures(2 if count else 1, 1, height_ratios=(1.0, 1.3)[: 1 + bool(count)])
     above, *below = np.atleast_1d(rows)
     axes = above.subplots(1, 4)
@@ -64,15 +55,17 @@ def exactness(
         grid = place.subplots(1, count, sharey=True, squeeze=False)
         for i, axis in enumerate(grid.flat):
             _example(axis, examples.isel(example=i))
-    heading(figure, motion, "the network against the exact posterior", exactness_words(summary))
-    legend_below(figure, _handles(), columns=3)
+    style.heading(
+        figure, motion, "the network against the exact posterior", exactness_words(summary)
+    )
+    style.legend_below(figure, _handles(), columns=3)
     return figure
 
 
 def _efficiency(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset, summary: Mapping) -> None:
     for data, colour, words, median in (
-        (judged, AMORTISED, "network", summary["efficiency_median"]),
-        (corrected, CORRECTED, "correction", summary["corrected_efficiency_median"]),
+        (judged, style.AMORTISED, "network", summary["efficiency_median"]),
+        (corrected, style.CORRECTED, "correction", summary["corrected_efficiency_median"]),
     ):
         label = f"{words}: median {percent(median)}"
         _shares(axis, 100 * data["efficiency"].values, colour, label, above=True)
@@ -82,7 +75,7 @@ def _efficiency(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset, summary: 
 
 
 def _tail(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset) -> None:
-    both = ((judged, AMORTISED, "network"), (corrected, CORRECTED, "correction"))
+    both = ((judged, style.AMORTISED, "network"), (corrected, style.CORRECTED, "correction"))
     for data, colour, words in both:
         k = data["pareto_k"].values
         label = f"{words}: {np.sum(k < _LARGEST_K)} of {k.size} below {_LARGEST_K}"
@@ -90,8 +83,8 @@ def _tail(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset) -> None:
     low, high = axis.get_xlim()
     high = max(high, _LARGEST_K + 0.3)
     label = f"from {_LARGEST_K} on weights do not settle"
-    axis.axvline(_LARGEST_K, color=WARNING, lw=1.2, ls="--", label=label)
-    axis.axvspan(_LARGEST_K, high, color=WARNING, alpha=0.08, lw=0)
+    axis.axvline(_LARGEST_K, color=style.WARNING, lw=1.2, ls="--", label=label)
+    axis.axvspan(_LARGEST_K, high, color=style.WARNING, alpha=0.08, lw=0)
     axis.set(xlabel="Pareto k", ylabel="curves at or below (%)", xlim=(low, high))
     axis.set_title("tail of the weights", pad=_PAD)
     axis.legend(**_ABOVE)
@@ -101,11 +94,11 @@ def _gap(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
     mean, error = summary["gap_nats"], summary["gap_se"]
     divergence = judged["divergence"].values
     label = f"each curve (weights): up to {np.nanmax(divergence, initial=-np.inf):.2f}"
-    _shares(axis, divergence, AMORTISED, label)
+    _shares(axis, divergence, style.AMORTISED, label)
     label = f"mean (true values): {plus_minus(mean, error)}"
-    axis.plot([mean, mean], [0, 103], color=MEASURED, lw=1.2, label=label)
-    axis.fill_betweenx([0, 103], mean - error, mean + error, color=MEASURED, alpha=0.15, lw=0)
-    axis.axvline(0.0, color=REFERENCE, lw=1.2, ls="--", label="exact: 0")
+    axis.plot([mean, mean], [0, 103], color=style.MEASURED, lw=1.2, label=label)
+    axis.fill_betweenx([0, 103], mean - error, mean + error, color=style.MEASURED, alpha=0.15, lw=0)
+    axis.axvline(0.0, color=style.REFERENCE, lw=1.2, ls="--", label="exact: 0")
     # The last few curves, far away, would dwarf all others; the legend says how far.
     shown = np.sort(divergence[np.isfinite(divergence)])
     shown = [0.1, mean + error, *shown[: int(np.ceil(_BODY * shown.size))]]
@@ -121,8 +114,8 @@ def _rounds(axis: Axes, corrected: xr.Dataset) -> None:
     kinds, counts = np.unique(corrected["rounds"].values[resolved], return_counts=True)
     places = np.arange(len(kinds) + 1)
     for at, values, colour, words in (
-        (places[:-1], counts, CORRECTED, "resolved"),
-        (places[-1:], [np.sum(~resolved)], WARNING, "not resolved"),
+        (places[:-1], counts, style.CORRECTED, "resolved"),
+        (places[-1:], [np.sum(~resolved)], style.WARNING, "not resolved"),
     ):
         label = f"{words}: {np.sum(values):.0f} of {resolved.size}"
         bars = axis.bar(at, values, color=colour, width=0.7, label=label)
@@ -145,10 +138,10 @@ def _shares(
         label += f", {missing} without"
     steps = 100 * np.arange(known.size + 1) / values.size
     if above:
-        x, y, style = np.append(known, known[-1:]), steps[::-1], "steps-pre"
+        x, y, kind = np.append(known, known[-1:]), steps[::-1], "steps-pre"
     else:
-        x, y, style = np.append(known[:1], known), steps, "steps-post"
-    axis.plot(x, y, color=colour, drawstyle=style, label=label, lw=1.8)
+        x, y, kind = np.append(known[:1], known), steps, "steps-post"
+    axis.plot(x, y, color=colour, drawstyle=kind, label=label, lw=1.8)
     axis.set_ylim(0, 103)
 
 
@@ -161,9 +154,9 @@ def _example(axis: Axes, one: xr.Dataset) -> None:
             low, high = (each[interval].sel(bound=bound).values for bound in ("lower", "upper"))
             axis.hlines(at, low, high, color=colour, lw=width)
         axis.plot(each["median"], at, "o", color=colour, mec="white", mew=0.8, ms=6)
-    axis.plot(one["truth"], rows, "|", color=MEASURED, ms=17, mew=1.8)
-    axis.axvline(0.0, color=REFERENCE, lw=0.6)
-    axis.set_yticks(rows, [parameter(str(name)).symbol for name in one["output"].values])
+    axis.plot(one["truth"], rows, "|", color=style.MEASURED, ms=17, mew=1.8)
+    axis.axvline(0.0, color=style.REFERENCE, lw=0.6)
+    axis.set_yticks(rows, style.symbols(one["output"].values.tolist()))
     axis.set_ylim(len(rows) - 0.45, -0.55)
     limit = max(3.5, *np.abs(axis.get_xlim()))
     axis.set_xlim(-limit, limit)
@@ -183,17 +176,16 @@ def _example_title(axis: Axes, one: xr.Dataset) -> None:
     axis.set_title(
         f"{one['place'].item()} efficiency: simulated curve {int(one['curve']) + 1}\n"
         + ", ".join(words),
-        color="black" if resolved else WARNING,
+        color="black" if resolved else style.WARNING,
     )
 
 
-def _handles() -> list[Line2D]:
-    plain = {"color": REFERENCE}
+def _handles() -> list:
     return [
-        Line2D([], [], color=AMORTISED, lw=3, label="amortised: the network alone"),
-        Line2D([], [], color=CORRECTED, lw=3, label="corrected by importance sampling"),
-        Line2D([], [], color=MEASURED, ls="", marker="|", ms=13, mew=1.8, label="truth"),
-        Line2D([], [], **plain, ls="", marker="o", ms=6, label="posterior median"),
-        Line2D([], [], **plain, lw=5, label="50 % interval"),
-        Line2D([], [], **plain, lw=1.4, label="95 % interval"),
+        style.line_key("amortised: the network alone", style.AMORTISED, lw=3),
+        style.line_key("corrected by importance sampling", style.CORRECTED, lw=3),
+        style.dot_key("truth", style.MEASURED, "|", ms=13, mew=1.8),
+        style.dot_key("posterior median", ms=6),
+        style.line_key("50 % interval", lw=5),
+        style.line_key("95 % interval"),
     ]

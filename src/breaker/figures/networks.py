@@ -7,24 +7,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, NullFormatter, StrMethodFormatter
 
-from breaker.figures.style import (
-    AMORTISED,
-    CORRECTED,
-    PRIOR,
-    REFERENCE,
-    WARNING,
-    colour,
-    heading,
-    legend_below,
-    new_figure,
-    panels,
-    parameter,
-    styled,
-)
-from breaker.validation import Verdict
+from breaker.figures import style
+from breaker.figures.validation import draw_ranks, rank_keys
+from breaker.validation import Calibration
 
 __all__ = ["missing", "networks"]
 
@@ -39,44 +26,45 @@ _MEASURES = (
     ("training_seconds", None, "training, s of processor time", "from 0"),
     ("weights", None, "weights", "from 0"),
 )
-_POOR = 0.01  # p-value below which a network counts as not calibrated
 
 
-@styled
+@style.styled
 def networks(table: pd.DataFrame, *, motion: str) -> Figure:
     """Draw one panel a measure, one row a network.
 
     Args:
-        table: Rows of ``network_table.row``. What is nan in it is "not known" in the figure.
+        table: Rows of ``validation.network_row``. What is nan in it is "not known" in the figure.
         motion: Motion of the title.
     """
-    figure, axes = panels(len(_MEASURES), columns=4, width=3.6, height=0.42 * len(table) + 1.4)
+    figure, axes = style.panels(
+        len(_MEASURES), columns=4, width=3.6, height=0.42 * len(table) + 1.4
+    )
     names = table.network.str.replace("_", " ").to_numpy()
     rows = np.arange(len(table))[::-1]
-    poor = table.calibration_p.to_numpy() < _POOR
+    poor = ~table.calibrated.to_numpy(dtype=bool)
     for i, (axis, (column, error, words, run)) in enumerate(zip(axes, _MEASURES, strict=True)):
         values = table[column].to_numpy(dtype=float)
         if error is not None:
-            axis.errorbar(values, rows, xerr=2 * table[error], fmt="none", color=REFERENCE, lw=1)
-        marks = [WARNING if column == "calibration_p" and bad else AMORTISED for bad in poor]
+            axis.errorbar(
+                values, rows, xerr=2 * table[error], fmt="none", color=style.REFERENCE, lw=1
+            )
+        marks = [
+            style.WARNING if column == "calibration_p" and bad else style.AMORTISED for bad in poor
+        ]
         axis.scatter(values, rows, c=marks, s=36, zorder=3)
         if column == "gap_nats":
-            axis.axvline(0.0, color=REFERENCE, lw=0.9, ls="--")
+            axis.axvline(0.0, color=style.REFERENCE, lw=0.9, ls="--")
         _run(axis, values, run)
         axis.set(xlabel=words, ylim=(-0.6, len(rows) - 0.4))
         axis.set_yticks(rows, names if i % 4 == 0 else [""] * len(rows))
         _numbers(axis, values, rows)
     density = table.held_out_log_density.fillna(-np.inf).to_numpy()
     best = names[density.argmax()] if np.isfinite(density).any() else "not known"
-    heading(figure, motion, "networks side by side", f"highest held-out log density: {best}")
-    handles = [
-        Line2D([], [], color=REFERENCE, lw=1, label="two standard errors"),
-        Line2D([], [], color=REFERENCE, lw=0.9, ls="--", label="no gap"),
-    ]
+    style.heading(figure, motion, "networks side by side", f"highest held-out log density: {best}")
+    handles = [style.line_key("two standard errors", lw=1), style.line_key("no gap", ls="--")]
     if poor.any():
-        label = f"not calibrated: p below {_POOR:g}"
-        handles.append(Line2D([], [], color=WARNING, ls="", marker="o", ms=6, label=label))
-    legend_below(figure, handles)
+        handles.append(style.dot_key("not calibrated", style.WARNING, ms=6))
+    style.legend_below(figure, handles)
     return figure
 
 
@@ -119,9 +107,9 @@ def _number(value: float) -> str:
     return f"{value:.2f}" if size >= 0.1 else f"{value:.2g}"
 
 
-@styled
+@style.styled
 def missing(
-    verdict: Verdict,
+    calibration: Calibration,
     amortised: np.ndarray,
     exact: np.ndarray,
     names: Sequence[str],
@@ -132,59 +120,45 @@ def missing(
     """Draw calibration, and how much wider posteriors are, with samples missing at random.
 
     Args:
-        verdict: Of the ranks with missing samples.
-        amortised, exact: Ratio of posterior sds with missing samples to those without, ``(n, q)``,
-            of the network and of the exact posterior; nan where there is none.
+        calibration: Of the ranks with missing samples.
+        amortised, exact: Ratio of posterior sds with missing samples to those without, of the
+            network and of the exact posterior: 5 %, 50 % and 95 % over curves and the number of
+            curves, ``(4, q)``; the number is 0 where there is none.
         names: Names of the ``q`` outputs.
         motion: Motion of the title.
         share: Share of the samples that is missing.
     """
     q = len(names)
-    figure = new_figure(12.0, 5.2)
+    figure = style.new_figure(12.0, 5.2)
     left, right = figure.subplots(1, 2, width_ratios=[1.3, 1.0])
-    band = verdict.band
-    left.fill_between(band.grid, band.lower, band.upper, color=PRIOR, alpha=0.35, lw=0)
-    for i, name in enumerate(names):
-        left.plot(
-            band.grid,
-            verdict.difference[:, i],
-            color=colour(name),
-            drawstyle="steps-post",
-            label=f"{parameter(name).symbol}, p = {verdict.p_values[i]:.2g}",
-        )
-    left.axhline(0.0, color=REFERENCE, lw=0.6)
-    left.set(xlim=(0, 1), xlabel="rank of the truth / (draws + 1)", ylabel="ECDF difference")
+    draw_ranks(left, calibration, dict(enumerate(names)))
+    left.set(xlabel="rank of the truth / (draws + 1)", ylabel="ECDF difference")
     left.set_title("calibrated?", loc="left")
     left.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)  # beside all lines
 
     rows = np.arange(q)[::-1]
-    for ratios, mark, shift in ((amortised, AMORTISED, 0.14), (exact, CORRECTED, -0.14)):
-        if np.isnan(ratios).all():
-            continue
-        low, middle, high = np.nanquantile(ratios, [0.05, 0.5, 0.95], axis=0)
-        right.hlines(rows + shift, low, high, color=mark, lw=2, alpha=0.5)
-        right.plot(middle, rows + shift, "o", color=mark, ms=6)
-    right.axvline(1.0, color=REFERENCE, lw=0.9, ls="--")
-    right.set_yticks(rows, [parameter(name).symbol for name in names])
+    for ratios, mark, shift in (
+        (amortised, style.AMORTISED, 0.14),
+        (exact, style.CORRECTED, -0.14),
+    ):
+        style.draw_intervals(right, rows + shift, *ratios[:3], color=mark, lw=2, alpha=0.5)
+    right.axvline(1.0, color=style.REFERENCE, lw=0.9, ls="--")
+    right.set_yticks(rows, style.symbols(names))
     right.set(xlabel="posterior sd with missing samples / with all", ylim=(-0.6, q - 0.4))
     right.set_title("wider where it should be?", loc="left")
 
-    outside = [parameter(n).symbol for n, bad in zip(names, verdict.outside, strict=True) if bad]
-    words = f"outside the band: {', '.join(outside)}" if outside else "all outputs inside the band"
-    heading(figure, motion, f"{100 * share:g} % of the samples missing at random", words)
-    band_words = f"simultaneous {100 * (1 - verdict.alpha):g} % band"
-    handles = [
-        Patch(color=PRIOR, alpha=0.35, lw=0, label=band_words),
-        _widths(AMORTISED, "network", amortised),
-        _widths(CORRECTED, "exact posterior", exact),
+    text, failed = f"{100 * share:g} % of the samples missing at random", calibration.outside.any()
+    outcome = calibration.words(style.symbols(names))
+    style.heading(figure, motion, text, outcome, failed=bool(failed))
+    widths = [
+        _widths(style.AMORTISED, "network", amortised),
+        _widths(style.CORRECTED, "exact posterior", exact),
     ]
-    legend_below(figure, handles)
+    style.legend_below(figure, [*rank_keys(calibration)[1:], *widths])
     return figure
 
 
 def _widths(mark: str, whose: str, ratios: np.ndarray) -> Line2D:
-    """Legend of the ratios: how they are drawn, and of how many curves there are some."""
-    known = np.isfinite(ratios).all(axis=1).sum()
-    count = f"{known}" if known == len(ratios) else f"{known} of {len(ratios)}"
-    label = f"{whose}: median, 5 to 95 % ({count} curves)"
-    return Line2D([], [], color=mark, marker="o", lw=2, label=label)
+    """Legend of the ratios: how they are drawn, and of how many curves."""
+    label = f"{whose}: median, 5 to 95 % ({ratios[3].min():.0f} curves)"
+    return style.line_key(label, mark, marker="o", lw=2)

@@ -5,25 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
-from breaker.figures.style import (
-    MEASURED,
-    MODEL,
-    PRIOR,
-    colour,
-    heading,
-    legend_below,
-    new_figure,
-    parameter,
-    styled,
-)
+from breaker.figures import style
 
 __all__ = ["pairs"]
 
 
-@styled
+@style.styled
 def pairs(
     prior: np.ndarray,
     posterior: np.ndarray,
@@ -42,10 +30,10 @@ def pairs(
         names: Names of the ``q`` outputs.
         motion: Motion of the title.
         correlation: Correlation of the posterior draws, ``(q, q)``, from
-            :func:`breaker.validation.diagnostics.correlation`.
+            :func:`breaker.validation.correlation`.
     """
     q = len(names)
-    figure = new_figure(1.6 * q + 0.6, 1.5 * q + 1.0)
+    figure = style.new_figure(1.6 * q + 0.6, 1.5 * q + 1.0)
     grid = figure.subplots(q, q, sharex="col", squeeze=False)
     for row in range(q):
         for column in range(q):
@@ -59,43 +47,34 @@ def pairs(
                 _coefficient(axis, correlation[row, column])
     _limits(grid, prior, posterior, truth)
     _labels(grid, names)
-    heading(figure, motion, "prior, posterior and truth of one simulated curve")
-    _legend(figure, columns=4 if q > 6 else 2)
+    style.heading(figure, motion, "prior, posterior and truth of one simulated curve")
+    style.legend_below(figure, _handles(), columns=4 if q > 6 else 2)
     return figure
 
 
 def _marginal(
     axis: Axes, prior: np.ndarray, posterior: np.ndarray, truth: float, name: str
 ) -> None:
-    axis.hist(prior, bins=30, density=True, color=PRIOR, alpha=0.5)
-    axis.hist(posterior, bins=20, density=True, color=colour(name), alpha=0.75)
-    axis.axvline(truth, color=MEASURED, lw=1.2, ls="--")
-    axis.set_title(parameter(name).symbol, fontsize=14)
+    axis.hist(prior, bins=30, density=True, color=style.PRIOR, alpha=0.5)
+    axis.hist(posterior, bins=20, density=True, color=style.colour(name), alpha=0.75)
+    axis.axvline(truth, color=style.MEASURED, lw=1.2, ls="--")
+    axis.set_title(style.parameter(name).symbol, fontsize=14)
 
 
 def _scatter(axis: Axes, prior: np.ndarray, posterior: np.ndarray, truth: np.ndarray) -> None:
-    axis.plot(*prior.T, "o", color=PRIOR, ms=1.4, mew=0, alpha=0.35, rasterized=True)
-    axis.plot(*posterior.T, "o", color=MODEL, ms=1.6, mew=0, alpha=0.5, rasterized=True)
-    axis.axvline(truth[0], color=MEASURED, lw=0.7, ls="--")
-    axis.axhline(truth[1], color=MEASURED, lw=0.7, ls="--")
+    axis.plot(*prior.T, "o", color=style.PRIOR, ms=1.4, mew=0, alpha=0.35, rasterized=True)
+    axis.plot(*posterior.T, "o", color=style.MODEL, ms=1.6, mew=0, alpha=0.5, rasterized=True)
+    axis.axvline(truth[0], color=style.MEASURED, lw=0.7, ls="--")
+    axis.axhline(truth[1], color=style.MEASURED, lw=0.7, ls="--")
 
 
 def _coefficient(axis: Axes, value: float) -> None:
     """Print a correlation, the darker the stronger."""
     axis.set_axis_off()
     weight = "bold" if abs(value) > 0.7 else "normal"
-    axis.text(
-        0.5,
-        0.5,
-        f"{value:+.2f}",
-        transform=axis.transAxes,
-        ha="center",
-        va="center",
-        fontsize=13,
-        weight=weight,
-        color=MODEL,
-        alpha=0.3 + 0.7 * min(1.0, abs(value)),
-    )
+    look = {"color": style.MODEL, "alpha": 0.3 + 0.7 * min(1.0, abs(value)), "fontsize": 13}
+    place = {"transform": axis.transAxes, "ha": "center", "va": "center"}
+    axis.text(0.5, 0.5, f"{value:+.2f}", weight=weight, **place, **look)
 
 
 def _limits(grid: np.ndarray, prior: np.ndarray, posterior: np.ndarray, truth: np.ndarray) -> None:
@@ -113,9 +92,9 @@ def _labels(grid: np.ndarray, names: Sequence[str]) -> None:
     """Label the lowest row and the first column only."""
     last = len(names) - 1
     for i, name in enumerate(names):
-        grid[last, i].set_xlabel(parameter(name).label)
+        grid[last, i].set_xlabel(style.parameter(name).label)
         if i:
-            grid[i, 0].set_ylabel(parameter(name).label)
+            grid[i, 0].set_ylabel(style.parameter(name).label)
     for (row, column), axis in np.ndenumerate(grid):
         axis.locator_params(nbins=3)
         axis.tick_params(labelbottom=row == last, labelleft=0 == column < row, labelsize=8)
@@ -125,11 +104,11 @@ def _labels(grid: np.ndarray, names: Sequence[str]) -> None:
     figure.align_labels()
 
 
-def _legend(figure: Figure, columns: int) -> None:
-    handles = [
-        Patch(color=PRIOR, alpha=0.7, lw=0, label="prior"),
-        Patch(color=MODEL, alpha=0.8, lw=0, label="posterior (marginals: colour of the parameter)"),
-        Line2D([], [], color=MEASURED, ls="--", label="truth"),
-        Line2D([], [], ls="", marker="$+.5$", ms=18, color=MODEL, label="posterior correlation"),
+def _handles() -> list:
+    marginals = "posterior (marginals: colour of the parameter)"
+    return [
+        style.band_key("prior", style.PRIOR, 0.7),
+        style.band_key(marginals, style.MODEL, 0.8),
+        style.line_key("truth", style.MEASURED, "--"),
+        style.dot_key("posterior correlation", style.MODEL, "$+.5$", ms=18),
     ]
-    legend_below(figure, handles, columns=columns)

@@ -4,87 +4,80 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
-from breaker.figures.style import (
-    MEASURED,
-    MODEL,
-    PRIOR,
-    REFERENCE,
-    TIME,
-    TRAVEL,
-    heading,
-    legend_below,
-    new_figure,
-    styled,
-)
+from breaker.figures import style
+from breaker.validation import PriorCheck
 
 __all__ = ["endurance_predictive", "posterior_predictive", "prior_predictive"]
 
 _DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))
-_BAND = Patch(color=MODEL, alpha=0.3, lw=0, label="pointwise 95 % band")
-_MEDIAN = Line2D([], [], color=MODEL, lw=2, label="median")
+_BAND = style.band_key("pointwise 95 % band", style.MODEL, 0.3)
+_MEDIAN = style.line_key("median", style.MODEL, lw=2)
 
 
-@styled
+@style.styled
 def prior_predictive(
-    curves: xr.Dataset,
-    band: tuple[np.ndarray, np.ndarray, np.ndarray],
-    measured: xr.Dataset,
-    *,
-    motion: str,
-    shown: int = 150,
+    curves: xr.Dataset, check: PriorCheck, measured: xr.Dataset, *, motion: str, shown: int = 150
 ) -> Figure:
-    """Draw what the prior holds possible beside measured curves (paper, Fig. 3).
+    """Draw what the prior holds possible beside curves of the endurance test (paper, Fig. 3).
 
     Args:
         curves: Prior predictive curves: ``travel (curve, time)`` in mm, coordinate ``time`` in ms.
-        band: Median, lower and upper bound ``(t,)`` of the curves, mm.
-        measured: A few measured curves: ``travel (operation, time)``, coordinates ``operation``
-            and ``time``.
+        check: All operations held against these curves, :func:`breaker.validation.prior_check`.
+        measured: A few operations: ``travel (operation, time)``, coordinates ``operation`` and
+            ``time``.
         motion: Motion of the title.
-        shown: How many curves are drawn one by one, the first ones.
+        shown: How many curves of the prior are drawn one by one, the first ones.
     """
-    figure = new_figure(9.0, 5.6)
+    figure = style.new_figure(9.0, 5.8)
     axis = figure.subplots()
-    median, lower, upper = band
     single = curves["travel"].transpose("curve", "time").values[:shown]
-    axis.plot(curves["time"], single.T, color=PRIOR, lw=0.5, alpha=0.35)
-    axis.fill_between(curves["time"], lower, upper, color=MODEL, alpha=0.2, lw=0)
-    axis.plot(curves["time"], median, color=MODEL, lw=2)
-    handles = [Line2D([], [], color=PRIOR, lw=1, label="single prior curves"), _MEDIAN, _BAND]
+    axis.plot(curves["time"], single.T, color=style.PRIOR, lw=0.5, alpha=0.35)
+    axis.fill_between(curves["time"], check.lower, check.upper, color=style.MODEL, alpha=0.2, lw=0)
+    axis.plot(curves["time"], check.median, color=style.MODEL, lw=2)
+    handles = [style.line_key("single curves of the prior", style.PRIOR, lw=1), _MEDIAN, _BAND]
     for i, operation in enumerate(measured["operation"].values):
-        curve = measured["travel"].sel(operation=operation)
-        dashes = _DASHES[i % len(_DASHES)]
-        label = f"measured, operation {operation}"
-        handles += axis.plot(measured["time"], curve, color=MEASURED, ls=dashes, label=label)
-    axis.set(xlabel=TIME, ylabel=TRAVEL)
+        curve, dashes = measured["travel"].sel(operation=operation), _DASHES[i % len(_DASHES)]
+        label = f"endurance test, operation {operation}"
+        handles += axis.plot(measured["time"], curve, color=style.MEASURED, ls=dashes, label=label)
+    axis.set(xlabel=style.TIME, ylabel=style.TRAVEL)
     axis.margins(x=0)
-    heading(figure, motion, "prior predictive check")
-    legend_below(figure, handles, columns=3)
+    few = int(np.sum(check.inside < check.least))
+    outcome = (
+        f"{_percent(check.inside.mean())} of all samples of the endurance test in the 95 % band\n"
+        f"{few} of {check.inside.size} operations below the {_percent(check.least)} "
+        "that 95 % of prior curves reach"
+    )
+    style.heading(figure, motion, "prior predictive check", outcome)
+    style.legend_below(figure, handles, columns=3)
     return figure
 
 
-@styled
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"
+
+
+@style.styled
 def posterior_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float) -> Figure:
     """Draw simulated curves and what their own posteriors predict (paper, Fig. 8).
 
     Args:
         predictive: ``measured``, ``median``, ``lower``, ``upper``, each ``(curve, time)`` in mm,
-            the bounds pointwise 95 % of noisy predicted curves; coordinate ``time`` in ms.
+            the bounds pointwise 95 % of noisy predicted curves; ``share_inside (curve)``, the
+            share of the samples inside; coordinate ``time`` in ms.
         motion: Motion of the title.
         noise_sd: Noise sd of a sample, mm: the unit of the residuals.
     """
-    data = predictive.rename(curve="panel")
-    titles = [f"simulated curve {i + 1}" for i in range(data.sizes["panel"])]
-    text = "posterior predictive check on simulated curves"
-    return _checks(data, "measured", titles, text, motion=motion, noise_sd=noise_sd)
+    data = predictive.rename(curve="panel", measured="record")
+    shares = enumerate(data["share_inside"].values, start=1)
+    titles = [f"simulated record {i}: {_percent(share)} in the band" for i, share in shares]
+    text = "posterior predictive check on simulated records"
+    return _checks(data, titles, text, "simulated record", motion=motion, noise_sd=noise_sd)
 
 
-@styled
+@style.styled
 def endurance_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float) -> Figure:
-    """Draw measured curves at stages of the life and what is predicted for them (paper, Fig. 9).
+    """Draw records at stages of the life and what is predicted for them (paper, Fig. 9).
 
     Args:
         predictive: ``travel``, ``median``, ``lower``, ``upper``, each ``(stage, time)`` in mm, as
@@ -93,52 +86,49 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float
         motion: Motion of the title.
         noise_sd: Noise sd of a sample, mm: the unit of the residuals.
     """
-    data = predictive.rename(stage="panel")
+    data = predictive.rename(stage="panel", travel="record")
     shares = zip(data["operation"].values, data["share_inside"].values, strict=True)
     titles = [
-        f"operation {operation}: {100 * share:.0f} % of the main motion in the band"
+        f"operation {operation}: {_percent(share)} of the main motion in the band"
         for operation, share in shares
     ]
-    text = "posterior predictive check of the endurance test"
-    return _checks(data, "travel", titles, text, motion=motion, noise_sd=noise_sd)
+    text, key = "posterior predictive check of the endurance test", "record of the endurance test"
+    return _checks(data, titles, text, key, motion=motion, noise_sd=noise_sd)
 
 
 def _checks(
-    data: xr.Dataset, measured: str, titles: list[str], text: str, *, motion: str, noise_sd: float
+    data: xr.Dataset, titles: list[str], text: str, key: str, *, motion: str, noise_sd: float
 ) -> Figure:
     """Draw one panel with residuals below it for each of ``titles``, two in a row."""
     if not noise_sd > 0:
         raise ValueError(f"residuals need a noise sd above zero, got {noise_sd}")
     rows = -(-len(titles) // 2)
-    figure = new_figure(11.0, 4.2 * rows + 0.9)
+    figure = style.new_figure(11.0, 4.2 * rows + 0.9)
     places = figure.subfigures(rows, 2, squeeze=False).flat
     below: list[Axes] = []
     for place, title, i in zip(places, titles, range(len(titles)), strict=False):
         one = data.isel(panel=i)
-        below.append(_check(place, one, one[measured], title, noise_sd))
+        below.append(_check(place, one, title, noise_sd))
     limit = max(abs(bound) for axis in below for bound in axis.get_ylim())
     for axis in below:
         axis.set_ylim(-limit, limit)
-    heading(figure, motion, text)
-    dots = Line2D([], [], color=MEASURED, ls="", marker="o", ms=4, label="measured")
-    legend_below(figure, [dots, _MEDIAN, _BAND])
+    style.heading(figure, motion, text)
+    style.legend_below(figure, [style.dot_key(key, style.MEASURED, ms=4), _MEDIAN, _BAND])
     return figure
 
 
-def _check(
-    place: SubFigure, one: xr.Dataset, curve: xr.DataArray, title: str, noise_sd: float
-) -> Axes:
+def _check(place: SubFigure, one: xr.Dataset, title: str, noise_sd: float) -> Axes:
     """Draw one curve with its prediction, residuals below; return the axes of the residuals."""
     above, below = place.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     for axis, shift, unit in ((above, 0.0, 1.0), (below, one["median"], noise_sd)):
         low, middle, high, dots = (
-            (values - shift) / unit for values in (one["lower"], one["median"], one["upper"], curve)
+            (one[name] - shift) / unit for name in ("lower", "median", "upper", "record")
         )
-        axis.fill_between(one["time"], low, high, color=MODEL, alpha=0.3, lw=0)
-        axis.plot(one["time"], middle, color=MODEL, lw=1.0)
-        axis.plot(one["time"], dots, "o", color=MEASURED, ms=2, mew=0)
-    below.axhline(0.0, color=REFERENCE, lw=0.6)
-    above.set(title=title, ylabel=TRAVEL)
+        axis.fill_between(one["time"], low, high, color=style.MODEL, alpha=0.3, lw=0)
+        axis.plot(one["time"], middle, color=style.MODEL, lw=1.0)
+        axis.plot(one["time"], dots, "o", color=style.MEASURED, ms=2, mew=0)
+    below.axhline(0.0, color=style.REFERENCE, lw=0.6)
+    above.set(title=title, ylabel=style.TRAVEL)
     above.margins(x=0)
-    below.set(xlabel=TIME, ylabel="residual\n(noise sd)")
+    below.set(xlabel=style.TIME, ylabel="residual\n(noise sd)")
     return below

@@ -4,27 +4,17 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from breaker.figures.style import (
-    AMORTISED,
-    CORRECTED,
-    MODEL,
-    PRIOR,
-    REFERENCE,
-    legend_below,
-    new_figure,
-    styled,
-)
+from breaker.figures import style
 
 __all__ = ["prognostics"]
 
 # Marker and colour, method by method; the first one is the model.
 _METHODS = (
-    ("o", MODEL),
-    ("s", AMORTISED),
+    ("o", style.MODEL),
+    ("s", style.AMORTISED),
     ("^", "#4E9A9A"),
     ("D", "#A0569B"),
     ("v", "#8A8A8A"),
@@ -40,7 +30,7 @@ _MISSED = (130.0, 400.0)  # strip of the missed ones on the axis of the delay
 _TARGET = {"color": "#009E73", "alpha": 0.15, "lw": 0}
 
 
-@styled
+@style.styled
 def prognostics(scores: xr.Dataset) -> Figure:
     """Draw how early changes are found, and how good intervals of the remaining life are.
 
@@ -59,7 +49,7 @@ def prognostics(scores: xr.Dataset) -> Figure:
     methods = [str(name) for name in scores["method"].values]
     if len(methods) > len(_METHODS):
         raise ValueError(f"there are markers for {len(_METHODS)} methods, not {len(methods)}")
-    figure = new_figure(13.6, 10.2)
+    figure = style.new_figure(13.6, 10.2)
     grid = figure.add_gridspec(4, 2, width_ratios=(1.25, 1.0))
     _delays(figure.add_subplot(grid[:2, 0]), scores)
     _found(figure.add_subplot(grid[:2, 1]), scores)
@@ -74,7 +64,7 @@ def prognostics(scores: xr.Dataset) -> Figure:
     figure.suptitle(
         f"Prognostics: changes and remaining life against the truth\n{lives} simulated lives"
     )
-    legend_below(figure, _handles(methods), columns=4)
+    style.legend_below(figure, _handles(methods), columns=4)
     return figure
 
 
@@ -88,8 +78,8 @@ def _delays(axis: Axes, scores: xr.Dataset) -> None:
         over = 2.3 if i == 0 else 2.0
         axis.plot(ratio, shown, marker, color=mark, ms=4, mew=0, alpha=0.5, zorder=over)
         _medians(axis, scores, ratio, delay, (marker, mark), strip[i])
-    axis.axhspan(*_MISSED, color=PRIOR, alpha=0.2, lw=0, zorder=0.5)
-    axis.axhline(_FOUND, color=REFERENCE, lw=0.9, ls="--")
+    axis.axhspan(*_MISSED, color=style.PRIOR, alpha=0.2, lw=0, zorder=0.5)
+    axis.axhline(_FOUND, color=style.REFERENCE, lw=0.9, ls="--")
     axis.set_xscale("log")
     axis.set_yscale("symlog", linthresh=1.0, linscale=0.6)
     middle = np.sqrt(_MISSED[0] * _MISSED[1])
@@ -152,9 +142,9 @@ def _coverage(axis: Axes, scores: xr.Dataset) -> None:
     at, covered = 100 * scores["fraction"].values, 100 * scores["coverage"].values
     low, high = (100 * scores["coverage_interval"].sel(bound=b).values for b in ("lower", "upper"))
     axis.axhspan(*_COVERAGE, **_TARGET)
-    axis.axhline(_NOMINAL, color=REFERENCE, lw=0.9, ls="--")
-    axis.vlines(at, low, high, color=CORRECTED, lw=2, alpha=0.6)
-    axis.plot(at, covered, "o-", color=CORRECTED, ms=8, mec="white")
+    axis.axhline(_NOMINAL, color=style.REFERENCE, lw=0.9, ls="--")
+    axis.vlines(at, low, high, color=style.CORRECTED, lw=2, alpha=0.6)
+    axis.plot(at, covered, "o-", color=style.CORRECTED, ms=8, mec="white")
     axis.set(xlim=(0, 100), ylim=(np.nanmin(low, initial=75.0) - 3.0, 101.0))
     axis.set(xlabel="life after the change (%)", ylabel="truth inside (%)")
     axis.set_title("(c) remaining life: coverage of the 90 % interval", loc="left")
@@ -163,21 +153,21 @@ def _coverage(axis: Axes, scores: xr.Dataset) -> None:
 def _over_life(
     axis: Axes, scores: xr.Dataset, values: xr.DataArray, words: str, top: float | None
 ) -> None:
-    axis.plot(100 * scores["fraction"], values, "o-", color=CORRECTED, ms=8, mec="white")
+    axis.plot(100 * scores["fraction"], values, "o-", color=style.CORRECTED, ms=8, mec="white")
     highest = top if top is not None else max(0.1, 1.15 * float(values.max()))
     axis.set(xlim=(0, 100), ylim=(0.0, 1.04 * highest), ylabel=words)
     axis.set_xlabel("life after the change (%)")
 
 
 def _handles(methods: list[str]) -> list:
+    look = {"lw": 1.6, "ms": 8, "mec": "white"}
     handles = [
-        Line2D([], [], color=mark, ls="-", lw=1.6, marker=marker, ms=8, mec="white", label=name)
+        style.line_key(name, mark, marker=marker, **look)
         for name, (marker, mark) in zip(methods, _METHODS, strict=False)
     ]
-    line = f"{_FOUND:g} % of life; nominal coverage"
     return [
         *handles,
         Patch(**_TARGET, label="target"),
-        Line2D([], [], color=REFERENCE, lw=0.9, ls="--", label=line),
-        Line2D([], [], color=CORRECTED, marker="o", ms=8, mec="white", label="remaining life"),
+        style.line_key(f"{_FOUND:g} % of life; nominal coverage", ls="--", lw=0.9),
+        style.line_key("remaining life", style.CORRECTED, marker="o", ms=8, mec="white"),
     ]

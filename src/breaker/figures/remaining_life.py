@@ -6,19 +6,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from breaker.figures.changepoint import source_words
-from breaker.figures.health import limit_title, spans
-from breaker.figures.style import (
-    CORRECTED,
-    MEASURED,
-    REFERENCE,
-    legend_below,
-    panels,
-    styled,
-)
+from breaker.figures import style
 
 __all__ = ["remaining_life"]
 
@@ -28,11 +18,11 @@ _NO_TREND = {"facecolor": "#F0F0F0", "edgecolor": "#CFCFCF", "hatch": "////", "l
 _CONE = "#F2C14E"
 
 
-@styled
+@style.styled
 def remaining_life(
     trend: xr.Dataset, *, truth: Mapping[str, float] | None = None, alpha: float = 0.2
 ) -> Figure:
-    """Draw a panel a limit: predicted remaining operations, and the true ones where known.
+    """Draw one panel per limit: predicted remaining operations, and the true ones where known.
 
     The axis is linear near 0 and logarithmic above. Its top strip, past the horizon, stands for all
     that is beyond; a band that runs into it is open. Where there is no trend towards the limit, no
@@ -47,30 +37,25 @@ def remaining_life(
             measurements.
         alpha: Half width of the cone around the truth, share of it.
     """
-    count, horizon = trend.sizes["limit"], float(trend.attrs["horizon"])
-    size = {"columns": 2, "width": 6.4} if count > 1 else {"columns": 1, "width": 10.0}
-    figure, axes = panels(count, height=3.1, sharex=True, sharey=True, **size)
-    for axis, limit in zip(axes, trend["limit"].values, strict=True):
+    limits = [str(limit) for limit in trend["limit"].values]
+    horizon = float(trend.attrs["horizon"])
+    failures = [np.nan if truth is None else float(truth.get(limit, np.nan)) for limit in limits]
+    titles = [
+        str(words) + ("" if truth is None or np.isfinite(failure) else " (in truth not reached)")
+        for words, failure in zip(trend["words"].values, failures, strict=True)
+    ]
+    figure, axes = style.limit_panels(trend, titles, "remaining operations", height=3.1)
+    for axis, limit, failure in zip(axes, limits, failures, strict=True):
         one = trend.sel(limit=limit)
-        failure = np.nan if truth is None else float(truth.get(str(limit), np.nan))
         _truth(axis, one["operation"].values, failure, alpha)
         _prediction(axis, one, horizon, trend.attrs["toward_level"])
-        axis.axhline(trend.attrs["notice"], color=REFERENCE, lw=0.9, ls=":")
-        axis.axhline(horizon, color=REFERENCE, lw=0.6)
-        words = one["words"].item()
-        if truth is not None and not np.isfinite(failure):
-            words += " (in truth not reached)"
-        limit_title(axis, str(limit), words, room=int(size["width"] * 11.5))
-        axis.set_ylabel("remaining operations")
-        if axis.xaxis.get_tick_params()["labelbottom"]:
-            axis.set_xlabel("operation")
+        axis.axhline(trend.attrs["notice"], color=style.REFERENCE, lw=0.9, ls=":")
+        axis.axhline(horizon, color=style.REFERENCE, lw=0.6)
     _scale(axes[0], horizon)
-    axes[0].margins(x=0.01)
-    source = source_words(trend.attrs["source"])
-    figure.suptitle(f"{source}: remaining operations until a limit is exceeded")
-    legend_below(
-        figure, _handles(trend.attrs, truth, alpha), columns=4 if count == 1 or truth is None else 3
-    )
+    text = "remaining operations until a limit is exceeded"
+    style.heading(figure, trend.attrs["source"], text)
+    columns = 4 if len(limits) == 1 or truth is None else 3
+    style.legend_below(figure, _handles(trend.attrs, truth, alpha), columns=columns)
     return figure
 
 
@@ -80,39 +65,33 @@ def _truth(axis: Axes, operation: np.ndarray, failure: float, alpha: float) -> N
     before = np.linspace(operation[0], min(failure, operation[-1]), 500)
     left = failure - before
     axis.fill_between(before, (1 - alpha) * left, (1 + alpha) * left, color=_CONE, alpha=0.45, lw=0)
-    axis.plot(before, left, color=MEASURED, lw=1.2, ls="--", zorder=2.5)
+    axis.plot(before, left, color=style.MEASURED, lw=1.2, ls="--", zorder=2.5)
 
 
 def _prediction(axis: Axes, one: xr.Dataset, horizon: float, level: float) -> None:
-    """Draw band and median where there is a trend, and say where there is none."""
+    """Draw band and median where there is a trend, and name the stretches without one."""
     operation = one["operation"].values
     none = ~(one["toward"].values >= level)  # nan: nothing is known that leads there
     low, middle, high = (one["remaining"].sel(quantile=q).values for q in (0.05, 0.5, 0.95))
-    nothing = none | np.isnan(middle)
-    low, middle, high = (np.where(nothing, np.nan, each) for each in (low, middle, high))
+    known = ~none & ~np.isnan(middle)
     top = _BEYOND * horizon
-    for start, stop in spans(operation, ~nothing):  # a run of one operation has a width as well
+    for start, stop in style.spans(operation, known):  # one operation alone has a width as well
         inside = (operation > start) & (operation < stop)
         at = np.concatenate([[start], operation[inside], [stop]])
         lower, upper = (np.pad(each[inside], 1, mode="edge") for each in (low, high))
         lower, upper = np.minimum(lower, horizon), np.where(upper > horizon, top, upper)
-        axis.fill_between(at, lower, upper, color=CORRECTED, alpha=0.25, lw=0)
+        axis.fill_between(at, lower, upper, color=style.CORRECTED, alpha=0.25, lw=0)
     drawn = np.where(middle > horizon, np.sqrt(_BEYOND) * horizon, middle)
-    axis.plot(operation, drawn, ".-", color=CORRECTED, lw=1.8, ms=3.6, mew=0)
+    drawn = np.where(known, drawn, np.nan)
+    axis.plot(operation, drawn, ".-", color=style.CORRECTED, lw=1.8, ms=3.6, mew=0)
     length = max(float(operation[-1] - operation[0]), 1.0)
-    for start, stop in spans(operation, none):
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 2}
+    words = {"ha": "center", "va": "center", "color": style.REFERENCE, "zorder": 4, "bbox": box}
+    for start, stop in style.spans(operation, none):
         axis.axvspan(start, stop, zorder=0.5, **_NO_TREND)
         if stop - start >= _ROOM * length:
-            axis.annotate(
-                "no trend",
-                ((start + stop) / 2, 0.13),
-                xycoords=axis.get_xaxis_transform(),
-                ha="center",
-                va="center",
-                color=REFERENCE,
-                zorder=4,
-                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 2},
-            )
+            place = ((start + stop) / 2, 0.13)
+            axis.annotate("no trend", place, xycoords=axis.get_xaxis_transform(), **words)
 
 
 def _scale(axis: Axes, horizon: float) -> None:
@@ -120,26 +99,23 @@ def _scale(axis: Axes, horizon: float) -> None:
     linear = min(10.0, horizon / 10)
     axis.set_yscale("symlog", linthresh=linear, linscale=0.5)
     decades = linear * 10.0 ** np.arange(np.ceil(np.log10(horizon / (2 * linear))))
-    beyond = np.sqrt(_BEYOND) * horizon
-    ticks = [0.0, *decades, horizon, beyond]
+    ticks = [0.0, *decades, horizon, np.sqrt(_BEYOND) * horizon]
     axis.set_yticks(ticks, [*(f"{tick:,g}" for tick in ticks[:-1]), "beyond"])
     axis.set_ylim(0.0, _BEYOND * horizon)
 
 
 def _handles(attrs: Mapping, truth: Mapping | None, alpha: float) -> list:
-    notice = f"notice: {attrs['notice']:g} operations"
     handles = [
-        Line2D([], [], color=CORRECTED, lw=1.8, label="predicted, median"),
-        Patch(color=CORRECTED, alpha=0.25, lw=0, label="predicted, 90 % interval"),
+        style.line_key("predicted, median", style.CORRECTED, lw=1.8),
+        style.band_key("predicted, 90 % interval", style.CORRECTED, 0.25),
     ]
     if truth is not None:
-        cone = f"truth ± {100 * alpha:g} %"
         handles += [
-            Line2D([], [], color=MEASURED, lw=1.2, ls="--", label="truth"),
-            Patch(color=_CONE, alpha=0.45, lw=0, label=cone),
+            style.line_key("truth", style.MEASURED, "--", lw=1.2),
+            style.band_key(f"truth ± {100 * alpha:g} %", _CONE, 0.45),
         ]
-    handles += [
+    return [
+        *handles,
         Patch(**_NO_TREND, label="no trend towards the limit"),
-        Line2D([], [], color=REFERENCE, lw=0.9, ls=":", label=notice),
+        style.line_key(f"notice: {attrs['notice']:g} operations", ls=":", lw=0.9),
     ]
-    return handles

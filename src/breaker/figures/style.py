@@ -1,4 +1,4 @@
-"""The one style of all figures: sizes, colours, panels, legends.
+"""The one style of all figures: sizes, colours, panels, legends, and marks that several draw.
 
 Matplotlib's settings are changed inside :func:`styled` only. Figures are made without pyplot, so
 nothing is kept open and no window system is asked for.
@@ -6,33 +6,19 @@ nothing is kept open and no window system is asked for.
 
 from collections.abc import Callable, Sequence
 from functools import wraps
+from textwrap import fill
 from typing import ParamSpec
 
 import matplotlib as mpl
+import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import ArrayLike
 
-from breaker.mechanism import MOTIONS, ONSET, PARAMETERS, Parameter
-
-__all__ = [
-    "AMORTISED",
-    "COLOURS",
-    "CORRECTED",
-    "MEASURED",
-    "MODEL",
-    "PRIOR",
-    "REFERENCE",
-    "TIME",
-    "TRAVEL",
-    "WARNING",
-    "colour",
-    "heading",
-    "legend_below",
-    "new_figure",
-    "panels",
-    "parameter",
-    "styled",
-]
+from breaker.mechanism import ONSET, PARAMETERS, Parameter
 
 COLOURS = {
     "mu": "#CC79A7",
@@ -60,6 +46,14 @@ P = ParamSpec("P")
 
 TIME = "time (ms)"
 TRAVEL = "travel (mm)"
+
+_SOURCES = {
+    "closing": "Closing",
+    "opening": "Opening",
+    "both": "Both motions",
+    "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
+}
+_EFFECTIVE = {"color": MEASURED, "ls": "--", "marker": "D", "ms": 3.5, "lw": 1.1}
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -116,6 +110,11 @@ def parameter(name: str) -> Parameter:
     return _OUTPUTS[name]
 
 
+def symbols(names: Sequence[str]) -> list[str]:
+    """Return the symbols of outputs."""
+    return [parameter(name).symbol for name in names]
+
+
 def colour(name: str) -> str:
     """Return the colour of an output, the same in every figure."""
     return COLOURS[parameter(name).name]
@@ -151,18 +150,144 @@ def panels(
     return figure, axes[:count]
 
 
-def heading(figure: Figure, motion: str, text: str, verdict: str = "") -> None:
-    """Write the title: what is shown, of which motion, and in a second line what came out.
+def source_words(source: str) -> str:
+    """Return the beginning of a title, by where the values come from.
 
     Raises:
-        ValueError: If there is no such motion.
+        ValueError: If there is no such source.
     """
-    if motion not in MOTIONS:
-        raise ValueError(f"no motion is called {motion!r}; there are {', '.join(MOTIONS)}")
-    figure.suptitle(f"{motion.capitalize()}: {text}" + (f"\n{verdict}" if verdict else ""))
+    if source not in _SOURCES:
+        raise ValueError(f"no source is called {source!r}; there are {', '.join(_SOURCES)}")
+    return _SOURCES[source]
+
+
+def heading(
+    figure: Figure, source: str, text: str, outcome: str = "", *, failed: bool = False
+) -> None:
+    """Write the title: what is shown, of which motion or both, and below it what came out.
+
+    The title of a figure whose check failed is in the colour of a warning.
+
+    Raises:
+        ValueError: If there is no such source.
+    """
+    title = f"{source_words(source)}: {text}" + (f"\n{outcome}" if outcome else "")
+    figure.suptitle(title, color=WARNING if failed else "black")
 
 
 def legend_below(figure: Figure, handles: Sequence, *, columns: int | None = None) -> None:
     """Put one legend for all panels below them."""
     count = len(handles) if columns is None else columns
     figure.legend(handles=handles, loc="outside lower center", ncols=count)
+
+
+def line_key(label: str, color: str = REFERENCE, ls: str = "-", **look: object) -> Line2D:
+    """Return a line, or a line with markers, for a legend."""
+    return Line2D([], [], color=color, ls=ls, label=label, **look)
+
+
+def dot_key(label: str, color: str = REFERENCE, marker: str = "o", **look: object) -> Line2D:
+    """Return a marker for a legend."""
+    return Line2D([], [], color=color, ls="", marker=marker, label=label, **look)
+
+
+def band_key(label: str, color: str, alpha: float) -> Patch:
+    """Return a filled area for a legend."""
+    return Patch(color=color, alpha=alpha, lw=0, label=label)
+
+
+def effective_key() -> Line2D:
+    """Return the mark of :func:`draw_effective` for a legend."""
+    return Line2D([], [], label="effective values of the stand-in", **_EFFECTIVE)
+
+
+def draw_effective(axis: Axes, effective: xr.DataArray | None, name: str) -> None:
+    """Draw the effective values ``(stage, output)`` of a parameter, if there are any."""
+    if effective is not None and name in effective["output"].values:
+        values = effective.sel(output=name)
+        axis.plot(values["operation"], values, **_EFFECTIVE)
+
+
+def draw_intervals(
+    axis: Axes,
+    rows: ArrayLike,
+    low: ArrayLike,
+    middle: ArrayLike,
+    high: ArrayLike,
+    *,
+    color: str,
+    marker: str = "o",
+    **look: float,
+) -> None:
+    """Draw a horizontal interval and its middle in each row; ``look`` is that of the lines."""
+    axis.hlines(rows, low, high, color=color, **look)
+    axis.plot(middle, rows, marker, color=color, mec="white", mew=0.8, ms=7)
+
+
+def label_parameter(axis: Axes, name: str, **look: float) -> None:
+    """Name a panel of one output: symbol and meaning above, symbol and unit beside it."""
+    output = parameter(name)
+    axis.set_ylabel(output.label)
+    axis.set_title(f"{output.symbol}   {output.meaning}", loc="left", **look)
+
+
+def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) -> None:
+    """Label shared axes: x where the ticks have numbers, y in the first column."""
+    for axis in axes:
+        if axis.xaxis.get_tick_params()["labelbottom"]:
+            axis.set_xlabel(xlabel)
+        if ylabel is not None and axis.get_subplotspec().is_first_col():
+            axis.set_ylabel(ylabel)
+
+
+def limit_panels(
+    data: xr.Dataset, titles: Sequence[str], ylabel: str, *, height: float, above: int = 0
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure with one panel per limit of ``data``, over the operations.
+
+    Args:
+        data: With a coordinate ``limit``.
+        titles: What stands beside the name of each limit.
+        ylabel: Label of each y axis.
+        height: Height of a panel, inches.
+        above: Lines kept free between title and panel.
+    """
+    count = len(titles)
+    columns, width = (2, 6.4) if count > 1 else (1, 10.0)
+    figure, axes = panels(
+        count, columns=columns, width=width, height=height, sharex=True, sharey=True
+    )
+    for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
+        title = fill(f"{str(limit).replace('_', ' ')}: {words}", int(width * 11.5))
+        axis.set_title(title, loc="left", pad=6.0 + 14.0 * above)
+        axis.set_ylabel(ylabel)
+    axes[0].margins(x=0.01)
+    label_outer(axes, "operation")
+    return figure, axes
+
+
+def spans(operation: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
+    """Return where runs of operations begin and end, halfway to the neighbours.
+
+    Args:
+        operation: Numbers of the operations, rising, ``(o,)``.
+        inside: Which of them are in a run, ``(o,)``.
+    """
+    ends = edges(operation)
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+    return [(ends[i], ends[j]) for i, j in turns.reshape(-1, 2)]
+
+
+def edges(operation: np.ndarray) -> np.ndarray:
+    """Return the edges ``(o + 1,)`` of cells around operations ``(o,)``."""
+    operation = np.asarray(operation, dtype=float)
+    if operation.size < 2:
+        return np.concatenate([operation - 0.5, operation[-1:] + 0.5])
+    half = np.diff(operation) / 2
+    first, last = operation[:1] - half[:1], operation[-1:] + half[-1:]
+    return np.concatenate([first, operation[:-1] + half, last])
+
+
+def dot_size(operations: int) -> float:
+    """Return a size of dots that keeps this many operations apart, points."""
+    return float(np.interp(operations, [50, 500, 5000], [4.5, 2.6, 1.5]))

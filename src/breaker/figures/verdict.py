@@ -6,23 +6,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.transforms import blended_transform_factory
 
-from breaker.figures.style import (
-    MEASURED,
-    PRIOR,
-    REFERENCE,
-    WARNING,
-    legend_below,
-    new_figure,
-    styled,
-)
+from breaker.figures import style
 
 __all__ = ["STATES", "verdict"]
 
-STATES = {"healthy": "#1B9E77", "wearing": "#E08A00", "alarm": WARNING, "unknown": "#5A5A5A"}
+STATES = {"healthy": "#1B9E77", "wearing": "#E08A00", "alarm": style.WARNING, "unknown": "#5A5A5A"}
 """Colour of each state; the word always stands beside it."""
 
 _WAY = (-18.0, 130.0)  # percent of the way that is shown; what lies outside is an arrow
@@ -32,9 +22,9 @@ _EDGE = 0.012  # left edge of the text, share of the page
 _HALF = 0.17  # half the height of a bar, in rows
 
 
-@styled
+@style.styled
 def verdict(data: xr.Dataset) -> Figure:
-    """Draw three sentences and a row a limit: how far on the way, and how long is left.
+    """Draw three sentences and one row per limit: how far on the way, how many operations left.
 
     Args:
         data: ``way (limit, quantile)``: percent of the way from the value in new condition, 0, to
@@ -53,7 +43,7 @@ def verdict(data: xr.Dataset) -> Figure:
     headline = wrap(data.attrs["healthy"], _HEADLINE)
     sentences = [line for name in ("wearing", "left") for line in wrap(data.attrs[name], _LINE)]
     text_height, rows_height = 0.31 * len(sentences) + 0.15, 0.78 * count + 0.6
-    figure = new_figure(13.6, text_height + rows_height + 1.5)
+    figure = style.new_figure(13.6, text_height + rows_height + 1.5)
     grid = figure.add_gridspec(2, 2, height_ratios=(text_height, rows_height))
     figure.suptitle("\n".join(headline), x=_EDGE, ha="left", fontsize=19)
     _sentences(figure.add_subplot(grid[0, :]), sentences)
@@ -68,7 +58,7 @@ def verdict(data: xr.Dataset) -> Figure:
         left.annotate(state, (1.03, row), color=STATES[state], weight="bold", **beside)
         _remaining(right, row, one, STATES[state], last)
     _frame(left, right, data)
-    legend_below(figure, _handles())
+    style.legend_below(figure, _handles())
     return figure
 
 
@@ -82,21 +72,14 @@ def _sentences(axis: Axes, lines: list[str]) -> None:
 
 def _way(axis: Axes, row: int, one: xr.Dataset, mark: str) -> None:
     """Draw the whole way, how far it is gone, and the interval of that."""
-    axis.barh(row, 100.0, 2 * _HALF, color=PRIOR, alpha=0.28, lw=0)
+    axis.barh(row, 100.0, 2 * _HALF, color=style.PRIOR, alpha=0.28, lw=0)
     low, middle, high = one["way"].values
     if not np.isfinite(middle):
-        axis.text(50.0, row, "not known", ha="center", va="center", color=REFERENCE)
+        axis.text(50.0, row, "not known", ha="center", va="center", color=style.REFERENCE)
         return
-    least, most = _WAY
-    shown = float(np.clip(middle, least, most))
+    shown = float(np.clip(middle, *_WAY))
     axis.barh(row, shown, 2 * _HALF, color=mark, alpha=0.35, lw=0)
-    ends = np.clip([low, high], least, most)
-    axis.hlines(row, *ends, color=mark, lw=4)
-    if least <= middle <= most:
-        axis.plot(middle, row, "o", color=mark, mec="white", ms=11, zorder=3)
-    for end, marker, outside in ((least, "<", low < least), (most, ">", high > most)):
-        if outside:
-            axis.plot(end, row, marker, color=mark, ms=9, clip_on=False, zorder=3)
+    _interval(axis, row, (low, middle, high), _WAY, mark)
     axis.annotate(
         f"{middle:.0f} %".replace("-", "−"),
         (shown, row),
@@ -108,26 +91,33 @@ def _way(axis: Axes, row: int, one: xr.Dataset, mark: str) -> None:
     )
 
 
+def _interval(
+    axis: Axes, row: int, values: tuple[float, float, float], ends: tuple[float, float], mark: str
+) -> None:
+    """Draw an interval with its median as far as the axis reaches, and arrows where it goes on."""
+    (low, middle, high), (least, most) = values, ends
+    axis.hlines(row, *np.clip([low, high], least, most), color=mark, lw=4)
+    if least <= middle <= most:
+        axis.plot(middle, row, "o", color=mark, mec="white", ms=11, zorder=3)
+    for end, marker, outside in ((least, "<", low < least), (most, ">", high > most)):
+        if outside:
+            axis.plot(end, row, marker, color=mark, ms=9, clip_on=False, zorder=3)
+
+
 def _remaining(axis: Axes, row: int, one: xr.Dataset, mark: str, last: float) -> None:
     """Draw the remaining operations of a limit, and write them beside."""
     low, middle, high = one["remaining"].values
-    beside = {"xycoords": axis.get_yaxis_transform(), "va": "center", "annotation_clip": False}
     unknown = np.isnan(middle) and (one["trend"].item() or one["state"].item() == "unknown")
     if unknown or not one["trend"].item():
-        words = "not known" if unknown else "no trend"
-        axis.text(np.sqrt(_SOON * last), row, words, ha="center", va="center", color=REFERENCE)
+        words, middle_of_axis = "not known" if unknown else "no trend", np.sqrt(_SOON * last)
+        axis.text(middle_of_axis, row, words, ha="center", va="center", color=style.REFERENCE)
         return
-    axis.hlines(row, *np.clip([low, high], _SOON, last), color=mark, lw=4)
-    if _SOON <= middle <= last:
-        axis.plot(middle, row, "o", color=mark, mec="white", ms=11, zorder=3)
-    for end, marker, outside in ((_SOON, "<", low < _SOON), (last, ">", high > last)):
-        if outside:
-            axis.plot(end, row, marker, color=mark, ms=9, clip_on=False, zorder=3)
-    if high < _SOON:
-        axis.annotate("now", (1.03, row), weight="bold", **beside)
-        return
+    _interval(axis, row, (low, middle, high), (_SOON, last), mark)
+    beside = {"xycoords": axis.get_yaxis_transform(), "va": "center", "annotation_clip": False}
     text = f"{_operations(middle)}  ({_operations(low)} to {_operations(high)})"
-    axis.annotate(text, (1.03, row), **beside)
+    now = high < _SOON
+    weight = "bold" if now else "normal"
+    axis.annotate("now" if now else text, (1.03, row), weight=weight, **beside)
 
 
 def _operations(value: float) -> str:
@@ -151,9 +141,9 @@ def _frame(left: Axes, right: Axes, data: xr.Dataset) -> None:
     left.set_yticks(rows, labels)
     left.tick_params(axis="y", labelsize=10, length=0)
     right.tick_params(axis="y", labelleft=False, length=0)
-    left.axvspan(100.0, _WAY[1], color=WARNING, alpha=0.08, lw=0)
-    left.axvline(100.0, color=WARNING, lw=1.4)
-    left.axvline(0.0, color=MEASURED, lw=1.0)
+    left.axvspan(100.0, _WAY[1], color=style.WARNING, alpha=0.08, lw=0)
+    left.axvline(100.0, color=style.WARNING, lw=1.4)
+    left.axvline(0.0, color=style.MEASURED, lw=1.0)
     left.set(xlim=_WAY, ylim=(len(labels) - 0.5, -0.5))
     left.set_xticks([0, 25, 50, 75, 100], ["new", "25 %", "50 %", "75 %", "limit"])
     left.set_title("way from new to the limit", loc="left")
@@ -164,7 +154,6 @@ def _frame(left: Axes, right: Axes, data: xr.Dataset) -> None:
 
 
 def _handles() -> list:
-    handles = [Patch(color=mark, lw=0, label=state) for state, mark in STATES.items()]
+    handles = [style.band_key(state, mark, 1.0) for state, mark in STATES.items()]
     label = "median and 90 % interval (arrow: goes on)"
-    style = {"marker": "o", "mec": "white", "ms": 9, "lw": 4}
-    return [*handles, Line2D([], [], color=REFERENCE, label=label, **style)]
+    return [*handles, style.line_key(label, marker="o", mec="white", ms=9, lw=4)]

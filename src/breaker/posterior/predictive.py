@@ -204,7 +204,8 @@ def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int)
 
     Returns:
         Dataset with dims ``curve``, ``time``: ``measured``, and the ``median``, ``lower`` and
-        ``upper`` end of the pointwise 95 % interval of the replicates, mm.
+        ``upper`` end of the pointwise 95 % interval of the replicates, mm; and
+        ``share_inside (curve)``, the share of the samples inside.
     """
     sensor = model.sensor
     bands = []
@@ -218,6 +219,7 @@ def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int)
     unit = {"unit": "mm"}
     return xr.Dataset(
         {
+            "share_inside": ("curve", share_inside(measured, lower, upper)),
             "measured": (("curve", "time"), measured, unit),
             "median": (("curve", "time"), median, unit),
             "lower": (("curve", "time"), lower, unit),

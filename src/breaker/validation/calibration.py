@@ -6,12 +6,16 @@ Talts et al. 2020; Säilynoja, Bürkner & Vehtari 2022, "Graphical test for disc
 The rank of a truth among ``d`` draws takes one of ``d + 1`` values. Bands for continuous values
 are left far too often by such ranks, so everything here lives on their own grid ``i / (d + 1)``,
 ``i = 1 ... d``, where the number of ranks below ``i`` is exactly binomial. Nothing is randomised,
-and the false-alarm probability is computed by a recursion instead of simulated, so a verdict is
-the same every time and small probabilities are exact too.
+and the false-alarm probability is computed by a recursion instead of simulated, so a judgement is
+the same every time, and small probabilities have no error of a simulation.
+
+Calibration is judged in one place, :func:`judge_ranks`: tables, figures and words go by it. It
+allows a false alarm in any of the outputs with probability ``LEVEL``.
 
 Shapes: ``n`` simulations, ``d`` draws, ``q`` outputs, ``k = d`` grid points.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -20,18 +24,23 @@ from numpy.typing import ArrayLike
 from scipy.special import bdtr, gammaln
 
 __all__ = [
+    "LEVEL",
     "Band",
+    "Calibration",
     "Coverage",
-    "Verdict",
     "calibration_p_values",
     "checked_draws",
     "coverage",
     "ecdf_difference",
     "family_p_value",
+    "judge_draws",
+    "judge_ranks",
     "ranks",
     "simultaneous_band",
-    "verdict",
 ]
+
+LEVEL = 0.05
+"""Probability that a posterior which is calibrated fails, all of its outputs together."""
 
 
 def ranks(draws: ArrayLike, truth: ArrayLike) -> np.ndarray:
@@ -45,6 +54,13 @@ def ranks(draws: ArrayLike, truth: ArrayLike) -> np.ndarray:
 
     Raises:
         ValueError: If shapes do not fit or a value is not finite.
+
+    Example:
+        One curve, three draws of two outputs:
+
+        >>> draws = [[[1.0, 5.0], [2.0, 4.0], [3.0, 6.0]]]
+        >>> ranks(draws, [[2.5, 7.0]])
+        array([[2, 3]])
     """
     draws, truth = checked_draws(draws, truth)
     return np.sum(draws < truth[:, None, :], axis=1)
@@ -72,7 +88,7 @@ class Band:
         grid: Grid of the ranks, ``(k,)``, fractions ``i / (d + 1)``.
         lower: Lowest ECDF difference inside the band, ``(k,)``.
         upper: Highest ECDF difference inside the band, ``(k,)``.
-        false_alarm: Exact probability that calibrated ranks of one panel leave the band. At most
+        false_alarm: Probability that calibrated ranks of one panel leave the band. At most
             ``alpha / panels``, and below it by no more than what one count is worth.
     """
 
@@ -82,11 +98,11 @@ class Band:
     false_alarm: float
 
 
-def simultaneous_band(n: int, draws: int, *, alpha: float = 0.05, panels: int = 1) -> Band:
+def simultaneous_band(n: int, draws: int, *, alpha: float = LEVEL, panels: int = 1) -> Band:
     """Return the band that all grid points of all panels stay in with ``1 - alpha`` or more.
 
     A point's bounds are binomial quantiles; one level, common to all points, is the largest that
-    keeps the exact false-alarm probability at ``alpha / panels`` or less. The division
+    keeps the false-alarm probability at ``alpha / panels`` or less. The division
     (Bonferroni) holds for dependent panels: outputs that share curves are dependent.
 
     Args:
@@ -106,7 +122,7 @@ def simultaneous_band(n: int, draws: int, *, alpha: float = 0.05, panels: int = 
 
 
 def calibration_p_values(ranks: ArrayLike, draws: int) -> np.ndarray:
-    """Return per output the exact p-value of its ranks, ``(q,)``.
+    """Return the p-value of the ranks of each output, ``(q,)``.
 
     It is the probability that calibrated ranks reach, at their worst grid point, a two-sided
     binomial tail as small as the one seen. An output leaves :func:`simultaneous_band` exactly
@@ -130,17 +146,17 @@ def family_p_value(p_values: ArrayLike) -> float:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Calibration:
     """Which outputs leave the simultaneous band, and by how much.
 
     Attributes:
         difference: ECDF difference, ``(k, q)``.
         band: The band, common to all outputs.
-        p_values: Exact p-value of each output, ``(q,)``.
+        p_values: p-value of each output, ``(q,)``.
         outside: Which outputs leave the band, ``(q,)`` of bool.
         excess: Largest distance of the ECDF difference beyond the band, ``(q,)``; zero or negative
             (distance left to the band) where it stays inside.
-        worst: Grid point of that distance, ``(q,)``.
+        p_value: p-value of all outputs together.
         alpha: Probability that calibrated outputs leave the band in any panel.
         panels: Number of panels the band allows for.
     """
@@ -150,34 +166,62 @@ class Verdict:
     p_values: np.ndarray
     outside: np.ndarray
     excess: np.ndarray
-    worst: np.ndarray
+    p_value: float
     alpha: float
     panels: int
 
+    def words(self, symbols: Sequence[str]) -> str:
+        """Return the result in one line; ``symbols`` name the ``q`` outputs."""
+        p = f"p of all together {self.p_value:.2g}, level {self.alpha:g}"
+        if not self.outside.any():
+            return f"calibrated: all {len(symbols)} outputs inside the band ({p})"
+        names = [name for name, out in zip(symbols, self.outside, strict=True) if out]
+        return f"NOT calibrated: {', '.join(names)} outside the band ({p})"
 
-def verdict(
-    ranks: ArrayLike, draws: int, *, alpha: float = 0.05, panels: int | None = None
-) -> Verdict:
-    """Judge the ranks ``(n, q)`` of all outputs; ``panels`` is ``q`` unless given.
+
+def judge_ranks(
+    ranks: ArrayLike, draws: int, *, alpha: float = LEVEL, panels: int | None = None
+) -> Calibration:
+    """Judge the ranks ``(n, q)`` of all outputs among ``draws`` draws.
+
+    Args:
+        ranks: From :func:`ranks`.
+        draws: Number of draws behind each rank.
+        alpha: Probability that calibrated outputs leave the band in any panel.
+        panels: Number of panels read together; ``q`` unless given.
 
     Raises:
         ValueError: As :func:`ecdf_difference` and :func:`simultaneous_band`.
+
+    Example:
+        Two outputs of 100 curves; the truths of the second one are all above the median:
+
+        >>> import numpy as np
+        >>> rank = np.arange(100) % 10
+        >>> judged = judge_ranks(np.stack([rank, 5 + rank // 2], axis=1), 9)
+        >>> judged.outside
+        array([False,  True])
     """
     difference = ecdf_difference(ranks, draws)
     panels = difference.shape[1] if panels is None else panels
     band = simultaneous_band(len(np.asarray(ranks)), draws, alpha=alpha, panels=panels)
     beyond = np.maximum(difference - band.upper[:, None], band.lower[:, None] - difference)
     p_values = calibration_p_values(ranks, draws)
-    return Verdict(
+    return Calibration(
         difference=difference,
         band=band,
         p_values=p_values,
         outside=p_values <= alpha / panels,
         excess=beyond.max(axis=0),
-        worst=band.grid[beyond.argmax(axis=0)],
+        p_value=family_p_value(p_values),
         alpha=alpha,
         panels=panels,
     )
+
+
+def judge_draws(draws: ArrayLike, truth: ArrayLike) -> Calibration:
+    """Judge the ranks of truths ``(n, q)`` among posterior draws ``(n, d, q)``."""
+    return judge_ranks(ranks(draws, truth), np.shape(draws)[1])
 
 
 @dataclass(frozen=True)
@@ -186,7 +230,7 @@ class Coverage:
 
     Attributes:
         levels: Nominal probability of the intervals, ``(l,)``.
-        expected: Their exact probability on the grid of the ranks, ``(l,)``; within
+        expected: Their probability on the grid of the ranks, ``(l,)``; within
             1/(d + 1) of ``levels``.
         observed: Share of truths inside, ``(l, q)``.
         standard_error: Standard deviation of ``observed`` for calibrated ranks, ``(l,)``.
@@ -298,7 +342,7 @@ def _poisson(counts: np.ndarray, rate: float) -> np.ndarray:
 
 @lru_cache(maxsize=32)
 def _lower_counts(n: int, draws: int, level: float) -> tuple[np.ndarray, float]:
-    """Return the least counts of the band at ``level``, and its exact false-alarm probability."""
+    """Return the least counts of the band at ``level``, and its false-alarm probability."""
     safe, unsafe = np.log(level / (2 * draws)), 0.0  # logs of tails: the union bound is safe
     for _ in range(40):
         middle = (safe + unsafe) / 2

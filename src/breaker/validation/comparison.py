@@ -1,4 +1,4 @@
-"""Amortised beside corrected posteriors, and what a motion lets one know: numbers and words.
+"""Amortised beside corrected posteriors, and what a motion determines: numbers and words.
 
 *Amortised* are a network's own draws; *corrected* are those brought to the exact posterior. Arrays
 and datasets in, datasets and words out, ready to be drawn.
@@ -14,23 +14,25 @@ import xarray as xr
 from breaker.mechanism import ONSET, PARAMETERS, is_logarithmic
 
 __all__ = [
-    "VERDICTS",
+    "KNOWLEDGE",
     "compare",
     "exactness_words",
     "examples",
+    "first_operations",
     "identifiability_words",
+    "over_curves",
     "percent",
     "plus_minus",
     "reached",
 ]
 
-VERDICTS = (
+KNOWLEDGE = (
     (0.8, "known from this motion"),
     (0.5, "partly known"),
-    (-np.inf, "the prior keeps it"),
+    (-np.inf, "the prior decides"),
 )
-"""What is said of an output, and the least mean contraction of the exact limit for it. Below 0.5
-more than half of the prior's variance, and 71 % of its width, stay; from 0.8 on less than 45 %."""
+"""Least mean contraction of the exact posterior, and what it means for an output. Below 0.5 more
+than half of the prior's variance, and 71 % of its width, stay; from 0.8 on less than 45 %."""
 
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _BOUNDS = ("lower", "upper")
@@ -92,7 +94,7 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
 
     Args:
         judged: What ``exactness.judge`` returns; its curves are the first of the other two.
-        amortised: What ``inference.validate`` returns.
+        amortised: What ``predictive.validate`` returns.
         corrected: What ``exactness.correct_validation`` made of it.
 
     Returns:
@@ -129,6 +131,33 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
     )
 
 
+def first_operations(drive: xr.Dataset, count: int = 20) -> np.ndarray:
+    """Return the corrected draws ``(n, d, q)`` of the first ``count`` operations, or fewer.
+
+    Operations that were rejected or whose exact posterior was not reached are passed over.
+
+    Args:
+        drive: All operations of a motion: ``draws (posterior, operation, draw, output)`` and
+            ``resolved (operation)``.
+        count: How many.
+    """
+    usable = np.flatnonzero(drive.resolved.values)[:count]
+    draws = drive.draws.sel(posterior="corrected").isel(operation=usable)
+    return draws.values.astype(np.float64)
+
+
+def over_curves(ratios: np.ndarray) -> np.ndarray:
+    """Return 5 %, 50 % and 95 % of ratios ``(n, q)`` over curves, and their number, ``(4, q)``.
+
+    Curves without a ratio (nan) are left out.
+    """
+    known = ratios[np.isfinite(ratios).all(axis=1)]
+    if not len(known):
+        return np.stack([*np.full((3, ratios.shape[1]), np.nan), np.zeros(ratios.shape[1])])
+    count = np.full((1, ratios.shape[1]), float(len(known)))
+    return np.concatenate([np.quantile(known, [0.05, 0.5, 0.95], axis=0), count])
+
+
 def percent(share: float) -> str:
     """Say a share in per cent, small ones to two digits."""
     if not np.isfinite(share):
@@ -153,60 +182,64 @@ def plus_minus(mean: float, error: float) -> str:
     return f"{mean:.2f} nats (one curve)" if np.isnan(error) else f"{mean:.2f} ± {error:.2f} nats"
 
 
-def reached(
-    limit: np.ndarray, amortised: np.ndarray, corrected: np.ndarray, names: Sequence[str]
-) -> xr.Dataset:
-    """Put the contraction that posteriors reach beside the exact limit.
+def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.Dataset:
+    """Put the contraction that posteriors reach beside the limit of the exact one.
 
     Args:
-        limit: Contraction of the exact posterior, linearised, at draws from the prior, ``(n, q)``.
-        amortised: Contraction of the network's posteriors, ``(n, q)``; any other ``n``.
-        corrected: Contraction of the corrected posteriors, ``(n, q)``; any other ``n``.
+        contractions: Contraction ``(n, q)`` of each source, any ``n``: ``limit``, the exact
+            posterior, linearised, at draws from the prior; ``amortised`` and ``corrected``
+            posteriors of simulated curves; and, where known, ``drive``, posteriors of measured
+            operations of the drive at hand.
         names: Names of the outputs.
 
     Returns:
         ``mean``, ``lower`` and ``upper`` ``(source, output)``: mean, 5 % and 95 % over curves;
-        ``curves (source)``; ``verdict (output)``, in words, by the limit's mean. Outputs are
-        sorted, the one of which the curve says the most first.
+        ``curves (source)``; ``known (output)``, in words, by the limit's mean. The outputs are
+        sorted by that mean, the highest first.
 
     Raises:
         ValueError: If shapes do not fit or a value is not finite.
     """
-    sources = {"limit": limit, "amortised": amortised, "corrected": corrected}
-    for source, values in sources.items():
-        if np.ndim(values) != 2 or np.shape(values)[1] != len(names):
+    for source, values in contractions.items():
+        if np.ndim(values) != 2 or np.shape(values)[1] != len(names) or not len(values):
             raise ValueError(f"{source} must be (n, {len(names)}), got {np.shape(values)}")
         if not np.all(np.isfinite(values)):
             raise ValueError(f"{source} must be finite")
-    mean, (lower, upper) = (
-        np.stack([np.mean(each, axis=0) for each in sources.values()]),
-        np.stack([np.quantile(each, (0.05, 0.95), axis=0) for each in sources.values()], axis=1),
-    )
+    each = list(contractions.values())
+    mean = np.stack([np.mean(values, axis=0) for values in each])
+    ends = np.stack([np.quantile(values, (0.05, 0.95), axis=0) for values in each])
     dims = ("source", "output")
     data = xr.Dataset(
         {
             "mean": (dims, mean),
-            "lower": (dims, lower),
-            "upper": (dims, upper),
-            "curves": ("source", [len(each) for each in sources.values()]),
-            "verdict": ("output", [_verdict(each) for each in mean[0]]),
+            "lower": (dims, ends[:, 0]),
+            "upper": (dims, ends[:, 1]),
+            "curves": ("source", [len(values) for values in each]),
         },
-        {"source": list(sources), "output": list(names)},
+        {"source": list(contractions), "output": list(names)},
     )
-    return data.isel(output=np.argsort(-mean[0], kind="stable"))
-
-
-def _verdict(contraction: float) -> str:
-    return next(words for least, words in VERDICTS if contraction >= least)
+    limit = data["mean"].sel(source="limit").values
+    known = [next(words for least, words in KNOWLEDGE if value >= least) for value in limit]
+    return data.assign(known=("output", known)).isel(output=np.argsort(-limit, kind="stable"))
 
 
 def identifiability_words(data: xr.Dataset) -> str:
-    """Say what :func:`reached` shows, in one line: what the prior keeps, what is partly known."""
-    named = {words: [] for _, words in VERDICTS}
-    for name, words in zip(data.output.values, data.verdict.values, strict=True):
-        named[str(words)].append(_SYMBOLS[str(name)])
-    _, partly, kept = named.values()
-    words = f"the prior keeps {_list(kept)}" if kept else "the prior keeps nothing"
+    """Describe :func:`reached` in a line: what holds over the prior, and one of the drive."""
+    lines = [f"over the prior: {_known(data, 'limit')}"]
+    if "drive" in data.source.values:
+        count = data.curves.sel(source="drive").item()
+        lines.append(f"this drive, first {count} operations: {_known(data, 'drive')}")
+    return "\n".join(lines)
+
+
+def _known(data: xr.Dataset, source: str) -> str:
+    """Name the outputs that the prior decides, and those partly known, by a source's mean."""
+    means = zip(data.output.values, data["mean"].sel(source=source).values, strict=True)
+    partly, prior = [], []
+    for name, mean in means:
+        if mean < KNOWLEDGE[0][0]:
+            (partly if mean >= KNOWLEDGE[1][0] else prior).append(_SYMBOLS[str(name)])
+    words = f"the prior decides {_list(prior) if prior else 'nothing'}"
     return words + (f"; {_list(partly)} partly known" if partly else "")
 
 

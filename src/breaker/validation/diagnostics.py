@@ -14,10 +14,13 @@ from numpy.typing import ArrayLike
 from breaker.validation.calibration import checked_draws
 
 __all__ = [
+    "PriorCheck",
     "Recovery",
     "Scores",
+    "contraction",
     "correlation",
     "pointwise_band",
+    "prior_check",
     "recovery",
     "scores",
 ]
@@ -60,18 +63,34 @@ def scores(draws: ArrayLike, truth: ArrayLike, *, prior_sd: ArrayLike, log: Arra
     Raises:
         ValueError: If shapes do not fit, a value is not finite, a value to take the logarithm
             of is not positive, or a posterior has no width.
+
+    Example:
+        Two curves, two draws each; those of the second one lie one posterior sd too high:
+
+        >>> draws = [[[-1.0], [1.0]], [[0.0], [2.0]]]
+        >>> judged = scores(draws, [[0.0], [1 - 2**0.5]], prior_sd=[2.0], log=[False])
+        >>> judged.z.round(3).tolist(), judged.contraction.round(3).tolist()
+        ([[0.0], [1.0]], [[0.5], [0.5]])
     """
     draws, truth = checked_draws(draws, truth)
-    prior_sd = np.asarray(prior_sd, dtype=np.float64)
-    if prior_sd.shape != truth.shape[1:] or not np.all(prior_sd > 0):
-        raise ValueError(f"prior_sd must be {truth.shape[1]} positive numbers, got {prior_sd}")
+    known = contraction(draws, prior_sd=prior_sd, log=log)
     draws, truth = _scaled(draws, log), _scaled(truth, log)
-    sd = draws.std(axis=1, ddof=1)
+    z = (draws.mean(axis=1) - truth) / draws.std(axis=1, ddof=1)
+    return Scores(z, known, z.mean(axis=0), z.std(axis=0, ddof=1), known.mean(axis=0))
+
+
+def contraction(draws: np.ndarray, *, prior_sd: ArrayLike, log: ArrayLike) -> np.ndarray:
+    """Return 1 - posterior variance / prior variance of draws ``(n, d, q)``, ``(n, q)``.
+
+    Args and errors are those of :func:`scores`.
+    """
+    prior_sd = np.asarray(prior_sd, dtype=np.float64)
+    if prior_sd.shape != draws.shape[2:] or not np.all(prior_sd > 0):
+        raise ValueError(f"prior_sd must be {draws.shape[2]} positive numbers, got {prior_sd}")
+    sd = _scaled(draws, log).std(axis=1, ddof=1)
     if not np.all(sd > 0):
         raise ValueError(f"{np.count_nonzero(~(sd > 0))} posteriors have no width")
-    z = (draws.mean(axis=1) - truth) / sd
-    contraction = 1.0 - (sd / prior_sd) ** 2
-    return Scores(z, contraction, z.mean(axis=0), z.std(axis=0, ddof=1), contraction.mean(axis=0))
+    return 1.0 - (sd / prior_sd) ** 2
 
 
 @dataclass(frozen=True)
@@ -98,6 +117,13 @@ def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
 
     Raises:
         ValueError: If shapes do not fit or a value is not finite.
+
+    Example:
+        Two curves, five draws of one output:
+
+        >>> found = recovery([[[1], [2], [3], [4], [5]], [[2], [4], [6], [8], [10]]], [[3], [7]])
+        >>> found.median.tolist(), found.interval_50.tolist()
+        ([[3.0], [6.0]], [[[2.0, 4.0]], [[4.0, 8.0]]])
     """
     draws, truth = checked_draws(draws, truth)
     levels = np.quantile(draws, [0.5, 0.25, 0.75, 0.025, 0.975], axis=1)
@@ -130,6 +156,39 @@ def pointwise_band(
     tail = (1.0 - level) / 2
     median, lower, upper = np.quantile(curves, [0.5, tail, 1.0 - tail], axis=0)
     return median, lower, upper
+
+
+@dataclass(frozen=True)
+class PriorCheck:
+    """Whether measured curves are such as the prior holds possible.
+
+    Attributes:
+        median, lower, upper: Pointwise 95 % band of the prior's curves, ``(t,)``.
+        inside: Share of the samples of each measured curve inside the band, ``(o,)``.
+        least: The same share of the prior's own curves: 95 % of them reach it. Samples of one
+            curve leave the band together, so that it is well below 0.95.
+    """
+
+    median: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    inside: np.ndarray
+    least: float
+
+
+def prior_check(curves: ArrayLike, measured: ArrayLike) -> PriorCheck:
+    """Hold measured curves ``(o, t)`` against curves ``(n, t)`` of the prior (paper, Fig. 3).
+
+    Raises:
+        ValueError: If a value of the curves is not finite.
+    """
+    median, lower, upper = pointwise_band(curves)
+
+    def inside(values: ArrayLike) -> np.ndarray:
+        return np.mean((values >= lower) & (values <= upper), axis=-1)
+
+    least = float(np.quantile(inside(curves), 0.05))
+    return PriorCheck(median, lower, upper, inside(measured), least)
 
 
 def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:

@@ -1,0 +1,153 @@
+"""Tables of how good a posterior is: one row an output, or one row a network."""
+
+from collections.abc import Iterator, Sequence
+from time import process_time
+from typing import Any, Protocol
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from breaker.validation.calibration import coverage, judge_draws, ranks
+from breaker.validation.diagnostics import scores
+
+__all__ = ["draws_per_second", "network_row", "quality", "quality_words"]
+
+_CURVES, _DRAWS = 10, 500  # of the timing
+
+
+class Network(Protocol):
+    """What is asked of a network; ``posterior.Posterior`` is one."""
+
+    outputs: Sequence
+    steps: int
+
+    def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
+        """Draws in physical units, ``(o, t), (o, d, q) -> (o, d, q)``."""
+
+    def parameters(self) -> Iterator[Any]:
+        """Its weights, in tensors."""
+
+
+def quality(
+    data: xr.Dataset,
+    reader: xr.Dataset | None,
+    limit: np.ndarray,
+    *,
+    prior_sd: np.ndarray,
+    log: np.ndarray,
+) -> pd.DataFrame:
+    """Judge a validation: one row an output.
+
+    Args:
+        data: What ``predictive.validate`` returns.
+        reader: The same from records that went through files, if there is one.
+        limit: Mean contraction of an exact posterior, ``(q,)``.
+        prior_sd: Prior sd of each output, ``(q,)``, in the scale of the next argument.
+        log: Which outputs are judged by their logarithm, ``(q,)``.
+
+    Returns:
+        Columns ``calibration_p`` (uniform ranks) and ``calibrated``, whether the output is inside
+        its band (see ``judge_ranks``), both again with ``_reader`` for records through files
+        (missing without), ``z_mean``, ``z_sd``, ``contraction``, ``contraction_limit`` and their
+        ``shortfall``, and ``coverage_50``, ``coverage_95``.
+    """
+    draws, truth = data.draws.values, data.truth.values
+    judged = judge_draws(draws, truth)
+    files = None if reader is None else judge_draws(reader.draws.values, reader.truth.values)
+    found = scores(draws, truth, prior_sd=prior_sd, log=log)
+    covered = coverage(ranks(draws, truth), data.sizes["draw"], levels=(0.5, 0.95)).observed
+    return pd.DataFrame(
+        {
+            "output": data.output.values,
+            "calibration_p": judged.p_values,
+            "calibration_p_reader": np.nan if files is None else files.p_values,
+            "calibrated": ~judged.outside,
+            "calibrated_reader": pd.NA if files is None else ~files.outside,
+            "z_mean": found.z_mean,
+            "z_sd": found.z_sd,
+            "contraction": found.mean_contraction,
+            "contraction_limit": limit,
+            "shortfall": limit - found.mean_contraction,
+            "coverage_50": covered[0],
+            "coverage_95": covered[1],
+        }
+    )
+
+
+def quality_words(table: pd.DataFrame) -> str:
+    """Describe a table of :func:`quality` in one line."""
+    worst = table.loc[table.shortfall.idxmax()]
+    files = ""
+    if not table.calibration_p_reader.isna().any():
+        files = f"; through files {_calibrated(table, '_reader')}"
+    return (
+        f"{_calibrated(table)}{files}; "
+        f"z-score sd {table.z_sd.min():.3f} to {table.z_sd.max():.3f}; "
+        f"largest shortfall of contraction {worst.shortfall:.3f} ({worst.output})"
+    )
+
+
+def _calibrated(table: pd.DataFrame, which: str = "") -> str:
+    outside = table.output[~table[f"calibrated{which}"].astype(bool)]
+    smallest = f"smallest p {table[f'calibration_p{which}'].min():.2g} of {len(table)}"
+    if outside.empty:
+        return f"calibrated ({smallest})"
+    return f"NOT calibrated: {', '.join(outside)} ({smallest})"
+
+
+def draws_per_second(posterior: Network, measured: np.ndarray) -> float:
+    """Return how many draws the posterior makes in a second of processor time.
+
+    Args:
+        posterior: The model.
+        measured: Records, ``(n, t)``, mm; a few of them are inferred, curve after curve.
+    """
+    rng = np.random.default_rng(0)  # what is drawn does not matter
+    noise = rng.standard_normal((min(_CURVES, len(measured)), _DRAWS, len(posterior.outputs)))
+    posterior.sample(measured[:1], noise[:1])  # the first call sets things up
+    start = process_time()
+    posterior.sample(measured[: len(noise)], noise)
+    return noise.shape[0] * noise.shape[1] / (process_time() - start)
+
+
+def network_row(
+    network: str,
+    posterior: Network,
+    validation: xr.Dataset,
+    judged: pd.DataFrame,
+    history: xr.Dataset,
+    training: pd.DataFrame,
+) -> pd.DataFrame:
+    """Sum up one trained network.
+
+    Args:
+        network: Its name.
+        posterior: The model.
+        validation: What ``predictive.validate`` returns.
+        judged: What ``posterior.summary`` returns.
+        history: What ``Trainer.run`` returns, with the held-out log density.
+        training: Snakemake's benchmark of the training.
+
+    Returns:
+        One row with ``held_out_log_density`` (nats, standardised outputs) and its standard error,
+        ``gap_nats`` and its standard error, ``efficiency_median`` and ``efficiency_10_percent``,
+        ``calibration_p`` of all outputs together and ``calibrated``, ``draws_per_second`` and
+        ``training_seconds`` of processor time, ``solver_steps`` and ``weights``, their number.
+    """
+    calibration = judge_draws(validation.draws.values, validation.truth.values)
+    columns = ["gap_nats", "gap_se", "efficiency_median", "efficiency_10_percent"]
+    return pd.DataFrame(
+        {
+            "network": [network],
+            "held_out_log_density": [history.attrs["held_out_log_density"]],
+            "held_out_log_density_se": [history.attrs["held_out_log_density_se"]],
+            **{name: [judged[name].iloc[0]] for name in columns},
+            "calibration_p": [calibration.p_value],
+            "calibrated": [not calibration.outside.any()],
+            "draws_per_second": [draws_per_second(posterior, validation.measured.values)],
+            "training_seconds": [training.cpu_time.iloc[0]],
+            "solver_steps": [posterior.steps],
+            "weights": [sum(weight.numel() for weight in posterior.parameters())],
+        }
+    )
