@@ -70,7 +70,6 @@ COMBINATIONS = {
 TRAINING = {
     "steps": 10,
     "batch": 16,
-    "times_per_curve": 3,
     "learning_rate": 5e-3,
     "warm_up": 0.2,
     "weight_decay": 0.01,

@@ -137,6 +137,7 @@ def hidden(code: Mapping[str, str]) -> list[str]:
 
     Within a room the modules are named: its ``__init__`` is for others.
     """
+    modules = {(room_of(file), Path(file).stem) for file in code}
     public = {room: shown(text) for room, text in inits(code).items()}
     wrong = []
     for found in imports(code):
@@ -147,7 +148,8 @@ def hidden(code: Mapping[str, str]) -> list[str]:
         if found.room == "cli":
             fine = inside
         elif inside or found.room in FROM_MODULES:
-            fine = not from_room
+            named = bool(found.names) and {(found.room, n) for n in found.names} <= modules
+            fine = not from_room or named
         elif found.room not in public:
             fine = False
         else:

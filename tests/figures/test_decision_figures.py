@@ -10,9 +10,10 @@ from scipy.stats import beta
 
 from breaker.figures import style
 from breaker.figures.changepoint import change_words, changepoint
-from breaker.figures.health import edges, health, spans
+from breaker.figures.health import health
 from breaker.figures.prognostics import prognostics
 from breaker.figures.remaining_life import remaining_life
+from breaker.figures.style import edges, spans
 from breaker.figures.verdict import STATES, verdict
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator

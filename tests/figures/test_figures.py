@@ -13,8 +13,15 @@ from matplotlib.figure import Figure
 from breaker.figures import evolution, loss, pairs, predictive, style, validation
 from breaker.mechanism.parameters import outputs
 from breaker.model.randomness import generator
-from breaker.validation.calibration import ranks, verdict
-from breaker.validation.diagnostics import correlation, pointwise_band, recovery, scores
+from breaker.validation import (
+    correlation,
+    judge_draws,
+    judge_ranks,
+    prior_check,
+    ranks,
+    recovery,
+    scores,
+)
 
 NAMES = [output.name for output in outputs(onset=True)]
 FOUR = ["mu", "k_a", "f", "onset"]
@@ -43,8 +50,8 @@ def curves(count, dim):
 def draw_prior_predictive(motion, names):
     prior = curves(50, "curve")
     measured = curves(3, "operation").assign_coords(operation=[1, 50, 100])
-    band = pointwise_band(prior.travel.values)
-    return predictive.prior_predictive(prior, band, measured, motion=motion)
+    check = prior_check(prior.travel.values, measured.travel.values)
+    return predictive.prior_predictive(prior, check, measured, motion=motion)
 
 
 def draw_loss(motion, names, *, convergence=True, best=200):
@@ -73,7 +80,7 @@ def draw_loss(motion, names, *, convergence=True, best=200):
 
 def draw_sbc(motion, names):
     draws, truth = inferred()
-    judged = verdict(ranks(draws, truth)[:, : len(names)], draws.shape[1])
+    judged = judge_ranks(ranks(draws, truth)[:, : len(names)], draws.shape[1])
     return validation.sbc(judged, names, motion=motion)
 
 
@@ -98,6 +105,7 @@ def draw_pairs(motion, names):
 
 def draw_posterior_predictive(motion, names):
     data = curves(4, "curve").rename(travel="measured")
+    data = data.assign(share_inside=("curve", [0.91, 0.93, 0.95, 0.97]))
     return predictive.posterior_predictive(data, motion=motion, noise_sd=NOISE_SD)
 
 
@@ -199,11 +207,17 @@ def test_without_onset(name):
                 "held-out log density 3.420 ± 0.050 nats",
             ],
         ),
-        ("sbc", ["ECDF difference", "rank of the truth", "95 %", "all 8 outputs inside"]),
+        (
+            "sbc",
+            ["ECDF difference", "rank of the truth", "95 %", "calibrated: all 8 outputs inside"],
+        ),
         ("contraction", ["z-score", "contraction", "±3", "mean 0.", "exact 0.500"]),
         ("recovery", ["true $k_a$ (1/ms²)", "inferred $L$ (mm)", "95 % interval"]),
         ("pairs", ["prior", "posterior", "truth", "$f$ (mm/ms²)", "$t_0$ (ms)"]),
-        ("posterior_predictive", ["time (ms)", "travel (mm)", "(noise sd)", "curve 4", "measured"]),
+        (
+            "posterior_predictive",
+            ["time (ms)", "travel (mm)", "(noise sd)", "record 4: 97 % in the band"],
+        ),
         ("endurance_predictive", ["operation 301", "100 % of the main motion", "(noise sd)"]),
         ("evolution", ["operation", "$\\gamma_a$ (1/ms)", "$L$ (mm)", "effective values"]),
         ("evolution", ["50 % interval", "51 of 60", "rejected by the reader: 9 of 60"]),
@@ -348,10 +362,11 @@ def test_flags_are_those_of_the_data(drawn):
 def test_sbc_names_what_is_outside():
     draws, truth = inferred(curves=300)
     draws[..., 2] *= 1.2
-    judged = verdict(ranks(draws, truth), draws.shape[1])
+    judged = judge_draws(draws, truth)
     figure = validation.sbc(judged, NAMES, motion="closing", subject="calibration of files")
     assert "calibration of files" in figure.get_suptitle()
-    assert figure.get_suptitle().endswith("95 % bands: $k_b$")
+    assert "NOT calibrated: $k_b$ outside the band" in figure.get_suptitle()
+    assert figure._suptitle.get_color() == style.WARNING
     assert "outside by 0." in figure.axes[2].get_title()
     assert "inside" in figure.axes[3].get_title()
 
@@ -364,7 +379,7 @@ def test_figures_without_the_optional_parts():
 
 
 def test_unusable_input_is_refused():
-    with pytest.raises(ValueError, match="no motion is called 'Closing'"):
+    with pytest.raises(ValueError, match="no source is called 'Closing'"):
         draw_prior_predictive("Closing", NAMES)
     with pytest.raises(ValueError, match="no output is called 'k_1'"):
         draw_recovery("closing", ["mu", "k_1"])

@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 
 from breaker.figures import style
 from breaker.figures.exactness import exactness
-from breaker.figures.identifiability import identifiability
+from breaker.figures.identifiability import DRIVE, identifiability
 from breaker.mechanism.parameters import outputs
 from breaker.model.randomness import generator
 from breaker.posterior.tables import summary
@@ -343,55 +343,62 @@ def contractions(names=NAMES, shift=0.0):
     """Contraction of the limit, and of amortised and corrected posteriors, around set means."""
     rng = generator(23, "test", "identifiability")
     centre = np.array([0.4, 0.87, 0.6, 0.95, 0.85, 0.88, 0.3, 0.93])[: len(names)]
-    sizes = {"limit": 200, "amortised": 50, "corrected": 48}
-    return [centre - shift + 0.04 * rng.uniform(-1, 1, (n, len(names))) for n in sizes.values()]
+    sizes = {"limit": 200, "amortised": 50, "corrected": 48, "drive": 20}
+    found = {
+        name: centre - shift + 0.04 * rng.uniform(-1, 1, (n, len(names)))
+        for name, n in sizes.items()
+    }
+    found["drive"][:, 0] += 0.5  # this drive is known where the prior decides on average
+    return found
 
 
 def test_reached_is_sorted_and_says_the_verdict():
     values = contractions()
-    found = comparison.reached(*values, NAMES)
+    found = comparison.reached(values, NAMES)
     order = ["gamma_a", "onset", "f", "k_a", "gamma_b", "k_b", "mu", "L"]
     assert found.output.values.tolist() == order
-    verdicts = ["known from this motion"] * 5 + ["partly known"] + ["the prior keeps it"] * 2
-    assert found.verdict.values.tolist() == verdicts
-    assert found.curves.values.tolist() == [200, 50, 48]
-    for source, each in zip(("limit", "amortised", "corrected"), values, strict=True):
+    known = ["known from this motion"] * 5 + ["partly known"] + ["the prior decides"] * 2
+    assert found.known.values.tolist() == known
+    assert found.curves.values.tolist() == [200, 50, 48, 20]
+    for source, each in values.items():
         for name in NAMES:
             one, column = found.sel(source=source, output=name), each[:, NAMES.index(name)]
             expected = [column.mean(), *np.quantile(column, [0.05, 0.95])]
             found_here = [one[key].item() for key in ("mean", "lower", "upper")]
             assert found_here == pytest.approx(expected)
     assert comparison.identifiability_words(found) == (
-        r"the prior keeps $\mu$ and $L$; $k_b$ partly known"
+        r"over the prior: the prior decides $\mu$ and $L$; $k_b$ partly known"
+        "\n"
+        "this drive, first 20 operations: the prior decides $L$; $k_b$ partly known"
     )
 
 
 @pytest.mark.parametrize(
     ("means", "expected"),
     [
-        ([0.9, 0.8, 0.85], "the prior keeps nothing"),
-        ([0.9, 0.5, 0.79], r"the prior keeps nothing; $k_b$ and $k_a$ partly known"),
-        ([0.1, 0.49, 0.3], r"the prior keeps $k_a$, $k_b$ and $\mu$"),
+        ([0.9, 0.8, 0.85], "the prior decides nothing"),
+        ([0.9, 0.5, 0.79], r"the prior decides nothing; $k_b$ and $k_a$ partly known"),
+        ([0.1, 0.49, 0.3], r"the prior decides $k_a$, $k_b$ and $\mu$"),
     ],
 )
 def test_words_of_identifiability_at_the_edges(means, expected):
     """0.8 is known and 0.5 partly; named from the best known down."""
     limit = np.array([means])
-    found = comparison.reached(limit, limit, limit, ["mu", "k_a", "k_b"])
-    assert comparison.identifiability_words(found) == expected
+    found = comparison.reached({"limit": limit}, ["mu", "k_a", "k_b"])
+    assert comparison.identifiability_words(found) == f"over the prior: {expected}"
 
 
 def test_unusable_contractions_are_refused():
-    limit, amortised, corrected = contractions()
+    values = contractions()
     with pytest.raises(ValueError, match="limit must be"):
-        comparison.reached(limit.mean(axis=0), amortised, corrected, NAMES)
+        comparison.reached(values | {"limit": values["limit"][0]}, NAMES)
     with pytest.raises(ValueError, match="corrected must be finite"):
-        comparison.reached(limit, amortised, np.full_like(corrected, np.nan), NAMES)
+        comparison.reached(values | {"corrected": np.full((3, 8), np.nan)}, NAMES)
 
 
 @pytest.fixture(scope="module")
 def identified():
-    found = comparison.reached(*contractions(), NAMES)
+    found = comparison.reached(contractions(), NAMES)
     return found, identifiability(found, motion="closing")
 
 
@@ -411,7 +418,8 @@ def test_contractions_are_drawn_where_they_are(identified):
     np.testing.assert_allclose(
         lines[style.MEASURED][..., 0], limit["mean"].values[:, None] + [0, 0]
     )
-    for source, colour in (("amortised", style.AMORTISED), ("corrected", style.CORRECTED)):
+    colours = {"amortised": style.AMORTISED, "corrected": style.CORRECTED, "drive": DRIVE}
+    for source, colour in colours.items():
         one = found.sel(source=source)
         marks = next(line for line in axis.lines if line.get_color() == colour)
         np.testing.assert_allclose(marks.get_xdata(), one["mean"])
@@ -434,19 +442,19 @@ def test_each_row_has_its_name_numbers_and_verdict(identified):
         beside = [text.get_text() for text in table.texts if text.get_position()[1] == row]
         one = found.sel(output=name)
         numbers = [f"{one['mean'].sel(source=each).item():.3f}" for each in found.source.values]
-        assert beside == [*numbers, one.verdict.item()]
+        assert beside == [*numbers, one.known.item()]
     above = [text.get_text() for text in table.texts if text.get_position()[1] < 0]
-    assert above == ["limit", "amortised", "corrected"]
+    assert above == ["limit", "amortised", "corrected", "drive", "over the prior"]
 
 
 def test_identifiability_says_what_came_out(identified):
     text = words(identified[1])
     expected = [
-        "Closing: what the curve tells of each parameter\nthe prior keeps",
+        "Closing: how well the curve determines each parameter\nover the prior",
         "90 % of 200 draws of the prior",
         "amortised (network alone): mean and 90 % of 50 simulated curves",
         "corrected (exact posterior): mean and 90 % of 48 simulated curves",
-        "0.5 and 0.8: where verdicts change",
+        "this drive: mean and 90 % of its first 20 operations",
         "0: nothing learnt, the prior stays;  1: known exactly",
     ]
     assert [each for each in expected if each not in text] == []
@@ -455,7 +463,7 @@ def test_identifiability_says_what_came_out(identified):
 
 def test_identifiability_without_onset_and_below_zero():
     """A posterior wider than its prior stays in sight."""
-    found = comparison.reached(*contractions(NAMES[:7], shift=0.5), NAMES[:7])
+    found = comparison.reached(contractions(NAMES[:7], shift=0.5), NAMES[:7])
     figure = identifiability(found, motion="opening")
     assert len(figure.axes[0].get_yticklabels()) == 7
     assert "$t_0$" not in "".join(t.get_text() for t in figure.axes[0].get_yticklabels())

@@ -1,4 +1,4 @@
-"""Ranks, their band and its verdict: right false-alarm rate, and faults are caught."""
+"""Ranks, their band and the judgement: right false-alarm rate, and faults are caught."""
 
 from itertools import product
 from math import factorial, prod
@@ -13,9 +13,9 @@ from breaker.validation.calibration import (
     coverage,
     ecdf_difference,
     family_p_value,
+    judge_ranks,
     ranks,
     simultaneous_band,
-    verdict,
 )
 
 
@@ -107,10 +107,10 @@ def test_band_is_family_wise_over_its_panels():
 
 
 @pytest.mark.parametrize("alpha", [1e-6, 1e-3, 0.05, 0.3])
-def test_band_and_p_value_give_the_same_verdict(alpha):
+def test_band_and_p_value_give_the_same_judge_ranks(alpha):
     draws, columns = 50, uniform_ranks(100, 50, 60, "agreement")
     columns[:, 30:] = columns[:, 30:] // (1 + np.arange(30) / 20)  # from none to a strong fault
-    judged = verdict(columns, draws, alpha=alpha, panels=3)
+    judged = judge_ranks(columns, draws, alpha=alpha, panels=3)
     assert np.array_equal(judged.outside, judged.excess > 0)
     assert np.array_equal(judged.outside, leaves(columns, draws, judged.band))
     assert judged.outside.any()
@@ -120,7 +120,7 @@ def test_band_and_p_value_give_the_same_verdict(alpha):
 def test_exact_posterior_passes():
     """False alarm at most 1e-3."""
     draws, truth = gaussian(1000, 200)
-    judged = verdict(ranks(draws, truth), 200, alpha=1e-3)
+    judged = judge_ranks(ranks(draws, truth), 200, alpha=1e-3)
     assert not judged.outside.any()
     assert judged.p_values[0] > 1e-3
 
@@ -134,7 +134,7 @@ def test_wrong_posterior_is_caught(fault):
     """N = 1000 curves, 200 draws, alpha 1e-3 over 8 panels: all of 1,500 trials of each fault were
     caught, the largest p-value being 1.4e-7, so the power is above 0.998 (at 99.9 %)."""
     draws, truth = gaussian(1000, 200, **fault)
-    judged = verdict(ranks(draws, truth), 200, alpha=1e-3, panels=8)
+    judged = judge_ranks(ranks(draws, truth), 200, alpha=1e-3, panels=8)
     assert judged.outside.all()
     assert judged.excess[0] > 0
     if bias := fault.get("bias"):  # too high a posterior leaves low ranks: the ECDF lies above

@@ -53,7 +53,7 @@ _SOURCES = {
     "both": "Both motions",
     "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
 }
-_EFFECTIVE = {"color": MEASURED, "ls": "--", "marker": "D", "ms": 3.5, "lw": 1.1}
+_EFFECTIVE = {"color": MEASURED, "ls": "--", "marker": "D", "ms": 2.2, "lw": 0.9}
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -261,7 +261,7 @@ def limit_panels(
         title = fill(f"{str(limit).replace('_', ' ')}: {words}", int(width * 11.5))
         axis.set_title(title, loc="left", pad=6.0 + 14.0 * above)
         axis.set_ylabel(ylabel)
-    axes[0].margins(x=0.01)
+        axis.margins(x=0.01)
     label_outer(axes, "operation")
     return figure, axes
 

@@ -115,7 +115,7 @@ def _remaining(axis: Axes, row: int, one: xr.Dataset, mark: str, last: float) ->
     _interval(axis, row, (low, middle, high), (_SOON, last), mark)
     beside = {"xycoords": axis.get_yaxis_transform(), "va": "center", "annotation_clip": False}
     text = f"{_operations(middle)}  ({_operations(low)} to {_operations(high)})"
-    now = high < _SOON
+    now = high <= _SOON
     weight = "bold" if now else "normal"
     axis.annotate("now" if now else text, (1.03, row), weight=weight, **beside)
 

@@ -6,8 +6,8 @@ import pytest
 import xarray as xr
 
 from breaker.model.randomness import generator
-from breaker.validation.calibration import family_p_value
-from breaker.validation.qualities import quality, words
+from breaker.validation.calibration import judge_draws
+from breaker.validation.tables import quality, quality_words
 
 NAMES = ["mu", "L", "onset"]
 LOG = np.array([True, True, False])
@@ -52,8 +52,16 @@ def exact():
 
 def test_columns(exact):
     assert exact.columns.tolist() == [
-        *("output", "calibration_p", "calibration_p_reader", "z_mean", "z_sd", "contraction"),
-        *("contraction_limit", "shortfall", "coverage_50", "coverage_95"),
+        *("output", "calibration_p", "calibration_p_reader", "calibrated", "calibrated_reader"),
+        *(
+            "z_mean",
+            "z_sd",
+            "contraction",
+            "contraction_limit",
+            "shortfall",
+            "coverage_50",
+            "coverage_95",
+        ),
     ]
     assert exact.output.tolist() == NAMES
     np.testing.assert_array_equal(exact.contraction_limit, CONTRACTION)
@@ -108,11 +116,10 @@ def test_without_a_reader_its_column_is_unknown(exact):
     table = quality(validation(), None, CONTRACTION, prior_sd=PRIOR_SD, log=LOG)
     assert table.columns.tolist() == exact.columns.tolist()
     assert table.calibration_p_reader.isna().all()
-    others = exact.columns.drop("calibration_p_reader")
+    assert table.calibrated_reader.isna().all()
+    others = exact.columns.drop(["calibration_p_reader", "calibrated_reader"])
     pd.testing.assert_frame_equal(table[others], exact[others])
-    assert "files" not in words(table)
-    files = f", through files {family_p_value(exact.calibration_p_reader):.2g}"
-    assert words(exact).replace(files, "") == words(table)
+    assert "files" not in quality_words(table)
 
 
 def test_logarithms_are_taken_where_they_are_said_to_be(exact):
@@ -124,11 +131,24 @@ def test_logarithms_are_taken_where_they_are_said_to_be(exact):
     assert plain.contraction[2] == exact.contraction[2]
 
 
-def test_words_name_the_worst_output_and_both_families(exact):
-    text = words(exact)
+def test_words_name_the_worst_output_and_what_fails(exact):
+    text = quality_words(exact)
     worst = exact.loc[exact.shortfall.idxmax()]
     assert f"{worst.shortfall:.3f} ({worst.output})" in text
-    assert f"together {family_p_value(exact.calibration_p):.2g}, " in text
-    assert f"files {family_p_value(exact.calibration_p_reader):.2g}; " in text
     assert f"{exact.z_sd.min():.3f} to {exact.z_sd.max():.3f}" in text
-    assert "(L)" in words(judged(validation(width=1.25)))
+    assert text.startswith(f"calibrated (smallest p {exact.calibration_p.min():.2g} of 3); through")
+    wide, read = judged(validation(width=1.25)), judged(reader=validation(seed=2, bias=0.5))
+    assert "(L)" in quality_words(wide)
+    assert quality_words(wide).startswith("NOT calibrated: L (")
+    assert "calibrated (" in quality_words(read)
+    assert "through files NOT calibrated: L (" in quality_words(read)
+
+
+def test_tables_figures_and_words_judge_alike():
+    """One criterion: what leaves the band of all outputs together fails in the table."""
+    data = validation(width=0.8)
+    found = judge_draws(data.draws.values, data.truth.values)
+    table = judged(data)
+    np.testing.assert_array_equal(table.calibrated, ~found.outside)
+    np.testing.assert_array_equal(table.calibration_p, found.p_values)
+    assert found.words(NAMES).startswith("NOT calibrated: L outside the band")
