@@ -1,7 +1,7 @@
-"""What an engineer sets limits on, as functions of the seven parameters.
+"""Quantities to set limits on, as functions of the seven parameters.
 
 Times, speeds and ways are read from the exact curve of a parameter set, without noise, its motion
-starting at 0. A quantity that does not exist for a parameter set is nan, never a number made up:
+starting at 0. A quantity that does not exist for a parameter set is nan:
 
 - of a closing whose contact does not touch within 60 ms, all that is read from the curve;
 - of an opening whose contact does not part within 60 ms, or that has no closed state to start from
@@ -33,7 +33,7 @@ _HALVINGS = 30  # of a step of the grid, in search of a crossing
 
 @dataclass(frozen=True)
 class Quantity(Parameter):
-    """A quantity to set limits on: what a parameter is, and
+    """A quantity to set limits on, with the attributes of a parameter and:
 
     Attributes:
         motions: Motions that have it.
@@ -91,7 +91,7 @@ QUANTITIES = {
 
 
 def check_quantity(name: str, motion: str) -> str | None:
-    """Say what is wrong with asking a motion for a quantity, and the remedy; None if nothing."""
+    """Return why a motion does not have a quantity, with a remedy; None if it has it."""
     known = ", ".join(each.name for each in QUANTITIES.values() if motion in each.motions)
     if name not in QUANTITIES:
         return f"{name} is not a known quantity. Known of {motion}: {known}."

@@ -1,4 +1,4 @@
-"""What the bank's curves look like: principal components, and curves unlike any of them.
+"""Distance of a record from the curves of a bank, by principal components and by envelope.
 
 The components are those of noise-free curves whitened by the covariance of a record, so that each
 is ranked by its signal over noise. A record's scores on them, scaled to unit variance over the

@@ -1,12 +1,12 @@
-r"""Deep set: features of a set of samples, whichever of the grid's are there.
+r"""Deep set: features of a record from those of its samples that are present.
 
 Zaheer et al. (2017), "Deep sets": a network maps each pair of time and value by itself, a mean
 over the pairs that are there is blind to their order, and a second network maps the mean to the
 features. A missing sample is NaN; it is not in the set, and nothing stands in for it.
 
-A mean over pairs finds it hard to learn the sharp linear statistics that a long record holds. So a
-linear highway runs beside it, as in the time-series network: there a fixed linear map of the whole
-record, here its counterpart for a set, the regression of the samples on the frozen components.
+A mean over pairs hardly learns the precise linear statistics of a long record. So a linear highway
+runs beside it, as in the time-series network: there a fixed linear map of the whole record, here
+its counterpart for a set, the regression of the samples on the frozen components.
 """
 
 import math

@@ -1,12 +1,11 @@
 """From a network's draws to the exact posterior, record by record, without the network's density.
 
 Adaptive importance sampling. A map is fitted to the network's draws, draws from it are weighed by
-the exact joint density, and the map is fitted again to all of them, each weighed by the mixture
-of the maps that they came from (Cornuet et al., 2012, "Adaptive multiple importance sampling"),
-until a round's efficiency is good. Then fresh draws from the last map are weighed by its density
-alone: they make the result, so that nothing that was fitted to them judges them. Where their
-weights are still poor, the adaptation goes on from them. What stays poor is *unresolved*, and
-says so.
+the exact joint density, and the map is fitted again to all of them, each weighed by the mixture of
+the maps that they came from (Cornuet et al., 2012, "Adaptive multiple importance sampling"), until
+a round's efficiency is good. Then fresh draws from the last map are weighed by its density alone:
+they make the result, so that the weights do not depend on the fit. Where their weights are still
+poor, the adaptation goes on from them. A record whose weights stay poor is marked *unresolved*.
 
 While the weights are few, they are tempered: raised to the largest power below one that leaves an
 effective size to fit to.

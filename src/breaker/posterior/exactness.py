@@ -1,7 +1,7 @@
 """Corrected posteriors of many records, and the judgement of a network against them.
 
-Each record is by itself, with a generator of its own, so that its result does not depend on which
-others are beside it.
+Each record has a random generator of its own, so that its result does not depend on the other
+records.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""After a training: the solver's steps, and the density of rows that it has not seen."""
+"""After a training: the number of solver steps, and the density of held-out rows."""
 
 from collections.abc import Mapping
 
@@ -36,7 +36,7 @@ def held_out_log_density(
 def convergence(
     posterior: Posterior, measured: np.ndarray, settings: Mapping, seed: int
 ) -> xr.Dataset:
-    """Choose the solver's steps: the fewest that give what a fine solver gives.
+    """Choose the number of solver steps: the fewest that agree with a fine solver.
 
     Draws from the same noise with each candidate are compared with the finest, in posterior
     standard deviations of standardised outputs; log densities of some of the finest draws, in

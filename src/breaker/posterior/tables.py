@@ -1,6 +1,6 @@
-"""Posteriors as datasets and tables: both posteriors side by side, a row an output, a summary.
+"""Posteriors as datasets and tables: amortised beside corrected, one row per output, summaries.
 
-Knows datasets alone, so that a step that only reads posteriors loads neither networks nor kernels.
+Works on datasets alone, so that steps that only read posteriors import neither torch nor numba.
 """
 
 import numpy as np

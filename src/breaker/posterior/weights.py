@@ -1,4 +1,4 @@
-r"""The exact judge: importance weights of draws whose density is known.
+r"""Importance weights of draws: how far their density is from the exact posterior.
 
 The joint density of unknowns and record is exact here (``Model.log_joint``), so draws ``z_i`` from
 a density ``q`` carry the log weights ``log p(z_i, x) - log q(z_i)``. From them follow, for one
@@ -27,7 +27,7 @@ _FEWEST = 25  # draws of weight above zero from which a tail is fitted
 
 @dataclass(frozen=True)
 class Importance:
-    """What the importance weights of one record say.
+    """Summary of the importance weights of one record.
 
     Attributes:
         log_weights: Normalised so that their exponentials sum to 1, ``(d,)``.

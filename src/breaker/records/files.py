@@ -1,4 +1,4 @@
-"""Which operation a curve file is: its name says. Light to import, for the workflow's own start."""
+"""The curve files of a folder and their operation numbers. Light to import."""
 
 import re
 from pathlib import Path
@@ -7,9 +7,9 @@ __all__ = ["csv_files", "list_curves", "operation_number"]
 
 
 def csv_files(folder: str | Path) -> list[Path]:
-    """List the CSV files of a folder by name, however the ending is spelt; hidden ones are none.
+    """List the CSV files of a folder by name, ending in any case, without hidden files.
 
-    An absent folder has none.
+    The list is empty if there is no such folder.
     """
     if not Path(folder).is_dir():
         return []

@@ -83,7 +83,7 @@ def monitor(series: ArrayLike, kind: str, level: float, *, warm_up: int) -> np.n
 
 
 def level_for(series: Sequence[ArrayLike], kind: str, rate: float, *, warm_up: int) -> float:
-    """Return the least level from which on upwards the rate of false alarms is kept.
+    """Return the lowest level that, like all higher ones, keeps the rate of false alarms.
 
     As alarms restart the fit, their number need not fall with the level everywhere; a bisection
     could end below a level at which it is too large again. So this goes down from no alarm: what

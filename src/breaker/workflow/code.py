@@ -1,4 +1,4 @@
-"""What code a step of the workflow uses: the modules behind a script, as inputs of its rule.
+"""The modules that a script of the workflow depends on, as inputs of its rule.
 
 Snakemake runs a rule again when its script changes; named as inputs, modules count too. Rooms show
 names of many modules without importing them (``lazy_loader``); a script depends on those modules

@@ -1,8 +1,8 @@
 """Configuration of the workflow: merged from files, checked, and explained where it is wrong.
 
-Every default stands in ``config/config.yaml``; an overlay holds only what differs. What a key may
-be is said once, by the JSON schema ``workflow/schemas/config.schema.yaml``; what the schema cannot
-say, that several keys must fit each other, is the table ``RULES`` of ``breaker.workflow.rules``.
+Every default stands in ``config/config.yaml``; an overlay holds only what differs. The JSON schema
+``workflow/schemas/config.schema.yaml`` defines the allowed keys and values. The table ``RULES`` of
+``breaker.workflow.rules`` defines which keys must be consistent with each other.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence

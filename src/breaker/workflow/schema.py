@@ -1,4 +1,4 @@
-"""What a JSON schema has against a configuration, in plain words.
+"""Violations of a JSON schema by a configuration, in plain words.
 
 Knows schemas and YAML, not what the keys are about. Stricter than JSON Schema: a number is finite,
 an integer is written as one, and a section has every key that its schema knows, unless the schema

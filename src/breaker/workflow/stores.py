@@ -1,4 +1,4 @@
-"""Zarr stores: what every result carries, and how it is written."""
+"""Zarr stores: the attributes of every result, and how it is written."""
 
 import json
 from importlib.metadata import version
@@ -21,7 +21,7 @@ def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
 def save(dataset: xr.Dataset, path: str | Path) -> None:
     """Write a dataset as one Zarr store, in place of what is there.
 
-    Nothing of the time of writing goes in, so the same dataset gives the same bytes. Format 2,
+    The time of writing is not stored, so the same dataset gives the same bytes. Format 2,
     as format 3 does not specify text yet. How an array was stored where it was read from is
     forgotten: a text would keep the length that it had there.
     """
