@@ -111,15 +111,12 @@ class Mechanism:
 
     def closed_arc(self) -> float:
         """Arc at rest in the closed position, held by the closing force, mm."""
+        rates = self._rates(closed=True, closing=True)
 
-        def force(arc: float) -> float:
-            push = self.contact_spring * (self.gap - float(self.lever.travel(arc)))
-            stop = self.closing_stop.force(arc - self.closing_stop.position, 0.0)
-            return (
-                self.closing_force - self.opening_spring * arc + self.lever.ratio(arc) * push - stop
-            )
+        def acceleration(arc: float) -> float:
+            return rates(0.0, np.array([arc, 0.0, self.gap, 0.0]))[1]
 
-        return float(brentq(force, 0.0, self.lever.radius))
+        return float(brentq(acceleration, 0.0, self.lever.radius))
 
     def travel(self, motion: str, times: np.ndarray) -> np.ndarray:
         """Return the travel of the drive, ``(t,)``, mm, at times after the first motion, ms.
@@ -129,25 +126,23 @@ class Mechanism:
         """
         closing = motion == "closing"
         state = [0.0, 0.0, 0.0, 0.0] if closing else [self.closed_arc(), 0.0, self.gap, 0.0]
-        first = np.searchsorted(times, 0.0, side="right")
         arc, begin, end = np.full(len(times), state[0]), 0.0, float(times[-1])
-        for closed in (not closing, closing):
-            rates = self._rates(closed, closing)
-            leaves = self._parting if closed else self._touching
-            events = leaves if closed is not closing else None
+        first = np.searchsorted(times, 0.0, side="right")
+        leaves = self._touching if closing else self._parting
+        for closed, event in ((not closing, leaves), (closing, None)):
             part = solve_ivp(
-                rates,
+                self._rates(closed, closing),
                 (begin, end),
                 state,
                 method="LSODA",
-                events=events,
+                events=event,
                 dense_output=True,
                 **_TOLERANCES,
             )
-            now = np.arange(first, np.searchsorted(times, part.t[-1], side="right"))
-            if now.size:
+            now = slice(first, np.searchsorted(times, part.t[-1], side="right"))
+            if now.start < now.stop:
                 arc[now] = part.sol(times[now])[0]
-            first, begin, state = first + now.size, part.t[-1], part.y[:, -1].tolist()
+            first, begin, state = now.stop, part.t[-1], part.y[:, -1].tolist()
             if begin >= end:
                 break
             state[2], state[3] = self.gap, 0.0
@@ -236,10 +231,8 @@ class Rig:
         rng = generator(self.seed, "rig wear", operation)
         changed = {}
         for name, change in wear["change"].items():
-            factor = 1.0 + change * share
-            if scatter:
-                factor *= 1.0 + wear["scatter"] * rng.standard_normal()
-            changed[name] = getattr(self.new, name) * factor
+            noise = wear["scatter"] * rng.standard_normal() if scatter else 0.0
+            changed[name] = getattr(self.new, name) * ((1.0 + change * share) * (1.0 + noise))
         return replace(self.new, **changed)
 
     def record(self, motion: str, operation: int) -> tuple[np.ndarray, np.ndarray]:
