@@ -22,7 +22,7 @@ import yaml
 from scipy.integrate import solve_ivp
 
 from breaker.mechanism import MOTIONS, rest_position, sensitivity, travel
-from breaker.model import Prior, Sensor, generator, simulate
+from breaker.model import Model, Prior, Sensor, generator, simulate
 
 DEFAULTS = Path(__file__).parents[1] / "config" / "config.yaml"
 
@@ -128,7 +128,7 @@ def print_memory(prior: Prior, sensor: Sensor, sizes: list[int]) -> None:
 
     def bank(n: int) -> int:
         rng = generator(1, "benchmark", "bank")
-        result = simulate(prior, sensor.times, "closing", n, rng, onset_sd=sensor.onset_sd)
+        result = simulate(Model(prior, sensor, "closing"), n, rng)
         return sum(array.nbytes for array in result.variables.values())
 
     print(f"\n{'MB':<10}{'operations':>12}{'output':>12}{'beside it':>12}")

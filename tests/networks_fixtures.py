@@ -106,9 +106,7 @@ def settings(*, motion="closing", onset=True, network=NETWORK):
 
 def bank_of(posterior, n, *, seed=5):
     """A bank of n curves for a model."""
-    sensor, motion = posterior.sensor, posterior.motion
-    rng = generator(seed, "test bank", motion)
-    return simulate(posterior.prior, sensor.times, motion, n, rng, onset_sd=sensor.onset_sd)
+    return simulate(posterior.model, n, generator(seed, "test bank", posterior.motion))
 
 
 def frozen(*, motion="closing", onset=True, network=NETWORK, curves=512, seed=0):

@@ -15,6 +15,7 @@ from breaker.cli import main
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import outputs
 from breaker.model.bank import simulate
+from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.posterior.batches import freeze_inputs
 from breaker.posterior.estimator import Posterior
@@ -34,7 +35,7 @@ def trained(tmp_path_factory, defaults, prior, sensor):
     settings = {"motion": "closing", "network": NETWORK}
     posterior = Posterior({**settings, "prior": defaults["prior"], "sensor": defaults["sensor"]})
     rng = generator(0, "test command")
-    bank = simulate(prior, sensor.times, "closing", 128, rng, onset_sd=sensor.onset_sd)
+    bank = simulate(Model(prior, sensor, "closing"), 128, rng)
     freeze_inputs(posterior, bank.travel.values, rng)
     file = tmp_path_factory.mktemp("models") / "closing.safetensors"
     posterior.save(file)

@@ -162,7 +162,7 @@ def held_out(motion: str, settings: dict, curves: int) -> HeldOut:
     """Return the held-out records of a motion, always the same; fewer are the first of more."""
     model = joint_model(motion, settings)
     rng, sensor = generator(SEED, "peers", motion), model.sensor
-    data = simulate(model.prior, sensor.times, motion, 1000, rng, onset_sd=sensor.onset_sd)
+    data = simulate(model, 1000, rng)
     measured = sensor.corrupt(data.travel.values.astype(np.float64), rng)
     return HeldOut(measured[:curves], truth(data, model)[:curves], model)
 

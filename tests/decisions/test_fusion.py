@@ -8,8 +8,8 @@ from scipy.stats import chi2, multivariate_normal, norm
 
 from breaker.decisions.fusion import Fused, Pair, fuse
 from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.model.fisher import information
 from breaker.model.joint import Model
-from breaker.model.likelihoods import information
 from breaker.model.randomness import generator
 from breaker.posterior.corrections import correct
 

@@ -1,6 +1,7 @@
 """Banks: what is in them, the same bytes for the same seed, and shards that fit together."""
 
 import json
+from dataclasses import replace
 
 import numba
 import numpy as np
@@ -13,6 +14,7 @@ from breaker.mechanism import curves
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.model.bank import open_bank, simulate
+from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
 from breaker.workflow.stores import describe, save
@@ -24,7 +26,7 @@ def shard(prior, sensor):
 
     def make(number=0, *, n=64, motion="closing", seed=1, onset_sd=0.3, **settings):
         rng = generator(seed, "bank", motion, number)
-        bank = simulate(prior, sensor.times, motion, n, rng, onset_sd=onset_sd)
+        bank = simulate(Model(prior, replace(sensor, onset_sd=onset_sd), motion), n, rng)
         return describe(bank, "a bank", **{"onset_sd": onset_sd, **settings}).assign_attrs(
             seed=seed
         )
@@ -178,4 +180,4 @@ def test_curves_that_are_not_finite_are_counted(sensor):
         np.errstate(all="ignore"),
         pytest.raises(FloatingPointError, match="8 of 8 simulated closing curves are not finite"),
     ):
-        simulate(prior, sensor.times, "closing", 8, rng, onset_sd=0.0)
+        simulate(Model(prior, replace(sensor, onset_sd=0.0), "closing"), 8, rng)

@@ -1,110 +1,113 @@
-"""The exact limit of contraction, from derivatives that obey the model's symmetries."""
+"""The information in records: against matrices, the exact likelihood, and many records."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
+from scipy.stats import chi2
 
-from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.model.fisher import contraction_limit, jacobian, limit_over_prior
+from breaker.model.fisher import (
+    contraction_limit,
+    information,
+    limit_over_prior,
+    linearise,
+    pool,
+)
+from breaker.model.joint import Model
 from breaker.model.randomness import generator
-from breaker.model.sensor import Sensor
+
+P = len(NAMES)
+ALPHA = 1e-3  # false-alarm probability of a chi-square, both tails together
+PAPER = {"onset_sd": 0.0, "zero_sd": 0.0}
 
 
-@pytest.fixture(scope="module")
-def operations(prior):
+def model_of(prior, sensor, motion, **changes):
+    return Model(prior, replace(sensor, **changes), motion)
+
+
+def outputs_of(model, n):
+    """Standardised outputs drawn from the prior, ``(n, q)``."""
     rng = generator(1, "test", "identifiability")
-    return prior.sample(20, rng), 0.3 * rng.standard_normal(20)
+    z = np.column_stack([model.prior.standardise(model.prior.sample(n, rng)), np.zeros(n)])
+    z[:, P] = rng.standard_normal(n)
+    return z[:, : len(model.names)]
 
 
-def altered(sensor, **changes):
-    return Sensor.from_settings({**sensor.settings(), **changes})
+def covariance(sensor):
+    t = sensor.samples
+    return sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
 
 
+# ---- limit -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("changes", [{}, {"onset_sd": 0.0}, PAPER], ids=["all", "zero", "paper"])
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_derivatives_against_differences(prior, sensor, operations, motion):
-    """Differences of 4th order, where no sample is near an event.
+def test_limit_in_plain_matrices(prior, sensor, motion, changes):
+    """From curves of the model, differences of 4th order and the covariance written out.
 
-    At steps of 1e-3 sd their order leaves some 1e-12 mm, and the curves' rounding of 1e-13 mm some
-    2e-10 mm. A derivative that takes the time of the touch for fixed is off by 1e-3 mm and more
-    (``test_sensitivities``).
+    Rounding and order leave some 1e-9 mm, and events that the steps carry across a sample more,
+    here 1e-4 of the noise at most.
     """
-    theta, onset = operations
-    slopes = jacobian(prior, sensor, motion, theta, onset)
-    assert slopes.shape == (20, 151, 8)
-    step, z = 1e-3, prior.standardise(theta)
-    switching = travel(theta, sensor.times, motion).switching + onset
-    kinks = np.stack([onset, switching], axis=1)
-    smooth = np.abs(sensor.times - kinks[..., None]).min(axis=1) > 0.05
-
-    def curve(k, steps):
-        z_k, onset_k = z.copy(), onset.copy()
-        if k < len(NAMES):
-            z_k[:, k] += steps * step
-        else:
-            onset_k += steps * step * sensor.onset_sd
-        return travel(prior.destandardise(z_k), sensor.times, motion, onset=onset_k).travel
-
-    for k in range(8):
-        inner, outer = (curve(k, s) - curve(k, -s) for s in (1, 2))
-        expected = (8 * inner - outer) / (12 * step)
-        np.testing.assert_allclose(slopes[smooth, k], expected[smooth], rtol=0, atol=1e-8)
-    # The motion has not begun: nothing but zero in closing, the held state in opening.
-    rests = sensor.times < onset.min() - 0.05
-    still = slopes[:, rests] if motion == "closing" else slopes[:, rests][..., [0, 3, 4, 7]]
-    np.testing.assert_array_equal(still, 0.0)
+    model = model_of(prior, sensor, motion, **changes)
+    z, step, weights = outputs_of(model, 10), 1e-3, (8 / 12, -1 / 12)
+    q = z.shape[1]
+    assert q == P + model.sensor.infers_onset
+    whitened = linearise(model, z)[1]
+    limits = contraction_limit(model, model.destandardise(z))
+    inverse = np.linalg.inv(covariance(model.sensor))
+    for place, found, limit in zip(z, whitened, limits, strict=True):
+        slopes = sum(
+            weight * (model.curves(model.destandardise(place + s * step * np.eye(q))) - behind)
+            for s, weight in enumerate(weights, start=1)
+            for behind in [model.curves(model.destandardise(place - s * step * np.eye(q)))]
+        )
+        slopes /= step
+        np.testing.assert_allclose(found, model.sensor.whiten(slopes), rtol=0, atol=1e-3)
+        fisher = slopes @ inverse @ slopes.T
+        np.testing.assert_allclose(found @ found.T, fisher, rtol=1e-4, atol=1e-3)
+        expected = 1 - np.diag(np.linalg.inv(fisher + np.eye(q)))
+        np.testing.assert_allclose(limit, expected, rtol=0, atol=1e-5)
 
 
-def matrix_limit(slopes, sensor):
-    """The contraction of one curve ``(q,)``, in plain matrices."""
-    t, q = slopes.shape
-    covariance = sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
-    information = slopes.T @ np.linalg.inv(covariance) @ slopes
-    return 1 - np.diag(np.linalg.inv(information + np.eye(q)))
+def test_limit_between_nothing_and_everything_known(prior, sensor):
+    def limit(**changes):
+        model = model_of(prior, sensor, "closing", **changes)
+        return contraction_limit(model, model.destandardise(outputs_of(model, 20)))
 
-
-@pytest.mark.parametrize("changes", [{}, {"onset_sd": 0.0}, {"onset_sd": 0.0, "zero_sd": 0.0}])
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_limit_in_plain_matrices(prior, sensor, operations, motion, changes):
-    chosen = altered(sensor, **changes)
-    slopes = jacobian(prior, chosen, motion, *operations)
-    assert slopes.shape[-1] == 7 + chosen.infers_onset
-    limit = contraction_limit(prior, chosen, motion, *operations)
-    expected = [matrix_limit(one, chosen) for one in slopes]
-    np.testing.assert_allclose(limit, expected, rtol=0, atol=1e-9)
-
-
-def test_limit_between_nothing_and_everything_known(prior, sensor, operations):
-    deaf = contraction_limit(prior, altered(sensor, noise_sd=1e6), "closing", *operations)
-    np.testing.assert_allclose(deaf, 0.0, atol=1e-8)
-    keen = contraction_limit(prior, altered(sensor, noise_sd=1e-4), "closing", *operations)
+    np.testing.assert_allclose(limit(noise_sd=1e6), 0.0, atol=1e-8)
+    keen, usual = limit(noise_sd=1e-4), limit()
     assert np.all((keen > 0.99) & (keen < 1))
-    usual = contraction_limit(prior, sensor, "closing", *operations)
     assert np.all((usual > 0) & (usual < keen))
 
 
-def test_limit_is_what_a_linear_posterior_reaches(prior, sensor, operations):
+def test_limit_is_what_a_linear_posterior_reaches(prior, sensor):
     """A linear problem made of one curve's derivatives: the errors of its posterior mean, drawn
     with truth and noise from their distributions, have the variance 1 - limit.
 
     8 variances of 20,000 normal errors, 4.5 standard errors: false alarm below 1e-4. The fault, a
     record whose zero is left out of the covariance, is off by far more.
     """
-    theta, onset = operations[0][:1], operations[1][:1]
-    slopes = jacobian(prior, sensor, "opening", theta, onset)[0]
+    model = model_of(prior, sensor, "opening")
+    place = outputs_of(model, 1)
+    design = linearise(model, place)[1][0].T
+    eigenvalues, vectors = np.linalg.eigh(covariance(sensor))
+    slopes = vectors @ (np.sqrt(eigenvalues)[:, None] * (vectors.T @ design))
     rng = generator(1, "test", "linear posterior")
     z = rng.standard_normal((20_000, 8))
     white = sensor.whiten(sensor.corrupt(z @ slopes.T, rng))
-    design = sensor.whiten(slopes.T).T
     posterior = np.linalg.inv(design.T @ design + np.eye(8))
     variance = np.mean((white @ design @ posterior - z) ** 2, axis=0)
     bound = 4.5 * np.sqrt(2 / len(z))
-    limit = contraction_limit(prior, sensor, "opening", theta, onset)[0]
+    values = model.destandardise(place)
+    limit = contraction_limit(model, values)[0]
     assert np.all(np.abs(variance / (1 - limit) - 1) < bound)
-    blind = contraction_limit(prior, altered(sensor, zero_sd=0.0), "opening", theta, onset)[0]
+    blind = contraction_limit(model_of(prior, sensor, "opening", zero_sd=0.0), values)[0]
     assert np.any(np.abs(variance / (1 - blind) - 1) > 2 * bound)
 
 
-PAPER = {"onset_sd": 0.0, "zero_sd": 0.0}
 MEDIANS = {
     ("closing", "default"): [0.40, 0.87, 0.67, 0.97, 0.86, 0.90, 0.285],
     ("closing", "paper"): [0.44, 0.92, 0.67, 0.98, 0.88, 0.97, 0.29],
@@ -128,9 +131,9 @@ def around_the_median(limit):
 def test_medians_over_the_prior(prior, sensor, motion, which):
     """Medians of an independent calculation over 150 draws. Those of the other setting, with or
     without the nuisances, do not fit."""
-    chosen = altered(sensor, **(PAPER if which == "paper" else {}))
+    chosen = model_of(prior, sensor, motion, **(PAPER if which == "paper" else {}))
     rng = generator(1, "test", "medians", motion)
-    limit = limit_over_prior(prior, chosen, motion, 1000, rng)
+    limit = limit_over_prior(chosen, 1000, rng)
     names = [*NAMES, "onset"] if which == "default" else list(NAMES)
     assert limit.output.values.tolist() == names
     assert limit.sizes == {"curve": 1000, "output": len(names)}
@@ -139,3 +142,218 @@ def test_medians_over_the_prior(prior, sensor, motion, which):
     for medians_of in ("default", "paper"):
         known = np.array(MEDIANS[motion, medians_of])
         assert np.all((low < known) & (known < high)) == (medians_of == which)
+
+
+# ---- one record ------------------------------------------------------------------------------
+
+
+def exact_log_likelihood(model, record, z, around, *, onset=None):
+    """Log likelihood of parameters ``(m, p)``, the onset integrated on a grid, nan is missing.
+
+    The grid is 1.2 onset sds wide, twelve or more of what a record leaves open, and its steps are
+    a tenth of that: the trapezoid rule is exact to round-off. An ``onset`` is taken as known.
+    """
+    known = 0.5 * np.square(z).sum(-1)  # log_joint less the prior of the parameters
+    if not model.sensor.infers_onset:
+        return model.log_joint(z, record) + known
+    nodes = around + np.linspace(-0.6, 0.6, 121) if onset is None else np.array([onset])
+    points = np.column_stack([np.repeat(z, nodes.size, 0), np.tile(nodes, len(z))])
+    values = model.log_joint(points, record).reshape(len(z), nodes.size)
+    return logsumexp(values, axis=1) + known
+
+
+def differences(log_likelihood, centre, directions, *, step=0.03):
+    """Slopes and curvatures ``(k,)`` of a function of ``(m, p)`` along directions ``(k, p)``."""
+    ahead, behind = (log_likelihood(centre + s * step * directions) for s in (1, -1))
+    here = log_likelihood(centre[None])
+    return (ahead - behind) / (2 * step), -(ahead + behind - 2 * here) / step**2
+
+
+def distance(found, centre, log_likelihood):
+    """How far information is from the exact likelihood: of slope and curvature, in posterior sds.
+
+    Along the axes of the posterior, each as long as its sd, where ``J + I`` is the identity.
+    """
+    values, vectors = np.linalg.eigh(found.matrix[0])
+    axes = (vectors / np.sqrt(values + 1.0)).T
+    slope, curvature = differences(log_likelihood, centre, axes)
+    assert slope.shape == (P,)
+    return (
+        np.abs(axes @ found.slope[0] - slope).max(),
+        np.abs(values / (values + 1.0) - curvature).max(),
+    )
+
+
+def truths(prior, n, *purpose):
+    """Standardised parameters, ``(n, p)``."""
+    return prior.standardise(prior.sample(n, generator(1, "test", "information", *purpose)))
+
+
+@pytest.mark.parametrize("onset", [0.0, 0.3, -0.8, 1.5, -2.0])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_information_is_the_likelihood_at_the_truth(prior, sensor, motion, onset):
+    """On a curve without noise, and with it.
+
+    What Laplace's method leaves out of the slope is half that of the log of the onset's curvature,
+    0.002 posterior sds here. The matrix has no second derivatives of the curve; they count where
+    there is a residual, which an onset at its most probable value does not leave.
+    """
+    model = model_of(prior, sensor, motion)
+    z = truths(prior, 1, motion)[0]
+    curve = model.curves(model.destandardise(np.append(z, onset)[None]))
+    noisy = sensor.corrupt(curve, generator(1, "test", "information", motion, "noise"))
+    for record in (curve, noisy):
+        found = information(model, record, z[None], np.zeros(1))
+
+        def exact(points, record=record[0]):
+            return exact_log_likelihood(model, record, points, onset)
+
+        slope, curvature = distance(found, z, exact)
+        assert slope < 0.005
+        if record is curve:
+            # The prior pulls an onset to 0, by as much less as the record says more.
+            assert abs(found.onset[0] - onset) < 0.01
+            assert onset != 0.0 or curvature < 0.01
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_an_onset_taken_as_known_would_be_noticed(prior, sensor, motion):
+    """The planted fault of the test above: the likelihood with the onset at its true value."""
+    model = model_of(prior, sensor, motion)
+    z = truths(prior, 1, motion)[0]
+    record = model.curves(model.destandardise(np.append(z, 0.0)[None]))[0]
+    found = information(model, record[None], z[None], np.zeros(1))
+
+    def known(points):
+        return exact_log_likelihood(model, record, points, 0.0, onset=0.0)
+
+    assert distance(found, z, known)[1] > 0.1
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_information_without_an_onset(prior, sensor, motion):
+    """The slope is exact away from the truth, too, and the onset given is ignored."""
+    model = model_of(prior, sensor, motion, onset_sd=0.0)
+    z = truths(prior, 1, motion, "no onset")[0]
+    curve = model.curves(prior.destandardise(z[None]))
+    found = information(model, curve, z[None], np.full(1, np.nan))
+    np.testing.assert_array_equal(found.onset, 0.0)
+    slope, curvature = distance(
+        found, z, lambda points: exact_log_likelihood(model, curve[0], points, 0.0)
+    )
+    assert slope < 0.001  # of the curve's bend; the slope itself is zero
+    assert curvature < 0.01
+    record = sensor.corrupt(curve, generator(1, "test", "information", motion, "noise"))
+    found = information(model, record, z[None], np.zeros(1))
+    slope, _ = differences(
+        lambda points: exact_log_likelihood(model, record[0], points, 0.0), z, np.eye(P), step=1e-5
+    )
+    np.testing.assert_allclose(found.slope[0], slope, rtol=1e-5, atol=1e-4)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_one_step_of_the_onset_does_from_nearby(prior, sensor, motion):
+    model = model_of(prior, sensor, motion)
+    z = truths(prior, 4, motion, "steps")
+    rng = generator(1, "test", "information", "steps", motion)
+    outputs = np.column_stack([z, rng.standard_normal(4)])
+    records = sensor.corrupt(model.curves(model.destandardise(outputs)), rng)
+    far = information(model, records, z, np.zeros(4), steps=8)
+    again = information(model, records, z, far.onset, steps=0)
+    near = information(model, records, z, far.onset + 0.05, steps=1)
+    default = information(model, records, z, outputs[:, P] + 0.5)
+    for name in ("matrix", "slope", "onset"):
+        wanted = getattr(far, name)
+        size = np.abs(wanted).max()
+        np.testing.assert_allclose(getattr(again, name), wanted, rtol=0, atol=1e-6 * size)
+        np.testing.assert_allclose(getattr(near, name), wanted, rtol=0, atol=1e-3 * size)
+        np.testing.assert_allclose(getattr(default, name), wanted, rtol=0, atol=1e-3 * size)
+
+
+def test_what_is_said_is_the_posterior_over_the_prior(prior, sensor):
+    """Two parameters, all else known: exact moments on a grid, of a record that says little.
+
+    The exact precision is that of the prior and of ``J`` to 4 %, as the posterior is not quite a
+    Gaussian. Without the prior, or with the prior twice, it would be a tenth off.
+    """
+    model = model_of(prior, sensor, "closing", noise_sd=0.2)
+    free = [NAMES.index("mu"), NAMES.index("L")]
+    rng = generator(1, "test", "information", "grid")
+    truth = np.zeros(P)
+    truth[free] = 0.3, -0.4
+    record = model.sensor.corrupt(model.curves(model.destandardise(np.append(truth, 0)[None])), rng)
+    axis = np.linspace(-2.5, 2.5, 41)  # seven sds
+    points = np.tile(truth, (axis.size**2, 1))
+    points[:, free] += np.stack(np.meshgrid(axis, axis, indexing="ij"), -1).reshape(-1, 2)
+    log_posterior = exact_log_likelihood(model, record[0], points, 0.0)
+    log_posterior -= 0.5 * np.square(points[:, free]).sum(-1)
+    weight = np.exp(log_posterior - logsumexp(log_posterior))
+    mean = weight @ points[:, free]
+    apart = points[:, free] - mean
+    precision = np.linalg.inv((weight[:, None] * apart).T @ apart)
+    scale = np.sqrt(np.diag(precision))
+
+    centre = truth.copy()
+    for _ in range(5):  # to the mode, where a trend would be
+        found = information(model, record, centre[None], np.zeros(1))
+        matrix = found.matrix[0][np.ix_(free, free)]
+        step = np.linalg.solve(matrix + np.eye(2), found.slope[0][free] - centre[free])
+        centre[free] += step
+
+    def off(times):
+        return np.abs((precision - matrix - times * np.eye(2)) / np.outer(scale, scale)).max()
+
+    assert off(1) < 0.04
+    assert min(off(0), off(2)) > 0.08  # the planted faults
+    assert np.abs((centre[free] - mean) * scale).max() < 0.1
+
+
+# ---- many records ----------------------------------------------------------------------------
+
+
+def stretch(model, z, n, rng):
+    """Records ``(n, t)`` of constant parameters, and their onsets ``(n,)``."""
+    onset = rng.standard_normal(n)
+    outputs = np.column_stack([np.tile(z, (n, 1)), onset])
+    return model.sensor.corrupt(model.curves(model.destandardise(outputs)), rng), onset
+
+
+def posterior_means(models, records, onsets, z):
+    """Mean over operations of the means of their posteriors: the prior is counted each time."""
+    n = len(next(iter(records.values())))
+    matrix, slope = np.tile(np.eye(P), (n, 1, 1)), np.tile(-z, (n, 1))
+    for motion, model in models.items():
+        found = information(model, records[motion], np.tile(z, (n, 1)), onsets[motion])
+        matrix, slope = matrix + found.matrix, slope + found.slope
+    return z + np.linalg.solve(matrix, slope[..., None])[..., 0].mean(axis=0)
+
+
+def chi_square(models, records, onsets, estimate, truth):
+    """Squared error of an estimate, in units of what all records and one prior leave open."""
+    matrix = np.eye(P)
+    for motion, model in models.items():
+        places = np.tile(estimate, (len(records[motion]), 1))
+        matrix += information(model, records[motion], places, onsets[motion]).matrix.sum(axis=0)
+    return (estimate - truth) @ matrix @ (estimate - truth)
+
+
+@pytest.mark.parametrize("motions", [("closing",), ("opening",), MOTIONS], ids="+".join)
+def test_pooled_records_are_unbiased_and_count_the_prior_once(prior, sensor, motions):
+    """Truths are drawn from the prior, so that the error is that of the posterior exactly.
+
+    Five times a chi-square of 7, of 200 records each. The search starts from the mean of the
+    operations' posterior means, as a trend does, which by itself has to fail: the planted fault.
+    """
+    models = {motion: model_of(prior, sensor, motion) for motion in motions}
+    right, wrong, lives = 0.0, 0.0, 5
+    for i, z in enumerate(truths(prior, lives, "pool", *motions)):
+        rng = generator(1, "test", "information", "pool", *motions, i)
+        drawn = {motion: stretch(model, z, 200, rng) for motion, model in models.items()}
+        records, onsets = ({m: each[k] for m, each in drawn.items()} for k in (0, 1))
+        start = posterior_means(models, records, onsets, z)
+        pooled = pool(models, records, start, onsets)
+        right += chi_square(models, records, onsets, pooled, z)
+        wrong += chi_square(models, records, onsets, start, z)
+    low, high = chi2.ppf([ALPHA / 2, 1 - ALPHA / 2], df=lives * P)
+    assert low < right < high
+    assert wrong > high

@@ -12,6 +12,7 @@ import pytest
 from breaker.mechanism import curves
 from breaker.mechanism.curves import sensitivity, travel
 from breaker.model.bank import simulate
+from breaker.model.joint import Model
 from breaker.model.randomness import generator
 
 FEW, MANY = 2**13, 2**16  # operations
@@ -90,7 +91,7 @@ def test_bank(prior, sensor):
     def needed(n):
         rng = generator(1, "test", "memory", "bank")
         return beside(
-            lambda: simulate(prior, sensor.times, "closing", n, rng, onset_sd=0.3),
+            lambda: simulate(Model(prior, sensor, "closing"), n, rng),
             lambda bank: sum(array.nbytes for array in bank.variables.values()),
         )
 

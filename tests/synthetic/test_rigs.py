@@ -9,6 +9,7 @@ import yaml
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
+from breaker.model.joint import Model
 from breaker.records.files import list_curves
 from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
@@ -84,7 +85,7 @@ def test_each_part_changes_the_curve(rig, motion, part):
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_the_stand_in_is_honest(rig, motion, prior, sensor):
     """All life: within the noise in the main motion, three noise sd off at the end."""
-    result = effective_values(rig, prior, sensor, motion, [1, 1000, 1760, 2000])
+    result = effective_values(rig, Model(prior, sensor, motion), [1, 1000, 1760, 2000])
     assert result.main_largest.max() < 1.0
     assert result.end_largest.min() > 3.0
     z = prior.standardise(result.effective.values[:, :7])
@@ -97,7 +98,7 @@ def test_a_curve_of_the_model_is_fitted_exactly_but_for_the_prior(prior, sensor)
     z = np.array([0.3, -0.2, 0.4, 0.1, -0.3, 0.2, 0.1, 0.5])
     onset = sensor.onset_sd * z[7]
     curve = travel(prior.destandardise(z[None, :7]), sensor.times, "closing", onset=onset)
-    found, left = fit(prior, sensor, "closing", curve.travel[0], np.zeros(8))
+    found, left = fit(Model(prior, sensor, "closing"), curve.travel[0], np.zeros(8))
     # The mode is pulled towards the prior's by less than the posterior is wide.
     assert np.abs(left).max() < 0.3 * sensor.noise_sd
     np.testing.assert_allclose(found[3], z[3], atol=0.1)  # gamma_a, the best known

@@ -8,6 +8,7 @@ from scipy.stats import chi2
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.synthetic.round_trip import FORMAT, through_files
 
@@ -20,7 +21,7 @@ FALSE_ALARM = 1e-3
 @pytest.fixture(scope="module", params=MOTIONS)
 def through(request, prior, sensor):
     rng = generator(4, "test through files", request.param)
-    return request.param, *through_files(prior, sensor, request.param, CURVES, rng)
+    return request.param, *through_files(Model(prior, sensor, request.param), CURVES, rng)
 
 
 def tail(sensor, motion, measured, truth):
@@ -67,16 +68,15 @@ def test_the_onset_is_small_against_its_prior(through, sensor):
 
 
 def test_the_same_generator_gives_the_same_bytes(prior, sensor):
-    first, second = (
-        through_files(prior, sensor, "closing", 3, generator(8, "test bytes")) for _ in range(2)
-    )
+    model = Model(prior, sensor, "closing")
+    first, second = (through_files(model, 3, generator(8, "test bytes")) for _ in range(2))
     for one, other in zip(first, second, strict=True):
         assert one.tobytes() == other.tobytes()
 
 
 def test_without_an_onset_the_truth_has_only_the_seven(prior, sensor):
     plain = replace(sensor, onset_sd=0.0, zero_sd=0.0)
-    measured, truth = through_files(prior, plain, "opening", 3, generator(8, "test plain"))
+    measured, truth = through_files(Model(prior, plain, "opening"), 3, generator(8, "test plain"))
     assert measured.shape == (3, sensor.samples)
     assert truth.shape == (3, len(NAMES))
 
@@ -84,4 +84,4 @@ def test_without_an_onset_the_truth_has_only_the_seven(prior, sensor):
 def test_a_rejected_record_is_an_error(prior, sensor):
     far = replace(sensor, zero_sd=3.0)  # a zero beyond what the reader takes for an open breaker
     with pytest.raises(RuntimeError, match=r"\d+ of 12 curves of the model rejected: .*near 0"):
-        through_files(prior, far, "closing", 12, generator(8, "test far"))
+        through_files(Model(prior, far, "closing"), 12, generator(8, "test far"))

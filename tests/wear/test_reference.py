@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import chi2
 
 from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.model.fisher import information, pool
 from breaker.model.joint import Model
-from breaker.model.likelihoods import information, pool
 from breaker.model.randomness import generator
 from breaker.wear.reference import find_reference, modes, onset_of
 
@@ -35,7 +35,7 @@ def single_modes(model, records, outputs):
     """Modes of posteriors, each by itself and to the end, ``(n, p)``."""
     return np.array(
         [
-            pool([model], [record[None]], each[:P], [each[P:]])
+            pool({"m": model}, {"m": record[None]}, each[:P], {"m": each[P:]})
             for record, each in zip(records, outputs, strict=True)
         ]
     )
@@ -140,8 +140,8 @@ def test_modes_of_both_motions_are_those_of_both_records(models):
     found, _ = modes(models, {"closing": a, "opening": b}, {"closing": at_a, "opening": at_b})
     for i in range(6):
         one = slice(i, i + 1)
-        onsets = [at_a[one, P], at_b[one, P]]
-        expected = pool([closing, opening], [a[one], b[one]], TRUTH, onsets)
+        onsets = {"closing": at_a[one, P], "opening": at_b[one, P]}
+        expected = pool(models, {"closing": a[one], "opening": b[one]}, TRUTH, onsets)
         np.testing.assert_allclose(found[i], expected, atol=0.02)
 
 

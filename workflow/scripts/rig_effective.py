@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from breaker.model import Prior, Sensor
+from breaker.model import Model
 from breaker.synthetic import Rig, effective_values
 from breaker.workflow import describe, save, start
 
@@ -12,8 +12,8 @@ params, motion = snakemake.params, snakemake.wildcards.motion
 rig = Rig.from_settings(params.rig, params.seed)
 count = min(params.rig["effective_stages"], params.rig["operations"])
 stages = np.unique(np.linspace(1, params.rig["operations"], count).round().astype(int))
-prior, sensor = Prior.from_settings(params.prior), Sensor.from_settings(params.sensor)
-result = effective_values(rig, prior, sensor, motion, stages.tolist())
+model = Model.from_settings({"prior": params.prior, "sensor": params.sensor, "motion": motion})
+result = effective_values(rig, model, stages.tolist())
 log.info(
     "new %s: the model leaves at most %.2f noise sd of the main motion, %.2f of the end",
     *(motion, result.main_largest[0], result.end_largest[0]),

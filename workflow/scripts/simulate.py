@@ -1,19 +1,15 @@
 """Simulate operations of one motion from the prior: for a bank, or to look at."""
 
-from breaker.model import Prior, generator, grid, simulate
+from breaker.model import Model, Prior, Sensor, generator, simulate
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
-bank = simulate(
-    Prior.from_settings(params.prior),
-    grid(**params.grid),
-    motion,
-    params.curves,
-    generator(params.seed, *params.purpose, motion),
-    onset_sd=params.onset_sd,
-)
+# A bank serves sensors of any noise and zero.
+sensor = Sensor(**params.grid, onset_sd=params.onset_sd, noise_sd=1.0, zero_sd=0.0)
+model = Model(Prior.from_settings(params.prior), sensor, motion)
+bank = simulate(model, params.curves, generator(params.seed, *params.purpose, motion))
 log.info(
     "%d %s curves; contact force zero again after the touch in %d; touch or parting not within "
     "the record in %d",

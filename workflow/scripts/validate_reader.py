@@ -12,13 +12,8 @@ torch.set_num_threads(snakemake.threads)
 params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakemake.wildcards.seed)
 
 posterior = Posterior.load(snakemake.input.model)
-measured, truth = through_files(
-    posterior.prior,
-    posterior.sensor,
-    motion,
-    params.curves,
-    generator(seed, "records through files", motion),
-)
+rng = generator(seed, "records through files", motion)
+measured, truth = through_files(posterior.model, params.curves, rng)
 if posterior.sensor.infers_onset:
     error = truth[:, -1]
     log.info("first motion found too late by %.3f ms, sd %.3f ms", -error.mean(), error.std())

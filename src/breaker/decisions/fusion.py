@@ -126,9 +126,8 @@ def fuse(
     onsets = {
         m: each[:, p:].mean(axis=0) if each.shape[1] > p else np.zeros(1) for m, each in z.items()
     }
-    models = list(pair.models.values())
     start = np.mean([each[:, :p].mean(axis=0) for each in z.values()], axis=0)
-    mode = pool(models, [lone[m] for m in pair.models], start, [onsets[m] for m in pair.models])
+    mode = pool(pair.models, lone, start, onsets)
     precision, apart, columns = np.eye(p), 0.0, []
     for motion, model in pair.models.items():
         found = information(model, lone[motion], mode[None], onsets[motion])

@@ -10,9 +10,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "bank": ["open_bank", "simulate"],
-        "fisher": ["jacobian", "limit_over_prior"],
+        "fisher": ["climb", "information", "limit_over_prior", "pool"],
         "joint": ["Model"],
-        "likelihoods": ["climb", "information", "pool"],
         "plausibility": ["distance", "excess", "principal_components"],
         "prior": ["Prior"],
         "randomness": ["generator", "seed_integer"],

@@ -12,31 +12,20 @@ import numpy as np
 import xarray as xr
 
 from breaker.mechanism import NAMES, PARAMETERS, Motion, blocks, travel
-from breaker.model.prior import Prior
+from breaker.model.joint import Model
 
 __all__ = ["open_bank", "simulate"]
 
 _TRAVEL_DTYPE = np.float32  # 1e-6 mm, a hundred-thousandth of the noise
 
 
-def simulate(
-    prior: Prior,
-    times: np.ndarray,
-    motion: str,
-    n: int,
-    rng: np.random.Generator,
-    *,
-    onset_sd: float,
-) -> xr.Dataset:
+def simulate(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
     """Simulate operations drawn from the prior.
 
     Args:
-        prior: Prior of the parameters.
-        times: Times of the samples, ``(t,)``, ms.
-        motion: "closing" or "opening".
+        model: Joint model of the motion; the sensor's noise and zero are not used.
         n: Number of operations.
         rng: Generator of parameters and onsets.
-        onset_sd: Standard deviation of the onset, ms; 0 if motions start at time 0.
 
     Returns:
         Dataset with dims ``curve`` (n), ``time`` (t), ``parameter`` (p): noise-free ``travel``
@@ -46,10 +35,17 @@ def simulate(
     Raises:
         FloatingPointError: If a curve is not finite.
     """
-    theta = prior.sample(n, rng)
-    onset = onset_sd * rng.standard_normal(n)
+    motion, times = model.motion, model.sensor.times
+    theta = model.prior.sample(n, rng)
+    onset = model.sensor.onset_sd * rng.standard_normal(n)
     curves = Motion(np.empty((n, len(times)), _TRAVEL_DTYPE), np.empty(n), np.empty(n, np.bool_))
-    bad = sum(_fill(curves, rows, theta, times, motion, onset) for rows in blocks(n))
+    bad = 0
+    for rows in blocks(n):  # curves in double precision are those of one block
+        block = travel(theta[rows], times, motion, onset=onset[rows])
+        for whole, part in zip(curves, block, strict=True):
+            whole[rows] = part
+        bad += np.count_nonzero(~np.isfinite(block.travel).all(axis=1))
+        del block
     if bad:
         raise FloatingPointError(f"{bad} of {n} simulated {motion} curves are not finite")
     return xr.Dataset(
@@ -67,24 +63,6 @@ def simulate(
         },
         attrs={"motion": motion},
     )
-
-
-def _fill(
-    curves: Motion,
-    rows: slice,
-    theta: np.ndarray,
-    times: np.ndarray,
-    motion: str,
-    onset: np.ndarray,
-) -> int:
-    """Fill a block of a bank, and return how many of its curves are not finite.
-
-    The curves in double precision are those of one block, and gone when it is filled.
-    """
-    block = travel(theta[rows], times, motion, onset=onset[rows])
-    for whole, part in zip(curves, block, strict=True):
-        whole[rows] = part
-    return np.count_nonzero(~np.isfinite(block.travel).all(axis=1))
 
 
 def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:

@@ -1,58 +1,266 @@
-"""How much an exact posterior can know: the limit that a network is held against.
+r"""The information in a record: what it adds to the prior, and the posterior modes it leads to.
 
-Linearised at the truth, the posterior of ``z`` (standardised log parameters, and the onset in
-units of its prior sd where it is on) is normal with precision ``J^T C^-1 J + 1``: ``J`` the
-Jacobian of the curve, ``C`` the covariance of a record with the zero integrated. Its diagonal
-gives the contraction ``1 - var(posterior) / var(prior)`` of each output.
+Near standardised outputs ``z0`` the likelihood of a record is the Gaussian
+
+``exp(g . (z - z0) - (z - z0)' J (z - z0) / 2)``,
+
+with ``J`` the Fisher information and ``g`` the slope of the log likelihood at ``z0``. Both follow
+from the curve's Jacobian, whitened by the covariance of a record with the zero integrated.
+
+- The posterior that is normal with precision ``J + 1`` is the best that a network can reach: the
+  *limit* of contraction, ``1 - var(posterior) / var(prior)``.
+- A trend through the posteriors of many operations would count the prior once an operation. So it
+  uses their likelihoods, of the parameters alone (``information``): the onset, an unknown of each
+  record, is integrated by Laplace's method. ``J`` is singular where a record leaves parameters
+  open; it is never inverted.
+- Gauss-Newton steps with both lead to the mode of a posterior: of each operation under a normal
+  prediction (``climb``), or of one set of parameters for all records (``pool``).
+
+Where ``z0`` is matters. The likelihood of one record is wide and bent, and a Gaussian about its own
+mode is off by a part of its width, always to the same side: over hundreds of operations the error
+of the mean shrinks and this bias stays. So a trend takes as ``z0`` a value that all operations
+share, its own: what is then left out shrinks with the error of the trend itself.
 """
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import outputs, sensitivity
-from breaker.model.prior import Prior
+from breaker.mechanism import NAMES, sensitivity
+from breaker.model.joint import Model
 from breaker.model.sensor import Sensor
 
-__all__ = ["contraction_limit", "jacobian", "limit_over_prior"]
+__all__ = [
+    "Information",
+    "climb",
+    "contraction_limit",
+    "information",
+    "limit_over_prior",
+    "linearise",
+    "pool",
+]
+
+_ROUNDS = 20  # of the pooled fit
+_REACHED = 1e-4  # prior sd: a step that ends it
 
 
-def jacobian(
-    prior: Prior, sensor: Sensor, motion: str, theta: np.ndarray, onset: np.ndarray
-) -> np.ndarray:
-    """Return the derivative of curves with respect to standardised outputs.
+def linearise(
+    model: Model, z: np.ndarray, by: slice = slice(None)
+) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate standardised outputs with the derivatives of their curves.
 
     Args:
-        theta: Parameters, ``(n, p)``.
-        onset: Onsets, ``(n,)``, ms.
+        model: Joint model of the motion.
+        z: Standardised outputs, ``(n, q)``.
+        by: Which derivatives; by all outputs unless given.
 
     Returns:
-        ``(n, t, q)``, mm per prior sd, exact; the onset comes last, where the sensor has one.
+        Curves ``(n, t)``, mm, and whitened derivatives by standardised outputs, ``(n, q, t)``: in
+        units of the sensor's errors per prior sd.
     """
-    _, slopes = sensitivity(theta, sensor.times, motion, onset=onset)
-    slopes *= np.append(prior.log_sds, sensor.onset_sd)
-    return slopes if sensor.infers_onset else slopes[..., :-1]
+    p, sensor = len(NAMES), model.sensor
+    values = model.destandardise(z)
+    onset = values[:, p] if sensor.infers_onset else 0.0
+    by = slice(*by.indices(z.shape[1]))
+    motion, slopes = sensitivity(values[:, :p], sensor.times, model.motion, onset=onset, by=by)
+    slopes *= np.append(model.prior.log_sds, sensor.onset_sd)[by]
+    return motion.travel, sensor.whiten(np.moveaxis(slopes, -1, -2))
 
 
-def contraction_limit(
-    prior: Prior, sensor: Sensor, motion: str, theta: np.ndarray, onset: np.ndarray
-) -> np.ndarray:
-    """Return the contraction that the exact posterior reaches, curve by curve, ``(n, q)``."""
-    slopes = jacobian(prior, sensor, motion, theta, onset)
-    whitened = np.moveaxis(sensor.whiten(np.moveaxis(slopes, -1, -2)), -1, -2)
-    precision = np.einsum("ntq,ntr->nqr", whitened, whitened) + np.eye(slopes.shape[-1])
+# ---- limit -----------------------------------------------------------------------------------
+
+
+def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
+    """Return the contraction of the exact posterior, linearised at outputs, ``(n, q) -> (n, q)``.
+
+    Args:
+        model: Joint model of the motion.
+        values: Outputs in physical units, ``(n, q)``.
+
+    Example:
+        >>> import yaml
+        >>> from breaker.model import Model
+        >>> model = Model.from_settings({
+        ...     "prior": {name: {"median": median, "log_sd": 0.1} for name, median in zip(
+        ...         NAMES, [2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])},
+        ...     "sensor": {"start": -2.0, "stop": 58.0, "samples": 151,
+        ...                "noise_sd": 0.1, "onset_sd": 0.0, "zero_sd": 0.1},
+        ...     "motion": "closing",
+        ... })
+        >>> contraction_limit(model, model.prior.medians[None]).round(2)
+    """
+    _, slopes = linearise(model, model.standardise(values))
+    precision = slopes @ slopes.swapaxes(1, 2) + np.eye(slopes.shape[1])
     return 1.0 - np.linalg.inv(precision).diagonal(axis1=-2, axis2=-1)
 
 
-def limit_over_prior(
-    prior: Prior, sensor: Sensor, motion: str, n: int, rng: np.random.Generator
-) -> xr.Dataset:
+def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
     """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``."""
-    theta = prior.sample(n, rng)
-    onset = sensor.onset_sd * rng.standard_normal(n)
-    limit = contraction_limit(prior, sensor, motion, theta, onset)
-    names = [output.name for output in outputs(sensor.infers_onset)]
+    theta = model.prior.sample(n, rng)
+    onset = model.sensor.onset_sd * rng.standard_normal(n)
+    values = np.column_stack([theta, onset])[:, : len(model.names)]
     return xr.Dataset(
-        {"contraction": (("curve", "output"), limit)},
-        coords={"output": ("output", names)},
-        attrs={"motion": motion},
+        {"contraction": (("curve", "output"), contraction_limit(model, values))},
+        coords={"output": ("output", model.names)},
+        attrs={"motion": model.motion},
     )
+
+
+# ---- likelihoods of the parameters -----------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Information:
+    """Gaussian likelihoods of records about given parameters, in standardised units.
+
+    Attributes:
+        matrix: Information ``J``, ``(n, p, p)``.
+        slope: Slope ``g`` of the log likelihood at the given parameters, ``(n, p)``.
+        onset: Most probable onset there, standardised, ``(n,)``.
+    """
+
+    matrix: np.ndarray
+    slope: np.ndarray
+    onset: np.ndarray
+
+
+def information(
+    model: Model,
+    records: np.ndarray,
+    centre: np.ndarray,
+    onset: np.ndarray,
+    *,
+    steps: int = 3,
+) -> Information:
+    """Return the Gaussian likelihoods of records about given parameters.
+
+    Args:
+        model: Joint model of the motion.
+        records: Records, ``(n, t)``, mm.
+        centre: Standardised parameters, ``(n, p)``.
+        onset: Standardised onsets to start from, ``(n,)``; ignored where there is none.
+        steps: Gauss-Newton steps of the onset; one does where it is known from a place nearby.
+    """
+    p, sensor = len(NAMES), model.sensor
+    if not sensor.infers_onset:
+        matrix, slope = _normal_equations(*linearise(model, centre), sensor, records)
+        return Information(matrix, slope, np.zeros(len(centre)))
+    z = np.column_stack([centre, onset])
+    for _ in range(steps):
+        known, slope = _normal_equations(*linearise(model, z, slice(p, None)), sensor, records)
+        step = (slope[:, 0] - z[:, p]) / (known[:, 0, 0] + 1.0)
+        z[:, p] += np.clip(step, -1.0, 1.0)
+    matrix, slope = _normal_equations(*linearise(model, z), sensor, records)
+    # The onset has a prior of its own in every record; it is integrated.
+    matrix[:, p, p] += 1.0
+    slope[:, p] -= z[:, p]
+    share = matrix[:, :p, p] / matrix[:, p, p, None]
+    return Information(
+        matrix[:, :p, :p] - share[:, :, None] * matrix[:, None, :p, p],
+        slope[:, :p] - share * slope[:, p, None],
+        z[:, p],
+    )
+
+
+def _normal_equations(
+    curves: np.ndarray, slopes: np.ndarray, sensor: Sensor, records: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """``J J'`` and ``J r`` of derivatives ``(n, q, t)`` and what curves leave of records."""
+    residual = sensor.whiten(records - curves)
+    return slopes @ slopes.swapaxes(1, 2), (slopes @ residual[..., None])[..., 0]
+
+
+# ---- modes of posteriors ---------------------------------------------------------------------
+
+
+def climb(
+    models: Mapping[str, Model],
+    records: Mapping[str, np.ndarray],
+    centre: np.ndarray,
+    onsets: Mapping[str, np.ndarray],
+    mean: np.ndarray,
+    precision: np.ndarray,
+    *,
+    moves: int,
+    later_steps: int = 2,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find the posterior mode of each operation under a normal prior, and the information there.
+
+    Args:
+        models: Joint model of each motion.
+        records: Records of each, ``(n, t)``, mm.
+        centre: Standardised parameters to start from, ``(n, p)``.
+        onsets: Standardised onsets of each to start from, ``(n,)``.
+        mean, precision: Of the normal, ``(p,)`` and ``(p, p)``.
+        moves: Gauss-Newton steps, none farther than a prior sd in any parameter.
+        later_steps: Steps of the onset after the first place.
+
+    Returns:
+        Parameters ``(n, p)``, and the information ``(n, p, p)`` and slope ``(n, p)`` of all motions
+        there.
+    """
+    matrix, slope, onsets = _together(models, records, centre, onsets, 2)
+    for _ in range(moves):
+        right = slope + np.einsum("nij,nj->ni", matrix, centre - mean)
+        mode = mean + np.linalg.solve(precision + matrix, right[..., None])[..., 0]
+        centre = centre + np.clip(mode - centre, -1.0, 1.0)
+        matrix, slope, onsets = _together(models, records, centre, onsets, later_steps)
+    return centre, matrix, slope
+
+
+def pool(
+    models: Mapping[str, Model],
+    records: Mapping[str, np.ndarray],
+    centre: np.ndarray,
+    onsets: Mapping[str, np.ndarray],
+    *,
+    warn: bool = False,
+) -> np.ndarray:
+    """Find the parameters that fit all records of a stretch without wear best.
+
+    The mode of prior times all likelihoods, by Gauss-Newton with limited steps, over one or both
+    motions. Where it is not reached, the model hardly fits.
+
+    Args:
+        models: Joint model of each motion.
+        records: Records of each, ``(n, t)``, mm, of the same operations.
+        centre: Standardised parameters to start from, ``(p,)``.
+        onsets: Standardised onsets of each to start from, ``(n,)``.
+        warn: Log a warning if the mode was not reached.
+    """
+    n = len(next(iter(records.values())))
+    centre = np.array(centre, dtype=np.float64)
+    for _ in range(_ROUNDS):
+        places = np.tile(centre, (n, 1))
+        matrix, slope, _ = _together(models, records, places, onsets, 3)
+        step = np.linalg.solve(np.eye(centre.size) + matrix.sum(0), slope.sum(0) - centre)
+        # No step farther than half a prior sd: far from the mode the curve bends.
+        centre += step * min(1.0, 0.5 / np.abs(step).max())
+        if np.abs(step).max() < _REACHED:
+            return centre
+    if warn:
+        logging.getLogger("breaker").warning(
+            "%s: no parameters that fit all records were found in %d steps",
+            *(" and ".join(records), _ROUNDS),
+        )
+    return centre
+
+
+def _together(
+    models: Mapping[str, Model],
+    records: Mapping[str, np.ndarray],
+    centre: np.ndarray,
+    onsets: Mapping[str, np.ndarray],
+    steps: int,
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Information ``(n, p, p)`` and slope ``(n, p)`` of all motions, and the onsets of each."""
+    found = {
+        motion: information(models[motion], each, centre, onsets[motion], steps=steps)
+        for motion, each in records.items()
+    }
+    matrix = sum(each.matrix for each in found.values())
+    slope = sum(each.slope for each in found.values())
+    return matrix, slope, {motion: each.onset for motion, each in found.items()}

@@ -58,7 +58,7 @@ def validate(
 
     sensor, motion = posterior.sensor, posterior.motion
     rng = generator(seed, "validation records", motion)
-    bank = simulate(posterior.prior, sensor.times, motion, n, rng, onset_sd=sensor.onset_sd)
+    bank = simulate(posterior.model, n, rng)
     measured = sensor.corrupt(bank.travel.values.astype(np.float64), rng)
     if missing:
         measured = remove(measured, missing, generator(seed, "missing samples", motion))

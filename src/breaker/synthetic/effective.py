@@ -9,26 +9,22 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import least_squares
 
-from breaker.mechanism import NAMES, outputs
-from breaker.mechanism import travel as model_travel
-from breaker.model import Prior, Sensor, jacobian
+from breaker.mechanism import NAMES
+from breaker.model import Model, information, pool
 from breaker.records import main_motion
 from breaker.synthetic.rigs import Rig
 
 __all__ = ["effective_values", "fit"]
 
+_CONVERGED = 1e-3  # prior sd: a longer step to the mode is no fit
 
-def fit(
-    prior: Prior, sensor: Sensor, motion: str, curve: np.ndarray, start: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+
+def fit(model: Model, curve: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Fit the model to a curve by its posterior mode, the zero integrated.
 
     Args:
-        prior: Prior of the parameters.
-        sensor: Grid and errors of the model's sensor.
-        motion: "closing" or "opening".
+        model: Joint model of the motion.
         curve: Travel, ``(t,)``, mm.
         start: Standardised outputs to start from, ``(q,)``.
 
@@ -39,35 +35,20 @@ def fit(
     Raises:
         RuntimeError: If the fit does not converge.
     """
-    p, t = len(NAMES), len(curve)
-
-    def unpack(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        onset = sensor.onset_sd * z[p:] if sensor.infers_onset else np.zeros(1)
-        return prior.destandardise(z[None, :p]), onset
-
-    def model(z: np.ndarray) -> np.ndarray:
-        theta, onset = unpack(z)
-        return model_travel(theta, sensor.times, motion, onset=onset).travel[0]
-
-    def residual(z: np.ndarray) -> np.ndarray:
-        return np.concatenate([sensor.whiten(model(z) - curve), z])
-
-    def slopes(z: np.ndarray) -> np.ndarray:
-        slope = jacobian(prior, sensor, motion, *unpack(z))[0]
-        return np.vstack([sensor.whiten(slope.T).T, np.eye(z.size)])
-
-    # Within 6 prior sd, so that no step leaves what the simulator can do.
-    found = least_squares(residual, start, slopes, bounds=(-6.0, 6.0), xtol=1e-8, max_nfev=200)
-    if not found.success:
-        raise RuntimeError(f"the fit of a {motion} curve did not converge: {found.message}")
-    left = curve - model(found.x)
-    share = t * sensor.zero_sd**2 / (sensor.noise_sd**2 + t * sensor.zero_sd**2)
-    return found.x, left - share * left.mean()
+    p, q, sensor = len(NAMES), len(start), model.sensor
+    alone, onset = {model.motion: curve[None]}, np.append(start, 0.0)[p : p + 1]
+    z = pool({model.motion: model}, alone, start[:p], {model.motion: onset})
+    found = information(model, curve[None], z[None], onset)
+    step = np.linalg.solve(np.eye(p) + found.matrix[0], found.slope[0] - z)
+    if not np.abs(step).max() < _CONVERGED:
+        raise RuntimeError(f"the fit of a {model.motion} curve did not converge")
+    z = np.append(z, found.onset)[:q]
+    left = curve - model.curves(model.destandardise(z[None]))[0]
+    explained = sensor.samples * sensor.zero_sd**2
+    return z, left - explained / (sensor.noise_sd**2 + explained) * left.mean()
 
 
-def effective_values(
-    rig: Rig, prior: Prior, sensor: Sensor, motion: str, operations: Sequence[int]
-) -> xr.Dataset:
+def effective_values(rig: Rig, model: Model, operations: Sequence[int]) -> xr.Dataset:
     """Return the effective values at stages of the rig's life, without its scatter and noise.
 
     Returns:
@@ -76,20 +57,18 @@ def effective_values(
         the curve, in noise sd: ``main_largest`` and ``main_rms`` in the main motion,
         ``end_largest`` after it.
     """
-    names = [output.name for output in outputs(sensor.infers_onset)]
+    sensor, names = model.sensor, model.names
     worn = list(rig.settings["wear"]["change"])
     z, rows = np.zeros(len(names)), []
     for operation in operations:
         mechanism = rig.worn(operation, scatter=False)
-        curve = mechanism.travel(motion, sensor.times)
-        z, left = fit(prior, sensor, motion, curve, z)
-        main = main_motion(curve, sensor.times, motion)
+        curve = mechanism.travel(model.motion, sensor.times)
+        z, left = fit(model, curve, z)
+        main = main_motion(curve, sensor.times, model.motion)
         size = np.abs(left) / sensor.noise_sd
         rows.append(
             {
-                "effective": np.append(
-                    prior.destandardise(z[: len(NAMES)]), sensor.onset_sd * z[len(NAMES) :]
-                ),
+                "effective": model.destandardise(z),
                 "setting": [getattr(mechanism, name) for name in worn],
                 "main_largest": size[main].max(),
                 "main_rms": np.sqrt(np.square(size[main]).mean()),
@@ -107,5 +86,5 @@ def effective_values(
             "output": ("output", names),
             "worn": ("worn", worn),
         },
-        attrs={"motion": motion},
+        attrs={"motion": model.motion},
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.mechanism import travel
-from breaker.model import Prior, Sensor
+from breaker.model import Model
 from breaker.records import read_curves, write_curve
 
 __all__ = ["FORMAT", "through_files"]
@@ -35,9 +35,7 @@ _MARGIN = 8.0  # ms that a record is longer than the grid, at each end
 _SPREAD = 4.0  # ms over which the first motion falls anywhere
 
 
-def through_files(
-    prior: Prior, sensor: Sensor, motion: str, n: int, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray]:
+def through_files(model: Model, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Draw records from the prior, write them as files and read them back.
 
     The noise is that of a sample, also at the instrument's rate; the first motion falls at random.
@@ -49,9 +47,10 @@ def through_files(
     Raises:
         RuntimeError: If the reader rejects one of them.
     """
+    sensor, motion = model.sensor, model.motion
     step = sensor.step / _FASTER
     time = np.arange(0.0, sensor.stop - sensor.start + 2 * _MARGIN, step)
-    theta = prior.sample(n, rng)
+    theta = model.prior.sample(n, rng)
     moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
     records = sensor.corrupt(travel(theta, time, motion, onset=moves).travel, rng)
     with tempfile.TemporaryDirectory() as folder:

@@ -2,7 +2,7 @@ r"""Bayesian online change points of a drive that wears: lines, and a run length
 
 After Adams & MacKay (2007), "Bayesian online changepoint detection". Wear drifts, so a segment is a
 line: the standardised parameters of operation ``o`` are ``a + b o`` plus scatter from operation to
-operation, and are observed through ``breaker.model.likelihoods``. Within a segment all
+operation, and are observed through ``breaker.model.fisher``. Within a segment all
 of that is Gaussian, and its evidence exact. What is discrete is kept as hypotheses: *when* the
 segment began, in what *kind* of change, and how large the scatter is.
 

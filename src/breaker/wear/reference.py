@@ -64,8 +64,7 @@ def find_reference(
     p = len(NAMES)
     start = np.mean([each[:, :p].mean(axis=0) for each in outputs.values()], axis=0)
     onsets = {motion: onset_of(each) for motion, each in outputs.items()}
-    ordered = [models[motion] for motion in records]
-    centre = pool(ordered, list(records.values()), start, list(onsets.values()), warn=True)
+    centre = pool(models, records, start, onsets, warn=True)
     p_values = {}
     for motion, model in models.items():
         mean = _mean_residual(model, records[motion], centre, onsets[motion])
