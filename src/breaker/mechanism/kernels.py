@@ -73,16 +73,15 @@ class Record(NamedTuple):
 def rate_of(theta, free):
     """Bound of a mode's fastest rate, 1/ms."""
     mu, k_a, k_b, gamma_a, gamma_b, _, _ = theta
-    mu = mu * free
-    return np.sqrt(k_a + k_b * (1 + mu)) + gamma_a + gamma_b * (1 + mu)
+    moved = 1 + mu * free
+    return np.sqrt(k_a + k_b * moved) + gamma_a + gamma_b * moved
 
 
 @_compiled
 def mode_of(theta, free, pull):
     """The mode of a contact, free or closed, under a force ``pull`` on the drive."""
     mu, k_a, k_b, gamma_a, gamma_b, _, gap = theta
-    mu = mu * free
-    m = k_a + k_b, gamma_a + gamma_b, k_b, gamma_b, mu * k_b, mu * gamma_b
+    m = k_a + k_b, gamma_a + gamma_b, k_b, gamma_b, mu * free * k_b, mu * free * gamma_b
     h = _REACH / rate_of(theta, free)
     if free:
         return Mode(m, h, pull / k_a, pull / k_a)
