@@ -50,7 +50,9 @@ def tables():
         accepted=("operation", np.arange(2000) != 5),
         resolved=("operation", np.arange(2000) >= 10),
         misfit=("operation", np.arange(2000) < 1240),
+        travel=(("operation", "time"), np.array([[0.5, 0.5, 0.5, 3.0]]).repeat(2000, axis=0)),
     )
+    prior = xr.Dataset({"travel": (("curve", "time"), np.linspace([0] * 4, [1] * 4, 50))})
     effective = np.ones((3, 8)) * np.array([[1.0], [1.5], [1.0]])
     width = operations.draws.isel(output=5).std("draw").median().item()
     effective[2, 5] = 1.0 - 1.7 * width
@@ -61,6 +63,7 @@ def tables():
     return (
         quality(),
         pd.DataFrame([exactness]),
+        prior,
         draws("curve", 100, correlated=-0.8),
         operations,
         xr.Dataset({"share_inside": ("stage", [0.97, 0.884, 1.0])}),
@@ -93,6 +96,7 @@ def found(tables):
         ("operations", "2,000"),
         ("operations_resolved", "1,990"),
         ("misfit", "62"),
+        ("prior_inside", "75"),
         ("inside.lowest", "88"),
         ("inside.highest", "100"),
         ("changes", "2"),

@@ -17,6 +17,7 @@ rule numbers:
     input:
         quality=expand(f"results/quality/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
         exactness=expand(f"results/exactness/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
+        prior=expand("results/prior_predictive/{motion}.zarr", motion=MOTIONS),
         validation=expand(f"results/validation/{{motion}}_seed{SEED}.zarr", motion=MOTIONS),
         operations=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
         predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),

@@ -16,7 +16,7 @@ for i, motion in enumerate(params.motions):
     numbers = numbers_of_motion(
         tables[i],
         pd.read_csv(files.exactness[i]),
-        xr.open_zarr(files.validation[i]),
+        *(xr.open_zarr(files[kind][i]) for kind in ("prior", "validation")),
         choose(xr.open_zarr(files.operations[i]), "corrected"),
         *(xr.open_zarr(files[kind][i]) for kind in ("predictive", "trend")),
         xr.open_zarr(files.effective[i]) if files.get("effective") else None,

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from breaker.mechanism import PARAMETERS
 from breaker.validation.calibration import family_p_value
-from breaker.validation.diagnostics import correlation
+from breaker.validation.diagnostics import correlation, prior_check
 
 __all__ = ["numbers_of_all", "numbers_of_decisions", "numbers_of_motion"]
 
@@ -24,6 +24,7 @@ _NAMES = [each.name for each in PARAMETERS]
 def numbers_of_motion(
     quality: pd.DataFrame,
     exactness: pd.DataFrame,
+    prior: xr.Dataset,
     validation: xr.Dataset,
     operations: xr.Dataset,
     predictive: xr.Dataset,
@@ -35,8 +36,10 @@ def numbers_of_motion(
     Args:
         quality: Table of the quality, both posteriors.
         exactness: Table of the exactness, one row.
+        prior: Curves of the prior, ``travel (curve, time)``.
         validation: Posteriors of simulated records.
-        operations: Corrected posteriors of the endurance test, ``draws (operation, draw, output)``.
+        operations: Corrected posteriors of the endurance test, ``draws (operation, draw, output)``,
+            and their records, ``travel (operation, time)``.
         predictive: Predicted records at a few stages, with ``share_inside (stage)``.
         trend: Trend through all operations, with ``change_alarm (change)``.
         effective: Effective values of the stand-in, ``(stage, output)``; None for real records.
@@ -47,6 +50,8 @@ def numbers_of_motion(
     used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
     found["operations"] = _count(operations.sizes["operation"])
     found["operations_resolved"] = _count(used.resolved.sum())
+    check = prior_check(prior.travel.values, used.travel.values)
+    found["prior_inside"] = _percent(check.inside.mean())
     found["misfit"] = _percent(used.misfit.mean())
     found |= _ends("inside", predictive.share_inside, _percent)
     found["changes"] = _count(trend.change_alarm.size)
