@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
-from breaker.model.plausibility import distance, principal_components, scores
+from breaker.model.plausibility import distance, principal_components
 from breaker.model.randomness import generator
 
 COUNT = 16
@@ -18,6 +18,10 @@ def curves(request, prior, sensor):
     rng = generator(1, "test", "plausibility")
     onset = 0.3 * rng.standard_normal(2000)
     return travel(prior.sample(2000, rng), sensor.times, request.param, onset=onset).travel
+
+
+def scores(records, mean, weights):
+    return (records - mean) @ weights
 
 
 def covariances(curves, sensor):

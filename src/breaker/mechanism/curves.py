@@ -66,11 +66,7 @@ class Motion(NamedTuple):
 
 
 def travel(
-    theta: np.ndarray,
-    times: np.ndarray,
-    motion: str,
-    *,
-    onset: float | np.ndarray = 0.0,
+    theta: np.ndarray, times: np.ndarray, motion: str, *, onset: float | np.ndarray = 0.0
 ) -> Motion:
     """Simulate operations exactly.
 
@@ -96,10 +92,13 @@ def travel(
     return _curves(*check(theta, times, motion, onset), motion)
 
 
+def _empty(n: int, t: int) -> Motion:
+    return Motion(np.empty((n, t)), np.empty(n), np.empty(n, dtype=np.bool_))
+
+
 def _curves(theta: np.ndarray, times: np.ndarray, onset: np.ndarray, motion: str) -> Motion:
-    n = len(theta)
-    result = Motion(np.empty((n, times.size)), np.empty(n), np.empty(n, dtype=np.bool_))
-    for rows in blocks(n):
+    result = _empty(len(theta), times.size)
+    for rows in blocks(len(theta)):
         simulate(
             *_contiguous(theta[rows], times, onset[rows]),
             motion == "closing",
@@ -141,18 +140,17 @@ def sensitivity(
     """
     theta, times, onset = check(theta, times, motion, onset)
     p, n = len(NAMES), len(theta)
-    chosen = np.eye(p + 1)[by] * _STEP
-    steps = np.concatenate([np.zeros((1, p + 1)), chosen, -chosen])
-    result = Motion(np.empty((n, times.size)), np.empty(n), np.empty(n, dtype=np.bool_))
-    slopes = np.empty((n, len(chosen), times.size))
+    ahead = np.eye(p + 1)[by] * _STEP
+    k, steps = len(ahead), np.concatenate([ahead, -ahead, np.zeros((1, p + 1))])
+    result, slopes = _empty(n, times.size), np.empty((n, k, times.size))
     for rows in blocks(n, len(steps)):
         moved = np.asarray(theta[rows], np.float64)[:, None] * np.exp(steps[:, :p])
         onsets = onset[rows, None] + steps[:, p]
         found = _curves(moved.reshape(-1, p), times, onsets.ravel(), motion)
         for whole, part in zip(result, found, strict=True):
-            whole[rows] = part[:: len(steps)]
-        ahead, behind = np.split(found.travel.reshape(-1, len(steps), times.size)[:, 1:], 2, axis=1)
-        slopes[rows] = (ahead - behind) / (2 * _STEP)
+            whole[rows] = part[2 * k :: len(steps)]
+        curves = found.travel.reshape(-1, len(steps), times.size)
+        slopes[rows] = (curves[:, :k] - curves[:, k : 2 * k]) / (2 * _STEP)
     return result, np.moveaxis(slopes, 1, 2)
 
 

@@ -51,39 +51,23 @@ QUANTITIES = {
             "touch_time", r"$t_\mathrm{touch}$", "ms", "first motion to contact touch", ("closing",)
         ),
         Quantity(
-            "closing_speed",
-            r"$v_\mathrm{close}$",
-            "mm/ms",
-            "mean speed of the drive over the last 6 mm before the touch",
-            ("closing",),
+            *("closing_speed", r"$v_\mathrm{close}$", "mm/ms"),
+            *("mean speed of the drive over the last 6 mm before the touch", ("closing",)),
         ),
         Quantity(
-            "over_travel",
-            r"$\Delta_\mathrm{close}$",
-            "mm",
-            "largest travel beyond the closed rest position",
-            ("closing",),
+            *("over_travel", r"$\Delta_\mathrm{close}$", "mm"),
+            *("largest travel beyond the closed rest position", ("closing",)),
         ),
         Quantity(
-            "part_time",
-            r"$t_\mathrm{part}$",
-            "ms",
-            "first motion to contact parting",
-            ("opening",),
+            "part_time", r"$t_\mathrm{part}$", "ms", "first motion to contact parting", ("opening",)
         ),
         Quantity(
-            "opening_speed",
-            r"$v_\mathrm{open}$",
-            "mm/ms",
-            "mean speed of the drive over the first 6 mm after the parting",
-            ("opening",),
+            *("opening_speed", r"$v_\mathrm{open}$", "mm/ms"),
+            *("mean speed of the drive over the first 6 mm after the parting", ("opening",)),
         ),
         Quantity(
-            "rebound",
-            r"$\Delta_\mathrm{open}$",
-            "mm",
-            "largest travel beyond the open rest position",
-            ("opening",),
+            *("rebound", r"$\Delta_\mathrm{open}$", "mm"),
+            *("largest travel beyond the open rest position", ("opening",)),
         ),
     )
 }
@@ -117,7 +101,12 @@ def evaluate(names: Sequence[str], theta: np.ndarray, motion: str) -> np.ndarray
 
     Raises:
         ValueError: If a quantity is unknown or of the other motion, or for parameters that
-            ``mechanism.travel`` refuses.
+            ``travel`` refuses.
+
+    Example:
+        >>> theta = np.array([[2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0]])
+        >>> evaluate(["wipe", "touch_time", "closing_speed"], theta, "closing").round(2)
+        array([[ 3.53, 10.09,  1.24]])
     """
     from breaker.mechanism.curves import blocks, check
 
@@ -145,24 +134,23 @@ def _read_from_curves(theta: np.ndarray, motion: str) -> dict[str, np.ndarray]:
     """Simulate parameter sets ``(n, p)`` and return what a curve shows, by name, ``(n,)``."""
     from breaker.mechanism.curves import rest_position, travel
 
-    closing = motion == "closing"
     curves, switching, _ = travel(theta, _TIMES, motion)
     pressed = _wipe(theta) > 0
-    exists = np.isfinite(switching) & (closing | pressed)
+    exists = np.isfinite(switching) & (pressed | (motion == "closing"))
     at = np.where(exists, switching, 0.0)
     level = _cubic(curves, _around(at), at) - _WAY
-    crossing = _last_rise(curves, level, at) if closing else _first_fall(curves, level, at)
+    if motion == "closing":
+        names = "touch_time", "closing_speed", "over_travel"
+        crossing = _last_rise(curves, level, at)
+        beyond = curves - rest_position(theta, "opening")[:, None]
+    else:
+        names = "part_time", "opening_speed", "rebound"
+        crossing, beyond = _first_fall(curves, level, at), -curves
     speed = _WAY / np.abs(at - crossing)
-    beyond = curves - rest_position(theta, "opening")[:, None] if closing else -curves
-    names = _CLOSING if closing else _OPENING
     values = switching, speed, np.where(pressed, _most(beyond), np.nan)
     return {
         name: np.where(exists, value, np.nan) for name, value in zip(names, values, strict=True)
     }
-
-
-_CLOSING = ("touch_time", "closing_speed", "over_travel")
-_OPENING = ("part_time", "opening_speed", "rebound")
 
 
 # ---- curves (n, t) on the grid ---------------------------------------------------------------

@@ -79,18 +79,6 @@ def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
     Args:
         model: Joint model of the motion.
         values: Outputs in physical units, ``(n, q)``.
-
-    Example:
-        >>> import yaml
-        >>> from breaker.model import Model
-        >>> model = Model.from_settings({
-        ...     "prior": {name: {"median": median, "log_sd": 0.1} for name, median in zip(
-        ...         NAMES, [2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])},
-        ...     "sensor": {"start": -2.0, "stop": 58.0, "samples": 151,
-        ...                "noise_sd": 0.1, "onset_sd": 0.0, "zero_sd": 0.1},
-        ...     "motion": "closing",
-        ... })
-        >>> contraction_limit(model, model.prior.medians[None]).round(2)
     """
     _, slopes = linearise(model, model.standardise(values))
     precision = slopes @ slopes.swapaxes(1, 2) + np.eye(slopes.shape[1])
@@ -98,7 +86,16 @@ def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
 
 
 def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
-    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``."""
+    """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``.
+
+    Example:
+        >>> from breaker.model import Model, Prior
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
+        >>> limit = limit_over_prior(Model(prior, sensor, "closing"), 50, np.random.default_rng(1))
+        >>> limit.contraction.median("curve").round(1).values
+        array([0.1, 0.7, 0.4, 0.9, 0.4, 0.9, 0.8, 1. ])
+    """
     theta = model.prior.sample(n, rng)
     onset = model.sensor.onset_sd * rng.standard_normal(n)
     values = np.column_stack([theta, onset])[:, : len(model.names)]
@@ -143,6 +140,16 @@ def information(
         centre: Standardised parameters, ``(n, p)``.
         onset: Standardised onsets to start from, ``(n,)``; ignored where there is none.
         steps: Gauss-Newton steps of the onset; one does where it is known from a place nearby.
+
+    Example:
+        >>> from breaker.model import Model, Prior
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.0, zero_sd=0.1)
+        >>> model = Model(prior, sensor, "closing")
+        >>> record = model.curves(prior.medians[None])  # no noise: the likelihood peaks there
+        >>> found = information(model, record, np.zeros((1, 7)), np.zeros(1))
+        >>> bool(abs(found.slope).max() < 1e-9), found.matrix.shape
+        (True, (1, 7, 7))
     """
     p, sensor = len(NAMES), model.sensor
     if not sensor.infers_onset:

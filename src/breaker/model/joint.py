@@ -28,6 +28,15 @@ class Model:
         prior: Prior of the parameters.
         sensor: Time grid and errors of the records.
         motion: "closing" or "opening".
+
+    Example:
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
+        >>> model = Model(prior, sensor, "closing")
+        >>> record = model.curves(np.append(prior.medians, 0.0)[None])[0]
+        >>> z = np.array([[0.0] * 8, [1.0] * 8])  # the truth, and a prior sd off
+        >>> model.log_joint(z, record).round(1)
+        array([ 199.1, -203.8])
     """
 
     prior: Prior

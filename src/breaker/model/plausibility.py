@@ -9,7 +9,7 @@ import numpy as np
 
 from breaker.model.sensor import Sensor
 
-__all__ = ["distance", "excess", "principal_components", "scores"]
+__all__ = ["distance", "excess", "principal_components"]
 
 
 def principal_components(
@@ -34,17 +34,12 @@ def principal_components(
     return mean, sensor.whiten(vectors.T).T / np.sqrt(1.0 + variances)
 
 
-def scores(measured: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the scores of records, ``(n, t) -> (n, c)``, of unit variance over the bank."""
-    return (measured - mean) @ weights
-
-
 def distance(measured: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Return how far records lie from the bank's centre, ``(n, t) -> (n,)``.
 
     The largest score, in standard deviations of the bank: a mean over all would hide one.
     """
-    return np.abs(scores(measured, mean, weights)).max(axis=-1)
+    return np.abs((measured - mean) @ weights).max(axis=-1)
 
 
 def excess(measured: np.ndarray, lowest: np.ndarray, highest: np.ndarray) -> np.ndarray:

@@ -26,6 +26,13 @@ class Prior:
     Attributes:
         medians: Medians of the log-normals before conditioning, ``(p,)``, units of the parameters.
         log_sds: Standard deviations of the natural logarithms, ``(p,)``.
+
+    Example:
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> prior.standardise(prior.medians * np.exp(0.1))  # one sd above every median
+        array([1., 1., 1., 1., 1., 1., 1.])
+        >>> prior.supported(prior.sample(3, np.random.default_rng(1)))
+        array([ True,  True,  True])
     """
 
     medians: np.ndarray

@@ -12,12 +12,6 @@ import numpy as np
 __all__ = ["generator", "seed_integer"]
 
 
-def _sequence(seed: int, purpose: tuple[str | int, ...]) -> np.random.SeedSequence:
-    digest = hashlib.sha256(repr(purpose).encode()).digest()
-    words = np.frombuffer(digest, dtype="<u4")
-    return np.random.SeedSequence([seed, *(int(word) for word in words)])
-
-
 def generator(seed: int, *purpose: str | int) -> np.random.Generator:
     """Return the generator that belongs to a seed and a purpose.
 
@@ -31,7 +25,8 @@ def generator(seed: int, *purpose: str | int) -> np.random.Generator:
     """
     if not purpose:
         raise ValueError("a generator needs a purpose, such as generator(seed, 'bank', 'closing')")
-    return np.random.default_rng(_sequence(seed, purpose))
+    words = np.frombuffer(hashlib.sha256(repr(purpose).encode()).digest(), dtype="<u4")
+    return np.random.default_rng([seed, *words.tolist()])
 
 
 def seed_integer(seed: int, *purpose: str | int) -> int:

@@ -30,6 +30,14 @@ class Sensor:
         noise_sd: Standard deviation of the noise of one sample, mm.
         onset_sd: Standard deviation of the onset, ms; 0 if the motion starts at the nominal time.
         zero_sd: Standard deviation of the zero, mm; 0 if the reading is true.
+
+    Example:
+        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
+        >>> sensor.times[:3]
+        array([-2. , -1.6, -1.2])
+        >>> record = sensor.corrupt(np.zeros(151), np.random.default_rng(1))
+        >>> bool(abs(sensor.whiten(record).std() - 1) < 0.2)  # the zero included
+        True
     """
 
     start: float
