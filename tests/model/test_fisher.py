@@ -192,7 +192,7 @@ def truths(prior, n, *purpose):
 @pytest.mark.parametrize("onset", [0.0, 0.3, -0.8, 1.5, -2.0])
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_information_is_the_likelihood_at_the_truth(prior, sensor, motion, onset):
-    """On a curve without noise, and with it.
+    """On a curve without noise, with it, and with samples missing.
 
     What Laplace's method leaves out of the slope is half that of the log of the onset's curvature,
     0.002 posterior sds here. The matrix has no second derivatives of the curve; they count where
@@ -202,7 +202,9 @@ def test_information_is_the_likelihood_at_the_truth(prior, sensor, motion, onset
     z = truths(prior, 1, motion)[0]
     curve = model.curves(model.destandardise(np.append(z, onset)[None]))
     noisy = sensor.corrupt(curve, generator(1, "test", "information", motion, "noise"))
-    for record in (curve, noisy):
+    lacking = noisy.copy()
+    lacking[:, 40:60] = lacking[:, ::7] = np.nan
+    for record in (curve, noisy, lacking):
         found = information(model, record, z[None], np.zeros(1))
 
         def exact(points, record=record[0]):

@@ -128,6 +128,34 @@ def test_zero_given_a_record(small, records):
     assert zero_p_value(flat, residual, small) < 1e-9
 
 
+def test_missing_samples_are_left_out(small, records):
+    """All of it is that of records which have just the samples that are there."""
+    exact, measured = (values[:7].copy() for values in records)
+    rng = generator(1, "test", "missing")
+    measured[rng.random(measured.shape) < 0.3] = np.nan
+    density, square = small.log_likelihood(measured, exact), small.chi_square(measured, exact)
+    white = small.whiten(measured - exact)
+    zeros = small.sample_zero(measured, exact, generator(1, "test"))
+    for i, record in enumerate(measured):
+        there = ~np.isnan(record)
+        shorter = record[there], exact[i][there]
+        assert density[i] == pytest.approx(small.log_likelihood(*shorter), rel=1e-12)
+        assert square[i] == pytest.approx(small.chi_square(*shorter), rel=1e-12)
+        expected = small.whiten(shorter[0] - shorter[1])
+        np.testing.assert_allclose(white[i, there], expected, rtol=0, atol=1e-12)
+        assert not white[i, ~there].any()
+        t = there.sum()
+        noise, zero = small.noise_sd**2, small.zero_sd**2
+        mean = zero / (noise + t * zero) * (shorter[0] - shorter[1]).sum()
+        standard = generator(1, "test").standard_normal((7, 1))[i, 0]
+        assert zeros[i, 0] == pytest.approx(
+            mean + standard * np.sqrt(noise * zero / (noise + t * zero)), rel=1e-9
+        )
+    # Planted fault: missing samples taken for measured ones without a residual.
+    filled = small.log_likelihood(np.where(np.isnan(measured), exact, measured), exact)
+    assert np.abs(filled - density).max() > 1.0
+
+
 def test_without_zero(small, records):
     exact, measured = records
     none = without_zero(small)

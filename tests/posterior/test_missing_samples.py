@@ -5,9 +5,15 @@ import pytest
 import torch
 from scipy.stats import kstest
 
+from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
 from breaker.posterior.batches import Rows
+from breaker.posterior.exactness import correct_operations
+from breaker.posterior.predictive import infer, predict_stages
+from breaker.posterior.tables import table
+from breaker.records.reader import read_curves, write_curve
+from breaker.synthetic.round_trip import FORMAT
 from tests.networks_fixtures import (
     COMBINATIONS,
     DEEP_SET,
@@ -160,6 +166,71 @@ def test_distance_of_records_with_missing_samples(curved, series):
         last = np.flatnonzero(~np.isnan(record))[-1]
         record[last] = posterior.highest[last] + 1.5 * posterior.margin
     assert (posterior.distance(spike) > 1).all()
+
+
+# ---- from files ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, curved):
+    """Two closings as an instrument writes them: one lacks 40 % of its lines from 16 ms on."""
+    posterior, _ = curved
+    time = np.arange(0, 90, 0.5)
+    theta = posterior.prior.medians[None]
+    exact = travel(theta, time, "closing", onset=12.0).travel[0]
+    folder = tmp_path_factory.mktemp("curves")
+    for k in (1, 2):
+        noise = 0.1 * generator(1, "test noise").standard_normal(time.size)
+        # The rise is between 12 and 15 ms.
+        keep = np.ones(time.size, bool) if k == 1 else (np.arange(time.size) % 10 > 3) | (time < 16)
+        write_curve(
+            folder / f"{k}.csv", time[keep], (exact + noise)[keep], motion="closing", operation=k
+        )
+    return [(k, folder / f"{k}.csv") for k in (1, 2)]
+
+
+def read(files, posterior):
+    return read_curves(files, FORMAT | {"missing": 0.5}, posterior.sensor.times, "closing")
+
+
+def test_a_network_of_whole_records_rejects_the_others_with_the_remedy(files, series):
+    posterior, _ = series
+    curves = read(files, posterior)
+    found = infer(posterior, curves, draws=30, seed=1, misfit_p_value=1e-3)
+    assert curves.accepted.all(), curves.reason.values
+    assert curves.missing.values.tolist() == [0, 12]
+    assert found.accepted.values.tolist() == [True, False]
+    assert np.isnan(found.draws.values[1]).all()
+    assert found.reason.values[1] == (
+        f"{files[1][1]}: no posterior: 12 of 31 samples are missing, and the network of closing "
+        "takes at most 0; train it with network.closing.summary.kind: deep_set"
+    )
+    rows = table(found)
+    assert rows.missing.tolist() == [0] * 8 + [12] * 8
+
+
+def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(files, curved):
+    """Of the same noise, less is known: the log determinant of the covariance is larger.
+
+    From 2,000 draws of eight outputs its difference has an error of sqrt(2 * 2 * 8 / 2000) = 0.13,
+    so that equal posteriors would differ by 0.5 with a probability of 4e-5.
+    """
+    posterior, _ = curved
+    found = infer(posterior, read(files, posterior), draws=2000, seed=1, misfit_p_value=1e-3)
+    assert found.accepted.all()
+    settings = {"round_draws": 500, "draws": 3000, "rounds": 40, "efficiency": 0.5}
+    settings |= {"fit_size": 100, "smallest_size": 400, "largest_k": 0.7}
+    exact = correct_operations(posterior.model, found, settings, seed=1, misfit_p_value=1e-3)
+    assert exact.resolved.all()
+    assert ((exact.p_value > 1e-3) & (exact.p_value < 1 - 1e-3)).all()
+    z = posterior.standardise(exact.draws.values.astype(np.float64))
+    whole, lacking = (np.linalg.slogdet(np.cov(draws.T))[1] for draws in z)
+    assert lacking > whole + 0.5
+    # Predicted records have no gaps, and samples that are missing are not outside of the band.
+    stages = predict_stages(posterior.model, exact, stages=2, seed=1)
+    assert np.isfinite(stages.lower.values).all()
+    assert np.isnan(stages.travel.values).sum(axis=1).tolist() == [0, 12]
+    assert (stages.share_inside.values > 0.7).all()
 
 
 # ---- training -----------------------------------------------------------------------------------

@@ -249,7 +249,7 @@ def test_validation_with_samples_missing():
 
 
 def test_a_network_that_takes_no_missing_samples_says_so(posterior):
-    with pytest.raises(ValueError, match=r"not finite.*deep_set"):
+    with pytest.raises(ValueError, match=r"samples are missing.*deep_set"):
         validate(posterior, 3, 5, seed=11, missing=0.3)
 
 

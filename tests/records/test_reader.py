@@ -236,6 +236,13 @@ def delete(count):
     return change
 
 
+def edit(file, change, line):
+    """Change a line of a file; lines are counted as a text editor does."""
+    lines = file.read_text(encoding="utf-8").split("\n")
+    change(lines, line)
+    file.write_text("\n".join(lines), encoding="utf-8")
+
+
 def swap_with_the_one_before(lines, at):
     lines[at - 1], lines[at - 2] = lines[at - 2], lines[at - 1]
 
@@ -250,17 +257,10 @@ def append_cell(lines, at):
 
 # Line numbers as a text editor counts them. The samples begin in line 7.
 BAD_LINES = {
-    "no travel": (300, replace_cell(1, ""), "'travel' is missing"),
-    "no time": (7, replace_cell(0, " "), "'time' is missing"),
-    "nan": (300, replace_cell(1, "NaN"), "'travel' is missing"),
     "infinite": (300, replace_cell(1, "inf"), "'travel' is 'inf', which is not a number"),
     "text": (766, replace_cell(1, "OVERFLOW"), "'travel' is 'OVERFLOW', which is not a number"),
-    "short line": (300, put("0.0293"), "'travel' is missing"),
-    "empty line": (300, put(""), "'time' is missing"),
     "footer": (767, put("end of record"), "'time' is 'end of record', which is not a number"),
     "long line": (300, append_cell, "3 cells where 2 columns have names"),
-    "gap": (300, delete(5), "5 sample(s) missing before this line"),
-    "one sample lost": (8, delete(1), "1 sample(s) missing before this line"),
     "swapped": (300, swap_with_the_one_before, "the time does not increase"),
     "repeated": (300, repeat_the_one_before, "the time does not increase"),
     "clock reset": (400, replace_cell(0, "0.0"), "the time does not increase"),
@@ -283,22 +283,103 @@ BAD_LINES = {
 def test_a_bad_line_is_named(file, prior, times, name):
     line, change, reason = BAD_LINES[name]
     written(file, prior)
-    lines = file.read_text(encoding="utf-8").split("\n")
-    change(lines, line)
-    file.write_text("\n".join(lines), encoding="utf-8")
+    edit(file, change, line)
     message = rejection(file, FORMAT, times)
     assert message.startswith(f"{file}, line {line}: {reason}")
 
 
 def test_several_bad_samples_are_counted(file, prior, times):
     written(file, prior)
-    lines = file.read_text(encoding="utf-8").split("\n")
     for line in (410, 300, 301):
-        replace_cell(1, "")(lines, line)
-    file.write_text("\n".join(lines), encoding="utf-8")
+        edit(file, replace_cell(1, "OVERFLOW"), line)
+    edit(file, replace_cell(1, ""), 20)
     assert rejection(file, FORMAT, times) == (
-        f"{file}, line 300: 'travel' is missing (3 such samples)"
+        f"{file}, line 300: 'travel' is 'OVERFLOW', which is not a number (3 such samples)"
     )
+
+
+# ---- missing samples ----------------------------------------------------------------------------
+
+GAPS = {
+    "empty travel": replace_cell(1, ""),
+    "nan": replace_cell(1, " NaN"),
+    "no time": replace_cell(0, ""),
+    "short line": lambda lines, at: put(lines[at - 1].split(",")[0])(lines, at),
+    "empty line": put(""),
+    "no line": delete(1),
+}
+
+
+@pytest.mark.parametrize("name", GAPS)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_missing_samples_are_read_as_such(file, prior, times, name, motion):
+    """On the grid, between its samples, and a stretch; the rest is what it was, at its time."""
+    written(file, prior, motion)
+    whole, start = read_curve(file, FORMAT, times, motion)
+    at = HEAD + 1 + round((start + times[0]) / STEP)
+    # Backwards, for lines may go.
+    gone = [100, 61, 60, *range(25, 20, -1), 1]
+    for k in gone:
+        edit(file, GAPS[name], at + EVERY * k)
+        edit(file, GAPS[name], at + EVERY * k - 1)
+    read, again = read_curve(file, FORMAT, times, motion)
+    assert again == pytest.approx(start, abs=1e-9)
+    expected = whole.copy()
+    expected[gone] = np.nan
+    np.testing.assert_array_equal(read, expected)
+
+
+def test_a_gap_in_time_is_of_whole_steps(file, prior, times):
+    """Also where times were printed with few digits, so that a step is 0.033 or 0.034 ms."""
+    step = (times[1] - times[0]) / 12
+    time, x = record(prior, "closing", step=step)
+    settings = {**FORMAT, "time_unit": "ms", "skip_rows": 0}
+    export(file, settings, np.round(time, 3), x)
+    whole, start = read_curve(file, settings, times, "closing")
+    keep = (time < 40) | (time > 44)
+    export(file, settings, np.round(time, 3)[keep], x[keep])
+    read, again = read_curve(file, settings, times, "closing")
+    assert again == pytest.approx(start, abs=1e-3)
+    gone = np.isnan(read)
+    np.testing.assert_array_equal(read[~gone], whole[~gone])
+    assert gone.sum() == 10
+    assert ((times[gone] + start > 39.9) & (times[gone] + start < 44.1)).all()
+    # Planted fault: a gap of half a step more is none of whole steps.
+    export(file, settings, np.round(time + 0.5 * step * (time > 42), 3)[keep], x[keep])
+    message = rejection(file, settings, times)
+    assert "the time steps are uneven before this line" in message
+    assert f"line {3 + np.argmin(keep)}:" in message
+
+
+def test_too_many_missing_samples_are_told(file, prior, times):
+    written(file, prior)
+    _, start = read_curve(file, FORMAT, times, "closing")
+    at = HEAD + 1 + round((start + times[0]) / STEP)
+    for k in range(31):  # of 151: at most 30.2
+        edit(file, replace_cell(1, ""), at + EVERY * (70 + k))
+        if k == 29:
+            assert np.isnan(read_curve(file, FORMAT, times, "closing")[0]).sum() == 30
+    assert rejection(file, FORMAT, times) == (
+        f"{file}: 31 of the 151 samples of the model's grid are missing, more than the share of "
+        "0.2 that endurance.format.missing allows"
+    )
+    assert np.isnan(read_curve(file, FORMAT | {"missing": 0.21}, times, "closing")[0]).sum() == 31
+    none = FORMAT | {"missing": 0}
+    assert "31 of the 151 samples" in rejection(file, none, times)
+    for line in range(HEAD + 300, HEAD + 700):
+        edit(file, replace_cell(1, ""), line)
+    assert re.search(r"\d+ of 761 samples are missing", rejection(file, FORMAT, times))
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_first_motion_that_is_not_seen_is_told(file, prior, times, motion):
+    """Rather than found milliseconds off: the rise lies in a gap, or most of it does."""
+    for gap in ((0, 50), (-10, 14), (-100, 5)):
+        written(file, prior, motion)
+        for line in range(*gap):
+            edit(file, replace_cell(1, ""), HEAD + 101 + line)
+        message = rejection(file, FORMAT, times, motion)
+        assert re.search("the first motion is not seen: .* missing$|begins too late$", message)
 
 
 def test_a_bad_line_is_named_with_decimal_commas_too(file, prior, times):
@@ -307,7 +388,6 @@ def test_a_bad_line_is_named_with_decimal_commas_too(file, prior, times):
     lines = file.read_text(encoding="utf-8").split("\n")
     for cell, reason in (
         ("x", "'travel' is 'x', which is not a number"),
-        ("", "'travel' is missing"),
         # It might be thousands: 1.234 is not to be read as 1,234.
         ("1.234", "'travel' is '1.234', which is not a number; see endurance.format.decimal"),
     ):
@@ -497,13 +577,12 @@ def test_a_file_that_is_not_there_or_a_folder_is_rejected(file, tmp_path, times)
 
 @pytest.fixture
 def folder(tmp_path, prior):
-    """Five files: 1 and 4 are good, of 2 a sample is missing, 3 is an opening, 5 is not there."""
+    """Five files: 1 is good, 4 lacks a sample, 2 has a text, 3 is an opening, 5 is not there."""
     files = [(k, tmp_path / f"op_{k}.csv") for k in (1, 2, 3, 4, 5)]
     for k, file in files[:4]:
         written(file, prior, "opening" if k == 3 else "closing", seed=k)
-    lines = files[1][1].read_text(encoding="utf-8").split("\n")
-    lines[49] = lines[49].split(",")[0] + ","
-    files[1][1].write_text("\n".join(lines), encoding="utf-8")
+    edit(files[1][1], replace_cell(1, "?"), 50)
+    edit(files[3][1], delete(EVERY), HEAD + 400)
     return files
 
 
@@ -513,12 +592,13 @@ def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
     assert curves.operation.values.tolist() == [1, 2, 3, 4, 5]
     assert curves.accepted.values.tolist() == [True, False, False, True, False]
     np.testing.assert_array_equal(np.isnan(curves.travel.values).all(axis=1), ~curves.accepted)
-    np.testing.assert_array_equal(np.isnan(curves.travel.values).any(axis=1), ~curves.accepted)
+    assert curves.missing.values.tolist() == [0, times.size, times.size, 1, times.size]
+    np.testing.assert_array_equal(np.isnan(curves.travel.values).sum(axis=1), curves.missing)
     np.testing.assert_array_equal(np.isnan(curves.first_motion.values), ~curves.accepted)
     assert curves.file.values.tolist() == [str(file) for _, file in folder]
     reasons = curves.reason.values.tolist()
     assert reasons[0] == reasons[3] == ""
-    assert reasons[1] == f"{folder[1][1]}, line 50: 'travel' is missing"
+    assert reasons[1] == f"{folder[1][1]}, line 50: 'travel' is '?', which is not a number"
     assert "which is no closing" in reasons[2]
     assert "cannot be read" in reasons[4]
     assert [r.getMessage() for r in caplog.records] == [f"rejected: {r}" for r in reasons if r]
@@ -540,7 +620,7 @@ def test_if_all_are_rejected_it_is_an_error_with_the_first_reasons(folder, tmp_p
         require_any(read_curves(folder[1:3] + folder[4:], FORMAT, times, "closing"))
     message = str(caught.value)
     assert message.startswith(f"{tmp_path}: none of 3 closing files can be used; check endurance")
-    assert "op_2.csv, line 50: 'travel' is missing" in message
+    assert "op_2.csv, line 50: 'travel' is '?', which is not a number" in message
     assert message.count(" | ") == 2
 
 

@@ -8,7 +8,7 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.fisher import information, pool
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
-from breaker.wear.reference import find_reference, modes, onset_of
+from breaker.wear.reference import _common_curve, find_reference, modes, onset_of
 
 P, N = len(NAMES), 40
 TRUTH = np.array([0.9, 0.1, 0.2, -0.6, -1.2, -1.1, -0.7])
@@ -252,3 +252,27 @@ def test_effective_values_stay_where_pooling_runs_away(models, dented):
 def test_onsets_of_outputs():
     assert onset_of(np.arange(16.0).reshape(2, 8)).tolist() == [7.0, 15.0]
     assert onset_of(np.ones((3, P))).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_common_curve_of_records_with_missing_samples(sensor):
+    """Its statistic is that of generalised least squares with every covariance written out."""
+    rng = generator(1, "test", "common curve")
+    residuals = sensor.corrupt(np.zeros((9, 12)), rng)
+    whole = _common_curve(sensor, residuals)
+    gone = rng.random(residuals.shape) < 0.3
+    gone[:, 5] = True
+    residuals[gone] = np.nan
+    precision, total = np.zeros((12, 12)), np.zeros(12)
+    for record in residuals:
+        there = np.flatnonzero(~np.isnan(record))
+        t = there.size
+        inverse = np.linalg.inv(sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2)
+        precision[np.ix_(there, there)] += inverse
+        total[there] += inverse @ record[there]
+    seen = np.delete(np.arange(12), 5)
+    solved = np.linalg.solve(precision[np.ix_(seen, seen)], total[seen])
+    expected = chi2.sf(total[seen] @ solved, df=11)
+    assert _common_curve(sensor, residuals) == pytest.approx(expected, rel=1e-9)
+    assert 1e-3 < whole < 1 - 1e-3
+    # A curve in common is seen, with samples missing as without.
+    assert _common_curve(sensor, residuals + np.linspace(-0.3, 0.3, 12)) < 1e-6

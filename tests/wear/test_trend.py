@@ -383,7 +383,7 @@ def test_a_source_that_is_not_followed(models, settings, tmp_path):
 def test_no_trend_without_a_record(models, settings):
     operations = 5 + np.arange(3)
     series, _ = live(models, operations, LEVEL, SLOPE, generator(8, "test trend"))
-    series.records["closing"][:, 3] = np.nan
+    series.records["closing"][:] = np.nan
     follower = follower_of(models, settings)
     state, data = follower.follow(follower.begin(series), series)
     assert state.reference is None

@@ -31,7 +31,6 @@ import xarray as xr
 
 from breaker.mechanism import NAMES, sensitivity
 from breaker.model.joint import Model
-from breaker.model.sensor import Sensor
 
 __all__ = [
     "Information",
@@ -48,7 +47,7 @@ _REACHED = 1e-4  # prior sd: a step that ends it
 
 
 def linearise(
-    model: Model, z: np.ndarray, by: slice = slice(None)
+    model: Model, z: np.ndarray, by: slice = slice(None), records: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate standardised outputs with the derivatives of their curves.
 
@@ -56,6 +55,8 @@ def linearise(
         model: Joint model of the motion.
         z: Standardised outputs, ``(n, q)``.
         by: Which derivatives; by all outputs unless given.
+        records: Records ``(n, t)`` to leave out the samples of that are missing, NaN: derivatives
+            are 0 there.
 
     Returns:
         Curves ``(n, t)``, mm, and whitened derivatives by standardised outputs, ``(n, q, t)``: in
@@ -67,6 +68,8 @@ def linearise(
     by = slice(*by.indices(z.shape[1]))
     motion, slopes = sensitivity(values[:, :p], sensor.times, model.motion, onset=onset, by=by)
     slopes *= np.append(model.prior.log_sds, sensor.onset_sd)[by]
+    if records is not None:
+        slopes[np.isnan(records)] = np.nan
     return motion.travel, sensor.whiten(np.moveaxis(slopes, -1, -2))
 
 
@@ -136,7 +139,7 @@ def information(
 
     Args:
         model: Joint model of the motion.
-        records: Records, ``(n, t)``, mm.
+        records: Records, ``(n, t)``, mm; NaN where a sample is missing.
         centre: Standardised parameters, ``(n, p)``.
         onset: Standardised onsets to start from, ``(n,)``; ignored where there is none.
         steps: Gauss-Newton steps of the onset; one does where it is known from a place nearby.
@@ -151,16 +154,16 @@ def information(
         >>> bool(abs(found.slope).max() < 1e-9), found.matrix.shape
         (True, (1, 7, 7))
     """
-    p, sensor = len(NAMES), model.sensor
-    if not sensor.infers_onset:
-        matrix, slope = _normal_equations(*linearise(model, centre), sensor, records)
+    p = len(NAMES)
+    if not model.sensor.infers_onset:
+        matrix, slope = _normal_equations(model, centre, slice(None), records)
         return Information(matrix, slope, np.zeros(len(centre)))
     z = np.column_stack([centre, onset])
     for _ in range(steps):
-        known, slope = _normal_equations(*linearise(model, z, slice(p, None)), sensor, records)
+        known, slope = _normal_equations(model, z, slice(p, None), records)
         step = (slope[:, 0] - z[:, p]) / (known[:, 0, 0] + 1.0)
         z[:, p] += np.clip(step, -1.0, 1.0)
-    matrix, slope = _normal_equations(*linearise(model, z), sensor, records)
+    matrix, slope = _normal_equations(model, z, slice(None), records)
     # The onset has a prior of its own in every record; it is integrated.
     matrix[:, p, p] += 1.0
     slope[:, p] -= z[:, p]
@@ -173,10 +176,11 @@ def information(
 
 
 def _normal_equations(
-    curves: np.ndarray, slopes: np.ndarray, sensor: Sensor, records: np.ndarray
+    model: Model, z: np.ndarray, by: slice, records: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """``J J'`` and ``J r`` of derivatives ``(n, q, t)`` and what curves leave of records."""
-    residual = sensor.whiten(records - curves)
+    curves, slopes = linearise(model, z, by, records)
+    residual = model.sensor.whiten(records - curves)
     return slopes @ slopes.swapaxes(1, 2), (slopes @ residual[..., None])[..., 0]
 
 

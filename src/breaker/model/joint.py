@@ -120,8 +120,5 @@ class Model:
         result = self.log_prior(z)
         inside = np.isfinite(result)
         curves = self.curves(self.destandardise(z[inside]))
-        present = ~np.isnan(record)
-        if not present.all():
-            record, curves = record[present], curves[:, present]
         result[inside] += self.sensor.log_likelihood(record, curves)
         return result

@@ -5,6 +5,7 @@ unknowns: the motion starts at an *onset* around the nominal time, not at it, an
 an additive offset, the *zero*. Both are normal with mean zero; a standard deviation of zero turns
 one off. The onset shifts the exact curve, so the mechanism simulates it; the zero is linear and
 is integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``.
+A missing sample is NaN; what follows is then that of the samples that are there.
 """
 
 from collections.abc import Mapping
@@ -90,8 +91,7 @@ class Sensor:
         The zero of a record is one number that all its samples share, so what the record says of
         it is normal, with precision ``t / noise_sd^2 + 1 / zero_sd^2``.
         """
-        residual = measured - travel
-        t = residual.shape[-1]
+        residual, t = _there(measured - travel)
         variance = self.noise_sd**2 * self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
         mean = variance / self.noise_sd**2 * residual.sum(axis=-1, keepdims=True)
         return mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
@@ -100,19 +100,21 @@ class Sensor:
         """Multiply ``(..., t)`` by the inverse square root of a record's covariance.
 
         Of the mean, the only direction in which the covariance differs from ``noise_sd^2 I``,
-        the share ``noise_sd / sqrt(noise_sd^2 + t zero_sd^2)`` is left.
+        the share ``noise_sd / sqrt(noise_sd^2 + t zero_sd^2)`` is left. A missing sample becomes
+        0, so that it adds to no sum.
         """
-        t = residual.shape[-1]
+        values, t = _there(residual)
         kept = self.noise_sd / np.sqrt(self.noise_sd**2 + t * self.zero_sd**2)
-        mean = residual.mean(axis=-1, keepdims=True)
-        return (residual - (1.0 - kept) * mean) / self.noise_sd
+        mean = values.sum(axis=-1, keepdims=True) / t
+        whitened = (values - (1.0 - kept) * mean) / self.noise_sd
+        return whitened if values is residual else np.where(np.isnan(residual), 0.0, whitened)
 
     def chi_square(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Return the squared Mahalanobis distance of records from curves, ``(..., t) -> (...)``."""
-        residual = measured - travel
-        t, total = residual.shape[-1], residual.sum(axis=-1)
+        residual, t = _there(measured - travel)
+        total = residual.sum(axis=-1)
         # That of the noise alone, less what the zero explains of the mean.
-        explained = self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
+        explained = self.zero_sd**2 / (self.noise_sd**2 + t[..., 0] * self.zero_sd**2)
         square = np.einsum("...t,...t->...", residual, residual)
         return (square - explained * total**2) / self.noise_sd**2
 
@@ -121,8 +123,16 @@ class Sensor:
 
         The zero is integrated out; the onset is in ``travel``.
         """
-        t = measured.shape[-1]
+        t = _there(measured)[1][..., 0]
         log_determinant = (t - 1) * np.log(self.noise_sd**2) + np.log(
             self.noise_sd**2 + t * self.zero_sd**2
         )
         return -0.5 * (self.chi_square(measured, travel) + log_determinant + t * np.log(2 * np.pi))
+
+
+def _there(residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals ``(..., t)`` with 0 for NaN, and how many are there, ``(..., 1)`` or ``(1,)``."""
+    missing = np.isnan(residual)
+    if not missing.any():
+        return residual, np.array([residual.shape[-1]])
+    return np.where(missing, 0.0, residual), (~missing).sum(axis=-1, keepdims=True)

@@ -100,12 +100,11 @@ def predictive_p_value(model: Model, record: np.ndarray, values: np.ndarray) -> 
 
     The discrepancy is the squared Mahalanobis distance of the record from the exact curve of a
     draw, with the zero integrated. That of a replicate follows a chi-square with t degrees of
-    freedom, so its tail needs no simulation. Samples that are nan are missing. Small values: the
-    model cannot make such a record.
+    freedom, t the samples that are not missing (NaN), so its tail needs no simulation. Small
+    values: the model cannot make such a record.
     """
-    present = ~np.isnan(record)
-    discrepancy = model.sensor.chi_square(record[present], model.curves(values)[:, present])
-    return float(chdtrc(present.sum(), discrepancy).mean())
+    discrepancy = model.sensor.chi_square(record, model.curves(values))
+    return float(chdtrc(np.isfinite(record).sum(), discrepancy).mean())
 
 
 def infer(
@@ -115,8 +114,9 @@ def infer(
 
     Args:
         posterior: The model.
-        curves: Measured curves in the layout of ``measurement.read_curves``; rejected ones stay
-            in the result, as missing values with their reason.
+        curves: Measured curves in the layout of ``records.read_curves``; rejected ones stay in
+            the result, as missing values with their reason, and so do those that the network does
+            not answer for.
         draws: Draws for each operation.
         seed: Seed of the draws.
         misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
@@ -242,7 +242,7 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     Returns:
         Dataset over ``stage``, ``time``: ``travel`` and the ``median``, ``lower`` and ``upper``
         end of its prediction; coordinate ``operation (stage)``; and ``share_inside (stage)``,
-        the share of samples of the main motion inside the band.
+        the share of samples of the main motion, as far as they are not missing, inside the band.
 
     Raises:
         ValueError: If no operation was accepted.
@@ -259,9 +259,8 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
             for median in result["median"].values
         ]
     )
-    share = share_inside(
-        result.measured.values, result.lower.values, result.upper.values, where=main
-    )
+    band = (result.measured.values, result.lower.values, result.upper.values)
+    share = share_inside(*band, where=main & ~np.isnan(band[0]))
     return (
         result.rename(curve="stage", measured="travel")
         .assign(share_inside=("stage", share))

@@ -91,7 +91,7 @@ def table(result: xr.Dataset) -> pd.DataFrame:
         "accepted",
         "reason",
         "file",
-        *(name for name in ("resolved", "effective_size", "pareto_k") if name in result),
+        *(n for n in ("missing", "resolved", "effective_size", "pareto_k") if n in result),
     ]
     return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
 

@@ -23,11 +23,12 @@ _STEP = 0.01  # ms, of the times tried
 _KAPPA = 0.12  # 1/ms, the median over the default prior: right to 0.01 ms on average there
 _TOGETHER = 5  # samples whose mean has to rise, so that noise does not
 _SHARE = {"closing": 0.75, "opening": 0.85}  # of the way between the rest positions
+_SEEN = 0.6  # least share of the samples of the first rise
 _LEAST_WAY = 2.0  # mm, below which a record has no motion: noise is far below it
 
 
 class NoMotionError(ValueError):
-    """A record in which nothing moves."""
+    """A record in which nothing moves, or the first motion is not seen."""
 
 
 def first_motion(time: np.ndarray, travel: np.ndarray, direction: float) -> float:
@@ -35,25 +36,43 @@ def first_motion(time: np.ndarray, travel: np.ndarray, direction: float) -> floa
 
     Args:
         time: Times of a record, ``(t,)``, ms, evenly spaced.
-        travel: Travel, ``(t,)``, mm.
+        travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
         direction: 1 if the travel grows, -1 if it falls.
 
     Raises:
-        NoMotionError: If the travel does not leave its rest position by 1.5 mm, or has left it
-            when the record begins.
+        NoMotionError: If the travel does not leave its rest position by 1.5 mm, has left it when
+            the record begins, or too many samples of this rise are missing.
+
+    Example:
+        >>> time = np.arange(0.0, 30.0, 0.1)
+        >>> travel = 0.3 * np.maximum(time - 12.0, 0.0) ** 2
+        >>> f"{first_motion(time, travel, 1.0):.1f} ms"
+        '12.1 ms'
     """
-    risen = direction * (travel - np.median(travel[:_TOGETHER]))
-    mean = np.convolve(risen, np.full(_TOGETHER, 1 / _TOGETHER), mode="valid")
+    there = ~np.isnan(travel)
+    risen = direction * (travel - np.median(travel[there][:_TOGETHER]))
+    filled = risen if there.all() else np.interp(time, time[there], risen[there])
+    mean = np.convolve(filled, np.full(_TOGETHER, 1 / _TOGETHER), mode="valid")
     above = np.flatnonzero(mean >= _RISE)
     if above.size == 0:
         raise NoMotionError(f"no motion: the travel rises by no more than {mean.max():.2f} mm")
     last = above[0] + _TOGETHER // 2
     step = (time[-1] - time[0]) / (time.size - 1)
     first = max(0, last - round(2 * _EARLIEST / step))
+    seen = np.flatnonzero(there)
+    before, after = seen[seen < last][-1:], seen[seen >= last][:1]
     # At least one sample moves after each of them; of none, the misfit would be 0 / 0.
-    candidates = np.arange(max(time[first], time[last] - _EARLIEST), time[last] - 1.5 * step, _STEP)
-    best = candidates[_misfit(time[first:last], risen[first:last], candidates).argmin()]
-    if best <= time[0]:
+    end = time[last] - 1.5 * step - (time[last - 1] - time[before]).sum()
+    candidates = np.arange(max(time[first], time[last] - _EARLIEST), end, _STEP)
+    if candidates.size == 0 or not (risen[after] - risen[before] <= _RISE).any():
+        raise NoMotionError("the first motion is not seen: its samples are missing")
+    known = seen[(seen >= first) & (seen < last)]
+    best = candidates[_misfit(time[known], risen[known], candidates).argmin()]
+    rise = there[(time >= best) & (time <= time[last])]
+    if rise.mean() < _SEEN:
+        missing = f"{(~rise).sum()} of the {rise.size} samples of its rise are missing"
+        raise NoMotionError(f"the first motion is not seen: {missing}")
+    if best <= time[seen[0]]:
         raise NoMotionError("no rest before the motion: the record begins too late")
     return float(best)
 
@@ -78,9 +97,7 @@ def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarra
         times: Times, ``(t,)``, ms, 0 at the first motion.
         motion: "closing" or "opening".
     """
-    before = travel[times < 0]
-    start = float(before.mean()) if before.size else float(travel[0])
-    end = float(travel[-max(1, len(travel) // 12) :].mean())
+    start, end = _rests(times, travel)
     done = (travel - start) / (end - start) >= _SHARE[motion]
     last = int(done.argmax()) if done.any() else len(travel)
     return (times >= 0) & (np.arange(len(travel)) < last)
@@ -111,13 +128,21 @@ def raw_time(
         raise ValueError("times must increase, and begin before 0")
     if not 0 < first < share < 1:
         raise ValueError("shares must be 0 < first < share < 1")
-    start = travel[:, times < 0].mean(axis=1)
-    way = travel[:, -max(1, times.size // 12) :].mean(axis=1) - start
+    start, end = _rests(times, travel)
+    way = end - start
     moves = np.isfinite(travel).all(axis=1) & (np.abs(way) >= _LEAST_WAY)
     result = np.full(len(travel), np.nan)
     done = (travel[moves] - start[moves, None]) / way[moves, None]
     result[moves] = _crossing(times, done, share) - _crossing(times, done, first)
     return result
+
+
+def _rests(times: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rest positions before and after the motion, ``(..., t) -> (...)``: the mean travel before
+    time 0, or where that is not recorded its first sample, and that over the last twelfth.
+    """
+    before, last = max(1, np.searchsorted(times, 0.0)), max(1, times.size // 12)
+    return travel[..., :before].mean(axis=-1), travel[..., -last:].mean(axis=-1)
 
 
 def _crossing(times: np.ndarray, done: np.ndarray, share: float) -> np.ndarray:

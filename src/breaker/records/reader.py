@@ -6,7 +6,8 @@ used is rejected with its name, the line where there is one, and the reason; it 
 as a missing curve, and the rest goes on.
 
 Whole samples are kept: averaging or interpolating would change their noise. What is left of the
-first motion's time after rounding to a sample is part of the onset, which is inferred.
+first motion's time after rounding to a sample is part of the onset, which is inferred. A sample is
+missing, NaN, where its cell is empty or NaN, or its line is: where time makes a gap of whole steps.
 """
 
 import codecs
@@ -18,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.records.landmarks import NoMotionError, first_motion
-from breaker.records.text import RejectedCurveError, head_lines, read_columns
+from breaker.records.text import RejectedCurveError, read_columns
 
 __all__ = [
     "RejectedCurveError",
@@ -35,7 +36,7 @@ _STROKES = (4.0, 60.0)  # mm, between the rest positions of any medium-voltage b
 _REST = 2.0  # mm, farthest that the open breaker may rest from zero
 _SETTINGS = (
     *("encoding", "delimiter", "decimal", "skip_rows", "units_row", "zero", "sign"),
-    *("time_column", "time_unit", "travel_column", "travel_unit"),
+    *("time_column", "time_unit", "travel_column", "travel_unit", "missing"),
 )
 _PREAMBLE = ("travel record", "motion: {motion}", "operation: {operation}", "zero: open position")
 
@@ -55,12 +56,29 @@ def read_curves(
         motion: "closing" or "opening".
 
     Returns:
-        Dataset over ``operation``, ``time``: ``travel`` (mm; missing where rejected),
+        Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
+        all are, where the file was rejected), ``missing``: the number of these samples,
         ``accepted``, ``reason``, ``file``, and ``first_motion``: the file's time that is 0 on the
         grid, ms.
 
     Raises:
         ValueError: If the settings lack something, or name an unknown unit or encoding.
+
+    Example:
+        >>> import tempfile
+        >>> settings = {
+        ...     "encoding": "utf-8", "delimiter": ",", "decimal": ".", "skip_rows": 4,
+        ...     "units_row": True, "time_column": "time", "time_unit": "s", "zero": 0.0,
+        ...     "travel_column": "travel", "travel_unit": "mm", "sign": 1, "missing": 0.2,
+        ... }
+        >>> time = 0.1 * np.arange(800)
+        >>> travel = 16 / (1 + np.exp(22 - time))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = f"{folder}/operation_7.csv"
+        ...     write_curve(file, time, travel, motion="closing", operation=7)
+        ...     curves = read_curves([(7, file)], settings, np.arange(-2.0, 30.0), "closing")
+        >>> curves.accepted.values, curves.missing.values, curves.travel.shape
+        (array([ True]), array([0]), (1, 32))
     """
     _check_settings(settings)
     travel = np.full((len(files), len(times)), np.nan)
@@ -75,6 +93,7 @@ def read_curves(
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
+            "missing": ("operation", np.isnan(travel).sum(axis=1)),
             "accepted": ("operation", accepted),
             "reason": ("operation", np.array(reasons, dtype=str)),
             "file": ("operation", np.array([str(file) for _, file in files], dtype=str)),
@@ -121,14 +140,14 @@ def read_curve(
     """Read one file.
 
     Returns:
-        Travel on the grid, ``(t,)``, mm, and the file's time that is 0 on it, ms.
+        Travel on the grid, ``(t,)``, mm, NaN where a sample is missing, and the file's time that
+        is 0 on the grid, ms.
 
     Raises:
         RejectedCurveError: If the file cannot be used.
     """
-    time, travel = _columns(file, settings)
-    step = _even_step(file, time, settings)
-    _check_travel(file, travel, settings, motion)
+    time, travel, step = _samples(file, settings)
+    _check_travel(file, travel[~np.isnan(travel)], settings, motion)
     every = (times[1] - times[0]) / step
     if every < 0.999 or abs(every - round(every)) > 1e-3:
         raise RejectedCurveError(
@@ -149,7 +168,15 @@ def read_curve(
             f"too short: {short * step:.1f} ms are missing {side} the motion, which starts at "
             f"{moves:.2f} ms; record longer, or change sensor.start or sensor.stop",
         )
-    return travel[first : last + 1 : round(every)], float(time[first] - times[0])
+    record = travel[first : last + 1 : round(every)]
+    missing = np.isnan(record).sum()
+    if missing > settings["missing"] * len(times):
+        raise RejectedCurveError(
+            file,
+            f"{missing} of the {len(times)} samples of the model's grid are missing, more than the "
+            f"share of {settings['missing']:g} that endurance.format.missing allows",
+        )
+    return record, float(time[first] - times[0])
 
 
 def write_curve(
@@ -171,11 +198,24 @@ def write_curve(
     )
 
 
-def _columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray]:
-    """Time in ms and travel in mm towards closed, from the file's columns."""
-    time, travel = read_columns(file, settings)
-    scale = settings["sign"] * _TO_MM[settings["travel_unit"]]
-    return time * _TO_MS[settings["time_unit"]], scale * (travel - settings["zero"])
+def _samples(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray, float]:
+    """Time in ms, travel in mm towards closed, NaN where missing, and the time of a step, ms."""
+    time, travel, lines = read_columns(file, settings)
+    time = time * _TO_MS[settings["time_unit"]]
+    travel = settings["sign"] * _TO_MM[settings["travel_unit"]] * (travel - settings["zero"])
+    if (count := np.isfinite(travel).sum()) < 2:
+        raise RejectedCurveError(file, f"has {count} samples")
+    place = np.append(0, np.cumsum(_whole_steps(file, time, lines)))
+    _check_duration(file, time[-1] - time[0], settings)
+    total = int(place[-1]) + 1
+    if total > 2 * count:
+        raise RejectedCurveError(file, f"{total - count} of {total} samples are missing")
+    step = (time[-1] - time[0]) / (total - 1)
+    if total > time.size:
+        even, some = time[0] + step * np.arange(total), np.full(total, np.nan)
+        even[place], some[place] = time, travel
+        time, travel = even, some
+    return time, travel, step
 
 
 def _check_settings(settings: Mapping) -> None:
@@ -199,25 +239,23 @@ def _check_settings(settings: Mapping) -> None:
         raise ValueError(f"endurance.format.encoding: {error}; utf-8, for example") from error
 
 
-def _even_step(file: str | Path, time: np.ndarray, settings: Mapping) -> float:
-    """Time between two samples, ms; rejects times that do not increase evenly."""
-    head = head_lines(settings)
-    if time.size < 2:
-        raise RejectedCurveError(file, f"has {time.size} samples")
+def _whole_steps(file: str | Path, time: np.ndarray, lines: np.ndarray) -> np.ndarray:
+    """Steps from each sample to the next, ``(t - 1,)``; rejects times that are not on a grid."""
     steps = np.diff(time)
-    step = float(np.median(steps))
-    back = np.flatnonzero(steps <= 0)
-    if back.size:
-        raise RejectedCurveError(file, "the time does not increase", line=head + int(back[0]) + 2)
+    if (back := np.flatnonzero(steps <= 0)).size:
+        raise RejectedCurveError(file, "the time does not increase", line=int(lines[back[0] + 1]))
     # A tenth of a step is allowed to times that were printed with few digits.
-    uneven = np.flatnonzero(np.abs(steps - step) > 0.1 * step)
-    if uneven.size:
-        line = head + int(uneven[0]) + 2
-        gap = steps[uneven[0]] / step
-        missing = f"{gap - 1:.0f} sample(s) missing"
-        what = missing if gap > 1.5 else "the time steps are uneven"
-        raise RejectedCurveError(file, f"{what} before this line", line=line)
-    duration = time[-1] - time[0]
+    single = np.abs(steps - np.median(steps)) <= 0.1 * np.median(steps)
+    step = steps[single].mean() if single.any() else np.median(steps)
+    whole = np.maximum(np.rint(steps / step), 1)
+    if (odd := np.flatnonzero(~single & (np.abs(steps - whole * step) > 0.1 * step))).size:
+        reason = "the time steps are uneven before this line"
+        raise RejectedCurveError(file, reason, line=int(lines[odd[0] + 1]))
+    return whole.astype(int)
+
+
+def _check_duration(file: str | Path, duration: float, settings: Mapping) -> None:
+    """Reject a duration, ms, that another unit of time would make likely."""
     for unit, factor in _TO_MS.items():
         likely = duration / _TO_MS[settings["time_unit"]] * factor
         if not 10.0 <= duration <= 1e4 and 10.0 <= likely <= 1e4:
@@ -226,11 +264,10 @@ def _even_step(file: str | Path, time: np.ndarray, settings: Mapping) -> float:
                 f"lasts {duration:.4g} ms; is endurance.format.time_unit {unit!r} rather than "
                 f"{settings['time_unit']!r}?",
             )
-    return (time[-1] - time[0]) / (time.size - 1)
 
 
 def _check_travel(file: str | Path, travel: np.ndarray, settings: Mapping, motion: str) -> None:
-    """Reject a stroke of wrong magnitude or direction, and a wrong zero."""
+    """Reject a stroke of wrong magnitude or direction, and a wrong zero; all samples are there."""
     edge = max(1, min(20, travel.size // 20))
     begins, ends = float(np.median(travel[:edge])), float(np.median(travel[-edge:]))
     stroke = abs(ends - begins)

@@ -20,12 +20,16 @@ class RejectedCurveError(ValueError):
         super().__init__(f"{place}: {reason}")
 
 
-def read_columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray]:
-    """Read the columns of time and travel, ``(t,)`` each, all numbers finite.
+def read_columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Read the columns of time and travel.
+
+    Returns:
+        Time ``(t,)``, without the lines that have none; travel ``(t,)``, NaN where the cell is
+        empty or NaN; and the line of each sample in the file, ``(t,)``.
 
     Raises:
-        RejectedCurveError: If the file cannot be read, lacks a column or a sample, or states
-            another unit.
+        RejectedCurveError: If the file cannot be read, lacks a column, states another unit, or
+            has a cell that is no number.
     """
     table = _cells(Path(file), settings)
     kinds = ("time", "travel")
@@ -35,7 +39,8 @@ def read_columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.nd
             _check_unit(file, table[1], place, kind, settings)
     _check_widths(file, table, settings)
     time, travel = (_numbers(file, table, place, settings) for place in places)
-    return time, travel
+    timed = np.flatnonzero(~np.isnan(time))
+    return time[timed], travel[timed], timed + head_lines(settings) + 1
 
 
 def head_lines(settings: Mapping) -> int:
@@ -113,19 +118,21 @@ def _check_widths(file: str | Path, table: list[list[str]], settings: Mapping) -
 
 
 def _numbers(file: str | Path, table: list[list[str]], place: int, settings: Mapping) -> np.ndarray:
-    """One column as numbers; anything else is rejected with its line."""
+    """One column as numbers, NaN where empty or NaN; all else is rejected with its line."""
     column, rows = table[0][place], table[1 + settings["units_row"] :]
     cells = ["".join(row[place : place + 1]) for row in rows]
     numbers = np.array([_number(cell, settings["decimal"]) for cell in cells])
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if bad.size:
+    odd = np.flatnonzero(~np.isfinite(numbers))
+    bad = [i for i in odd if cells[i].lower() not in ("", "nan")]
+    if bad:
         cell = cells[bad[0]]
-        missing = cell.lower() in ("", "nan")
-        what = "is missing" if missing else f"is {cell!r}, which is not a number"
         see = "; see endurance.format.decimal" if {",", "."} & set(cell) else ""
-        more = f" ({bad.size} such samples)" if bad.size > 1 else ""
-        line = head_lines(settings) + int(bad[0]) + 1
-        raise RejectedCurveError(file, f"{column!r} {what}{see}{more}", line=line)
+        more = f" ({len(bad)} such samples)" if len(bad) > 1 else ""
+        raise RejectedCurveError(
+            file,
+            f"{column!r} is {cell!r}, which is not a number{see}{more}",
+            line=head_lines(settings) + int(bad[0]) + 1,
+        )
     return numbers
 
 

@@ -27,6 +27,7 @@ FORMAT = {
     "travel_unit": "mm",
     "zero": 0.0,
     "sign": 1,
+    "missing": 0.2,
 }
 """What ``measurement.write_curve`` writes, in the terms of ``endurance.format``."""
 

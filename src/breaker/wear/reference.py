@@ -19,7 +19,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from breaker.mechanism import NAMES
-from breaker.model import Model, climb, information, pool
+from breaker.model import Model, Sensor, climb, information, pool
 
 __all__ = ["Reference", "find_reference", "modes", "onset_of"]
 
@@ -67,9 +67,8 @@ def find_reference(
     centre = pool(models, records, start, onsets, warn=True)
     p_values = {}
     for motion, model in models.items():
-        mean = _mean_residual(model, records[motion], centre, onsets[motion])
-        statistic = len(records[motion]) * model.sensor.chi_square(mean, np.zeros_like(mean))
-        p_values[motion] = float(chi2.sf(statistic, df=mean.size))
+        residuals = _residuals(model, records[motion], centre, onsets[motion])
+        p_values[motion] = _common_curve(model.sensor, residuals)
     return Reference(centre, p_values, _spread(*modes(models, records, outputs)))
 
 
@@ -117,11 +116,31 @@ def onset_of(outputs: np.ndarray) -> np.ndarray:
     return outputs[:, p] if outputs.shape[1] > p else np.zeros(len(outputs))
 
 
-def _mean_residual(
+def _residuals(
     model: Model, records: np.ndarray, centre: np.ndarray, onset: np.ndarray
 ) -> np.ndarray:
-    """Mean over records of what the model leaves of them, each with its own onset, ``(t,)``, mm."""
+    """What the model leaves of each record, with the record's own onset, ``(n, t)``, mm."""
     places = np.tile(centre, (len(records), 1))
     onset = information(model, records, places, onset).onset
     outputs = np.column_stack([places, onset])[:, : len(model.names)]
-    return (records - model.curves(model.destandardise(outputs))).mean(axis=0)
+    return records - model.curves(model.destandardise(outputs))
+
+
+def _common_curve(sensor: Sensor, residuals: np.ndarray) -> float:
+    """p-value of residuals ``(n, t)`` that have no curve in common, NaN where a sample is missing.
+
+    The curve by generalised least squares follows a chi-square; of whole records it is their mean.
+    """
+    there = ~np.isnan(residuals)
+    if there.all():
+        mean = residuals.mean(axis=0)
+        statistic = len(residuals) * sensor.chi_square(mean, np.zeros_like(mean))
+        return float(chi2.sf(statistic, df=mean.size))
+    seen = there.any(axis=0)
+    weights, values = there[:, seen].astype(float), np.where(there, residuals, 0.0)[:, seen]
+    noise, zero = sensor.noise_sd**2, sensor.zero_sd**2
+    shared = zero / (noise + weights.sum(axis=1) * zero)
+    precision = np.diag(weights.sum(axis=0)) - (weights.T * shared) @ weights
+    total = values.sum(axis=0) - (shared * values.sum(axis=1)) @ weights
+    statistic = total @ np.linalg.solve(precision, total) / noise
+    return float(chi2.sf(statistic, df=seen.sum()))

@@ -22,7 +22,8 @@ class Series:
 
     Attributes:
         operations: Their numbers, rising, ``(o,)``.
-        records: Of each motion, ``(o, t)``, mm; nan where there is none that can be used.
+        records: Of each motion, ``(o, t)``, mm; NaN where a sample is missing, or there is no
+            record that can be used.
         outputs: Mean of each motion's own posterior, standardised, ``(o, q)``: where to start
             from; nan where there is none.
     """
@@ -33,7 +34,7 @@ class Series:
 
     def usable(self, motion: str) -> np.ndarray:
         """Say which operations have a record and a posterior of a motion, ``(o,)``."""
-        return np.isfinite(self.records[motion]).all(1) & np.isfinite(self.outputs[motion]).all(1)
+        return np.isfinite(self.records[motion]).any(1) & np.isfinite(self.outputs[motion]).all(1)
 
 
 def series_of(
