@@ -7,7 +7,7 @@ from scipy.stats import t as student
 
 from breaker.model.randomness import generator
 from breaker.synthetic import control_charts
-from breaker.synthetic.control_charts import KINDS, level_for, monitor, watch
+from breaker.synthetic.control_charts import KINDS, level_for, watch
 
 NEVER = np.inf  # a level
 
@@ -122,7 +122,6 @@ def test_statistics_and_restarts_against_loops(kind, sign):
     assert len(expected) > 1
     found = watch(series, kind, level, warm_up=8)
     assert np.flatnonzero(found.alarm).tolist() == expected
-    assert monitor(series, kind, level, warm_up=8).tolist() == expected
     np.testing.assert_allclose(found.statistic, statistic, rtol=1e-8, atol=1e-10)
 
 
@@ -175,7 +174,7 @@ def test_level_for_is_the_least(kind, allowed):
     level = level_for(series, kind, rate, warm_up=15)
 
     def count(level):
-        return sum(monitor(each, kind, level, warm_up=15).size for each in series)
+        return sum(watch(each, kind, level, warm_up=15).alarm.sum() for each in series)
 
     assert count(level) <= allowed < count(np.nextafter(level, 0))
     assert max(count(factor * level) for factor in np.linspace(1, 1.5, 40)) <= allowed
@@ -215,7 +214,7 @@ def test_a_change_is_found(kind, change):
     for _ in range(40):
         for changed in found:
             series = line(260, rng) + changed * 0.3 * np.where(since >= 0, shape, 0.0)
-            marks = since[monitor(series, kind, level, warm_up=30)]
+            marks = since[watch(series, kind, level, warm_up=30).alarm]
             found[changed] += np.any((marks >= 0) & (marks < within))
     assert found[True] >= 34
     assert found[False] <= most

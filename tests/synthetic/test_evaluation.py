@@ -31,7 +31,7 @@ def life(
     toward=1.0,
     good_from=0.0,
 ):
-    """One life of ``follow_lives``, as a dict of arrays.
+    """One life of ``follow_lives``.
 
     Args:
         alarms: Operations at which the model sees a change.
@@ -52,46 +52,26 @@ def life(
     if jump is not None:
         raw[operation >= jump, 0] += 5.0
     half = np.maximum(spread * median[at, None], 1e-9)
-    return {
-        "operation": operation.astype(float),
-        "alarm": np.isin(operation, alarms).astype(float),
-        "remaining": median[:, None] * [1 - width, 1.0, 1 + width],
-        "toward": np.full(len(operation), float(toward)),
-        "raw_time": raw,
-        "cdf": np.clip((FUTURE - median[at, None] + half) / (2 * half), 0.0, 1.0),
-        "record_at": at,
-        "change": CHANGE,
-        "failure": failure,
-        "ratio": ratio,
-    }
-
-
-DIMS = {
-    **dict.fromkeys(("operation", "alarm", "toward"), ("record",)),
-    "remaining": ("record", "quantile"),
-    "raw_time": ("record", "motion"),
-    "cdf": ("fraction", "future"),
-    "record_at": ("fraction",),
-}
+    cdf = np.clip((FUTURE - median[at, None] + half) / (2 * half), 0.0, 1.0)
+    return xr.Dataset(
+        {
+            "operation": ("record", operation.astype(float)),
+            "alarm": ("record", np.isin(operation, alarms).astype(float)),
+            "remaining": (("record", "quantile"), median[:, None] * [1 - width, 1.0, 1 + width]),
+            "toward": ("record", np.full(len(operation), float(toward))),
+            "raw_time": (("record", "motion"), raw),
+            "cdf": (("fraction", "future"), cdf),
+            "record_at": ("fraction", at),
+        }
+        | {"change": CHANGE, "failure": failure, "ratio": ratio},
+        coords={"fraction": list(FRACTIONS), "future": FUTURE, "motion": list(MOTIONS)},
+    )
 
 
 def together(rows):
     """Lives of different lengths, filled up with nan."""
-    longest = max(len(row["operation"]) for row in rows)
-
-    def filled(value):
-        value = np.asarray(value)
-        missing = [(0, longest - len(value)), *[(0, 0)] * (value.ndim - 1)]
-        return np.pad(value, missing, constant_values=np.nan)
-
-    data = {}
-    for name in rows[0]:
-        dims = DIMS.get(name, ())
-        each = [filled(row[name]) if "record" in dims else np.asarray(row[name]) for row in rows]
-        data[name] = (("life", *dims), np.stack(each))
-    return xr.Dataset(
-        data, coords={"fraction": list(FRACTIONS), "future": FUTURE, "motion": list(MOTIONS)}
-    )
+    longest = max(row.sizes["record"] for row in rows)
+    return xr.concat([row.pad(record=(0, longest - row.sizes["record"])) for row in rows], "life")
 
 
 def scored(*rows, toward=0.95):
@@ -266,14 +246,7 @@ def test_prognostic_horizon(good_from, expected):
     np.testing.assert_array_equal(data.alpha_lambda, np.array(FRACTIONS) >= good_from)
 
 
-@pytest.mark.parametrize(
-    "failure",
-    [
-        1600,
-        1602,
-        1603,
-    ],
-)
+@pytest.mark.parametrize("failure", [1600, 1602, 1603])
 def test_perfect_predictions_are_accurate_at_any_failure(failure):
     """Records are every fifth operation: the one scored at 0.9 may be before it, or after."""
     data, _ = scored(life(0, failure=failure))

@@ -70,7 +70,6 @@ def test_draws_of_lives_are_independent_of_each_other(models, settings):
 def test_numbers_of_a_life(settings, drawn):
     n, every = settings["operations"], settings["every"]
     for life in drawn:
-        assert life.nominal == n
         assert n * settings["change"][0] <= life.change <= n * settings["change"][1]
         assert life.change % every == 0
         assert settings["ratio"][0] <= life.ratio <= settings["ratio"][1]
@@ -114,7 +113,7 @@ def test_change_of_the_slope_is_the_ratio_of_its_error(models, settings, drawn):
         assert abs(slopes[1] - slopes[0]) / error == pytest.approx(life.ratio, rel=1e-6)
 
 
-def test_failure_is_the_first_operation_beyond_the_limit(models, drawn):
+def test_failure_is_the_first_operation_beyond_the_limit(models, settings, drawn):
     for life in drawn:
         quantities, motion = life.limit.quantities, life.limit.motion
         over = life.limit.exceeded(evaluate(quantities, life.theta, motion))
@@ -122,7 +121,7 @@ def test_failure_is_the_first_operation_beyond_the_limit(models, drawn):
         assert over[-1]
         # The trend as it goes on after the change is at the limit at the nominal end.
         last = life.trend[-1]
-        onward = last + (life.nominal - life.failure) * (last - life.trend[-2])
+        onward = last + (settings["operations"] - life.failure) * (last - life.trend[-2])
         theta = models["closing"].prior.destandardise(onward)[None]
         values = evaluate(quantities, theta, motion)
         np.testing.assert_allclose(life.limit.excess(values), 0.0, atol=1e-8)
@@ -214,27 +213,17 @@ def precision(models, centre):
     return total
 
 
-def one_operation(models, centre, scatter):
-    """Covariance of what one operation says of the line, ``(p, p)``: its own and the scatter."""
-    return np.linalg.inv(precision(models, centre)) + np.diag(np.square(scatter))
-
-
-def fitted(cov, i, operations, values):
-    """Weighted least squares, design written out: level and slope of all, bend of parameter i.
-
-    Values are ``(n, p, m)`` of m repetitions; returns bends ``(m,)`` and their standard error.
-    """
+def fitted(models, centre, scatter, i, operations):
+    """Standard error of the bend of parameter i: weighted least squares, design written out."""
+    cov = np.linalg.inv(precision(models, centre)) + np.diag(np.square(scatter))
     n, since = len(operations), (operations - CHANGE) / 1000.0
-    design = np.zeros((n, P, 2 * P + 1))
+    design = np.zeros((n, P, 2 * P + 1))  # level and slope of all, bend of one
     design[:, np.arange(P), np.arange(P)] = 1.0
     design[:, np.arange(P), P + np.arange(P)] = since[:, None]
     design[:, i, -1] = np.maximum(since, 0.0)
     root = np.linalg.inv(np.linalg.cholesky(cov))  # whitens one operation
-    white = (root @ design).reshape(n * P, -1)
-    target = (root @ values).reshape(n * P, -1)
-    q, r = np.linalg.qr(white)
-    bends = np.linalg.solve(r, q.T @ target)[-1]
-    return bends, np.linalg.norm(np.linalg.inv(r)[-1])
+    r = np.linalg.qr((root @ design).reshape(n * P, -1)).R
+    return np.linalg.norm(np.linalg.inv(r)[-1])
 
 
 @pytest.fixture(scope="module")
@@ -252,9 +241,7 @@ def seen(settings):
 
 def test_slope_error_is_that_of_the_fit(models, settings, centre):
     found = slope_error(models, centre, SCATTER, CHANGE, settings)
-    cov, operations = one_operation(models, centre, SCATTER), seen(settings)
-    nothing = np.zeros((len(operations), P, 1))
-    expected = [fitted(cov, i, operations, nothing)[1] for i in range(P)]
+    expected = [fitted(models, centre, SCATTER, i, seen(settings)) for i in range(P)]
     np.testing.assert_allclose(found, expected, rtol=1e-3)
     # Of one motion alone, of more scatter, of fewer records, it is larger.
     one = {"opening": models["opening"]}
@@ -264,32 +251,6 @@ def test_slope_error_is_that_of_the_fit(models, settings, centre):
         slope_error(models, centre, SCATTER, CHANGE, settings | {"every": 10}),
     ):
         assert np.all(wider > found)
-
-
-@pytest.mark.parametrize("name", ["f", "gamma_a", "L"])
-def test_slope_error_is_the_scatter_of_the_slope(name, models, settings, centre):
-    """Of 1000 Gaussian sets about a line that bends: mean and chi-square, false alarm below 1e-3.
-
-    Planted: an error 15 % off, and that of a parameter watched by itself.
-    """
-    m, i, bend = 1000, NAMES.index(name), 0.7
-    found = slope_error(models, centre, SCATTER, CHANGE, settings)[i]
-    cov, operations = one_operation(models, centre, SCATTER), seen(settings)
-    rng = generator(6, "test", "sets", name)
-    noise = np.linalg.cholesky(cov) @ rng.standard_normal((len(operations), P, m))
-    since = (operations - CHANGE)[:, None] / 1000.0
-    line = centre + since * rng.standard_normal(P)
-    line[:, i] += bend * np.maximum(since[:, 0], 0.0)
-    bends, _ = fitted(cov, i, operations, line[..., None] + noise)
-    low, high = chi2.ppf([0.00025, 0.99975], m)
-    square = np.square(bends - bend).sum()
-    assert low < square / found**2 < high
-    assert abs(np.mean(bends) - bend) < 3.6 * found / np.sqrt(m)
-    for wrong in (1.15 * found, found / 1.15):
-        assert not low < square / wrong**2 < high
-    design = np.column_stack([np.ones(len(since)), since, np.maximum(since, 0.0)])
-    alone = np.sqrt(cov[i, i] * np.linalg.inv(design.T @ design)[-1, -1])
-    assert not low < square / alone**2 < high
 
 
 def test_slope_error_without_an_onset(models, settings, centre):

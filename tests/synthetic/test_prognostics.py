@@ -7,11 +7,9 @@ from scipy.stats import binom, gamma, poisson
 
 from breaker.model.randomness import generator
 from breaker.synthetic.prognostics import (
-    covered,
     crps,
     detections,
     false_alarms_per,
-    in_cone,
     prognostic_horizon,
     share,
 )
@@ -85,21 +83,7 @@ def test_what_is_no_prediction_is_refused(grid, cdf, truth, words):
     assert crps([1.0, 2.0, 3.0], [0.2, 0.2 - 1e-12, 1 + 1e-12], 1.0) > 0  # round-off is forgiven
 
 
-# ---- cones, intervals, horizons --------------------------------------------------------------
-
-
-def test_in_cone():
-    assert in_cone([80.0, 79.0, 120.0, 121.0, np.inf, np.nan], 100.0, 0.2).tolist() == [
-        *(True, False, True),
-        *(False, False, False),
-    ]
-
-
-def test_covered():
-    lower, upper = [1, 1, 3, 1, np.nan, 4], [2, np.inf, 4, 2, 9, np.inf]
-    assert covered(lower, upper, [2, 9, 2, 3, 5, 3]).tolist() == [True, True] + [False] * 4
-    with pytest.raises(ValueError, match="above its upper"):
-        covered(2.0, 1.0, 1.5)
+# ---- horizons --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-__all__ = ["KINDS", "Watched", "level_for", "monitor", "watch"]
+__all__ = ["KINDS", "Watched", "level_for", "watch"]
 
 KINDS = ("threshold", "cusum", "ewma")
 _THRESHOLD, _CUSUM, _EWMA = range(3)
@@ -52,6 +52,10 @@ class Watched(NamedTuple):
 def watch(series: ArrayLike, kind: str, level: float, *, warm_up: int) -> Watched:
     """Watch a series online by a control chart.
 
+    >>> series = [1.0, 1.1, 0.9, 1.0, 5.0, 5.1, 4.9]
+    >>> watch(series, "threshold", 4.0, warm_up=3).alarm.nonzero()
+    (array([4]),)
+
     Args:
         series: Values, ``(n,)``, any unit; NaN where an operation has none.
         kind: "threshold", "cusum" or "ewma".
@@ -71,15 +75,6 @@ def watch(series: ArrayLike, kind: str, level: float, *, warm_up: int) -> Watche
     alarm = np.zeros(series.size, dtype=np.bool_)
     _watch(series, warm_up, KINDS.index(kind), float(level), residual, statistic, alarm)
     return Watched(residual, statistic, alarm)
-
-
-def monitor(series: ArrayLike, kind: str, level: float, *, warm_up: int) -> np.ndarray:
-    """Return the alarms of a series, ``(k,)`` positions; arguments as of ``watch``.
-
-    >>> monitor([1.0, 1.1, 0.9, 1.0, 5.0, 5.1, 4.9], "threshold", 4.0, warm_up=3)
-    array([4])
-    """
-    return np.flatnonzero(watch(series, kind, level, warm_up=warm_up).alarm)
 
 
 def level_for(series: Sequence[ArrayLike], kind: str, rate: float, *, warm_up: int) -> float:

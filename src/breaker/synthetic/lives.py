@@ -48,9 +48,8 @@ class Life:
         changed: Name of the parameter whose slope changes.
         ratio: Change of its slope over the standard error defined above.
         scatter: Scatter of each parameter, share, ``(p,)``.
-        limit: The limit that ends the life.
+        limit: The limit that ends the life: where the trend is at the nominal number of operations.
         failure: First operation beyond it.
-        nominal: Operations at which the trend alone is at the limit.
     """
 
     operations: np.ndarray
@@ -62,7 +61,6 @@ class Life:
     scatter: np.ndarray
     limit: Limit
     failure: int
-    nominal: int
 
     def records(
         self, model: Model, every: int, rng: np.random.Generator
@@ -130,7 +128,7 @@ def _draw(
     if not over.any() or failure < change + 2 * WINDOW * n:
         return None
     lived = (each[:failure] for each in (operations, line, theta))
-    return Life(*lived, change, changed, ratio, scatter, limit, failure, n)
+    return Life(*lived, change, changed, ratio, scatter, limit, failure)
 
 
 def _log_uniform(ends: Sequence[float], rng: np.random.Generator) -> float:

@@ -29,7 +29,7 @@ FORMAT = {
     "sign": 1,
     "missing": 0.2,
 }
-"""What ``measurement.write_curve`` writes, in the terms of ``endurance.format``."""
+"""What ``records.write_curve`` writes, in the terms of ``endurance.format``."""
 
 _FASTER = 4  # samples of the instrument for one of the model's grid
 _MARGIN = 8.0  # ms that a record is longer than the grid, at each end

@@ -4,15 +4,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.synthetic.control_charts import level_for, monitor
+from breaker.synthetic.control_charts import level_for, watch
 from breaker.synthetic.lives import WINDOW
 from breaker.synthetic.prognostics import (
     Detections,
-    covered,
     crps,
     detections,
     false_alarms_per,
-    in_cone,
     prognostic_horizon,
     share,
 )
@@ -72,7 +70,7 @@ def _detections(
             series = list(zip(records, places(lives.raw_time.sel(motion=motion)), strict=True))
             quiet = [s[x <= change] for (x, s), change in zip(series, truth[0], strict=True)]
             level = level_for(quiet, kind, rate, warm_up=settle)
-            alarms = [x[monitor(s, kind, level, warm_up=settle)] for x, s in series]
+            alarms = [x[watch(s, kind, level, warm_up=settle).alarm] for x, s in series]
             result[f"{chart}, {motion}"] = detections(alarms, *truth)
     return result
 
@@ -83,14 +81,16 @@ def _prognosis(life: xr.Dataset, toward: float) -> dict[str, np.ndarray]:
     at, truth = life.record_at.values, failure - operation
     lower, median, upper = life.remaining.values.T
     no_trend = ~(life.toward.values >= toward)
-    accurate = ~no_trend & in_cone(median, truth, _ALPHA)
+    # A median beyond the horizon, inf, is a miss, and so is a bound that is nan.
+    accurate = ~no_trend & (median >= (1 - _ALPHA) * truth) & (median <= (1 + _ALPHA) * truth)
+    covered = (lower <= truth) & (truth <= upper)
     alarms = np.flatnonzero((operation > change) & (life.alarm.values == 1))
     # Up to the last scored fraction: the cone closes at the failure, and nothing stays inside.
     last = change + float(life.fraction[-1]) * (failure - change)
     after = (operation > change) & (operation <= last)
     horizon = prognostic_horizon(operation[after], accurate[after], failure)
     return {
-        "covered": covered(lower[at], upper[at], truth[at]),
+        "covered": covered[at],
         "accurate": accurate[at],
         "no_trend": no_trend[at],
         "noticed": np.array([np.any(alarms <= record) for record in at]),
@@ -149,7 +149,7 @@ def _dataset(
     ratio, failure = lives.ratio.values, lives.failure.values
     bins = np.clip(np.digitize(ratio, _RATIOS) - 1, 0, len(_RATIOS) - 2)
     by_bin = [
-        [share(each[bins == b]).value for each in found.values()] for b in range(len(_RATIOS) - 1)
+        [share(each[bins == b])[0] for each in found.values()] for b in range(len(_RATIOS) - 1)
     ]
     intervals = [share(hits)[1:] for hits in prognosis["covered"].T]
     delays = np.stack([each.delay / failure for each in alarms.values()], -1)
