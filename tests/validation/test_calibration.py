@@ -8,14 +8,12 @@ import pytest
 from scipy.stats import binom
 
 from breaker.model.randomness import generator
+from breaker.validation.bands import calibration_p_values, ecdf_difference, simultaneous_band
 from breaker.validation.calibration import (
-    calibration_p_values,
     coverage,
-    ecdf_difference,
     family_p_value,
     judge_ranks,
     ranks,
-    simultaneous_band,
 )
 
 
@@ -156,15 +154,16 @@ def test_family_p_value_is_bonferroni():
 
 
 def test_coverage():
-    columns = uniform_ranks(1000, 99, 50, "coverage")
-    covered = coverage(columns, 99, levels=(0.5, 0.95))
-    assert covered.expected == pytest.approx([0.5, 0.95], abs=1.001 / 100)
-    # 100 normal numbers: beyond 4.5 sd with probability 7e-4.
-    score = (covered.observed - covered.expected[:, None]) / covered.standard_error[:, None]
-    assert np.abs(score).max() < 4.5
-    draws, truth = gaussian(1000, 99, width=0.7)  # 95 % intervals that hold 83 %
-    narrow = coverage(ranks(draws, truth), 99, levels=0.95)
-    assert narrow.observed[0, 0] < narrow.expected[0] - 4.5 * narrow.standard_error[0]
+    """100 normal numbers: beyond 4.5 sd with probability 7e-4. Intervals of 100 ranks hold 50 and
+    95 of them."""
+    n, levels = 1000, np.array([[0.5], [0.95]])
+    columns = uniform_ranks(n, 99, 50, "coverage")
+    error = np.sqrt(levels * (1 - levels) / n)
+    found = coverage(columns, 99, levels=levels[:, 0])
+    assert np.abs((found - levels) / error).max() < 4.5
+    draws, truth = gaussian(n, 99, width=0.7)  # 95 % intervals that hold 83 %
+    narrow = coverage(ranks(draws, truth), 99, levels=[0.95])
+    assert narrow[0, 0] < 0.95 - 4.5 * error[1, 0]
 
 
 @pytest.mark.parametrize(
@@ -178,7 +177,7 @@ def test_coverage():
         (lambda: ecdf_difference(np.zeros((0, 2), dtype=int), 6), "integers from 0 to 6"),
         (lambda: simultaneous_band(100, 50, alpha=0.0), "no band"),
         (lambda: simultaneous_band(0, 50), "no band"),
-        (lambda: coverage([1, 2], 6, levels=1.0), "between 0 and 1"),
+        (lambda: coverage([1, 2], 6, levels=[1.0]), "between 0 and 1"),
     ],
 )
 def test_unusable_input_is_refused(call, words):

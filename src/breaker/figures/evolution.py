@@ -10,9 +10,9 @@ from breaker.figures import style
 __all__ = ["FLAGS", "evolution"]
 
 FLAGS = {
-    "misfit": ("#7F9A8C", "does not fit the model"),
+    "misfit": ("#9AA84F", "does not fit the model"),
     "outside_prior": (style.WARNING, "outside what the prior can produce"),
-    "unresolved": ("#3F51B5", "not resolved: exact posterior not reached"),
+    "unresolved": ("#1A237E", "not resolved: exact posterior not reached"),
     "rejected": (style.MEASURED, "rejected by the reader"),
 }
 """Colour and words of each flag, in the order of the strips from the bottom up."""

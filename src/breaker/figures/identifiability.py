@@ -10,7 +10,7 @@ from breaker.validation import KNOWLEDGE, identifiability_words
 
 __all__ = ["DRIVE", "identifiability"]
 
-DRIVE = "#A0569B"  # the drive at hand
+DRIVE = "#2AA36B"  # the drive at hand
 # Shift from the middle of the row downwards, marker and colour of each posterior.
 _POSTERIORS = {
     "amortised": (-0.18, "o", style.AMORTISED),

@@ -9,9 +9,9 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "bands": ["calibration_p_values"],
         "calibration": [
             "Calibration",
-            "calibration_p_values",
             "coverage",
             "family_p_value",
             "judge_draws",

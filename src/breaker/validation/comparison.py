@@ -42,36 +42,25 @@ _SYMBOLS = {each.name: each.symbol for each in (*PARAMETERS, ONSET)}
 def compare(
     amortised: np.ndarray, corrected: np.ndarray, truth: np.ndarray, names: Sequence[str]
 ) -> xr.Dataset:
-    """Bring two posteriors of one curve to one scale: the corrected one's.
+    """Bring draws ``(d, q)`` of two posteriors, and the truth ``(q,)``, to the corrected scale.
 
     Zero is the median of the corrected posterior, one its standard deviation, in logarithms of
     the parameters and in plain ms of the onset.
-
-    Args:
-        amortised: Draws in physical units, ``(d, q)``.
-        corrected: The same, of any number of draws.
-        truth: Values that made the curve, ``(q,)``.
-        names: Names of the outputs.
 
     Returns:
         ``median (posterior, output)``, ``interval_50`` and ``interval_95``
         ``(posterior, output, bound)``, central, and ``truth (output)``.
 
     Raises:
-        ValueError: If shapes do not fit, a value is not finite or a parameter not positive, or
-            the corrected posterior has no width.
+        ValueError: If a value is not finite or a parameter not positive.
     """
     log = is_logarithmic(names)
     values = [np.array(each, dtype=np.float64) for each in (amortised, corrected, [truth])]
     for each in values:
-        if each.ndim != 2 or each.shape[1] != len(names):
-            raise ValueError(f"draws must be (d, {len(names)}), got {each.shape}")
         if not np.all(np.isfinite(each)) or not np.all(each[:, log] > 0):
             raise ValueError("draws and truth must be finite, and parameters positive")
         each[:, log] = np.log(each[:, log])
     centre, sd = np.median(values[1], axis=0), values[1].std(axis=0, ddof=1)
-    if not np.all(sd > 0):
-        raise ValueError("the corrected posterior has no width, and gives no scale")
     scaled = [(each - centre) / sd for each in values]
     levels = np.stack([np.quantile(each, _LEVELS, axis=0) for each in scaled[:2]])
     dims, bands = ("posterior", "output"), np.moveaxis(levels, 1, -1)
@@ -93,9 +82,9 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
     are passed over.
 
     Args:
-        judged: What ``exactness.judge`` returns; its curves are the first of the other two.
+        judged: What ``posterior.judge`` returns; its curves are the first of the other two.
         amortised: What ``predictive.validate`` returns.
-        corrected: What ``exactness.correct_validation`` made of it.
+        corrected: What ``posterior.correct_validation`` made of it.
 
     Returns:
         What :func:`compare` returns along ``example``, with ``place`` ("lowest", "median" or
@@ -159,14 +148,14 @@ def over_curves(ratios: np.ndarray) -> np.ndarray:
 
 
 def percent(share: float) -> str:
-    """Say a share in per cent, small ones to two digits."""
+    """Write a share in per cent, small ones with two digits."""
     if not np.isfinite(share):
         return "not known"
     return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
 
 
 def exactness_words(row: Mapping) -> str:
-    """Say what a row of ``exactness.summary`` shows, in one line."""
+    """Describe a row of ``posterior.summary`` in one line."""
     resolved, curves = round(row["resolved"] * row["corrected_curves"]), row["corrected_curves"]
     return (
         f"median efficiency {percent(row['efficiency_median'])}, "
@@ -176,7 +165,7 @@ def exactness_words(row: Mapping) -> str:
 
 
 def plus_minus(mean: float, error: float) -> str:
-    """Say a mean of nats and its standard error."""
+    """Write a mean of nats and its standard error."""
     if not np.isfinite(mean):
         return "not known" if np.isnan(mean) else "infinite"
     return f"{mean:.2f} nats (one curve)" if np.isnan(error) else f"{mean:.2f} ± {error:.2f} nats"

@@ -1,8 +1,7 @@
 """Tables of how good a posterior is: one row an output, or one row a network."""
 
-from collections.abc import Iterator, Sequence
 from time import process_time
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -11,22 +10,12 @@ import xarray as xr
 from breaker.validation.calibration import coverage, judge_draws, ranks
 from breaker.validation.diagnostics import scores
 
+if TYPE_CHECKING:
+    from breaker.posterior import Posterior
+
 __all__ = ["draws_per_second", "network_row", "quality", "quality_words"]
 
 _CURVES, _DRAWS = 10, 500  # of the timing
-
-
-class Network(Protocol):
-    """What is asked of a network; ``posterior.Posterior`` is one."""
-
-    outputs: Sequence
-    steps: int
-
-    def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
-        """Draws in physical units, ``(o, t), (o, d, q) -> (o, d, q)``."""
-
-    def parameters(self) -> Iterator[Any]:
-        """Its weights, in tensors."""
 
 
 def quality(
@@ -56,7 +45,7 @@ def quality(
     judged = judge_draws(draws, truth)
     files = None if reader is None else judge_draws(reader.draws.values, reader.truth.values)
     found = scores(draws, truth, prior_sd=prior_sd, log=log)
-    covered = coverage(ranks(draws, truth), data.sizes["draw"], levels=(0.5, 0.95)).observed
+    covered = coverage(ranks(draws, truth), data.sizes["draw"], levels=(0.5, 0.95))
     return pd.DataFrame(
         {
             "output": data.output.values,
@@ -96,7 +85,7 @@ def _calibrated(table: pd.DataFrame, which: str = "") -> str:
     return f"NOT calibrated: {', '.join(outside)} ({smallest})"
 
 
-def draws_per_second(posterior: Network, measured: np.ndarray) -> float:
+def draws_per_second(posterior: "Posterior", measured: np.ndarray) -> float:
     """Return how many draws the posterior makes in a second of processor time.
 
     Args:
@@ -113,7 +102,7 @@ def draws_per_second(posterior: Network, measured: np.ndarray) -> float:
 
 def network_row(
     network: str,
-    posterior: Network,
+    posterior: "Posterior",
     validation: xr.Dataset,
     judged: pd.DataFrame,
     history: xr.Dataset,

@@ -1,23 +1,25 @@
-"""Figures of health, change points, remaining life, verdict and prognostics."""
-
-from itertools import combinations
+"""Figures over the operations: evolution, health, change points, remaining life."""
 
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.colors import to_hex
-from scipy.stats import beta
 
 from breaker.figures import style
 from breaker.figures.changepoint import change_words, changepoint
+from breaker.figures.evolution import FLAGS, evolution
 from breaker.figures.health import health
-from breaker.figures.prognostics import prognostics
 from breaker.figures.remaining_life import remaining_life
-from breaker.figures.style import edges, spans
-from breaker.figures.verdict import STATES, verdict
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
-from tests.figures.test_figures import SIGHT, assert_nothing_overlaps, lab, words
+from tests.figures.drawn import (
+    assert_nothing_overlaps,
+    bands,
+    boxes,
+    line_of,
+    segments,
+    words,
+    written,
+)
 
 QUANTILES = [0.05, 0.5, 0.95]
 BOUNDS = ["lower", "upper"]
@@ -169,94 +171,6 @@ def effective_values(last=2000):
     )
 
 
-def verdict_data(count=4):
-    """Healthy, wearing, in alarm, unknown, and then all of them again."""
-    way = [[5, 12, 20], [35, 48, 60], [90, 104, 140], [np.nan] * 3]
-    remaining = [[np.inf] * 3, [900, 2130, np.inf], [0, 0, 60], [np.nan] * 3]
-    way += [[-40, -10, 5], [70, 78, 84], [99, 100, 101], [0, 15, 30]]
-    remaining += [[4000, 9000, np.inf], [310, 421, 633], [0, 0, 0], [np.inf] * 3]
-    trend = [False, True, True, False, True, True, True, False]
-    state = ["healthy", "wearing", "alarm", "unknown"]
-    state += ["healthy", "wearing", "alarm", "healthy"]
-    return xr.Dataset(
-        {
-            "way": (("limit", "quantile"), np.array(way[:count], dtype=float)),
-            "remaining": (("limit", "quantile"), np.array(remaining[:count], dtype=float)),
-            "trend": ("limit", trend[:count]),
-            "state": ("limit", state[:count]),
-            "words": ("limit", WORDS[:count]),
-        },
-        {"limit": LIMITS[:count], "quantile": QUANTILES},
-        {
-            "healthy": "Not healthy: little wipe is in alarm since operation 1912.",
-            "wearing": "Wearing: friction of the drive, plus 7.4 % in 1000 operations "
-            "(5.9 to 9.1), since operation 1761 (1745 to 1772).",
-            "left": "Left: 2,130 operations until tired closing (900 to beyond the horizon); "
-            "no trend towards the others.",
-        },
-    )
-
-
-def scores_data(lives=200, methods=("model", "closing time", "CUSUM", "EWMA")):
-    rng = generator(33, "test", "scores")
-    ratio = rng.lognormal(1.5, 0.7, lives)
-    slower = np.array([0.12, 0.3, 0.24, 0.28, 0.3])[: len(methods)]
-    delay = slower / ratio[:, None] * rng.lognormal(0, 0.5, (lives, len(methods)))
-    delay[rng.random(delay.shape) < np.exp(-0.4 * ratio)[:, None]] = np.nan
-    lower = np.array([0.0, 2.0, 3.0, 5.0, 8.0])
-    upper = np.array([*lower[1:], np.inf])
-    inside = (ratio[:, None] >= lower) & (ratio[:, None] < upper)
-    found = [
-        np.mean(delay[each] <= 0.03, axis=0) if each.any() else np.full(len(methods), np.nan)
-        for each in inside.T
-    ]
-    fraction = np.array([0.1, 0.25, 0.5, 0.75, 0.9])
-    hits = np.array([168, 174, 181, 179, 185])
-    interval = [beta.ppf(0.05, hits, 201 - hits), beta.ppf(0.95, hits + 1, 200 - hits)]
-    return xr.Dataset(
-        {
-            "ratio": ("life", ratio),
-            "delay": (("life", "method"), delay),
-            "found": (("bin", "method"), found),
-            "bin_lower": ("bin", lower),
-            "bin_upper": ("bin", upper),
-            "coverage": ("fraction", hits / 200),
-            "coverage_interval": (("fraction", "bound"), np.transpose(interval)),
-            "alpha_lambda": ("fraction", [0.41, 0.58, 0.74, 0.83, 0.9]),
-            "crps": ("fraction", [0.34, 0.21, 0.13, 0.1, 0.08]),
-        },
-        {"method": list(methods), "fraction": fraction, "bound": BOUNDS},
-    )
-
-
-def written(axis):
-    return [text.get_text() for text in axis.texts]
-
-
-def line_of(axis, colour, marker=None):
-    """The first line of a colour, and of a marker where one is given."""
-    lines = [line for line in axis.lines if line.get_color() == colour]
-    return next(line for line in lines if marker is None or line.get_marker() == marker)
-
-
-def boxes(axis, colour):
-    """From where to where the spans of a colour reach."""
-    found = [each for each in axis.patches if to_hex(each.get_facecolor()).upper() == colour]
-    return [(box.x0, box.x1) for box in (each.get_bbox() for each in found)]
-
-
-# ---- health ----------------------------------------------------------------------------------
-
-
-def test_spans_end_halfway_to_the_neighbours():
-    operation = np.array([1, 3, 5, 6, 7, 9])
-    assert edges(operation).tolist() == [0, 2, 4, 5.5, 6.5, 8, 10]
-    assert edges(np.array([4])).tolist() == [3.5, 4.5]
-    inside = np.array([True, False, True, True, False, True])
-    assert spans(operation, inside) == [(0, 2), (4, 6.5), (8, 10)]
-    assert spans(operation, np.zeros(6, dtype=bool)) == []
-
-
 @pytest.mark.parametrize("count", [1, 8])
 def test_health_shows_each_limit_as_it_is(count):
     data = health_data(count)
@@ -312,9 +226,6 @@ def test_alarm_that_goes_off_and_on_again():
     figure = health(data)
     assert boxes(figure.axes[0], style.WARNING) == [(3.5, 5.5), (20.5, 21.5)]
     assert "from closing" in written(figure.axes[0])
-
-
-# ---- change points ---------------------------------------------------------------------------
 
 
 def starts_drawn(axis):
@@ -402,9 +313,6 @@ def test_ages_from_zero_to_infinity_and_operations_without_any():
     assert 8 not in line_of(axis, style.WARNING).get_xdata()
 
 
-# ---- remaining life --------------------------------------------------------------------------
-
-
 def test_remaining_life_and_truth_are_drawn_where_they_are():
     data, truth = trend_data(300)
     truth["slow_opening"] = np.nan
@@ -465,138 +373,58 @@ def test_no_trend_at_all_invents_no_life():
     assert_nothing_overlaps(figure)
 
 
-# ---- verdict ---------------------------------------------------------------------------------
+# ---- evolution -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("count", [1, 8])
-def test_verdict_says_it_in_three_sentences_and_rows(count):
-    data = verdict_data(count)
-    figure = verdict(data)
-    assert_nothing_overlaps(figure)
-    text, left, right = figure.axes
-    assert figure.get_suptitle() == data.healthy
-    said = " ".join(written(text)[0].split())
-    assert said == f"{data.wearing} {data.left}"
-    width = figure.bbox.width
-    assert text.texts[0].get_window_extent().x1 < width
-    assert figure._suptitle.get_window_extent().x1 < width
-    by_row = [
-        (each.xy[1], each.get_text(), each.get_color())
-        for each in left.texts
-        if each.get_text() in STATES
-    ]
-    expected = [
-        (row, str(state), STATES[str(state)]) for row, state in enumerate(data.state.values)
-    ]
-    assert by_row == expected
-    rights = ["no trend", "2,130  (900 to beyond)", "0  (0 to 60)", "not known"]
-    rights += ["9,000  (4,000 to beyond)", "421  (310 to 633)", "now", "no trend"]
-    assert written(right) == rights[:count]
-    percents = [each for each in written(left) if each not in STATES]
-    lefts = ["12 %", "48 %", "104 %", "not known", "−10 %", "78 %", "100 %", "15 %"]
-    assert percents == lefts[:count]
-
-
-def test_verdict_draws_intervals_and_arrows_where_they_are():
-    data = verdict_data(8)
-    _, left, right = verdict(data).axes
-
-    def segments(axis):
-        return {
-            part.get_segments()[0][0, 1]: part.get_segments()[0][:, 0].tolist()
-            for part in axis.collections
-        }
-
-    assert segments(left) == {
-        0: [5, 20],
-        1: [35, 60],
-        2: [90, 130],
-        4: [-18, 5],
-        5: [70, 84],
-        6: [99, 101],
-        7: [0, 30],
+@pytest.mark.parametrize("corrected", [True, False])
+def test_evolution_draws_medians_bands_and_flags(corrected):
+    """Of 60 operations 9 are rejected, one in five is not resolved and all others do not fit."""
+    names, operation = ["mu", "f", "onset"], np.arange(1, 61)
+    accepted = operation % 7 != 4
+    middle = generator(34, "test", "evolution").uniform(1, 2, (60, 3))
+    middle[~accepted] = np.nan
+    dims = ("operation", "output", "bound")
+    data = xr.Dataset(
+        {
+            "median": (dims[:2], middle),
+            "interval_50": (dims, middle[..., None] + [-0.1, 0.1]),
+            "interval_95": (dims, middle[..., None] + [-0.3, 0.4]),
+            "accepted": ("operation", accepted),
+            "misfit": ("operation", accepted),
+            "outside_prior": ("operation", operation > 56),
+        },
+        {"operation": operation, "output": names, "bound": BOUNDS},
+    )
+    if corrected:
+        data = data.assign(resolved=("operation", operation % 5 != 1))
+    effective = effective_values(60) if corrected else None
+    figure = evolution(data, motion="closing", effective=effective)
+    flagged = {
+        "misfit": accepted,
+        "outside_prior": operation > 56,
+        "unresolved": corrected & accepted & (operation % 5 == 1),
+        "rejected": ~accepted,
     }
-    assert segments(right) == {1: [900, 1e5], 2: [1, 60], 4: [4000, 1e5], 5: [310, 633], 6: [1, 1]}
-
-    def marks(axis, kind):
-        lines = [line for line in axis.lines if line.get_marker() == kind]
-        return {line.get_ydata()[0]: line.get_xdata()[0] for line in lines}
-
-    alarming = to_hex(STATES["alarm"])
-    gone = [bar.get_width() for bar in left.patches if to_hex(bar.get_facecolor()) == alarming]
-    assert gone[:2] == [104, 100]  # and the strip past the limit
-    assert marks(left, "o") == {0: 12, 1: 48, 2: 104, 4: -10, 5: 78, 6: 100, 7: 15}
-    assert marks(right, "o") == {1: 2130, 4: 9000, 5: 421}
-    assert (marks(left, "<"), marks(left, ">")) == ({4: -18}, {2: 130})
-    assert (marks(right, "<"), marks(right, ">")) == ({2: 1, 6: 1}, {1: 1e5, 4: 1e5})
-
-
-def test_long_sentences_are_broken_and_strange_states_refused():
-    data = verdict_data(2)
-    data.attrs |= {name: f"{data.attrs[name]} " * 3 for name in ("healthy", "wearing", "left")}
-    figure = verdict(data)
+    for axis, name in zip(figure.axes, names, strict=True):
+        one = data.sel(output=name)
+        dots = line_of(axis, style.COLOURS[name])
+        np.testing.assert_array_equal(dots.get_ydata(), one["median"])
+        wide, narrow = bands(axis)
+        for drawn, interval in ((wide, one.interval_95), (narrow, one.interval_50)):
+            np.testing.assert_allclose(drawn, (interval.min(), interval.max()))
+        low, high = axis.get_ylim()
+        for flag, (colour, _) in FLAGS.items():
+            strips = segments(axis, colour) if flagged[flag].any() else []
+            for strip in strips:
+                np.testing.assert_array_equal(strip[:, 0, 0], operation[flagged[flag]])
+                assert 0.0 < strip[..., 1].max() < (wide[0] - low) / (high - low)
+        marks = [line for line in axis.lines if line.get_marker() == "D"]
+        assert len(marks) == (corrected and name != "onset")
+        for line in marks:
+            np.testing.assert_array_equal(line.get_ydata(), effective.sel(output=name))
+        assert axis.get_ylabel() == style.parameter(name).label
+    text = words(figure)
+    assert "does not fit the model: 51 of 60" in text
+    assert "rejected by the reader: 9 of 60" in text
+    assert ("not resolved" in text) == corrected
     assert_nothing_overlaps(figure)
-    assert "\n" in figure.get_suptitle()
-    box, below = figure.axes[0].texts[0].get_window_extent(), figure.axes[1].get_tightbbox()
-    assert box.x1 < figure.bbox.width
-    assert box.y0 > below.y1
-    data["state"][1] = "tired"
-    with pytest.raises(ValueError, match="no state is called 'tired'"):
-        verdict(data)
-
-
-@pytest.mark.parametrize("sight", SIGHT)
-def test_states_stay_apart_in_colour(sight):
-    """As the colours of the parameters: 15 CIELAB units."""
-    seen = {name: lab(mark, SIGHT[sight]) for name, mark in STATES.items()}
-    distances = {(a, b): np.linalg.norm(seen[a] - seen[b]) for a, b in combinations(STATES, 2)}
-    assert {pair: distance for pair, distance in distances.items() if distance < 15} == {}
-
-
-# ---- prognostics -----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("lives", "methods"),
-    [(200, ("model", "closing time", "CUSUM", "EWMA")), (20, ("model", "closing time"))],
-)
-def test_prognostics_shows_the_scores(lives, methods):
-    data = scores_data(lives, methods)
-    figure = prognostics(data)
-    assert_nothing_overlaps(figure)
-    assert figure.get_suptitle().endswith(f"{lives} simulated lives")
-    assert [name for name in methods if name not in words(figure)] == []
-    delays, found, coverage, accuracy, crps = figure.axes
-    for i in range(len(methods)):
-        delay = 100 * data.delay.values[:, i]
-        points, medians = delays.lines[2 * i : 2 * i + 2]
-        np.testing.assert_array_equal(points.get_xdata(), data.ratio)
-        shown, missed = points.get_ydata(), np.isnan(delay)
-        np.testing.assert_array_equal(shown[~missed], delay[~missed])
-        assert np.all((shown[missed] > 100) & (shown[missed] < delays.get_ylim()[1]))
-        expected = []
-        for lower, upper in zip(data.bin_lower.values, data.bin_upper.values, strict=True):
-            each = np.sort(delay[(data.ratio >= lower) & (data.ratio < upper)])  # nan at the end
-            expected += [each[len(each) // 2]] if each.size else []
-        drawn = np.where(np.array(medians.get_ydata()) > 100, np.nan, medians.get_ydata())
-        np.testing.assert_allclose(drawn, expected)
-        np.testing.assert_array_equal(found.lines[i].get_ydata(), 100 * data.found[:, i])
-    labels = [label.get_text() for label in found.get_xticklabels()]
-    assert labels == ["below 2", "2 to 3", "3 to 5", "5 to 8", "from 8"]
-    targets = [(box.x0, box.x1, box.y0) for box in (each.get_bbox() for each in found.patches)]
-    assert np.allclose(targets, [(0.6, 0.8, 90), (0.8, 1.0, 90)])  # from a ratio of 5 on
-    np.testing.assert_allclose(coverage.lines[-1].get_ydata(), 100 * data.coverage)
-    bars = np.array(coverage.collections[-1].get_segments())
-    np.testing.assert_allclose(bars[..., 1], 100 * data.coverage_interval)
-    band = coverage.patches[0].get_bbox()
-    assert (band.y0, band.y1) == (85, 95)
-    np.testing.assert_allclose(accuracy.lines[0].get_ydata(), 100 * data.alpha_lambda)
-    np.testing.assert_allclose(crps.lines[0].get_ydata(), data.crps)
-
-
-def test_poor_coverage_stays_in_sight_and_methods_have_markers():
-    data = scores_data(20, ("model",))
-    data.coverage_interval[0] = [0.02, 0.1]
-    assert prognostics(data).axes[2].get_ylim()[0] < 2
-    with pytest.raises(ValueError, match="markers for 7 methods, not 8"):
-        prognostics(scores_data(20, ("a", "b")).isel(method=[0, 1] * 4))

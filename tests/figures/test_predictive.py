@@ -1,0 +1,133 @@
+"""Figures of the training and of predictive checks: curves, bands, residuals, shares."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from breaker.figures import loss, predictive, style
+from breaker.model.randomness import generator
+from breaker.validation import prior_check
+from tests.figures.drawn import assert_nothing_overlaps, bands, line_of, words
+
+TIME = np.linspace(-2.0, 58.0, 31)
+NOISE_SD = 0.1
+
+
+def curves(count, dim):
+    rng = generator(5, "test", "curves")
+    rise = 14.0 / (1.0 + np.exp(-(TIME - 8.0) / 2.0))
+    travel = rise * rng.uniform(0.9, 1.1, (count, 1))
+    noisy = travel + NOISE_SD * rng.standard_normal(travel.shape)
+    both = {"median": travel, "lower": travel - 0.2, "upper": travel + 0.3, "travel": noisy}
+    return xr.Dataset({name: ((dim, "time"), v) for name, v in both.items()}, {"time": TIME})
+
+
+def test_prior_predictive_states_what_is_outside():
+    prior, measured = curves(50, "curve"), curves(3, "operation")
+    measured = measured.assign_coords(operation=[1, 50, 100])
+    measured["travel"][2] += 5.0
+    check = prior_check(prior.travel.values, measured.travel.values)
+    figure = predictive.prior_predictive(prior, check, measured, motion="opening", shown=20)
+    (axis,) = figure.axes
+    drawn = [line for line in axis.lines if line.get_color() == style.MEASURED]
+    np.testing.assert_array_equal([line.get_ydata() for line in drawn], measured.travel)
+    assert len([line for line in axis.lines if line.get_color() == style.PRIOR]) == 20
+    np.testing.assert_array_equal(line_of(axis, style.MODEL).get_ydata(), check.median)
+    np.testing.assert_allclose(bands(axis)[0], (check.lower.min(), check.upper.max()))
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("time (ms)", "travel (mm)")
+    share = f"{100 * check.inside.mean():.0f} % of all samples of the endurance test in the 95 %"
+    assert share in figure.get_suptitle()
+    assert "\n1 of 3 operations below the" in figure.get_suptitle()
+    assert "endurance test, operation 50" in words(figure)
+    assert_nothing_overlaps(figure)
+
+
+def stages(count):
+    data = curves(count, "stage").assign_coords(operation=("stage", np.arange(count) * 100 + 1))
+    return data.assign(share_inside=("stage", np.linspace(0.9, 1.0, count)))
+
+
+@pytest.mark.parametrize("kind", ["simulated", "endurance"])
+def test_residuals_are_in_units_of_the_noise(kind):
+    data, count = stages(4), 4
+    if kind == "endurance":
+        figure = predictive.endurance_predictive(data, motion="closing", noise_sd=NOISE_SD)
+        titles = [f"operation {100 * i + 1}: " for i in range(4)]
+    else:
+        data = data.rename(stage="curve", travel="measured").drop_vars("operation")
+        figure = predictive.posterior_predictive(data, motion="closing", noise_sd=NOISE_SD)
+        titles = [f"simulated record {i}: " for i in range(1, 5)]
+        data = data.rename(measured="travel")
+        assert "measured" not in words(figure)
+    assert len(figure.axes) == 2 * count
+    for i, (above, below) in enumerate(zip(figure.axes[::2], figure.axes[1::2], strict=True)):
+        travel, median = data.travel.values[i], data["median"].values[i]
+        np.testing.assert_array_equal(line_of(above, style.MEASURED).get_ydata(), travel)
+        np.testing.assert_array_equal(line_of(above, style.MODEL).get_ydata(), median)
+        residual = line_of(below, style.MEASURED).get_ydata()
+        np.testing.assert_allclose(residual, (travel - median) / NOISE_SD)
+        np.testing.assert_allclose(bands(below)[0], (-2, 3))
+        share = f"{100 * data.share_inside.values[i]:.0f} % "
+        assert above.get_title().startswith(titles[i] + share)
+    assert_nothing_overlaps(figure)
+
+
+def test_few_stages_and_no_noise():
+    figure = predictive.endurance_predictive(stages(3), motion="opening", noise_sd=NOISE_SD)
+    assert len(figure.axes) == 6
+    with pytest.raises(ValueError, match="noise sd above zero"):
+        predictive.endurance_predictive(stages(1), motion="closing", noise_sd=0.0)
+
+
+def draw_loss(*, convergence, best=200):
+    steps, at = np.arange(1, 401), np.arange(100, 401, 100)
+    history = xr.Dataset(
+        {
+            "training_loss": ("step", 0.3 + np.exp(-steps / 50)),
+            "learning_rate": ("step", 1e-3 * np.cos(steps / 400)),
+            "validation_loss": ("evaluation", 0.31 + np.exp(-at / 50)),
+            "evaluation_step": ("evaluation", at),
+        },
+        {"step": steps},
+        {"best_step": best, "held_out_log_density": 3.42, "held_out_log_density_se": 0.05},
+    )
+    solver = xr.Dataset(
+        {
+            "mean_difference": ("solver_steps", [0.1, 0.03, 0.01]),
+            "max_difference": ("solver_steps", [1.0, 0.4, 0.1]),
+            "density_difference": ("solver_steps", [0.3, 0.08, 0.02]),
+        },
+        {"solver_steps": [2, 4, 8]},
+        {"chosen_steps": 4, "chosen_density_steps": 8, "reference_steps": 64},
+    )
+    return loss.loss(history, solver if convergence else None, motion="closing"), history, solver
+
+
+def test_loss_draws_training_validation_rate_and_solver():
+    figure, history, solver = draw_loss(convergence=True)
+    by_title = {axis.get_title(): axis for axis in figure.axes}
+    training, steps = by_title["training loss"], by_title["convergence of the solver"]
+    validation, rate = by_title["validation: negative log density"], by_title[""]
+    np.testing.assert_array_equal(training.lines[0].get_ydata(), history.training_loss)
+    assert "scale of its own" in training.get_ylabel()
+    assert validation.get_ylabel() == "nats per curve"
+    np.testing.assert_array_equal(validation.lines[0].get_xdata(), history.evaluation_step)
+    np.testing.assert_array_equal(validation.lines[0].get_ydata(), history.validation_loss)
+    star = line_of(validation, style.WARNING, "*").get_xydata()[0]
+    np.testing.assert_allclose(star, (200, history.validation_loss[1]))
+    assert line_of(validation, style.REFERENCE).get_ydata()[0] == -3.42
+    np.testing.assert_array_equal(rate.lines[0].get_ydata(), history.learning_rate)
+    drawn = [line.get_ydata().tolist() for line in steps.lines[:3]]
+    names = ("max_difference", "mean_difference", "density_difference")
+    assert drawn == [solver[name].values.tolist() for name in names]
+    assert [line.get_xdata()[0] for line in steps.lines[3:]] == [4, 8]
+    assert "held-out log density 3.420 ± 0.050 nats" in figure.get_suptitle()
+    assert_nothing_overlaps(figure)
+
+
+def test_loss_of_a_density_is_in_nats():
+    figure, *_ = draw_loss(convergence=False)
+    assert [axis.get_ylabel() for axis in figure.axes[:2]] == ["nats per curve"] * 2
+    assert len(figure.axes) == 3
+    with pytest.raises(ValueError, match="best_step 150"):
+        draw_loss(convergence=False, best=150)

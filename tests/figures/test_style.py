@@ -1,0 +1,70 @@
+"""The one style: colours that stay apart, settings left alone, names, and cells of operations."""
+
+from itertools import combinations
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from breaker.figures import style
+from breaker.figures.evolution import FLAGS
+from breaker.figures.identifiability import DRIVE
+from breaker.figures.verdict import STATES
+from tests.figures.drawn import SIGHT, lab
+
+MARKS = {name: mark for name, (mark, _) in FLAGS.items()}
+POSTERIORS = {
+    name: getattr(style, name)
+    for name in ("AMORTISED", "CORRECTED", "WARNING", "MEASURED", "PRIOR", "REFERENCE", "MODEL")
+}
+# Colours that stand in one figure, and those of them that have to stay apart from all others.
+PALETTES = {
+    "parameters": (style.COLOURS, style.COLOURS),
+    "states": (STATES, STATES),
+    "posteriors": (POSTERIORS, ("AMORTISED", "CORRECTED")),
+    "flags": (style.COLOURS | MARKS, FLAGS),
+    "drive": (POSTERIORS | {"drive": DRIVE}, ("drive",)),
+}
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+@pytest.mark.parametrize("palette", PALETTES)
+def test_colours_stay_apart(palette, sight):
+    """15 CIELAB units, six times a just noticeable difference; the closest pair of the palette of
+    Okabe and Ito is 16 apart."""
+    colours, chosen = PALETTES[palette]
+    seen = {name: lab(colour, SIGHT[sight]) for name, colour in colours.items()}
+    pairs = [pair for pair in combinations(colours, 2) if {*pair} & {*chosen}]
+    distances = {(a, b): np.linalg.norm(seen[a] - seen[b]) for a, b in pairs}
+    assert {pair: distance for pair, distance in distances.items() if distance < 15} == {}
+
+
+def test_settings_are_left_alone_and_not_taken_over():
+    @style.styled
+    def draw():
+        figure, (axis,) = style.panels(1)
+        axis.set_xlabel("x")
+        return figure
+
+    with mpl.rc_context({"font.size": 31.0, "axes.grid": False, "figure.dpi": 40}):
+        before = dict(mpl.rcParams)
+        figure = draw()
+        assert dict(mpl.rcParams) == before
+    assert figure.axes[0].xaxis.label.get_size() < 12
+    assert figure.dpi == 150
+
+
+def test_strange_names_are_refused():
+    with pytest.raises(ValueError, match="no source is called 'Closing'"):
+        style.heading(style.new_figure(1, 1), "Closing", "text")
+    with pytest.raises(ValueError, match="no output is called 'k_1'"):
+        style.colour("k_1")
+
+
+def test_spans_end_halfway_to_the_neighbours():
+    operation = np.array([1, 3, 5, 6, 7, 9])
+    assert style.edges(operation).tolist() == [0, 2, 4, 5.5, 6.5, 8, 10]
+    assert style.edges(np.array([4])).tolist() == [3.5, 4.5]
+    inside = np.array([True, False, True, True, False, True])
+    assert style.spans(operation, inside) == [(0, 2), (4, 6.5), (8, 10)]
+    assert style.spans(operation, np.zeros(6, dtype=bool)) == []

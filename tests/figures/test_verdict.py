@@ -1,0 +1,115 @@
+"""The first page: sentences, rows, intervals and arrows."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+
+from breaker.figures.verdict import STATES, verdict
+from tests.figures.drawn import assert_nothing_overlaps, written
+from tests.figures.test_operations import LIMITS, QUANTILES, WORDS
+
+
+def verdict_data(count=4):
+    """Healthy, wearing, in alarm, unknown, and then all of them again."""
+    way = [[5, 12, 20], [35, 48, 60], [90, 104, 140], [np.nan] * 3]
+    remaining = [[np.inf] * 3, [900, 2130, np.inf], [0, 0, 60], [np.nan] * 3]
+    way += [[-40, -10, 5], [70, 78, 84], [99, 100, 101], [0, 15, 30]]
+    remaining += [[4000, 9000, np.inf], [310, 421, 633], [0, 0, 0], [np.inf] * 3]
+    trend = [False, True, True, False, True, True, True, False]
+    state = ["healthy", "wearing", "alarm", "unknown"]
+    state += ["healthy", "wearing", "alarm", "healthy"]
+    return xr.Dataset(
+        {
+            "way": (("limit", "quantile"), np.array(way[:count], dtype=float)),
+            "remaining": (("limit", "quantile"), np.array(remaining[:count], dtype=float)),
+            "trend": ("limit", trend[:count]),
+            "state": ("limit", state[:count]),
+            "words": ("limit", WORDS[:count]),
+        },
+        {"limit": LIMITS[:count], "quantile": QUANTILES},
+        {
+            "healthy": "Not healthy: little wipe is in alarm since operation 1912.",
+            "wearing": "Wearing: friction of the drive, plus 7.4 % in 1000 operations "
+            "(5.9 to 9.1), since operation 1761 (1745 to 1772).",
+            "left": "Left: 2,130 operations until tired closing (900 to beyond the horizon); "
+            "no trend towards the others.",
+        },
+    )
+
+
+@pytest.mark.parametrize("count", [1, 8])
+def test_verdict_says_it_in_three_sentences_and_rows(count):
+    data = verdict_data(count)
+    figure = verdict(data)
+    assert_nothing_overlaps(figure)
+    text, left, right = figure.axes
+    assert figure.get_suptitle() == data.healthy
+    said = " ".join(written(text)[0].split())
+    assert said == f"{data.wearing} {data.left}"
+    width = figure.bbox.width
+    assert text.texts[0].get_window_extent().x1 < width
+    assert figure._suptitle.get_window_extent().x1 < width
+    by_row = [
+        (each.xy[1], each.get_text(), each.get_color())
+        for each in left.texts
+        if each.get_text() in STATES
+    ]
+    expected = [
+        (row, str(state), STATES[str(state)]) for row, state in enumerate(data.state.values)
+    ]
+    assert by_row == expected
+    rights = ["no trend", "2,130  (900 to beyond)", "0  (0 to 60)", "not known"]
+    rights += ["9,000  (4,000 to beyond)", "421  (310 to 633)", "now", "no trend"]
+    assert written(right) == rights[:count]
+    percents = [each for each in written(left) if each not in STATES]
+    lefts = ["12 %", "48 %", "104 %", "not known", "−10 %", "78 %", "100 %", "15 %"]
+    assert percents == lefts[:count]
+
+
+def test_verdict_draws_intervals_and_arrows_where_they_are():
+    data = verdict_data(8)
+    _, left, right = verdict(data).axes
+
+    def segments(axis):
+        return {
+            part.get_segments()[0][0, 1]: part.get_segments()[0][:, 0].tolist()
+            for part in axis.collections
+        }
+
+    assert segments(left) == {
+        0: [5, 20],
+        1: [35, 60],
+        2: [90, 130],
+        4: [-18, 5],
+        5: [70, 84],
+        6: [99, 101],
+        7: [0, 30],
+    }
+    assert segments(right) == {1: [900, 1e5], 2: [1, 60], 4: [4000, 1e5], 5: [310, 633], 6: [1, 1]}
+
+    def marks(axis, kind):
+        lines = [line for line in axis.lines if line.get_marker() == kind]
+        return {line.get_ydata()[0]: line.get_xdata()[0] for line in lines}
+
+    alarming = to_hex(STATES["alarm"])
+    gone = [bar.get_width() for bar in left.patches if to_hex(bar.get_facecolor()) == alarming]
+    assert gone[:2] == [104, 100]  # and the strip past the limit
+    assert marks(left, "o") == {0: 12, 1: 48, 2: 104, 4: -10, 5: 78, 6: 100, 7: 15}
+    assert marks(right, "o") == {1: 2130, 4: 9000, 5: 421}
+    assert (marks(left, "<"), marks(left, ">")) == ({4: -18}, {2: 130})
+    assert (marks(right, "<"), marks(right, ">")) == ({2: 1, 6: 1}, {1: 1e5, 4: 1e5})
+
+
+def test_long_sentences_are_broken_and_strange_states_refused():
+    data = verdict_data(2)
+    data.attrs |= {name: f"{data.attrs[name]} " * 3 for name in ("healthy", "wearing", "left")}
+    figure = verdict(data)
+    assert_nothing_overlaps(figure)
+    assert "\n" in figure.get_suptitle()
+    box, below = figure.axes[0].texts[0].get_window_extent(), figure.axes[1].get_tightbbox()
+    assert box.x1 < figure.bbox.width
+    assert box.y0 > below.y1
+    data["state"][1] = "tired"
+    with pytest.raises(ValueError, match="no state is called 'tired'"):
+        verdict(data)

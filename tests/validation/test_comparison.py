@@ -1,0 +1,153 @@
+"""Two posteriors on one scale, examples, contraction beside its limit, and the words for them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from breaker.validation import comparison
+from tests.validation.made import NAMES, contractions, judgement, posteriors
+
+
+def test_posteriors_are_compared_in_units_of_the_corrected_one():
+    """By hand: an odd number of evenly spaced draws, whose median and quantiles are known."""
+    line = np.linspace(-1.0, 1.0, 201)
+    sd = line.std(ddof=1)
+    corrected = np.stack([np.exp(3.0 + line), 0.3 + line], axis=1)
+    amortised = np.stack([np.exp(3.5 + 2 * line), line], axis=1)
+    found = comparison.compare(amortised, corrected, np.array([np.exp(2.0), 0.3]), ["mu", "onset"])
+    expected = {
+        "amortised": ([0.5, -0.3], [[-0.5, 1.5], [-0.8, 0.2]], [[-1.4, 2.4], [-1.25, 0.65]]),
+        "corrected": ([0.0, 0.0], [[-0.5, 0.5]] * 2, [[-0.95, 0.95]] * 2),
+    }
+    for posterior, values in expected.items():
+        one = found.sel(posterior=posterior)
+        for name, value in zip(("median", "interval_50", "interval_95"), values, strict=True):
+            np.testing.assert_allclose(one[name], np.array(value) / sd, atol=1e-12)
+    np.testing.assert_allclose(found.truth, [-1.0 / sd, 0.0], atol=1e-12)
+
+
+def test_what_cannot_be_compared_is_refused():
+    good, truth = np.exp(np.linspace([-1.0], [1.0], 11)), np.ones(1)
+    bad = good.copy()
+    bad[3] = -1.0
+    with pytest.raises(ValueError, match="positive"):
+        comparison.compare(bad, good, truth, ["mu"])
+    comparison.compare(bad, good, truth, ["onset"])  # which may be negative
+    with pytest.raises(ValueError, match="finite"):
+        comparison.compare(np.full_like(good, np.nan), good, truth, ["mu"])
+
+
+def test_examples_are_the_lowest_median_and_highest():
+    amortised, corrected = posteriors()
+    judged = judgement(corrected, 9)
+    judged["efficiency"] = ("curve", [0.5, 0.9, np.nan, 0.1, 0.7, 0.95, 0.6, 0.05, 0.99])
+    corrected.draws[8] = np.nan
+    corrected.draws[7] = corrected.draws[7, :1]  # one draw again and again
+    corrected.resolved[3] = False
+    judged["resolved"] = corrected.resolved[:9]
+    found = comparison.examples(judged, amortised, corrected)
+    assert found.place.values.tolist() == ["lowest", "median", "highest"]
+    assert found.curve.values.tolist() == [3, 6, 5]  # of 3 0 6 4 1 5, the lower of the middle two
+    assert found.efficiency.values.tolist() == [0.1, 0.6, 0.95]
+    assert found.resolved.values.tolist() == [False, True, True]
+    draws = [each.draws.values[6] for each in (amortised, corrected)]
+    alone = comparison.compare(*draws, amortised.truth.values[6], NAMES)
+    xr.testing.assert_allclose(found.isel(example=1)[list(alone)], alone)
+
+
+@pytest.mark.parametrize(
+    ("count", "places"), [(0, []), (1, ["median"]), (2, ["lowest", "highest"])]
+)
+def test_few_examples(count, places):
+    amortised, corrected = posteriors(["mu", "onset"])
+    judged = judgement(corrected, 5)
+    judged.efficiency[count:] = np.nan
+    found = comparison.examples(judged, amortised, corrected)
+    assert found.sizes["example"] == count
+    if count:
+        assert found.place.values.tolist() == places
+
+
+def test_words_of_exactness():
+    row = {"resolved": 0.998, "corrected_curves": 1000, "efficiency_median": 0.861}
+    row |= {"gap_nats": 0.0912, "gap_se": 0.0187}
+    expected = "median efficiency 86 %, gap 0.09 ± 0.02 nats, 998 of 1000 curves resolved"
+    assert comparison.exactness_words(row) == expected
+    faulty = comparison.exactness_words(row | {"efficiency_median": np.nan, "gap_nats": np.nan})
+    assert faulty == "median efficiency not known, gap not known, 998 of 1000 curves resolved"
+    assert comparison.plus_minus(-0.2, np.nan) == "-0.20 nats (one curve)"
+    assert comparison.plus_minus(np.inf, np.nan) == "infinite"
+    assert [comparison.percent(x) for x in (0.0, 0.0034, 0.1, 1.0)] == [
+        "0 %",
+        "0.34 %",
+        "10 %",
+        "100 %",
+    ]
+
+
+def test_reached_is_sorted_by_the_limit():
+    values = contractions()
+    found = comparison.reached(values, NAMES)
+    order = ["gamma_a", "onset", "f", "k_a", "gamma_b", "k_b", "mu", "L"]
+    assert found.output.values.tolist() == order
+    known = ["known from this motion"] * 5 + ["partly known"] + ["the prior decides"] * 2
+    assert found.known.values.tolist() == known
+    assert found.curves.values.tolist() == [200, 50, 48, 20]
+    for source, each in values.items():
+        for name in NAMES:
+            one, column = found.sel(source=source, output=name), each[:, NAMES.index(name)]
+            expected = [column.mean(), *np.quantile(column, [0.05, 0.95])]
+            found_here = [one[key].item() for key in ("mean", "lower", "upper")]
+            assert found_here == pytest.approx(expected)
+    assert comparison.identifiability_words(found) == (
+        r"over the prior: the prior decides $\mu$ and $L$; $k_b$ partly known"
+        "\n"
+        "this drive, first 20 operations: the prior decides $L$; $k_b$ partly known"
+    )
+
+
+@pytest.mark.parametrize(
+    ("means", "expected"),
+    [
+        ([0.9, 0.8, 0.85], "the prior decides nothing"),
+        ([0.9, 0.5, 0.79], r"the prior decides nothing; $k_b$ and $k_a$ partly known"),
+        ([0.1, 0.49, 0.3], r"the prior decides $k_a$, $k_b$ and $\mu$"),
+    ],
+)
+def test_words_of_identifiability_at_the_edges(means, expected):
+    """0.8 is known and 0.5 partly; named from the best known down."""
+    limit = np.array([means])
+    found = comparison.reached({"limit": limit}, ["mu", "k_a", "k_b"])
+    assert comparison.identifiability_words(found) == f"over the prior: {expected}"
+
+
+def test_unusable_contractions_are_refused():
+    values = contractions()
+    with pytest.raises(ValueError, match="limit must be"):
+        comparison.reached(values | {"limit": values["limit"][0]}, NAMES)
+    with pytest.raises(ValueError, match="corrected must be finite"):
+        comparison.reached(values | {"corrected": np.full((3, 8), np.nan)}, NAMES)
+
+
+def test_the_first_usable_operations_stand_for_the_drive():
+    draws = np.arange(2 * 30 * 4 * 2, dtype=np.float32).reshape(2, 30, 4, 2)
+    drive = xr.Dataset(
+        {
+            "draws": (("posterior", "operation", "draw", "output"), draws),
+            "resolved": ("operation", np.arange(30) % 3 != 1),
+        },
+        {"posterior": ["amortised", "corrected"]},
+    )
+    found = comparison.first_operations(drive, 3)
+    np.testing.assert_array_equal(found, draws[1, [0, 2, 3]])
+    assert comparison.first_operations(drive.isel(operation=[1]), 3).shape == (0, 4, 2)
+
+
+def test_ratios_over_curves_leave_out_those_without():
+    ratios = np.tile(np.arange(101.0)[:, None], (1, 2)) * [1.0, 2.0]
+    expected = np.array([[5, 10], [50, 100], [95, 190], [101, 101]])
+    with_gaps = np.concatenate([ratios, np.full((7, 2), np.nan)])
+    np.testing.assert_allclose(comparison.over_curves(with_gaps), expected)
+    none = comparison.over_curves(np.full((7, 2), np.nan))
+    assert np.isnan(none[:3]).all()
+    assert none[3].tolist() == [0, 0]
