@@ -5,12 +5,12 @@ import sys
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from breaker.mechanism import curves as mechanism
 from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.mechanism.quantities import QUANTITIES, check_quantity, evaluate
 from breaker.model.randomness import generator
+from tests.mechanism_references import changed as with_values
+from tests.mechanism_references import integrate
 
 CLOSING = ("wipe", "touch_time", "closing_speed", "over_travel")
 OPENING = ("wipe", "part_time", "opening_speed", "rebound")
@@ -19,52 +19,24 @@ MEDIANS = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0])
 
 def changed(**values):
     """The medians of the default prior with some of them set by name, ``(1, p)``."""
-    theta = MEDIANS.copy()
-    for name, value in values.items():
-        theta[NAMES.index(name)] = value
-    return theta[None]
-
-
-def system(theta, contact_is_free, pull):
-    """Right-hand side of the paper's equations for (x_a, v_a, x_b, v_b)."""
-    mu, k_a, k_b, gamma_a, gamma_b, _, _ = theta.tolist()
-    mu *= contact_is_free
-
-    def derivative(t, y):
-        x_a, v_a, x_b, v_b = y.tolist()
-        spring = k_b * (x_b - x_a) + gamma_b * (v_b - v_a)
-        return v_a, pull - k_a * x_a - gamma_a * v_a + spring, v_b, -mu * spring
-
-    return derivative
+    return with_values(MEDIANS, **values)[None]
 
 
 def brute_force(theta, motion):
     """The four quantities of a motion from its integrated curve, at a thousand points a ms."""
-    _, k_a, k_b, _, gamma_b, f, gap = theta.tolist()
-    held, closing = (f + k_b * gap) / (k_a + k_b), motion == "closing"
-
-    def distance(t, y):
-        return y[2] - gap if closing else k_b * (y[0] - gap) + gamma_b * y[1]
-
-    distance.terminal, distance.direction = True, 1 if closing else -1
-    start, pull = (np.zeros(4), f) if closing else (np.array([held, 0, gap, 0]), 0.0)
-    tight = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-11, "dense_output": True}
-    before = solve_ivp(system(theta, closing, pull), (0, 60), start, events=distance, **tight)
-    switching, state = before.t[-1], before.y[:, -1].copy()
-    if closing:
-        state[3] = 0.0
-    after = solve_ivp(system(theta, not closing, pull), (switching, 60), state, **tight)
-    early, late = np.arange(0, switching, 1e-3), np.arange(switching, 60, 1e-3)
-    rise, fall = before.sol(early)[0], after.sol(late)[0]
-    level = state[0] - 6
-    if closing:
-        last = np.flatnonzero(rise <= level)[-1]
-        crossing = np.interp(level, rise[last : last + 2], early[last : last + 2])
-        passed = max(0.0, max(rise.max(), fall.max()) - held)
+    _, k_a, k_b, _, _, f, gap = theta.tolist()
+    held, times = (f + k_b * gap) / (k_a + k_b), np.arange(60_000) * 1e-3
+    curve, switching, _ = integrate(theta, times, motion)
+    level = np.interp(switching, times, curve) - 6
+    if motion == "closing":
+        last = np.flatnonzero((times < switching) & (curve <= level))[-1]
+        passed = max(0.0, curve.max() - held)
     else:
-        last = np.argmax(fall <= level) - 1
-        crossing = np.interp(-level, -fall[last : last + 2], late[last : last + 2])
-        passed = max(0.0, -fall.min())
+        last = np.flatnonzero((times > switching) & (curve <= level))[0] - 1
+        passed = max(0.0, -curve.min())
+    low, high = sorted(curve[last : last + 2])
+    share = (level - low) / (high - low)
+    crossing = times[last] + 1e-3 * (share if motion == "closing" else 1 - share)
     return held - gap, switching, 6 / abs(switching - crossing), passed
 
 
@@ -117,18 +89,6 @@ def test_monotone(prior):
         assert np.all(time > 0)
         assert np.all(speed < 0)
         assert np.all(passed < 0)
-
-
-def test_simulated_once_or_not_at_all(prior, monkeypatch):
-    theta, simulated = prior.sample(3, generator(1, "test", "counts")), []
-    travel = mechanism.travel
-    monkeypatch.setattr(
-        mechanism, "travel", lambda *args, **rest: simulated.append(1) or travel(*args, **rest)
-    )
-    evaluate(("f", "wipe"), theta, "closing")
-    assert simulated == []
-    evaluate((*CLOSING, "touch_time"), theta, "closing")
-    assert simulated == [1]
 
 
 # ---- what does not exist ---------------------------------------------------------------------

@@ -7,12 +7,12 @@ not. It takes the event's time from the simulator, and moves it as the event's c
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from breaker.mechanism import curves
 from breaker.mechanism.curves import rest_position, sensitivity, travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
+from tests.mechanism_references import contact_force, propagate
 
 STEP = 1e-40  # no difference is taken, so none is lost
 MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, ONSET = range(8)
@@ -22,18 +22,6 @@ CLOSE = 1e-6  # mm: rounding of 1e-13 mm over the step of 1e-5, and its square t
 def draws(prior, n, *purpose):
     rng = generator(1, "test", "sensitivities", *purpose)
     return prior.sample(n, rng), 0.3 * rng.standard_normal(n)
-
-
-def system(theta, mode, pull):
-    """Matrix (5, 5) of the linear system of (x_a, v_a, x_b, v_b, 1)."""
-    mu, k_a, k_b, gamma_a, gamma_b, _, _ = theta
-    matrix = np.zeros((5, 5), dtype=complex)
-    matrix[0, 1] = 1.0
-    matrix[1] = -(k_a + k_b), -(gamma_a + gamma_b), k_b, gamma_b, pull
-    if mode == "free":
-        matrix[2, 3] = 1.0
-        matrix[3] = mu * k_b, mu * gamma_b, -mu * k_b, -mu * gamma_b, 0.0
-    return matrix
 
 
 def complex_step(theta, onset, times, motion, switching, k, *, moved_event=True):
@@ -47,31 +35,16 @@ def complex_step(theta, onset, times, motion, switching, k, *, moved_event=True)
         onset += 1j * STEP
     else:
         theta[k] *= 1 + 1j * STEP
-    _, k_a, k_b, _, gamma_b, f, gap = theta
-    held, pull = (f + k_b * gap) / (k_a + k_b), f if motion == "closing" else 0.0
-    modes = ("free", "closed") if motion == "closing" else ("closed", "free")
-    first, second = (system(theta, mode, pull) for mode in modes)
-    start = np.array([0, 0, 0, 0, 1] if motion == "closing" else [held, 0, gap, 0, 1])
-
-    position = np.full(len(times), start[0], dtype=complex)
-    event = switching
-    if 0 < switching < np.inf:
-        state = expm(first * switching) @ start
+    event = complex(switching)
+    if moved_event and 0 < switching < np.inf:
+        _, state, mode = propagate(theta, times + 0j, motion, event)
         if motion == "closing":
-            margin, slope = gap - state[2], -state[3]
+            margin, slope = theta[GAP] - state[2], -state[3]
         else:
-            margin = k_b * (state[0] - gap) + gamma_b * state[1]
-            slope = k_b * state[1] + gamma_b * (first @ state)[1]
-        if moved_event:
-            event = switching - 1j * margin.imag / slope.real
-    before = (times > onset.real) & (times <= onset.real + switching)
-    after = times > onset.real + switching
-    position[before] = (expm(first * (times[before] - onset)[:, None, None]) @ start)[:, 0]
-    if after.any():
-        then = expm(first * event) @ start
-        then[2:4] = gap, 0.0
-        elapsed = times[after] - onset - event
-        position[after] = (expm(second * elapsed[:, None, None]) @ then)[:, 0]
+            margin = contact_force(theta, state)
+            slope = theta[K_B] * state[1] + theta[GAMMA_B] * (mode @ state)[1]
+        event -= 1j * margin.imag / slope.real
+    position = propagate(theta, times - onset, motion, event)[0]
     return position.imag / STEP
 
 

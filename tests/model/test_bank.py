@@ -3,14 +3,12 @@
 import json
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.stats import kstest
 
 from breaker import __version__
-from breaker.mechanism import curves
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.model.bank import open_bank, simulate
@@ -77,12 +75,6 @@ def test_labels(shard, tmp_path):
         assert json.loads(bank.attrs["settings"]) == {"onset_sd": 0.3, "noise": "none"}
 
 
-def test_store_and_back(shard, tmp_path):
-    bank = shard()
-    save(bank, tmp_path / "bank.zarr")
-    xr.testing.assert_identical(open_bank([tmp_path / "bank.zarr"]), bank)
-
-
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_same_seed_same_bytes(shard, tmp_path, motion):
     for name in ("one", "two"):
@@ -92,32 +84,6 @@ def test_same_seed_same_bytes(shard, tmp_path, motion):
     assert len(first) > 10
     save(shard(seed=2, motion=motion), tmp_path / "other")
     assert content(tmp_path / "other") != first
-
-
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="numba has only one thread here")
-def test_threads_do_not_change_bytes(shard, tmp_path):
-    before = numba.get_num_threads()
-    try:
-        for threads in (1, 2):
-            numba.set_num_threads(threads)
-            save(shard(n=300), tmp_path / str(threads))
-    finally:
-        numba.set_num_threads(before)
-    assert content(tmp_path / "1") == content(tmp_path / "2")
-
-
-def test_blocks_do_not_change_bytes(shard, tmp_path, monkeypatch):
-    for rows in (8192, 7):
-        monkeypatch.setattr(curves, "_ROWS", rows)
-        save(shard(n=300), tmp_path / str(rows))
-    assert content(tmp_path / "8192") == content(tmp_path / "7")
-
-
-def test_saving_again_replaces_the_store(shard, tmp_path):
-    save(shard(n=100), tmp_path / "again")
-    save(shard(n=64), tmp_path / "again")
-    save(shard(n=64), tmp_path / "once")
-    assert content(tmp_path / "again") == content(tmp_path / "once")
 
 
 def test_shards_differ_and_keep_their_order(shard, tmp_path):

@@ -13,7 +13,6 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
-from breaker.model.sensor import Sensor
 
 PAPER = Path(__file__).parents[2] / "config" / "paper.yaml"
 P = len(NAMES)
@@ -78,18 +77,6 @@ def test_standardised_outputs_and_back(model):
     by_hand = np.log(values[..., :P] / model.prior.medians) / scale
     np.testing.assert_allclose(z[..., :P], by_hand, atol=1e-12)
     np.testing.assert_allclose(z[..., P:] * model.sensor.onset_sd, values[..., P:], rtol=1e-14)
-
-
-def test_arguments_are_left_alone(model):
-    values = unknowns(model, 4, "alone")
-    z, record = model.standardise(values), a_record(model)[0]
-    record[3] = np.nan
-    before = values.copy(), z.copy(), record.copy()
-    model.standardise(values)
-    model.destandardise(z)
-    model.log_joint(z, record)
-    for now, then in zip((values, z, record), before, strict=True):
-        np.testing.assert_array_equal(now, then)
 
 
 def log_jacobian(model, point):
@@ -163,17 +150,6 @@ def test_log_prior_integrates_to_one(model, tight):
     assert abs(value - 1) > 40 * error
 
 
-def test_share_of_the_support(tight):
-    """Normal draws lie in the support with the probability by which the density is scaled.
-
-    4 binomial standard errors: false alarm 6e-5.
-    """
-    n, q = 40_000, len(tight.outputs)
-    z = generator(1, "test model", "share").standard_normal((n, q))
-    share, expected = np.isfinite(tight.log_prior(z)).mean(), np.exp(tight.prior.log_support)
-    assert abs(share - expected) < 4 * np.sqrt(expected * (1 - expected) / n)
-
-
 def test_log_prior_is_minus_infinity_outside(model):
     q = len(model.outputs)
     z = np.zeros((4, q))
@@ -196,13 +172,6 @@ def test_wild_points_have_no_density(model, size):
     expected = np.r_[np.full(len(z) - 1, -np.inf), model.log_joint(np.zeros((1, q)), record)]
     np.testing.assert_array_equal(model.log_joint(z, record), expected)
     assert np.isfinite(expected[-1])
-
-
-def test_nothing_inside(model):
-    record, _ = a_record(model)
-    wild = np.full((3, len(model.outputs)), 1e3)
-    assert np.isneginf(model.log_joint(wild, record)).all()
-    assert model.log_joint(wild[:0], record).shape == (0,)
 
 
 # ---- joint density -----------------------------------------------------------------------------
@@ -246,32 +215,10 @@ def test_log_joint_is_prior_times_likelihood(model, which):
         np.testing.assert_allclose(result, direct, rtol=1e-11)
 
 
-def test_missing_samples_are_not_zeros(model):
-    """The faults: the same sum over the samples that are there, with the zero's share or the
-    normalisation of the full record."""
-    full, values = a_record(model)
-    record = missing(full, "a stretch")
-    there = ~np.isnan(record)
-    curves, sensor = exact_curves(model, values), model.sensor
-    right = log_normal_density(model, record, curves)
-    filled = np.where(there, record, curves)
-    assert np.all(np.abs(sensor.log_likelihood(filled, curves) - right) > 1)
-
-
 def test_a_record_of_nothing_leaves_the_prior(model):
     _, values = a_record(model)
     z, nothing = model.standardise(values), np.full(model.sensor.samples, np.nan)
     np.testing.assert_array_equal(model.log_joint(z, nothing), model.log_prior(z))
-
-
-def test_log_joint_outside_the_support(model):
-    record, values = a_record(model)
-    z = model.standardise(values)
-    z[2, F], z[4, 1] = -19.0, 50.0
-    result = model.log_joint(z, record)
-    assert np.isneginf(result).tolist() == [False, False, True, False, True, False]
-    kept = [0, 1, 3, 5]
-    np.testing.assert_array_equal(result[kept], model.log_joint(z[kept], record))
 
 
 # ---- construction ------------------------------------------------------------------------------
@@ -280,12 +227,3 @@ def test_log_joint_outside_the_support(model):
 def test_unknown_motion_is_refused(prior, sensor):
     with pytest.raises(ValueError, match="known: closing, opening"):
         Model(prior, sensor, "tripping")
-
-
-def test_sensor_without_onset(prior, sensor):
-    still = Sensor.from_settings({**sensor.settings(), "onset_sd": 0.0})
-    model = Model(prior, still, "closing")
-    values = prior.sample(3, generator(1, "test model", "still"))
-    np.testing.assert_array_equal(
-        model.curves(values), travel(values, still.times, "closing").travel
-    )

@@ -1,7 +1,5 @@
 """Streams depend on seed and purpose, on nothing else, and are independent."""
 
-import subprocess
-import sys
 from itertools import pairwise
 
 import pytest
@@ -26,7 +24,9 @@ def first_numbers(seed, *purpose):
 
 
 def test_same_seed_and_purpose_give_the_same_numbers():
-    assert first_numbers(1, "bank", "closing", 3) == first_numbers(1, "bank", "closing", 3)
+    """In every process and version: nothing such as the salt of Python's own hash goes in."""
+    numbers = [3436959882197564979, 2075167622100250384, 2990976308788695141, 2845953508373771366]
+    assert first_numbers(1, "bank", "closing", 3) == tuple(numbers)
     assert seed_integer(1, "training") == seed_integer(1, "training")
 
 
@@ -36,17 +36,6 @@ def test_every_seed_and_purpose_is_a_stream_of_its_own():
     seeds = [seed_integer(seed, *purpose) for seed in (0, 1, 2) for purpose in PURPOSES]
     assert len(set(seeds)) == len(seeds)
     assert all(0 <= seed < 2**63 for seed in seeds)
-
-
-def test_numbers_outlive_the_process():
-    """Nothing of the process goes in, such as the salt of Python's own hash."""
-    code = (
-        "from breaker.model.randomness import generator;"
-        "print(*generator(1, 'bank', 'closing', 3).integers(2**62, size=4))"
-    )
-    command = [sys.executable, "-c", code]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert tuple(map(int, answer.split())) == first_numbers(1, "bank", "closing", 3)
 
 
 def independence(first, second):

@@ -86,24 +86,6 @@ def test_log_likelihood_is_the_normal_density(small, records):
     np.testing.assert_allclose(small.chi_square(measured, exact), expected, rtol=1e-12)
 
 
-def test_one_record_against_many_curves(small, records):
-    exact, measured = (values[:6].reshape(2, 3, SAMPLES) for values in records)
-    one = measured[0, 0]
-    many = small.log_likelihood(one, exact)
-    assert many.shape == (2, 3)
-    assert many[1, 2] == pytest.approx(small.log_likelihood(one, exact[1, 2]), rel=1e-14)
-
-
-def test_likelihood_integrates_the_zero(small, records):
-    """Against the integral over the zero, by the trapezium rule (exact to round-off here)."""
-    exact, measured = (values[0] for values in records)
-    zeros = np.linspace(-1.0, 1.0, 2001)
-    given = norm.logpdf(measured - exact - zeros[:, None], scale=small.noise_sd).sum(axis=1)
-    integrand = np.exp(given + norm.logpdf(zeros, scale=small.zero_sd))
-    expected = np.log(np.trapezoid(integrand, zeros))
-    assert small.log_likelihood(measured, exact) == pytest.approx(expected, rel=1e-12)
-
-
 def zero_given_the_record(residual, sensor):
     """Mean and sd of the zero given a residual ``(t,)``: the normal conditional in matrices."""
     cross = sensor.zero_sd**2 * np.linalg.solve(covariance(sensor), np.ones(sensor.samples))
@@ -178,11 +160,6 @@ def test_settings_and_back(sensor, defaults):
     assert Sensor.from_settings(sensor.settings()) == sensor
 
 
-def test_onset_is_inferred_where_it_has_a_width(sensor):
-    assert sensor.infers_onset
-    assert not Sensor.from_settings({**sensor.settings(), "onset_sd": 0.0}).infers_onset
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -200,8 +177,3 @@ def test_onset_is_inferred_where_it_has_a_width(sensor):
 def test_wrong_settings_are_refused(sensor, change, message):
     with pytest.raises(ValueError, match=message):
         Sensor.from_settings({**sensor.settings(), **change})
-
-
-def test_unknown_setting_is_refused(sensor):
-    with pytest.raises(TypeError, match="gain_sd"):
-        Sensor.from_settings({**sensor.settings(), "gain_sd": 0.01})
