@@ -1,4 +1,4 @@
-"""The model that every posterior is about: prior, mechanism and sensor of one motion.
+"""The joint probability model of one motion: prior, mechanism and sensor.
 
 Its unknowns, the *outputs*, are the seven parameters and, where the sensor has one, the onset.
 This is the one place that scales them: networks, maps and samplers work in standardised outputs,

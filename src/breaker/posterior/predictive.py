@@ -100,8 +100,8 @@ def predictive_p_value(model: Model, record: np.ndarray, values: np.ndarray) -> 
 
     The discrepancy is the squared Mahalanobis distance of the record from the exact curve of a
     draw, with the zero integrated. That of a replicate follows a chi-square with t degrees of
-    freedom, t the samples that are not missing (NaN), so its tail needs no simulation. Small
-    values: the model cannot make such a record.
+    freedom, t the samples that are not missing (NaN), so its tail needs no simulation. A small
+    value means that the model cannot produce such a record.
     """
     discrepancy = model.sensor.chi_square(record, model.curves(values))
     return float(chdtrc(np.isfinite(record).sum(), discrepancy).mean())

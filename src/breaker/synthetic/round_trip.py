@@ -1,7 +1,7 @@
 """Curves of the model itself through files: written as an instrument would, and read back.
 
-What the posterior says of such a curve has a truth, so its calibration shows whether the reader
-(its first motion, decimation, units and zero) does any harm.
+The true parameters of such a curve are known, so calibration shows whether the reader (its first
+motion, decimation, units and zero) introduces an error.
 """
 
 import tempfile
