@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from breaker.decisions.conditions import agreement
 from breaker.decisions.summary import verdict
 from breaker.decisions.table import (
     STATES,
@@ -40,26 +39,16 @@ KINDS = [*NAMES, "all"]
 # ---- tables ----------------------------------------------------------------------------------
 
 
-def condition_of(own, both=None, agree=None, operations=None):
-    """What single operations say, ``(o, 3)`` each: marginals are half of the probabilities."""
-    own = np.array(own, dtype=float)
-    both = np.full_like(own, NAN) if both is None else np.array(both, dtype=float)
-    o = len(own)
-    agree = np.zeros(o, dtype=bool) if agree is None else np.array(agree)
-    values = np.stack([own, both], axis=-1)
-    dims = ("operation", "limit", "evidence")
+def condition_of(probability, operations=None):
+    """What single operations say, ``(o, 3)``: marginals are half of the probabilities."""
+    values = np.array(probability, dtype=float)
+    dims = ("operation", "limit")
     return xr.Dataset(
+        {"probability": (dims, values), "marginal": (dims, values / 2)},
         {
-            "probability": (dims, values),
-            "marginal": (dims, values / 2),
-            "apart": ("operation", np.where(np.isnan(both).all(axis=1), NAN, 1.0)),
-            "agree": ("operation", agree),
-        },
-        {
-            "operation": np.arange(1, o + 1) if operations is None else operations,
+            "operation": np.arange(1, len(values) + 1) if operations is None else operations,
             "limit": [limit.name for limit in LIMITS],
             "words": ("limit", [limit.words for limit in LIMITS]),
-            "evidence": ["own", "both"],
         },
     )
 
@@ -136,9 +125,9 @@ def curves_of(operations, **flags):
 
 def page_of(own, trend, settings=SETTINGS, **more):
     """Everything that follows from probabilities ``(o, 3)`` and a fused trend."""
-    condition = condition_of(own, operations=trend.operation.values)
-    left = remaining({"both": trend}, LIMITS, fused=True)
-    judged = health(condition, left, ALARM, fused=True)
+    condition = condition_of(own, trend.operation.values)
+    left = remaining({"both": trend}, LIMITS)
+    judged = health(condition, left, ALARM)
     curves = more.get("curves") or {"closing": curves_of(trend.operation.values)}
     rows = decide(judged, left, {"both": trend}, curves, settings)
     return judged, left, rows, verdict(judged, left, {"both": trend}, rows, settings)
@@ -149,21 +138,6 @@ NUMBERS = np.arange(1, 5)
 
 
 # ---- joining ---------------------------------------------------------------------------------
-
-
-def test_agreement_is_of_the_first_operations_that_tell():
-    condition = xr.Dataset(
-        {
-            # Of the last but one pair the fusion was not resolved, which says nothing.
-            "apart": ("operation", [1.0, NAN, 70.0, 2.0, 3.0, 5.0]),
-            "log_agreement": ("operation", [4.0, NAN, NAN, 3.0, NAN, -2.0]),
-            "agree": ("operation", [True, False, False, True, False, False]),
-        }
-    )
-    assert agreement(condition, 4) == 2 / 3
-    assert agreement(condition, 100) == 0.5
-    assert agreement(condition, 1) == 1.0
-    assert np.isnan(agreement(condition.isel(operation=[1, 1]), 2))
 
 
 def test_chunks_are_joined():
@@ -188,25 +162,23 @@ def test_changes_are_told_as_known_before_the_next():
     trend["start_interval"][2:, 2] = [25, 26, 27, 55, 56]
     trend["kind_probability"][4] = np.eye(8)[5]
     trend["kind_probability"][6] = np.eye(8)[7]
-    whole = complete(trend.drop_dims("change"), np.ones((7, 7)), SETTINGS, "both")
+    whole = complete(trend.drop_dims("change"), SETTINGS, "both")
     assert whole.change_alarm.values.tolist() == [30, 60]
     assert whole.change_start.values.tolist() == [20, 49]
     assert whole.change_interval.values.tolist() == [[17, 27], [46, 56]]
     assert whole.change_kind.values.tolist() == [np.eye(8)[5].tolist(), np.eye(8)[7].tolist()]
     assert whole.attrs["source"] == "both"
     assert whole.attrs["toward_level"] == 0.95
-    none = complete(
-        trend_of(MOTIONS, operations).drop_dims("change"), np.ones((7, 7)), SETTINGS, "both"
-    )
+    none = complete(trend_of(MOTIONS, operations).drop_dims("change"), SETTINGS, "both")
     assert none.sizes["change"] == 0
     empty = trend.drop_dims("change").isel(operation=slice(0, 0))
-    assert complete(empty, np.ones((0, 7)), SETTINGS, "both").sizes["change"] == 0
+    assert complete(empty, SETTINGS, "both").sizes["change"] == 0
 
 
 def test_remaining_is_read_from_the_source_of_each_limit():
     closing = trend_of(["closing"], NUMBERS, remaining={"slow": [1, 2, 3], "tired": [4, 5, 6]})
     opening = trend_of(["opening"], NUMBERS[1:], remaining={"wide": [7, 8, 9]})
-    left = remaining({"closing": closing, "opening": opening}, LIMITS, fused=False)
+    left = remaining({"closing": closing, "opening": opening}, LIMITS)
     assert left.limit.values.tolist() == ["slow", "tired", "wide"]
     assert left.source.values.tolist() == ["closing", "closing", "opening"]
     assert left.attrs["source"] == "separate"
@@ -217,7 +189,7 @@ def test_remaining_is_read_from_the_source_of_each_limit():
     assert left.part_limit.values.tolist() == PARTS
     assert left.value.sel(operation=4, quantile=0.5).values.tolist() == [9.5, 9.5, 0.8, 10.0]
     both = trend_of(MOTIONS, NUMBERS, remaining={"wide": [1, 1, 1]})
-    left = remaining({"both": both}, LIMITS, fused=True)
+    left = remaining({"both": both}, LIMITS)
     assert set(left.source.values.tolist()) == {"both"}
     assert left.attrs["source"] == "both"
     assert left.remaining.sel(operation=4, limit="wide").values.tolist() == [1, 1, 1]
@@ -226,11 +198,12 @@ def test_remaining_is_read_from_the_source_of_each_limit():
 # ---- health ----------------------------------------------------------------------------------
 
 
-def test_health_of_separate_motions_is_of_each_own():
+def test_health():
+    """Probabilities of single operations as they are, with alarms; of the trend where it is."""
     own = [[0.99, 0.1, NAN], [0.99, 0.1, 0.2], [0.4, 0.1, 0.2], [0.4, 0.1, 0.2]]
-    both = np.full((4, 3), 0.7)
-    left = remaining({"both": trend_of(MOTIONS, NUMBERS)}, LIMITS, fused=True)
-    judged = health(condition_of(own, both, np.ones(4, bool)), left, ALARM, fused=False)
+    trend = trend_of(MOTIONS, NUMBERS, beyond={"slow": 0.6})
+    left = remaining({"both": trend.isel(operation=slice(0, 3))}, LIMITS)
+    judged = health(condition_of(own), left, ALARM)
     np.testing.assert_array_equal(judged.probability.values, own)
     np.testing.assert_array_equal(judged.marginal.values, np.array(own) / 2)
     assert judged.alarm.sel(limit="slow").values.tolist() == [False, True, True, False]
@@ -238,18 +211,6 @@ def test_health_of_separate_motions_is_of_each_own():
     np.testing.assert_array_equal(judged.first_alarm.values, [2.0, NAN, NAN])
     assert judged.attrs == ALARM
     assert judged.words.values.tolist() == [limit.words for limit in LIMITS]
-
-
-def test_health_of_fused_motions_is_of_both_where_they_agree():
-    """An operation whose motions do not agree, or were not fused, counts by its own motion."""
-    own, both = np.full((4, 3), 0.2), np.full((4, 3), 0.7)
-    both[2] = NAN
-    trend = trend_of(MOTIONS, NUMBERS, beyond={"slow": 0.6})
-    left = remaining({"both": trend.isel(operation=slice(0, 3))}, LIMITS, fused=True)
-    judged = health(condition_of(own, both, [True, False, True, True]), left, ALARM, fused=True)
-    expected = np.array([0.7, 0.2, 0.2, 0.7])
-    np.testing.assert_array_equal(judged.probability.values, np.tile(expected[:, None], 3))
-    np.testing.assert_array_equal(judged.marginal.values, np.tile(expected[:, None], 3) / 2)
     assert judged.trend_probability.dims == ("operation", "limit")
     np.testing.assert_array_equal(judged.trend_probability.values[:, 0], [0.6, 0.6, 0.6, NAN])
 
@@ -258,8 +219,8 @@ def test_alarms_need_a_row_and_pass_over_what_is_missing():
     p = np.array([0.96, NAN, 0.96, 0.4, 0.9, 0.4, NAN, 0.4])
     own = np.column_stack([p, np.zeros(8), np.zeros(8)])
     trend = trend_of(MOTIONS, np.arange(1, 9))
-    left = remaining({"both": trend}, LIMITS, fused=True)
-    judged = health(condition_of(own), left, ALARM, fused=True)
+    left = remaining({"both": trend}, LIMITS)
+    judged = health(condition_of(own), left, ALARM)
     on = judged.alarm.sel(limit="slow").values.tolist()
     assert on == [False, False, True, True, True, True, True, False]
     assert judged.first_alarm.sel(limit="slow") == 3

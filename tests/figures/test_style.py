@@ -9,7 +9,7 @@ import pytest
 from breaker.figures import style
 from breaker.figures.evolution import FLAGS
 from breaker.figures.identifiability import DRIVE
-from breaker.figures.verdict import STATES
+from breaker.figures.verdict import COLOURS
 from tests.figures.drawn import SIGHT, lab
 
 MARKS = {name: mark for name, (mark, _) in FLAGS.items()}
@@ -20,7 +20,7 @@ POSTERIORS = {
 # Colours that stand in one figure, and those of them that have to stay apart from all others.
 PALETTES = {
     "parameters": (style.COLOURS, style.COLOURS),
-    "states": (STATES, STATES),
+    "states": (COLOURS, COLOURS),
     "posteriors": (POSTERIORS, ("AMORTISED", "CORRECTED")),
     "flags": (style.COLOURS | MARKS, FLAGS),
     "drive": (POSTERIORS | {"drive": DRIVE}, ("drive",)),

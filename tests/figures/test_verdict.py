@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 
-from breaker.figures.verdict import STATES, verdict
+from breaker.figures.verdict import COLOURS, verdict
 from tests.figures.drawn import assert_nothing_overlaps, written
 from tests.figures.test_operations import LIMITS, QUANTILES, WORDS
 
@@ -53,16 +53,16 @@ def test_verdict_says_it_in_three_sentences_and_rows(count):
     by_row = [
         (each.xy[1], each.get_text(), each.get_color())
         for each in left.texts
-        if each.get_text() in STATES
+        if each.get_text() in COLOURS
     ]
     expected = [
-        (row, str(state), STATES[str(state)]) for row, state in enumerate(data.state.values)
+        (row, str(state), COLOURS[str(state)]) for row, state in enumerate(data.state.values)
     ]
     assert by_row == expected
     rights = ["no trend", "2,130  (900 to beyond)", "0  (0 to 60)", "not known"]
     rights += ["9,000  (4,000 to beyond)", "421  (310 to 633)", "now", "no trend"]
     assert written(right) == rights[:count]
-    percents = [each for each in written(left) if each not in STATES]
+    percents = [each for each in written(left) if each not in COLOURS]
     lefts = ["12 %", "48 %", "104 %", "not known", "−10 %", "78 %", "100 %", "15 %"]
     assert percents == lefts[:count]
 
@@ -92,7 +92,7 @@ def test_verdict_draws_intervals_and_arrows_where_they_are():
         lines = [line for line in axis.lines if line.get_marker() == kind]
         return {line.get_ydata()[0]: line.get_xdata()[0] for line in lines}
 
-    alarming = to_hex(STATES["alarm"])
+    alarming = to_hex(COLOURS["alarm"])
     gone = [bar.get_width() for bar in left.patches if to_hex(bar.get_facecolor()) == alarming]
     assert gone[:2] == [104, 100]  # and the strip past the limit
     assert marks(left, "o") == {0: 12, 1: 48, 2: 104, 4: -10, 5: 78, 6: 100, 7: 15}

@@ -118,15 +118,6 @@ def test_learning_is_conditioning(p):
         np.testing.assert_array_equal(new_cov[i], new_cov[i].T)
 
 
-def test_learning_from_nothing_changes_nothing():
-    mean, cov, group, weights, slopes, base = lines_that_learn(2, "nothing")
-    new_mean, new_cov = mean.copy(), cov.copy()
-    found = update(new_mean, new_cov, group, 0 * weights, 0 * slopes, base, np.full(3, LEARN))
-    np.testing.assert_array_equal(found, base[group])
-    np.testing.assert_array_equal(new_mean, mean)
-    np.testing.assert_allclose(new_cov, cov, rtol=1e-15)
-
-
 def test_learning_of_singular_information_is_a_limit():
     """Of one direction alone, and in steps: two informations at once are their sum."""
     rng = generator(1, "test", "lines", "two")
@@ -198,7 +189,7 @@ def test_thinning_is_bounded_and_keeps_the_weight():
     Over N operations that leaves no more than 2 + log(N) / log(1 / 0.8) clusters of each. Where no
     hypothesis is hopeless, nothing of the weight is lost.
     """
-    steps, most = 3000, 0
+    steps, most = 1000, 0
     rng = generator(1, "test", "lines", "thin")
     for now, (log_weight, start, kind, scatter), kept, weight in grown(
         steps, hopeless=np.inf, young=50.0, rng=rng
@@ -261,17 +252,3 @@ def test_the_hopeless_are_dropped_but_not_the_young_nor_the_first():
     lines, same = (np.zeros((2, 1)), np.zeros((2, 1, 1))), np.zeros(2, dtype=np.int64)
     just = np.array([0.0, -24.9]), *lines, np.array([0, 30]), same, same
     assert thin(*just, 100.0, 25.0, 50.0).all()
-
-
-def test_thinning_with_the_hopeless_loses_next_to_nothing():
-    rng = generator(1, "test", "lines", "hopeless")
-    hopeless, young, dropped = 9.0, 50.0, 0
-    for now, (log_weight, start, kind, _), kept, weight in grown(
-        400, hopeless=hopeless, young=young, rng=rng
-    ):
-        lost = 1.0 - np.exp(logsumexp(weight[kept]) - logsumexp(log_weight))
-        assert -1e-12 < lost < log_weight.size * np.exp(-hopeless)
-        old = (kind >= 0) & (now - start > young)
-        assert np.all(weight[kept & old] >= log_weight.max() - hopeless)
-        dropped += int(np.sum(old & (weight < log_weight.max() - hopeless)))
-    assert dropped > 20

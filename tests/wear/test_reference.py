@@ -2,13 +2,20 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import chi2, kstest
 
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.fisher import information, pool
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
-from breaker.wear.reference import _common_curve, find_reference, modes, onset_of
+from breaker.wear.reference import (
+    _common_curve,
+    agreement,
+    find_reference,
+    modes,
+    onset_of,
+    pooled,
+)
 
 P, N = len(NAMES), 40
 TRUTH = np.array([0.9, 0.1, 0.2, -0.6, -1.2, -1.1, -0.7])
@@ -49,7 +56,7 @@ def start_near(found, onsets, rng):
 # ---- a drive that the model fits -------------------------------------------------------------
 
 
-def drives(models, motions, count=8):
+def drives(models, motions, count=4):
     for i in range(count):
         rng = generator(1, "test baseline", *motions, i)
         prior = next(iter(models.values())).prior
@@ -62,7 +69,7 @@ def drives(models, motions, count=8):
 def test_records_of_the_model_fit(motions, models):
     """False alarm at most 1e-3: p-values count no parameter as fitted, and are too large at that.
 
-    Not far too large: a mean of 8, uniform but for 10 of 151 degrees of freedom, above 0.95
+    Not far too large: a mean of 4, uniform but for 10 of 151 degrees of freedom, above 0.97
     has less than 1e-3.
     """
     used = {motion: models[motion] for motion in motions}
@@ -73,7 +80,7 @@ def test_records_of_the_model_fit(motions, models):
         assert list(start.p_values) == motions
         p_values += list(start.p_values.values())
     assert min(p_values) > 1e-3 / len(p_values)
-    assert np.mean(p_values) < 0.95
+    assert np.mean(p_values) < 0.97
 
 
 def log_density(models, records, outputs, z):
@@ -86,7 +93,7 @@ def log_density(models, records, outputs, z):
     return total
 
 
-@pytest.mark.parametrize("motions", [["closing"], ["opening"], ["closing", "opening"]])
+@pytest.mark.parametrize("motions", [["closing"], ["closing", "opening"]])
 def test_the_start_is_the_mode_of_all_records_and_one_prior(motions, models):
     """By how much it is more probable than the truth: chi-square of 7, false alarm 1e-3.
 
@@ -106,14 +113,40 @@ def test_the_start_is_the_mode_of_all_records_and_one_prior(motions, models):
     assert 2 * min(law.cdf(deviance), law.sf(deviance)) > 1e-3
 
 
-def test_the_start_does_not_depend_on_where_it_is_looked_for(models):
-    rng = generator(2, "test baseline")
-    records, outputs = simulate(models["closing"], TRUTH, N, rng)
-    used = {"closing": models["closing"]}
-    first = find_reference(used, {"closing": records}, {"closing": outputs})
-    moved = outputs + np.append(np.full(P, 0.5), 0.0)
-    second = find_reference(used, {"closing": records}, {"closing": moved})
-    np.testing.assert_allclose(second.centre, first.centre, atol=1e-3)
+# ---- whether both motions agree --------------------------------------------------------------
+
+
+def agreements(models, shifts, count, n=6, name="f"):
+    """p-values of pairs of drives whose parameter ``name`` differs by shares, ``(shift, pair)``."""
+    prior, found = models["closing"].prior, []
+    one = (np.array(NAMES) == name) / prior.log_sds
+    for i in range(count):
+        rng = generator(11, "test reference", i)
+        z = prior.standardise(prior.sample(1, rng))[0]
+        closing, opening = (simulate(models[motion], z, n, rng) for motion in MOTIONS)
+        row = []
+        for shift in shifts:
+            if shift:
+                opening = simulate(models["opening"], z + shift * one, n, rng)
+            pair = zip(*(closing, opening), strict=True)
+            records, outputs = (dict(zip(MOTIONS, each, strict=True)) for each in pair)
+            row.append(agreement(models, records, outputs, pooled(models, records, outputs)))
+        found.append(row)
+    return np.array(found).T
+
+
+def test_motions_agree_and_disagree(models):
+    """p-values of 16 drives, each uniform or larger: false alarm of the distribution 1e-3.
+
+    Planted: drives whose force differs by 2 %, which is found at 0.001 in all but a few.
+    """
+    same, different = agreements(models, (0.0, 0.02), 16)
+    assert kstest(same, "uniform", alternative="greater").pvalue > 1e-3
+    assert np.mean(same) < 0.85  # nor are they so large that nothing could be found
+    assert np.mean(different < 0.001) > 0.8
+    one = {"closing": models["closing"]}
+    records, outputs = simulate(models["closing"], TRUTH, 3, generator(12, "test reference"))
+    assert find_reference(one, {"closing": records}, {"closing": outputs}).agreement == 1.0
 
 
 # ---- modes and their spread ------------------------------------------------------------------
@@ -132,17 +165,6 @@ def test_modes_are_those_of_single_records(motion, models):
         assert matrix.shape == (12, P, P)
         near = information(model, records, found, outputs[:, P]).matrix
         np.testing.assert_allclose(matrix, near, atol=0.01 * np.abs(near).max())
-
-
-def test_modes_of_both_motions_are_those_of_both_records(models):
-    rng, closing, opening = generator(4, "test baseline"), models["closing"], models["opening"]
-    (a, at_a), (b, at_b) = (simulate(model, TRUTH, 6, rng) for model in (closing, opening))
-    found, _ = modes(models, {"closing": a, "opening": b}, {"closing": at_a, "opening": at_b})
-    for i in range(6):
-        one = slice(i, i + 1)
-        onsets = {"closing": at_a[one, P], "opening": at_b[one, P]}
-        expected = pool(models, {"closing": a[one], "opening": b[one]}, TRUTH, onsets)
-        np.testing.assert_allclose(found[i], expected, atol=0.02)
 
 
 def excess(spread, found):

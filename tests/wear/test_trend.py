@@ -11,8 +11,10 @@ from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.wear.changepoint import KINDS
 from breaker.wear.reference import modes
+from breaker.wear.rows import age_bins
 from breaker.wear.series import Series, likelihood, series_of
-from breaker.wear.trend import Follower, State, age_bins
+from breaker.wear.state import State
+from breaker.wear.trend import Follower
 from breaker.workflow.stores import describe, save
 
 P = len(NAMES)
@@ -132,15 +134,15 @@ def test_means_of_single_posteriors_are_pulled_to_the_prior(weak, models):
     assert (line[1] - SLOPE)[GAP] / errors[1, GAP] > 5  # and so is a slope
 
 
-def squares(models, settings, motions):
+def squares(models, settings, motions, drives=8, count=40):
     """Squared distance of level and slope from the truth, of drives from the model of wear.
 
     Levels are drawn within 0.7 sds of the prior, where nothing ends: the sum is smaller by a few
     per cent than by a prior that is believed to be wider.
     """
     follower = follower_of(models, settings | {"slope_sd": 0.2, "lines": 2}, motions)
-    square, operations = 0.0, 1 + 10 * np.arange(40)
-    for i in range(8):
+    square, operations = 0.0, 1 + 10 * np.arange(count)
+    for i in range(drives):
         rng = generator(2, "test trend", i)
         level, slope = 0.7 * rng.standard_normal(P), 0.2 * rng.standard_normal(P)
         series, z = live(models, operations, level, slope, rng, motions=motions)
@@ -148,7 +150,7 @@ def squares(models, settings, motions):
         mean, cov = state.hypotheses.level()
         off = mean - np.concatenate([z[-1], slope])
         square += off @ np.linalg.solve(cov, off)
-    return square, chi2(16 * P)
+    return square, chi2(2 * P * drives)
 
 
 def test_trends_are_calibrated(models, without_changes):
@@ -163,7 +165,7 @@ def test_trends_of_one_motion_are_calibrated_as_widened(models, without_changes)
 
     Chi-square by the factor of the configuration, false alarm 1e-3.
     """
-    square, law = squares(models, without_changes, ("closing",))
+    square, law = squares(models, without_changes, ("closing",), 5, 30)
     assert law.sf(square / without_changes["widening"] ** 2) > 0.5e-3
     assert law.cdf(1.2 * square) > 0.5e-3
 
@@ -358,26 +360,39 @@ def test_an_outlier_teaches_nothing(models, without_changes):
 # ---- its ends --------------------------------------------------------------------------------
 
 
-def test_a_source_that_is_not_followed(models, settings, tmp_path):
-    """An empty trend with all its variables, and a state that can be stored and read."""
+def test_motions_that_differ_are_not_followed_together(models, settings, tmp_path):
+    """An empty trend with all its variables, also in later operations, after a stored state."""
     limits = [*CHANGE_LIMITS, {"name": "open", "motion": "opening", "upper": {"L": 11.0}}]
     follower = follower_of(models, settings, MOTIONS, limits)
-    state, found = follower.idle(7)
+    operations, rng = 1 + np.arange(6), generator(7, "test trend")
+    series, _ = live(models, operations, LEVEL, SLOPE, rng, motions=MOTIONS)
+    agreeing, followed = run(follower, series)
+    assert follower.together(agreeing)
+    assert followed.operation.values.tolist() == operations.tolist()
+    other, _ = live(models, operations, LEVEL + one(GAMMA_A, 1.0), SLOPE, rng, motions=MOTIONS)
+    series.records["closing"], series.outputs["closing"] = (
+        other.records["closing"],
+        other.outputs["closing"],
+    )
+    state, found = run(follower, series)
+    assert not follower.together(state)
+    assert state.seen == 0
     assert found.sizes["operation"] == 0
     assert found.limit.values.tolist() == ["rough", "smooth", "region", "open"]
-    assert state.seen == 0
-    assert state.first == state.since == 7
-    operations = 1 + 10 * np.arange(2)
-    series, _ = live(models, operations, LEVEL, SLOPE, generator(7, "test trend"), motions=MOTIONS)
-    _, followed = run(follower, series)
     assert set(found.data_vars) == set(followed.data_vars)
     for name, each in followed.data_vars.items():
-        assert found[name].dims == each.dims
-        assert found[name].dtype == each.dtype
+        assert (found[name].dims, found[name].dtype) == (each.dims, each.dtype)
     save(describe(found, "trend of both"), tmp_path / "trend.zarr")
     save(describe(state.to_dataset(), "state"), tmp_path / "state.zarr")
     again = State.from_dataset(xr.open_zarr(tmp_path / "state.zarr"))
     xr.testing.assert_identical(again.to_dataset(), state.to_dataset())
+    _, later = follower.follow(again, series)
+    assert later.sizes["operation"] == 0
+    # Nor are they as long as there is no operation of both.
+    series.outputs["opening"][:] = np.nan
+    state, found = run(follower, series)
+    assert state.reference is None
+    assert found.sizes["operation"] == 0
 
 
 def test_no_trend_without_a_record(models, settings):

@@ -157,11 +157,6 @@ def effective_values(wildcards):
     return {}
 
 
-def limits_here():
-    """The limits of the motions that are worked on."""
-    return [limit for limit in config["limits"] if limit["motion"] in MOTIONS]
-
-
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 
 
@@ -206,11 +201,6 @@ def corrected_of_source(wildcards):
     return {motion: corrected_of(motion)(wildcards) for motion in motions}
 
 
-def first_condition(wildcards):
-    """What tells whether both motions agree, if they are to be followed together."""
-    return ["results/condition/chunk_000.zarr"] if wildcards.source == "both" else []
-
-
 def state_before(wildcards):
     """The state of a trend after the chunk before; the first one has none."""
     chunk = int(wildcards.chunk)
@@ -243,7 +233,5 @@ def life_jobs(wildcards):
 
 
 def medians_of_source(wildcards):
-    """What holds the posterior medians of single operations: of one motion, or of both."""
-    if wildcards.source == "both":
-        return all_chunks("results/condition/chunk_{chunk}.zarr")(wildcards)
-    return f"results/endurance/{wildcards.source}.zarr"
+    """What holds the posterior medians of single operations of a motion; of both there are none."""
+    return [] if wildcards.source == "both" else [f"results/endurance/{wildcards.source}.zarr"]

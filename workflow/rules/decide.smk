@@ -8,7 +8,7 @@ change points and remaining life, and the first page of the report.
 
 
 rule condition:
-    """How probably each limit is exceeded in some operations, and whether the motions agree."""
+    """How probably each limit is exceeded at some operations, each by its own posterior."""
     input:
         **{motion: corrected_of(motion) for motion in MOTIONS},
         code=sources("condition.py"),
@@ -21,13 +21,9 @@ rule condition:
     conda:
         ENVIRONMENT
     params:
-        seed=config["seed"],
         motions=MOTIONS,
         operations=paired_numbers,
-        limits=limits_here(),
-        prior=config["prior"],
-        sensor=config["sensor"],
-        correction=config["correction"],
+        limits=config["limits"],
     script:
         "../scripts/condition.py"
 
@@ -36,7 +32,6 @@ rule trend:
     """The trend of a source through some operations, from the state after those before."""
     input:
         unpack(corrected_of_source),
-        first=first_condition,
         state=state_before,
         code=sources("trend.py"),
     output:
@@ -52,7 +47,7 @@ rule trend:
         seed=config["seed"],
         motions=MOTIONS,
         operations=paired_numbers,
-        limits=limits_here(),
+        limits=config["limits"],
         prior=config["prior"],
         sensor=config["sensor"],
         wear_model=config["wear_model"],
@@ -108,7 +103,7 @@ rule decide:
         ENVIRONMENT
     params:
         motions=MOTIONS,
-        limits=limits_here(),
+        limits=config["limits"],
         alarm=config["alarm"],
         wear_model=config["wear_model"],
     script:

@@ -23,7 +23,7 @@ rule follow_lives:
         wear_model={
             key: config["wear_model"][key]
             for key in config["wear_model"]
-            if key not in ("agreement", "notice", "toward")
+            if key not in ("agreement_p_value", "notice", "toward")
         },
     script:
         "../scripts/follow_lives.py"

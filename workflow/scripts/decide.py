@@ -2,8 +2,7 @@
 
 import xarray as xr
 
-from breaker.decisions import alarm_table, health, join, remaining, verdict
-from breaker.decisions import table as tables
+from breaker.decisions import alarm_table, decide, health, join, remaining, verdict
 from breaker.mechanism import from_list
 from breaker.synthetic import failures
 from breaker.workflow import describe, save, start
@@ -14,16 +13,16 @@ limits = from_list(params.limits, params.motions)
 condition = join([xr.open_zarr(file).load() for file in found.conditions])
 trends = {data.attrs["source"]: data for data in (xr.open_zarr(f).load() for f in found.trends)}
 curves = dict(zip(params.motions, (xr.open_zarr(file) for file in found.curves), strict=True))
-fused = "both" in trends and trends["both"].sizes["operation"] > 0
-used = {"both": trends["both"]} if fused else {m: trends[m] for m in params.motions}
+together = "both" in trends and trends["both"].sizes["operation"] > 0
+used = {source: trends[source] for source in (["both"] if together else params.motions)}
 
-left = remaining(used, limits, fused=fused)
+left = remaining(used, limits)
 if found.get("effective"):
     files = zip(params.motions, found.effective, strict=True)
     truth = failures({motion: xr.open_zarr(file).effective for motion, file in files}, limits)
     left = left.assign(failure=("limit", [truth[limit.name] for limit in limits]))
-judged = health(condition, left, params.alarm, fused=fused)
-rows = tables.decide(judged, left, used, curves, params.wear_model)
+judged = health(condition, left, params.alarm)
+rows = decide(judged, left, used, curves, params.wear_model)
 page = verdict(judged, left, used, rows, params.wear_model)
 log.info("%s %s %s", *(page.attrs[name] for name in ("healthy", "wearing", "left")))
 

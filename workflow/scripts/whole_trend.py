@@ -10,13 +10,12 @@ from breaker.workflow import describe, save, start
 log = start(snakemake)
 source = snakemake.wildcards.source
 trend = join([xr.open_zarr(file).load() for file in snakemake.input.trends])
-if source == "both":
-    medians = join([xr.open_zarr(file)[["median"]] for file in snakemake.input.medians])
-else:
-    medians = choose(xr.open_zarr(snakemake.input.medians), "corrected")
-    medians = medians.rename(output="parameter")[["median"]]
+result = complete(trend, snakemake.params.wear_model, source)
+if single := snakemake.input.get("medians"):
+    # What a single operation indicates, drawn beside the trend; there is none of both motions.
+    medians = choose(xr.open_zarr(single[0]), "corrected").rename(output="parameter")["median"]
+    medians = medians.reindex(operation=trend.operation, parameter=trend.parameter)
+    result = result.assign(median=(("operation", "parameter"), np.asarray(medians.values)))
 
-medians = medians["median"].reindex(operation=trend.operation, parameter=trend.parameter)
-result = complete(trend, np.asarray(medians.values), snakemake.params.wear_model, source)
 log.info("%s: %d changes", source, result.sizes["change"])
 save(describe(result, f"trend of {source}, all operations"), snakemake.output[0])

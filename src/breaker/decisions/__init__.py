@@ -10,8 +10,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "alarms": ["alarm_table", "first", "raised"],
-        "conditions": ["agreement", "align", "condition", "usable"],
+        "conditions": ["align", "condition", "usable"],
         "summary": ["verdict"],
-        "table": ["complete", "health", "join", "remaining"],
+        "table": ["STATES", "complete", "decide", "health", "join", "remaining"],
     },
 )

@@ -1,11 +1,12 @@
 """From trends and probabilities to decisions: is it healthy, what is wearing, how long has it left.
 
-Joins what single operations say (``condition``) with what trends say (``trend``). A limit is read
-from both motions where they agree on the parameters in the baseline, and from its own motion
-otherwise; once decided, for the whole series.
+Joins the probabilities of single operations (``conditions``) with the trends. A limit is read from
+the trend of both motions if there is one, that is if they agree on the parameters in the
+reference, and from the trend of its own motion otherwise.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -27,11 +28,12 @@ __all__ = [
     "wearing",
 ]
 
-_SETTLED = 100  # operations after its alarm at which a change is told
+_SETTLED = 100  # operations after its alarm at which a change is described
 _SURE = 2.69 / 1.645  # of half a 90 % interval: 5 % for seven parameters together
-MAY_BE, _IS = 0.05, 0.95  # probability that a limit is exceeded by the trend, to say so
+MAY_BE, _IS = 0.05, 0.95  # trend probabilities: a limit may be exceeded, and is exceeded
 
 STATES = ("unknown", "healthy", "wearing", "alarm")
+"""States of a limit and of the drive, the worst last."""
 
 
 def join(parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -41,26 +43,24 @@ def join(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     )
 
 
-def complete(trend: xr.Dataset, medians: np.ndarray, settings: Mapping, source: str) -> xr.Dataset:
-    """Add what a whole trend tells of its changes.
+def complete(trend: xr.Dataset, settings: Mapping, source: str) -> xr.Dataset:
+    """Add the changes that a whole trend found.
 
     Args:
-        trend: What ``trend.Follower.follow`` returns, all operations.
-        medians: Posterior medians of single operations, ``(o, p)``, nan where there is none.
+        trend: What ``Follower.follow`` returns, all operations.
         settings: The section ``wear_model`` of the configuration.
         source: "closing", "opening" or "both".
 
     Returns:
-        ``trend`` with ``median``; over ``change``: ``change_alarm``, ``change_start``,
+        ``trend`` with, over ``change``: ``change_alarm``, ``change_start``,
         ``change_interval (change, bound)`` and ``change_kind (change, kind)``, as known a hundred
         operations after its alarm, or before the next.
     """
     found = np.flatnonzero(trend.alarm.values)
     last = np.append(found[1:] - 1, trend.sizes["operation"] - 1)[: found.size]
-    last = np.minimum(last, found + _SETTLED)  # later ones are told apart less and less
+    last = np.minimum(last, found + _SETTLED)  # later, its beginning is known less and less
     starts = trend.start_interval.values[last]
     return trend.assign(
-        median=(("operation", "parameter"), medians),
         change_alarm=("change", trend.operation.values[found]),
         change_start=("change", starts[:, 1]),
         change_interval=(("change", "bound"), starts[:, [0, 2]]),
@@ -74,20 +74,21 @@ def complete(trend: xr.Dataset, medians: np.ndarray, settings: Mapping, source: 
     )
 
 
-def remaining(
-    trends: Mapping[str, xr.Dataset], limits: Sequence[Limit], *, fused: bool
-) -> xr.Dataset:
-    """Return what trends say of each limit, from the source that it is read from.
+def remaining(trends: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.Dataset:
+    """Return the predictions of each limit, from the trend that it is read from.
+
+    Args:
+        trends: Trends by source: that of "both", or those of all motions.
+        limits: The limits.
 
     Returns:
         Dataset over ``operation``, ``limit``, ``part`` and ``quantile``: ``remaining``, ``toward``,
         ``beyond`` and ``value`` of trends, and ``source (limit)``.
     """
-    names = ["remaining", "toward", "beyond", "value"]
     chosen = []
     for limit in limits:
-        source = "both" if fused else limit.motion
-        one = trends[source][names].sel(limit=[limit.name])
+        source = "both" if "both" in trends else limit.motion
+        one = trends[source][["remaining", "toward", "beyond", "value"]].sel(limit=[limit.name])
         one = one.isel(part=np.flatnonzero(one.part_limit.values == limit.name))
         chosen.append(one.assign(source=("limit", [source])))
     every = sorted(set().union(*(one.operation.values.tolist() for one in chosen)))
@@ -103,26 +104,20 @@ def remaining(
     )
 
 
-def health(condition: xr.Dataset, trend: xr.Dataset, alarm: Mapping, *, fused: bool) -> xr.Dataset:
+def health(condition: xr.Dataset, trend: xr.Dataset, alarm: Mapping) -> xr.Dataset:
     """Return probabilities of limits and alarms over the operations.
 
     Args:
-        condition: What ``condition.condition`` returns, all operations.
+        condition: What ``condition`` returns, all operations.
         trend: What ``remaining`` returns.
         alarm: The section ``alarm`` of the configuration.
-        fused: Whether limits are read from both motions.
 
     Returns:
-        Dataset over ``operation`` and ``limit``: ``probability``, ``marginal``,
-        ``trend_probability`` and ``alarm``; ``first_alarm``, ``words`` and ``source`` of each
-        limit. An operation whose motions do not agree counts by the limit's own motion.
+        Dataset over ``operation`` and ``limit``: ``probability`` and ``marginal`` by single
+        operations, ``trend_probability`` and ``alarm``; ``first_alarm``, ``words`` and ``source``
+        of each limit.
     """
-    own = condition.sel(evidence="own")
-    data = own[["probability", "marginal"]]
-    if fused:
-        both = condition.sel(evidence="both")[["probability", "marginal"]]
-        data = xr.where(condition.agree & both.probability.notnull(), both, data)
-    data = data.transpose("operation", "limit").drop_vars("evidence", errors="ignore")
+    data = condition[["probability", "marginal"]].transpose("operation", "limit")
     on = np.stack(
         [
             raised(column, raise_at=alarm["raise"], clear_at=alarm["clear"], after=alarm["after"])
@@ -145,18 +140,34 @@ def health(condition: xr.Dataset, trend: xr.Dataset, alarm: Mapping, *, fused: b
 
 
 def states(health: xr.Dataset, trend: xr.Dataset, toward: float) -> np.ndarray:
-    """Return the state of each limit after each operation, ``(o, limit)``, one of ``STATES``."""
-    operations = health.operation.values
-    trend = trend.reindex(operation=operations)
-    early = trend.remaining.isel(quantile=0).transpose("operation", "limit").values
-    leads = trend.toward.transpose("operation", "limit").values >= toward
-    known = np.isfinite(trend.beyond.transpose("operation", "limit").values)
-    beyond = trend.beyond.transpose("operation", "limit").values
-    result = np.where(known, "healthy", "unknown").astype(object)
-    result[known & leads & np.isfinite(early)] = "wearing"
-    result[beyond >= MAY_BE] = "wearing"
-    result[health.alarm.values | (beyond >= _IS)] = "alarm"
-    return result
+    """Return the state of each limit after each operation, ``(o, limit)``, one of ``STATES``.
+
+    Args:
+        health: What ``health`` returns.
+        trend: What ``remaining`` returns.
+        toward: Probability that a trend leads to a limit from which it counts.
+    """
+    left = _at(trend, health.operation.values)
+    beyond, early = left.beyond.values, left.remaining.values[..., 0]
+    leads = (left.toward.values >= toward) & np.isfinite(early)
+    return np.select(
+        [
+            health.alarm.values | (beyond >= _IS),
+            leads & np.isfinite(beyond) | (beyond >= MAY_BE),
+            np.isfinite(beyond),
+        ],
+        ["alarm", "wearing", "healthy"],
+        default="unknown",
+    )
+
+
+def _at(trend: xr.Dataset, operations: np.ndarray) -> xr.Dataset:
+    """Predictions at given operations, with the dims operation, limit and quantile in order."""
+    return (
+        trend[["remaining", "toward", "beyond"]]
+        .reindex(operation=operations)
+        .transpose("operation", "limit", "quantile")
+    )
 
 
 def decide(
@@ -166,7 +177,7 @@ def decide(
     curves: Mapping[str, xr.Dataset],
     settings: Mapping,
 ) -> pd.DataFrame:
-    """Return one row an operation: what is known, what changed, what to do when.
+    """Return one row per operation: what is known, what changed, what to do when.
 
     Args:
         health: What ``health`` returns.
@@ -175,58 +186,93 @@ def decide(
         curves: Results of each motion, with ``accepted`` and ``resolved``.
         settings: The section ``wear_model`` of the configuration.
     """
-    operations = health.operation.values
+    operations, names = health.operation.values, health.limit.values
     every = states(health, trend, settings["toward"])
-    left = trend.reindex(operation=operations)
-    quantiles = left.remaining.transpose("operation", "limit", "quantile").values
-    leads = left.toward.transpose("operation", "limit").values >= settings["toward"]
-    names = health.limit.values
+    coming = _coming(_at(trend, operations), settings["toward"])
+    reasons = {motion: _unused(data, operations) for motion, data in curves.items()}
+    rows = pd.DataFrame(
+        {
+            "operation": operations,
+            "state": [max(row, key=STATES.index) for row in every.tolist()],
+            "limits_exceeded": ["; ".join(names[row == "alarm"]) for row in every],
+            "next_limit": coming.limit,
+            "remaining_5": coming.ends[:, 0],
+            "remaining_median": coming.ends[:, 1],
+            "remaining_95": coming.ends[:, 2],
+            "wearing": wearing(trends, operations),
+            "change": _changes(trends, operations),
+        }
+    )
+    doubtful = in_doubt(health)
+    rows["action"] = [
+        _action(row, doubtful[i], coming.soonest[i], coming.earliest[i], settings["notice"])
+        for i, row in enumerate(rows.itertuples())
+    ]
+    rows["not_used"] = [
+        "; ".join(f"{motion}: {each[i]}" for motion, each in reasons.items() if each[i])
+        for i in range(len(operations))
+    ]
+    return rows
+
+
+class _Coming(NamedTuple):
+    """What comes next at each operation.
+
+    Attributes:
+        limit: Limit of the smallest median remaining life, empty without one, ``(o,)``.
+        ends: Quantiles of its remaining life, nan without one, ``(o, 3)``.
+        soonest: Limit that may come first, by the 5 % quantiles, ``(o,)``,
+        earliest: and that quantile, inf without one, ``(o,)``.
+    """
+
+    limit: np.ndarray
+    ends: np.ndarray
+    soonest: np.ndarray
+    earliest: np.ndarray
+
+
+def _coming(left: xr.Dataset, toward: float) -> _Coming:
+    quantiles, rows = left.remaining.values, np.arange(left.sizes["operation"])
+    leads = left.toward.values >= toward
     early, median = (
         np.where(leads & np.isfinite(each), each, np.inf)
         for each in np.moveaxis(quantiles, -1, 0)[:2]
     )
     soonest = early.argmin(axis=1)
     nearest = np.where(np.isfinite(median.min(axis=1)), median.argmin(axis=1), soonest)
-    drifts = wearing(trends, operations)
-    doubtful = in_doubt(health)
-    rows = []
-    noted = _changes(trends, operations)
-    used = {key: _flags(data, operations) for key, data in curves.items()}
-    for i, operation in enumerate(operations):
-        state = max(every[i], key=STATES.index)
-        limit, first_to_come = names[nearest[i]], soonest[i]
-        has_life = np.isfinite(early[i, nearest[i]])
-        ends = quantiles[i, nearest[i]] if has_life else np.full(3, np.nan)
-        over = [str(name) for name, each in zip(names, every[i], strict=True) if each == "alarm"]
-        rows.append(
-            {
-                "operation": operation,
-                "state": state,
-                "limits_exceeded": "; ".join(over),
-                "next_limit": limit if has_life else "",
-                "remaining_5": ends[0],
-                "remaining_median": ends[1],
-                "remaining_95": ends[2],
-                "wearing": drifts[i],
-                "change": noted[i],
-                "action": _action(
-                    state,
-                    *(over, doubtful[i], limit if has_life else "", ends),
-                    *(names[first_to_come], early[i, first_to_come], settings["notice"]),
-                ),
-                "not_used": "; ".join(f"{m}: {flags[i]}" for m, flags in used.items() if flags[i]),
-            }
-        )
-    return pd.DataFrame(rows)
+    known = np.isfinite(early[rows, nearest])
+    names = left.limit.values
+    return _Coming(
+        np.where(known, names[nearest], ""),
+        np.where(known[:, None], quantiles[rows, nearest], np.nan),
+        names[soonest],
+        early[rows, soonest],
+    )
+
+
+def _action(row, doubtful: Sequence[str], soonest: str, earliest: float, notice: float) -> str:
+    """Say what to do after an operation, from its row of the table and what comes next."""
+    if row.state == "alarm":
+        return f"service now: {row.limits_exceeded.replace('; ', ', ')} exceeded"
+    if row.state == "unknown":
+        return "cannot tell: no usable operation yet"
+    if earliest <= notice:
+        return f"plan service within {max(earliest, 0):.0f} operations, before {soonest}"
+    if doubtful:
+        return f"look closer: {', '.join(doubtful)} may be exceeded"
+    if row.state == "wearing" and row.next_limit:
+        span = f"{row.remaining_5:.0f} to {until(row.remaining_95)}"
+        return f"go on; {row.next_limit} in {until(row.remaining_median)} operations ({span})"
+    return "go on"
 
 
 def wearing(
     trends: Mapping[str, xr.Dataset], operations: Sequence[int], *, most: int | None = None
 ) -> list[str]:
-    """Say which parameters drift at each operation, by percent in 1,000 operations.
+    """Name the parameters that drift at each operation, with percent per 1,000 operations.
 
-    Those whose slope is not none at 5 % for all parameters together, the steepest ones first,
-    in each source at most ``most``.
+    A drift is a slope that differs from zero at 5 % for all parameters together. The steepest
+    come first, at most ``most`` of each source.
     """
     words = [[] for _ in operations]
     for source, trend in trends.items():
@@ -266,46 +312,15 @@ def _changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[s
     return ["; ".join(words) for words in noted.values()]
 
 
-def _flags(data: xr.Dataset, operations: np.ndarray) -> list[str]:
-    """Why an operation says nothing, or less, ``(o,)``; empty where all is well."""
-    by_number = {int(number): i for i, number in enumerate(data.operation.values)}
-    words = []
-    for operation in operations:
-        i = by_number.get(int(operation))
-        if i is None:
-            words.append("no record")
-        elif not data.accepted.values[i]:
-            words.append("rejected")
-        elif not data.resolved.values[i]:
-            words.append("not resolved")
-        else:
-            words.append("")
-    return words
-
-
-def _action(
-    state: str,
-    over: Sequence[str],
-    doubtful: Sequence[str],
-    limit: str,
-    ends: np.ndarray,
-    soonest: str,
-    earliest: float,
-    notice: float,
-) -> str:
-    """Say what to do: of the limit that may come first, of the one that is to come first."""
-    if state == "alarm":
-        return f"service now: {', '.join(over)} exceeded"
-    if state == "unknown":
-        return "cannot tell: no usable operation yet"
-    if earliest <= notice:
-        return f"plan service within {max(earliest, 0):.0f} operations, before {soonest}"
-    if doubtful:
-        return f"look closer: {', '.join(doubtful)} may be exceeded"
-    if state == "wearing" and limit:
-        span = f"{ends[0]:.0f} to {until(ends[2])}"
-        return f"go on; {limit} in {until(ends[1])} operations ({span})"
-    return "go on"
+def _unused(data: xr.Dataset, operations: np.ndarray) -> np.ndarray:
+    """Why an operation could not be used, ``(o,)``; empty where it was."""
+    there = np.isin(operations, data.operation.values)
+    known = data[["accepted", "resolved"]].reindex(operation=operations, fill_value=False)
+    return np.select(
+        [~there, ~known.accepted.values, ~known.resolved.values],
+        ["no record", "rejected", "not resolved"],
+        default="",
+    )
 
 
 def in_doubt(health: xr.Dataset) -> list[list[str]]:

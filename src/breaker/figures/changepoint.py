@@ -22,12 +22,12 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
     """Draw the tracked parameters with their changes, and the posterior of the run length.
 
     Args:
-        trend: ``median`` and ``level`` ``(operation, parameter)``, ``level_interval (operation,
-            parameter, bound)``, ``run_length_probability (operation, age)`` with coordinates
-            ``age_lower`` and ``age_upper`` of bins that touch, ``change_probability`` and ``alarm``
-            ``(operation)``; of each change ``change_alarm``, ``change_start`` ``(change)``,
-            ``change_interval (change, bound)`` and ``change_kind (change, kind)``; attribute
-            ``alarm_level``.
+        trend: ``level`` and, of one motion, ``median`` ``(operation, parameter)``,
+            ``level_interval (operation, parameter, bound)``, ``run_length_probability (operation,
+            age)`` with coordinates ``age_lower`` and ``age_upper`` of bins that touch,
+            ``change_probability`` and ``alarm`` ``(operation)``; of each change ``change_alarm``,
+            ``change_start`` ``(change)``, ``change_interval (change, bound)`` and ``change_kind
+            (change, kind)``; attribute ``alarm_level``.
         source: Where the series come from: "closing", "opening" or "both".
         effective: Effective values of the stand-in, ``(stage, output)``, with a coordinate
             ``operation (stage)``; None for real measurements. Outputs it lacks are left out.
@@ -94,8 +94,9 @@ def _kind(kind: str) -> str:
 
 def _series(axis: Axes, one: xr.Dataset, name: str) -> None:
     operation, colour = one["operation"].values, style.colour(name)
-    dots = {"alpha": 0.3, "mew": 0, "ms": style.dot_size(operation.size)}
-    axis.plot(operation, one["median"], "o", color=colour, **dots)
+    if "median" in one:
+        dots = {"alpha": 0.3, "mew": 0, "ms": style.dot_size(operation.size)}
+        axis.plot(operation, one["median"], "o", color=colour, **dots)
     low, high = (one["level_interval"].sel(bound=bound) for bound in ("lower", "upper"))
     axis.fill_between(operation, low, high, color=colour, alpha=0.3, lw=0)
     axis.plot(operation, one["level"], color=colour, lw=1.6)
@@ -171,12 +172,13 @@ def _tell(axis: Axes, trend: xr.Dataset) -> None:
 
 
 def _handles(trend: xr.Dataset, with_effective: bool) -> list:
-    dots = "median of a single operation (pulled to the prior)"
     handles = [
-        style.dot_key(dots, ms=4, alpha=0.4),
         style.line_key("level by the trend", lw=1.6),
         style.band_key("90 % interval of the level", style.REFERENCE, 0.3),
     ]
+    if "median" in trend:
+        dots = "median of a single operation (pulled to the prior)"
+        handles.insert(0, style.dot_key(dots, ms=4, alpha=0.4))
     if with_effective:
         handles.append(style.effective_key())
     if trend.sizes["change"]:

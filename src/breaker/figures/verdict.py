@@ -8,11 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import blended_transform_factory
 
+from breaker.decisions import STATES
 from breaker.figures import style
 
-__all__ = ["STATES", "verdict"]
+__all__ = ["COLOURS", "verdict"]
 
-STATES = {"healthy": "#1B9E77", "wearing": "#E08A00", "alarm": style.WARNING, "unknown": "#5A5A5A"}
+COLOURS = dict(zip(STATES, ("#5A5A5A", "#1B9E77", "#E08A00", style.WARNING), strict=True))
 """Colour of each state; the word always stands beside it."""
 
 _WAY = (-18.0, 130.0)  # percent of the way that is shown; what lies outside is an arrow
@@ -30,7 +31,7 @@ def verdict(data: xr.Dataset) -> Figure:
         data: ``way (limit, quantile)``: percent of the way from the value in new condition, 0, to
             the limit, 100, nan where not known; ``remaining (limit, quantile)``: operations, inf
             beyond the horizon, nan where not known, both at 0.05, 0.5 and 0.95; ``trend``, whether
-            it leads to the limit, ``state``, one of :data:`STATES`, and ``words`` ``(limit)``;
+            it leads to the limit, ``state``, one of ``STATES``, and ``words`` ``(limit)``;
             coordinate ``limit``; attributes ``healthy``, ``wearing`` and ``left``, the sentences.
 
     Raises:
@@ -53,10 +54,10 @@ def verdict(data: xr.Dataset) -> Figure:
     right.set(xscale="log", xlim=(_SOON, last))
     for row, state in enumerate(states):
         one = data.isel(limit=row)
-        _way(left, row, one, STATES[state])
+        _way(left, row, one, COLOURS[state])
         beside = {"xycoords": left.get_yaxis_transform(), "va": "center", "annotation_clip": False}
-        left.annotate(state, (1.03, row), color=STATES[state], weight="bold", **beside)
-        _remaining(right, row, one, STATES[state], last)
+        left.annotate(state, (1.03, row), color=COLOURS[state], weight="bold", **beside)
+        _remaining(right, row, one, COLOURS[state], last)
     _frame(left, right, data)
     style.legend_below(figure, _handles())
     return figure
@@ -154,6 +155,7 @@ def _frame(left: Axes, right: Axes, data: xr.Dataset) -> None:
 
 
 def _handles() -> list:
-    handles = [style.band_key(state, mark, 1.0) for state, mark in STATES.items()]
+    every = *STATES[1:], STATES[0]
+    handles = [style.band_key(state, COLOURS[state], 1.0) for state in every]
     label = "median and 90 % interval (arrow: goes on)"
     return [*handles, style.line_key(label, marker="o", mec="white", ms=9, lw=4)]

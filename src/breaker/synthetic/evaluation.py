@@ -91,6 +91,7 @@ def _follow(
         state, row, left = follower.step(state, series, i, usable)
         found.append(row)
         cdfs.append(left.cdf[0])
+    trend = follower.dataset(series.operations, found)
     way = life.change + np.array(FRACTIONS) * (life.failure - life.change)
     at = np.abs(series.operations[:, None] - way).argmin(axis=0)
     at = np.minimum(at, np.searchsorted(series.operations, life.failure) - 1)
@@ -100,14 +101,14 @@ def _follow(
     ]
     per_record = {
         "operation": series.operations,
-        "change_probability": [row["change_probability"] for row in found],
-        "alarm": [row["alarm"] for row in found],
-        "toward": [row["toward"][0] for row in found],
+        "change_probability": trend.change_probability.values,
+        "alarm": trend.alarm.values,
+        "toward": trend.toward.values[:, 0],
     }
     return xr.Dataset(
         {name: ("record", np.array(values, dtype=float)) for name, values in per_record.items()}
         | {
-            "remaining": (("record", "quantile"), [row["remaining"][0] for row in found]),
+            "remaining": (("record", "quantile"), trend.remaining.values[:, 0]),
             "raw_time": (("record", "motion"), np.stack(raw, axis=-1)),
             "record_at": ("fraction", at),
             "cdf": (("fraction", "future"), np.array(cdfs)[at]),

@@ -10,7 +10,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "lifetime": ["remaining_life"],
-        "series": ["likelihood"],
-        "trend": ["Follower", "Series", "State", "series_of"],
+        "series": ["Series", "likelihood", "series_of"],
+        "state": ["State"],
+        "trend": ["Follower"],
     },
 )

@@ -2,35 +2,38 @@ r"""Bayesian online change points of a drive that wears: lines, and a run length
 
 After Adams & MacKay (2007), "Bayesian online changepoint detection". Wear drifts, so a segment is a
 line: the standardised parameters of operation ``o`` are ``a + b o`` plus scatter from operation to
-operation, and are observed through ``breaker.model.fisher``. Within a segment all
-of that is Gaussian, and its evidence exact. What is discrete is kept as hypotheses: *when* the
-segment began, in what *kind* of change, and how large the scatter is.
+operation, and are observed through ``breaker.model.fisher``. Within a segment all of that is
+Gaussian, and its evidence exact. Discrete hypotheses are kept about *when* the segment began, in
+what *kind* of change, and how large the scatter is.
 
-Wear changes its rate, the drive does not jump back to new. So a segment goes on where the one
-before it ended: in a change of a kind that is named by a parameter, what is known of its slope
-widens; in one of the kind ``all``, which also is that of a repair, of every level and slope. A new
-segment starts from all hypotheses it may follow, as one Gaussian of their mean and covariance.
+Wear changes its rate; the drive does not become new by itself. So a segment continues where the
+one before it ended. In a change of one parameter, the slope of that parameter becomes uncertain; in
+a change of the kind ``all``, which a repair is, every level and slope does. A new segment starts
+from the mixture of all segments it may follow, as one Gaussian of their mean and covariance.
 
 One pass over the operations, and bounded memory: hypotheses that began about as long ago (within
 a fifth of their age) become one, of their mean and covariance, and the hopeless are dropped.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from breaker.mechanism import NAMES
 from breaker.wear.lines import evidence, thin, update
 
-__all__ = ["KINDS", "Hypotheses", "Tracker"]
+__all__ = ["KINDS", "PER", "Hypotheses", "Tracker"]
 
 KINDS = (*NAMES, "all")
 """Kinds of change: of the slope of one parameter, or of everything."""
 
+PER = 1000.0
+"""Operations in the unit of slopes."""
+
 _FIRST = -1  # kind of the first segment, which no change began
-_PER = 1000.0  # operations in the unit of slopes
-_RARE = 1e-6  # least weight of a scatter: it may change, and then has to come back
+_RARE = 1e-6  # least weight of a scatter, so that it can become likely again
 _HOPELESS = 25.0  # log weight below the best one from which a hypothesis is dropped,
 _YOUNG = 50.0  # unless it is of that age or less, operations
 
@@ -42,7 +45,7 @@ class Hypotheses:
     Attributes:
         operation: Number of the operation.
         log_weight: Log probability of each, ``(h,)``.
-        mean: Of level now and slope a thousand operations, standardised, ``(h, 2 p)``.
+        mean: Of the level now and the slope per thousand operations, standardised, ``(h, 2 p)``.
         cov: Their covariance, ``(h, 2 p, 2 p)``.
         start: Operation after which the segment began, ``(h,)``.
         kind: Kind of the change that began it, index into ``KINDS``, -1 for the first, ``(h,)``.
@@ -63,8 +66,21 @@ class Hypotheses:
         return np.exp(self.log_weight)
 
     def level(self) -> tuple[np.ndarray, np.ndarray]:
-        """Mean ``(2 p,)`` and covariance ``(2 p, 2 p)`` of all hypotheses together."""
+        """Mean ``(2 p,)`` and covariance ``(2 p, 2 p)`` of the mixture of all hypotheses."""
         return _merged(self.weight, self.mean, self.cov)
+
+    def of(self, which: np.ndarray) -> "Hypotheses":
+        """Return chosen hypotheses, in a given order, by a mask or indices."""
+        return Hypotheses(self.operation, *(each[which] for each in self._fields()))
+
+    def with_others(self, others: Sequence["Hypotheses"]) -> "Hypotheses":
+        """Return these and others in one, sorted by scatter, kind and start."""
+        every = zip(*(each._fields() for each in (self, *others)), strict=True)
+        joined = Hypotheses(self.operation, *map(np.concatenate, every))
+        return joined.of(np.lexsort((joined.start, joined.kind, joined.scatter)))
+
+    def _fields(self) -> tuple[np.ndarray, ...]:
+        return self.log_weight, self.mean, self.cov, self.start, self.kind, self.scatter
 
     def began_after(self, operation: float) -> float:
         """Return the probability that the segment began after an operation."""
@@ -80,15 +96,22 @@ def _merged(weight: np.ndarray, mean: np.ndarray, cov: np.ndarray) -> tuple[np.n
 
 @dataclass(frozen=True, eq=False)
 class Tracker:
-    """The model of wear, and its one step.
+    """The model of wear, and its step from one operation to the next.
+
+    >>> tracker = Tracker(np.full(7, 0.1), 1e-3, 2.0, 0.05, np.array([0.001, 0.01]), 0.0, 0.2)
+    >>> before = tracker.predict(tracker.begin(1), 2)
+    >>> seen = 1e4 * np.eye(7)  # information of an operation that sees each level with an sd 0.01,
+    >>> after, _, _ = tracker.learn(before, seen, np.zeros(7), np.full(7, 0.5))  # all at 0.5
+    >>> float(after.level()[0][0].round(2))
+    0.5
 
     Attributes:
         log_sds: Standard deviations of the log parameters under the prior, ``(p,)``.
         hazard: Probability of a change from one operation to the next.
-        slope_sd: Of a slope before it is known, in sds of the prior, a thousand operations.
-        step_sd: Of the jump of a level where everything changes, share of the parameter.
+        slope_sd: Prior sd of a slope, in sds of the prior per thousand operations.
+        step_sd: sd of the jump of a level where everything changes, share of the parameter.
         scatters: Candidates of the scatter from operation to operation, shares, ``(k,)``.
-        outliers: Probability that an operation is an outlier, of which nothing is learnt.
+        outliers: Probability that an operation is an outlier, from which nothing is learnt.
         whole: Probability that a change is of the kind ``all``.
     """
 
@@ -114,7 +137,7 @@ class Tracker:
         )
 
     def begin(self, operation: int) -> Hypotheses:
-        """Return what is held before the first operation: the prior, and any slope."""
+        """Return the hypotheses before the first operation: the prior of levels and slopes."""
         p, k = len(NAMES), len(self.scatters)
         variance = np.append(np.ones(p), np.full(p, np.square(self.slope_sd)))
         return Hypotheses(
@@ -128,46 +151,57 @@ class Tracker:
         )
 
     def predict(self, hypotheses: Hypotheses, operation: int) -> Hypotheses:
-        """Go on to a later operation, before anything of it is seen.
+        """Return the hypotheses at a later operation, before anything of it is seen.
 
-        Changes are possible after every operation that was seen.
+        A change may have happened after the last operation that was seen.
         """
         gap = operation - hypotheses.operation
         if gap <= 0:
             return hypotheses
         hazard = -np.expm1(gap * np.log1p(-self.hazard)) if self.hazard else 0.0
         grown = self._with_changes(hypotheses, hazard) if hazard else hypotheses
-        p, way = len(NAMES), gap / _PER
+        p, way = len(NAMES), gap / PER
         mean, cov = grown.mean.copy(), grown.cov.copy()
         mean[:, :p] += way * mean[:, p:]
         cov[:, :p] += way * cov[:, p:]
         cov[:, :, :p] += way * cov[:, :, p:]
         return replace(grown, operation=operation, mean=mean, cov=cov)
 
-    def _with_changes(self, hypotheses: Hypotheses, hazard: float) -> Hypotheses:
-        """Add the hypotheses that may begin after the last operation, and thin out the old."""
-        p, n = len(NAMES), len(KINDS)
-        odds = np.append(np.full(p, (1.0 - self.whole) / p), self.whole)
-        log_odds = np.log(hazard) + np.log(odds)
-        new = np.zeros((n, 2 * p, 2 * p))  # what becomes unknown in a change of each kind
+    @cached_property
+    def _unknown(self) -> np.ndarray:
+        """Covariance that a change of each kind adds to a state, ``(kind, 2 p, 2 p)``."""
+        p = len(NAMES)
+        added = np.zeros((len(KINDS), 2 * p, 2 * p))
         one = np.arange(p)
-        new[one, p + one, p + one] = new[p, p + one, p + one] = np.square(self.slope_sd)
-        new[p, one, one] = np.square(self.step_sd / self.log_sds)
-        h = hypotheses
-        stays = h.log_weight + np.log1p(-hazard)
-        parts = [(stays, h.mean, h.cov, h.start, h.kind, h.scatter)]
-        for scatter in np.unique(hypotheses.scatter):
-            mine = hypotheses.scatter == scatter
-            weight = hypotheses.weight[mine]
-            mean, cov = _merged(weight, hypotheses.mean[mine], hypotheses.cov[mine])
-            children = cov + new
-            whole = (np.full(n, hypotheses.operation), np.arange(n), np.full(n, scatter))
-            parts.append((np.log(weight.sum()) + log_odds, np.tile(mean, (n, 1)), children, *whole))
-        log_weight, mean, cov, start, kind, scatter = map(np.concatenate, zip(*parts, strict=True))
-        order = np.lexsort((start, kind, scatter))
-        sorted_ = [each[order] for each in (log_weight, mean, cov, start, kind, scatter)]
-        kept = thin(*sorted_, float(hypotheses.operation), _HOPELESS, _YOUNG)
-        return Hypotheses(hypotheses.operation, *(each[kept] for each in sorted_))
+        added[one, p + one, p + one] = added[p, p + one, p + one] = np.square(self.slope_sd)
+        added[p, one, one] = np.square(self.step_sd / self.log_sds)
+        return added
+
+    def _with_changes(self, old: Hypotheses, hazard: float) -> Hypotheses:
+        """Add the segments that may begin after the last operation, and thin out the old."""
+        p, n = len(NAMES), len(KINDS)
+        log_odds = np.log(hazard) + np.log(
+            np.append(np.full(p, (1.0 - self.whole) / p), self.whole)
+        )
+        begun = []
+        for scatter in np.unique(old.scatter):
+            mine = old.scatter == scatter
+            weight = old.weight[mine]
+            mean, cov = _merged(weight, old.mean[mine], old.cov[mine])
+            begun.append(
+                Hypotheses(
+                    old.operation,
+                    np.log(weight.sum()) + log_odds,
+                    np.tile(mean, (n, 1)),
+                    cov + self._unknown,
+                    start=np.full(n, old.operation),
+                    kind=np.arange(n),
+                    scatter=np.full(n, scatter),
+                )
+            )
+        stays = replace(old, log_weight=old.log_weight + np.log1p(-hazard))
+        every = stays.with_others(begun)
+        return every.of(thin(*every._fields(), float(old.operation), _HOPELESS, _YOUNG))
 
     def learn(
         self, predicted: Hypotheses, matrix: np.ndarray, slope: np.ndarray, centre: np.ndarray
@@ -177,40 +211,44 @@ class Tracker:
         Args:
             predicted: What ``predict`` returns for it.
             matrix, slope: Its information about standardised parameters, ``(p, p)`` and ``(p,)``,
-            centre: at these, ``(p,)``.
+            centre: and where that is taken, ``(p,)``.
 
         Returns:
             The hypotheses after it, the log evidence of the operation, up to a constant of its
             own, and the probability that it is an outlier.
         """
-        p = len(NAMES)
-        weights, slopes, base = self._scattered(matrix, slope, self.scatters)
-        wide = np.full(len(self.scatters), np.hypot(self.scatters.max(), self.step_sd))
-        mean = predicted.mean.copy()
+        p, group = len(NAMES), predicted.scatter
+        mean, cov = predicted.mean.copy(), predicted.cov.copy()
         mean[:, :p] -= centre
-        log_out = np.full(len(self.scatters), -np.inf)
-        if self.outliers:
-            w_out, s_out, b_out = self._scattered(matrix, slope, wide)
-            for q in np.unique(predicted.scatter):
-                mine = predicted.scatter == q
-                one = _merged(predicted.weight[mine], mean[mine], predicted.cov[mine])
-                log_out[q] = b_out[q] + evidence(one[0][:p], one[1][:p, :p], w_out[q], s_out[q])
-        cov = predicted.cov.copy()
-        log_out += np.log(self.outliers) if self.outliers else 0.0
-        log_in = update(
-            mean,
-            cov,
-            predicted.scatter,
-            *(weights, slopes, base + np.log1p(-self.outliers), log_out),
-        )
+        log_out = self._outlier(replace(predicted, mean=mean), matrix, slope)
+        weights, slopes, base = self._scattered(matrix, slope, self.scatters)
+        base = base + np.log1p(-self.outliers)
+        log_in = update(mean, cov, group, weights, slopes, base, log_out)
         mean[:, :p] += centre
-        log_weight = predicted.log_weight + np.logaddexp(log_in, log_out[predicted.scatter])
+        log_weight = predicted.log_weight + np.logaddexp(log_in, log_out[group])
         total = np.logaddexp.reduce(log_weight)
-        share = float(
-            np.exp(np.logaddexp.reduce(predicted.log_weight + log_out[predicted.scatter]) - total)
-        )
-        log_weight = self._floored(log_weight - total, predicted.scatter)
-        return replace(predicted, log_weight=log_weight, mean=mean, cov=cov), float(total), share
+        share = np.exp(np.logaddexp.reduce(predicted.log_weight + log_out[group]) - total)
+        log_weight = self._floored(log_weight - total, group)
+        learnt = replace(predicted, log_weight=log_weight, mean=mean, cov=cov)
+        return learnt, float(total), float(share)
+
+    def _outlier(self, shifted: Hypotheses, matrix: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Log probability of an outlier and of what was seen of it, for each scatter, ``(k,)``.
+
+        An outlier scatters by as much as a level may jump. Means are relative to where the
+        information is taken.
+        """
+        p, k = len(NAMES), len(self.scatters)
+        result = np.full(k, -np.inf)
+        if not self.outliers:
+            return result
+        wide = np.full(k, np.hypot(self.scatters.max(), self.step_sd))
+        weights, slopes, base = self._scattered(matrix, slope, wide)
+        for q in np.unique(shifted.scatter):
+            mine = shifted.scatter == q
+            mean, cov = _merged(shifted.weight[mine], shifted.mean[mine], shifted.cov[mine])
+            result[q] = base[q] + evidence(mean[:p], cov[:p, :p], weights[q], slopes[q])
+        return result + np.log(self.outliers)
 
     def _scattered(
         self, matrix: np.ndarray, slope: np.ndarray, scatters: np.ndarray
@@ -230,7 +268,7 @@ class Tracker:
         return weights, slopes, gain - 0.5 * np.linalg.slogdet(spread)[1]
 
     def _floored(self, log_weight: np.ndarray, scatter: np.ndarray) -> np.ndarray:
-        """Keep every scatter possible, for it may change."""
+        """Keep every scatter possible at a small weight, and normalise."""
         totals = np.full(len(self.scatters), -np.inf)
         np.logaddexp.at(totals, scatter, log_weight)
         log_weight = log_weight + (np.maximum(totals, np.log(_RARE)) - totals)[scatter]

@@ -1,17 +1,16 @@
 """Remaining life: when the trend of the current segment first takes the drive beyond a limit.
 
-Lines are drawn from all that is held about the current segment, run length, kind of change and
-scatter included. Along each of them an operation is beyond a limit by its own scatter, so what is
-left is a product of the probabilities not to be beyond it, operation after operation. Future
-changes of the wear are left out: a life is that of the trend as it is now.
+Lines are drawn from all hypotheses about the current segment: its beginning, kind and scatter.
+Along a line, every operation may exceed the limit by its own scatter, so the probability not to
+have exceeded it is a product over operations. Future changes of the wear are left out: a life is
+that of the trend as it is now.
 
-What an engineer measures of a drive is not linear in its parameters, so it is simulated along each
-line. Where a line leaves what the prior holds possible (five standard deviations in any parameter)
-the model has no say any more: from there on nothing is predicted, and the distribution of the
-remaining life ends below one.
+Quantities such as touch times are not linear in the parameters, so they are simulated along each
+line. Beyond five prior standard deviations in any parameter the model is not trusted: nothing is
+predicted from there on, and the distribution of the remaining life ends below one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -20,14 +19,14 @@ from scipy.special import log_ndtr
 
 from breaker.mechanism import NAMES, Limit, evaluate
 from breaker.model import Prior
-from breaker.wear.changepoint import Hypotheses, Tracker
+from breaker.wear.changepoint import PER, Hypotheses, Tracker
 
-__all__ = ["Horizon", "Remaining", "horizon_grid", "remaining_life"]
+__all__ = ["Horizon", "Remaining", "horizon_grid", "reached", "remaining_life"]
 
 _FARTHEST = 5.0  # prior sd, as far as lines are followed
 _NODES = np.array([0.0, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0])  # of a line, where it is simulated
-_PER = 1000.0  # operations in the unit of slopes
-_BEYOND, _LEAST = 40.0, 1e-9  # sds of scatter of what does not exist; least of its spread
+_NO_VALUE = 40.0  # excess, in sds of the scatter, of a quantity that does not exist
+_LEAST = 1e-9  # least spread of a quantity
 _STEP = 1e-3  # of standardised parameters, for slopes of quantities
 
 
@@ -77,8 +76,27 @@ class Remaining:
     now: np.ndarray
 
     def unknown(self) -> "Remaining":
-        """Return the same without any knowledge."""
+        """Return the same without any knowledge: nan everywhere."""
         return Remaining(*(np.full_like(getattr(self, each.name), np.nan) for each in fields(self)))
+
+
+def reached(grid: np.ndarray, cdf: np.ndarray, shares: Sequence[float]) -> np.ndarray:
+    """Return the future operations by which a probability is reached, inf where it is not.
+
+    >>> reached(np.array([1, 2, 3]), np.array([0.1, 0.5, 0.9]), [0.3, 0.95]).tolist()
+    [1.5, inf]
+
+    Args:
+        grid: Future operations, ``(g,)``.
+        cdf: Probability to be beyond a limit by then, ``(g,)``; without knowledge nan, and then
+            the result is nan, too.
+        shares: Probabilities, ``(q,)``.
+    """
+    if np.isnan(cdf).any():
+        return np.full(len(shares), np.nan)
+    return np.array(
+        [np.interp(share, cdf, grid) if cdf[-1] >= share else np.inf for share in shares]
+    )
 
 
 def remaining_life(
@@ -88,7 +106,7 @@ def remaining_life(
     prior: Prior,
     horizon: Horizon,
 ) -> Remaining:
-    """Predict when limits are first exceeded, from what is held after an operation.
+    """Predict when limits are first exceeded, from the hypotheses after an operation.
 
     Args:
         tracker: The model of wear.
@@ -98,41 +116,41 @@ def remaining_life(
         horizon: Future operations and draws.
     """
     grid, p = horizon.grid, len(NAMES)
-    if not limits:
-        none = np.zeros(0)
-        return Remaining(np.zeros((0, grid.size)), none, none, np.zeros((len(horizon.normals), 0)))
     lines, scatter = _lines(hypotheses, horizon.widening * horizon.normals, tracker.scatters)
-    level, slope = lines[:, :p], lines[:, p:] / _PER
-    with np.errstate(divide="ignore"):
-        ends = np.where(slope > 0, _FARTHEST - level, -_FARTHEST - level) / slope
-    ends[slope == 0] = np.inf
-    end = np.minimum(np.maximum(ends.min(axis=1), 1.0), horizon.operations)  # (d,)
+    level, slope = lines[:, :p], lines[:, p:] / PER
+    end = _ends(level, slope, horizon.operations)
     nodes = end[:, None] * _NODES  # (d, k)
     along = level[:, None] + nodes[..., None] * slope[:, None]
     along = np.clip(along, -_FARTHEST - 1.0, _FARTHEST + 1.0)
     steps = np.diff(grid, prepend=0)
-    cdf, toward, beyond, now = [], [], [], []
-    sampled = _sampled(limits, prior, along.reshape(-1, p), hypotheses.level()[0][:p])
-    for limit, (values, spread) in zip(limits, sampled, strict=True):  # (d * k, parts), (parts,)
+    cdf, now = np.zeros((len(limits), grid.size)), [np.zeros((len(lines), 0))]
+    toward, beyond = np.zeros((2, len(limits)))
+    simulated = _simulated(limits, prior, along.reshape(-1, p), hypotheses.level()[0][:p])
+    for i, (limit, (values, spread)) in enumerate(zip(limits, simulated, strict=True)):
         values = values.reshape(*nodes.shape, -1)
-        now.append(values[:, 0])
-        # How many sds of its scatter an operation is beyond the limit in its farthest part; what
-        # does not exist, for the motion comes to nothing, is beyond any.
-        excess = limit.excess(values)
         scale = scatter[:, None, None] * np.maximum(np.nan_to_num(spread), _LEAST)
-        ratio = np.where(np.isnan(excess), _BEYOND, excess / scale).min(axis=-1)
-        toward.append(np.mean(ratio[:, 1] > ratio[:, 0]))
-        beyond.append(np.mean(ratio[:, 0] > 0))
-        left = log_ndtr(-_interpolate(nodes, ratio, grid))
-        left[grid > end[:, None]] = 0.0
-        cdf.append(-np.expm1((left * steps).cumsum(axis=1)).mean(axis=0))
-    return Remaining(np.array(cdf), np.array(toward), np.array(beyond), np.concatenate(now, axis=1))
+        excess = limit.excess(values)
+        ratio = np.where(np.isnan(excess), _NO_VALUE, excess / scale).min(axis=-1)  # (d, k)
+        toward[i], beyond[i] = np.mean(ratio[:, 1] > ratio[:, 0]), np.mean(ratio[:, 0] > 0)
+        log_below = log_ndtr(-_interpolate(nodes, ratio, grid))  # of an operation, (d, g)
+        log_below[grid > end[:, None]] = 0.0
+        cdf[i] = -np.expm1((log_below * steps).cumsum(axis=1)).mean(axis=0)
+        now.append(values[:, 0])
+    return Remaining(cdf, toward, beyond, np.concatenate(now, axis=1))
+
+
+def _ends(level: np.ndarray, slope: np.ndarray, farthest: int) -> np.ndarray:
+    """Future operation at which lines ``(d, p)`` leave what the prior holds possible, ``(d,)``."""
+    with np.errstate(divide="ignore"):
+        ends = np.where(slope > 0, _FARTHEST - level, -_FARTHEST - level) / slope
+    ends[slope == 0] = np.inf
+    return np.minimum(np.maximum(ends.min(axis=1), 1.0), farthest)
 
 
 def _lines(
     hypotheses: Hypotheses, normals: np.ndarray, scatters: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Draw lines ``(d, 2 p)`` and their scatters ``(d,)``, each hypothesis by its share."""
+    """Draw lines ``(d, 2 p)`` and their scatters ``(d,)``, as many of a hypothesis as its share."""
     d = len(normals)
     ladder = np.cumsum(hypotheses.weight) / hypotheses.weight.sum()
     chosen = np.minimum(np.searchsorted(ladder, (np.arange(d) + 0.5) / d), ladder.size - 1)
@@ -144,7 +162,9 @@ def _lines(
     return hypotheses.mean[chosen] + moved, scatters[hypotheses.scatter[chosen]]
 
 
-def _sampled(limits: Sequence[Limit], prior: Prior, points: np.ndarray, centre: np.ndarray):
+def _simulated(
+    limits: Sequence[Limit], prior: Prior, points: np.ndarray, centre: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield, limit by limit, quantities ``(n, parts)`` at points and their spread, ``(parts,)``.
 
     The spread is the sd of a quantity at ``centre`` for a scatter of one in every log parameter.

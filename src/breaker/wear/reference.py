@@ -1,27 +1,30 @@
-"""The reference: where a trend starts, and whether the model fits the drive.
+"""The reference: where a trend starts, whether the model fits, and whether both motions agree.
 
-The first operations are pooled, as too few for a trend. If the model fits them, to within what
-noise leaves of their mean, the trend starts from the parameters that they agree on, and all that
-follows is exact.
+The first operations are too few for a trend, so their records are pooled. If the model fits their
+mean to within the noise, the trend starts from the parameters that fit all of them best, and all
+that follows is exact.
 
-If it does not, as at the end of a stroke with a damper, pooling drives the parameters far off. The
-misfit is the same in every operation and does not average out, so that hundreds of operations trade
-it against whatever they know least. What can be followed then are the *effective* values: what the
-posterior of a single operation, prior included, would be about without noise. They are stable, and
-pulled to the prior where an operation says little. An operation then is a measurement of them by
-the mode of its posterior, with the covariance that the modes have in the baseline.
+If it does not, as at the end of a stroke with a damper, pooling drives the parameters far off: the
+misfit is the same in every operation and does not average out, so the least known parameters absorb
+it. Then the *effective* values are followed: where the posterior of a single operation, prior
+included, would lie without noise. They are stable, and pulled to the prior in directions that a
+record hardly determines. The mode of an operation's posterior measures them, with the covariance
+that these modes have in the reference.
+
+Whether closing and opening have the same parameters is asked once, of these operations. A trend of
+both pools as many records, so it needs agreement to the accuracy of all of them.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc  # scipy.stats takes most of a second to load
 
 from breaker.mechanism import NAMES
 from breaker.model import Model, Sensor, climb, information, pool
 
-__all__ = ["Reference", "find_reference", "modes", "onset_of"]
+__all__ = ["Reference", "agreement", "find_reference", "modes", "onset_of", "pooled"]
 
 _MOVES = 3  # Gauss-Newton steps to a mode, from the network's mean
 _FINEST = 0.01  # prior sd, to which a mode is known at best
@@ -37,15 +40,17 @@ class Reference:
         p_values: Of the mean record of each motion: small where the model does not fit it.
         spread: Covariance of the modes of single operations about their line, ``(p, p)``; used
             where the model does not fit.
+        agreement: p-value of the difference between the motions' parameters: see ``agreement``.
     """
 
     centre: np.ndarray
     p_values: dict[str, float]
     spread: np.ndarray
+    agreement: float
 
     @property
     def fits(self) -> bool:
-        """Whether the model fits the baseline, in every motion."""
+        """Whether the model fits the first operations, in every motion."""
         return all(value >= _MISFIT for value in self.p_values.values())
 
 
@@ -54,29 +59,72 @@ def find_reference(
     records: Mapping[str, np.ndarray],
     outputs: Mapping[str, np.ndarray],
 ) -> Reference:
-    """Pool the first operations, and see whether the model fits them.
+    """Pool the first operations; find whether the model fits them and whether motions agree.
 
     Args:
         models: Joint model of each motion.
         records: Records of each, of the same operations, ``(n, t)``, mm.
         outputs: Means of the posteriors of each, standardised, ``(n, q)``, to start from.
     """
-    p = len(NAMES)
-    start = np.mean([each[:, :p].mean(axis=0) for each in outputs.values()], axis=0)
     onsets = {motion: onset_of(each) for motion, each in outputs.items()}
-    centre = pool(models, records, start, onsets, warn=True)
+    centre = pooled(models, records, outputs)
     p_values = {}
     for motion, model in models.items():
-        residuals = _residuals(model, records[motion], centre, onsets[motion])
-        p_values[motion] = _common_curve(model.sensor, residuals)
-    return Reference(centre, p_values, _spread(*modes(models, records, outputs)))
+        left, _ = _residuals(model, records[motion], centre, onsets[motion])
+        p_values[motion] = _common_curve(model.sensor, left)
+    spread = _spread(*modes(models, records, outputs))
+    return Reference(centre, p_values, spread, agreement(models, records, outputs, centre))
+
+
+def agreement(
+    models: Mapping[str, Model],
+    records: Mapping[str, np.ndarray],
+    outputs: Mapping[str, np.ndarray],
+    centre: np.ndarray,
+) -> float:
+    """Return the p-value of the hypothesis that both motions have the same parameters.
+
+    By the likelihood ratio: the misfit of all records at the parameters that both motions agree
+    on, less that of each motion's records at its own, is chi-square with p degrees of freedom
+    (Wilks). Wear that is common to both motions cancels. A model that does not fit makes the
+    motions differ, too.
+
+    Args:
+        models, records, outputs: As of ``find_reference``.
+        centre: Parameters that all records agree on best, standardised, ``(p,)``.
+
+    Returns:
+        The p-value, 1 for a single motion. It is uniform if the motions agree, and larger where
+        records hardly inform about a parameter, so the level below which they are said to differ
+        bounds the probability of a false alarm.
+    """
+    if len(models) < 2:
+        return 1.0
+    rise = 0.0
+    for motion, model in models.items():
+        record, onset = records[motion], onset_of(outputs[motion])
+        own = pooled({motion: model}, {motion: record}, outputs)
+        rise += _misfit(model, record, centre, onset) - _misfit(model, record, own, onset)
+    return float(chdtrc(len(NAMES), rise))
+
+
+def pooled(
+    models: Mapping[str, Model],
+    records: Mapping[str, np.ndarray],
+    outputs: Mapping[str, np.ndarray],
+) -> np.ndarray:
+    """Return the standardised parameters that all records agree on best, ``(p,)``."""
+    p = len(NAMES)
+    begin = np.mean([outputs[motion][:, :p].mean(axis=0) for motion in models], axis=0)
+    onsets = {motion: onset_of(outputs[motion]) for motion in models}
+    return pool(models, records, begin, onsets, warn=True)
 
 
 def _spread(found: np.ndarray, within: np.ndarray) -> np.ndarray:
-    """Covariance of modes ``(n, p)`` about a line, and what posteriors say of it where n is small.
+    """Covariance of modes ``(n, p)`` about a line, regularised by the one that is expected.
 
     A Gaussian likelihood of precision ``J`` and one prior make modes of covariance ``S - S^2``,
-    with ``S = (1 + J)^-1``. It counts as much as two operations a parameter.
+    with ``S = (1 + J)^-1``. This counts as much as two operations per parameter.
     """
     n, p = found.shape
     design = np.column_stack([np.ones(n), np.arange(n) - (n - 1) / 2])[:, : min(2, n)]
@@ -118,12 +166,18 @@ def onset_of(outputs: np.ndarray) -> np.ndarray:
 
 def _residuals(
     model: Model, records: np.ndarray, centre: np.ndarray, onset: np.ndarray
-) -> np.ndarray:
-    """What the model leaves of each record, with the record's own onset, ``(n, t)``, mm."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the model leaves of records ``(n, t)``, mm, and their best onsets ``(n,)``."""
     places = np.tile(centre, (len(records), 1))
     onset = information(model, records, places, onset).onset
     outputs = np.column_stack([places, onset])[:, : len(model.names)]
-    return records - model.curves(model.destandardise(outputs))
+    return records - model.curves(model.destandardise(outputs)), onset
+
+
+def _misfit(model: Model, records: np.ndarray, centre: np.ndarray, onset: np.ndarray) -> float:
+    """Squares that the model leaves of records and their onsets, in units of the noise."""
+    left, onset = _residuals(model, records, centre, onset)
+    return float(model.sensor.chi_square(left, np.zeros_like(left)).sum() + np.square(onset).sum())
 
 
 def _common_curve(sensor: Sensor, residuals: np.ndarray) -> float:
@@ -135,7 +189,7 @@ def _common_curve(sensor: Sensor, residuals: np.ndarray) -> float:
     if there.all():
         mean = residuals.mean(axis=0)
         statistic = len(residuals) * sensor.chi_square(mean, np.zeros_like(mean))
-        return float(chi2.sf(statistic, df=mean.size))
+        return float(chdtrc(mean.size, statistic))
     seen = there.any(axis=0)
     weights, values = there[:, seen].astype(float), np.where(there, residuals, 0.0)[:, seen]
     noise, zero = sensor.noise_sd**2, sensor.zero_sd**2
@@ -143,4 +197,4 @@ def _common_curve(sensor: Sensor, residuals: np.ndarray) -> float:
     precision = np.diag(weights.sum(axis=0)) - (weights.T * shared) @ weights
     total = values.sum(axis=0) - (shared * values.sum(axis=1)) @ weights
     statistic = total @ np.linalg.solve(precision, total) / noise
-    return float(chi2.sf(statistic, df=seen.sum()))
+    return float(chdtrc(seen.sum(), statistic))

@@ -1,4 +1,4 @@
-"""Records of operations, and what each of them says of a trend."""
+"""Records of operations, and the likelihood of each near the trend."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from breaker.wear.reference import Reference, modes, onset_of
 
 __all__ = ["Series", "likelihood", "series_of"]
 
-_ROOM = 0.02  # share of a parameter that an operation may be off what is predicted
-_MOVES = 2  # of the place where an operation's likelihood is taken
+_ROOM = 0.02  # share of a parameter by which an operation may differ from the prediction
+_MOVES = 2  # Gauss-Newton steps to where an operation's likelihood is taken
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,10 @@ class Series:
 
     Attributes:
         operations: Their numbers, rising, ``(o,)``.
-        records: Of each motion, ``(o, t)``, mm; NaN where a sample is missing, or there is no
-            record that can be used.
-        outputs: Mean of each motion's own posterior, standardised, ``(o, q)``: where to start
-            from; nan where there is none.
+        records: Records of each motion, ``(o, t)``, mm; nan where a sample is missing, or where
+            there is no record that can be used.
+        outputs: Means of each motion's own posteriors, standardised, ``(o, q)``, from which modes
+            are searched; nan where there is none.
     """
 
     operations: np.ndarray
@@ -44,7 +44,7 @@ def series_of(
 
     Args:
         models: Joint model of each motion.
-        data: What ``condition.align`` returns of each motion, for the same operations.
+        data: What ``decisions.align`` returns of each motion, for the same operations.
         usable: Which of them have a posterior, ``(o,)``.
     """
     records, outputs = {}, {}
@@ -64,25 +64,26 @@ def likelihood(
     reference: Reference | None,
     predicted: tuple[np.ndarray, np.ndarray] | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what the records of an operation say, about where; zeros without a record.
+    """Return the Gaussian likelihood of an operation's records; zeros without a record.
 
-    The place is the mode of the operation's likelihood under what is predicted of it, with some
-    room for scatter and for a change not noticed yet. So it goes where the records leave no
-    doubt, and stays at the trend where they say little.
+    It is taken at the mode of the likelihood times the prediction of the trend, which is widened
+    for scatter and for a change not noticed yet. So that place follows the records in the
+    directions that they determine, and stays at the trend in all others.
 
-    Where the model does not fit, the operation is a measurement of its effective value by the
-    mode of its own posterior.
+    Where the model does not fit, the mode of the operation's own posterior is taken as a
+    measurement of its effective value.
 
     Args:
         models: Joint model of each motion that has a usable record.
         series: Records.
         i: Which operation of them.
         reference: Where the trend started; None before there is one.
-        predicted: Mean ``(p,)`` and covariance ``(p, p)`` of the standardised parameters, as
-            predicted; None in the baseline.
+        predicted: Predicted mean ``(p,)`` and covariance ``(p, p)`` of the standardised
+            parameters; None in the first operations.
 
     Returns:
-        Information ``(p, p)`` and slope ``(p,)`` at a place, ``(p,)``, standardised.
+        Information ``(p, p)`` and slope ``(p,)`` of the log likelihood, and the standardised
+        parameters where they are taken, ``(p,)``.
     """
     p, one = len(NAMES), slice(i, i + 1)
     nothing = np.zeros((p, p)), np.zeros(p), np.zeros(p)
@@ -92,7 +93,7 @@ def likelihood(
     outputs = {motion: series.outputs[motion][one] for motion in models}
     if not reference.fits:
         if models.keys() != reference.p_values.keys():
-            return nothing  # the mode of one motion is pulled to the prior in another way
+            return nothing  # the mode of one motion alone differs by the pull of the prior
         centre, _ = modes(models, records, outputs)
         return np.linalg.inv(reference.spread), np.zeros(p), centre[0]
     room = np.diag(np.square(_ROOM / next(iter(models.values())).prior.log_sds))

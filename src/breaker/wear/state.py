@@ -1,4 +1,4 @@
-"""What a trend knows after some operations: stored, so that later ones go on from it."""
+"""The state of a trend after some operations: stored, so that later ones go on from it."""
 
 import json
 from dataclasses import dataclass
@@ -12,15 +12,24 @@ from breaker.wear.reference import Reference
 
 __all__ = ["State"]
 
+_DIMS = {
+    "log_weight": ("hypothesis",),
+    "mean": ("hypothesis", "state"),
+    "cov": ("hypothesis", "state", "other_state"),
+    "start": ("hypothesis",),
+    "kind": ("hypothesis",),
+    "scatter": ("hypothesis",),
+}  # of hypotheses, in the order of their fields
+
 
 @dataclass(frozen=True)
 class State:
-    """All that the next operation needs of those before it.
+    """All that the next operation needs from those before it.
 
     Attributes:
         hypotheses: Hypotheses after the last operation.
         reference: Where the trend started, None before there is a record.
-        seen: Operations that were learnt from.
+        seen: Number of operations that were learnt from.
         first: Number of the first.
         alarms: Numbers of the operations at which a change was noticed, the last two.
     """
@@ -38,32 +47,28 @@ class State:
 
     def to_dataset(self) -> xr.Dataset:
         """Return the state as a dataset, exactly."""
-        s = self.hypotheses
-        dims = {"mean": ("hypothesis", "state"), "cov": ("hypothesis", "state", "other_state")}
-        fields = {
-            name: (dims.get(name, ("hypothesis",)), getattr(s, name))
-            for name in ("log_weight", "mean", "cov", "start", "kind", "scatter")
-        }
-        known = {"operation": s.operation, "seen": self.seen, "first": self.first}
-        p = len(NAMES)
-        start = self.reference or Reference(np.full(p, np.nan), {}, np.full((p, p), np.nan))
-        known |= {"alarms": list(self.alarms), "p_values": start.p_values}
+        h, p, known = self.hypotheses, len(NAMES), self.reference
+        if known is None:
+            known = Reference(np.full(p, np.nan), {}, np.full((p, p), np.nan), np.nan)
+        attrs = {"operation": h.operation, "seen": self.seen, "first": self.first}
+        attrs |= {"alarms": list(self.alarms)}
+        attrs |= {"p_values": known.p_values, "agreement": known.agreement}
         return xr.Dataset(
-            fields
+            {name: (dims, getattr(h, name)) for name, dims in _DIMS.items()}
             | {
-                "centre": ("parameter", start.centre),
-                "spread": (("parameter", "other_parameter"), start.spread),
+                "centre": ("parameter", known.centre),
+                "spread": (("parameter", "other_parameter"), known.spread),
             },
-            attrs={"known": json.dumps(known)},
+            attrs={"known": json.dumps(attrs)},
         )
 
     @classmethod
     def from_dataset(cls, data: xr.Dataset) -> "State":
         """Return the state of what ``to_dataset`` returned."""
         known = json.loads(data.attrs["known"])
-        names = ("log_weight", "mean", "cov", "start", "kind", "scatter")
-        hypotheses = Hypotheses(known["operation"], *(data[name].values for name in names))
+        hypotheses = Hypotheses(known["operation"], *(data[name].values for name in _DIMS))
         reference = None
         if known["p_values"]:
-            reference = Reference(data.centre.values, known["p_values"], data.spread.values)
+            about = data.centre.values, known["p_values"], data.spread.values, known["agreement"]
+            reference = Reference(*about)
         return cls(hypotheses, reference, known["seen"], known["first"], tuple(known["alarms"]))

@@ -1,0 +1,119 @@
+"""What is stored of each operation of a trend: one table of names, dims and values."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from breaker.mechanism import NAMES, Limit
+from breaker.model import Prior
+from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
+from breaker.wear.lifetime import Horizon, Remaining, reached
+from breaker.wear.lines import SPACING
+from breaker.wear.state import State
+
+__all__ = ["age_bins", "dataset", "row"]
+
+_QUANTILES = (0.05, 0.5, 0.95)
+_HALF = 1.6449  # sds of a normal in half its 90 % interval
+_PER_CENT = 100.0
+
+Row = Mapping[str, tuple[tuple[str, ...], np.ndarray]]
+"""Dims, without the operation, and value of everything that is stored, by name."""
+
+
+def age_bins(last: int) -> np.ndarray:
+    """Return the edges of the ages in which run lengths are counted, operations, geometric."""
+    return np.concatenate([[0.0], np.geomspace(1.0, max(last, 2), 60), [np.inf]])
+
+
+def row(
+    state: State, left: Remaining, tracker: Tracker, prior: Prior, horizon: Horizon
+) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Return the levels, slopes, change and remaining lives after an operation.
+
+    Levels are in the units of the parameters, slopes and scatter in percent, slopes per thousand
+    operations. Intervals are of 90 %.
+    """
+    p, h = len(NAMES), state.hypotheses
+    mean, cov = h.level()
+    half = _HALF * np.sqrt(np.diag(cov))
+    ends = np.stack([mean - half, mean, mean + half])  # (3, 2 p)
+    levels, slopes = prior.destandardise(ends[:, :p]), _PER_CENT * prior.log_sds * ends[:, p:]
+    before = state.alarms[-2] if len(state.alarms) > 1 else state.first
+    began = h.weight * ((h.start > before) & (h.start <= state.since))  # of the latest change
+    kinds = np.bincount(h.kind + 1, began, len(KINDS) + 1)[1:]
+    unknown = np.full(len(KINDS), np.nan)
+    ages = np.histogram(h.operation - h.start, age_bins(horizon.operations), weights=h.weight)[0]
+    lives = [reached(horizon.grid, cdf, _QUANTILES) for cdf in left.cdf]
+    return {
+        "level": (("parameter",), levels[1]),
+        "level_interval": (("parameter", "bound"), levels[[0, 2]].T),
+        "slope": (("parameter",), slopes[1]),
+        "slope_interval": (("parameter", "bound"), slopes[[0, 2]].T),
+        "scatter": ((), _PER_CENT * tracker.scatters[h.scatter] @ h.weight),
+        "run_length_probability": (("age",), ages),
+        "start_interval": (("quantile",), _start(h, began, before, state.since)),
+        "kind_probability": (("kind",), kinds / began.sum() if began.sum() > 0 else unknown),
+        "remaining": (("limit", "quantile"), np.reshape(lives, (len(lives), len(_QUANTILES)))),
+        "toward": (("limit",), left.toward),
+        "beyond": (("limit",), left.beyond),
+        "value": (("part", "quantile"), np.quantile(left.now, _QUANTILES, axis=0).T),
+    }
+
+
+def dataset(
+    operations: np.ndarray, rows: Sequence[Row], limits: Sequence[Limit], last: int
+) -> xr.Dataset:
+    """Put the rows of operations ``(o,)`` into one dataset.
+
+    Args:
+        operations: Their numbers.
+        rows: At least one.
+        limits: Limits of the remaining lives.
+        last: Age of the last bin of run lengths, operations.
+    """
+    edges = age_bins(last)
+    parts = [(limit, part) for limit in limits for part in limit.parts]
+    coords = {
+        "operation": operations,
+        "parameter": list(NAMES),
+        "bound": ["lower", "upper"],
+        "kind": list(KINDS),
+        "quantile": list(_QUANTILES),
+        "limit": [limit.name for limit in limits],
+        "words": ("limit", [limit.words for limit in limits]),
+        "part_limit": ("part", [limit.name for limit, _ in parts]),
+        "part_quantity": ("part", [quantity for _, (quantity, _, _) in parts]),
+        "part_bound": ("part", [bound for _, (_, bound, _) in parts]),
+        "part_upper": ("part", [is_upper for _, (_, _, is_upper) in parts]),
+        "age_lower": ("age", edges[:-1]),
+        "age_upper": ("age", edges[1:]),
+    }
+    data = {
+        name: (("operation", *dims), np.array([row[name][1] for row in rows]))
+        for name, (dims, _) in rows[0].items()
+    }
+    return xr.Dataset(data, coords=coords)
+
+
+def _start(h: Hypotheses, began: np.ndarray, earliest: int, latest: int) -> np.ndarray:
+    """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
+
+    Hypotheses that began within a share of their age of each other are kept as one, and it may
+    have begun anywhere among them, but not before the last alarm nor after its own.
+    """
+    low, middle, high = _quantiles(h.start, began, _QUANTILES)
+    now = h.operation
+    ends = low - SPACING * (now - low), high + SPACING * (now - high)
+    return np.array([np.maximum(ends[0], earliest), middle, np.minimum(ends[1], latest)])
+
+
+def _quantiles(values: np.ndarray, weight: np.ndarray, shares: Sequence[float]) -> np.ndarray:
+    """Quantiles of weighted values, nan where nothing has a weight."""
+    if not weight.sum() > 0:
+        return np.full(len(shares), np.nan)
+    order = np.argsort(values, kind="stable")
+    ladder = np.cumsum(weight[order]) / weight.sum()
+    place = np.minimum(np.searchsorted(ladder, shares), len(values) - 1)
+    return values[order][place].astype(float)
