@@ -5,17 +5,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from breaker.decisions.series import complete, health, join, remaining
 from breaker.decisions.summary import verdict
-from breaker.decisions.table import (
-    STATES,
-    complete,
-    decide,
-    health,
-    join,
-    remaining,
-    states,
-    wearing,
-)
+from breaker.decisions.table import STATES, decide, states, wearing
 from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.quantities import evaluate

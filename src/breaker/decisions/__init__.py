@@ -11,7 +11,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "alarms": ["alarm_table", "first", "raised"],
         "conditions": ["align", "condition", "usable"],
+        "series": ["complete", "health", "join", "remaining"],
         "summary": ["verdict"],
-        "table": ["STATES", "complete", "decide", "health", "join", "remaining"],
+        "table": ["STATES", "decide"],
     },
 )

@@ -47,7 +47,7 @@ def _solve(matrix, right):
 
 @_fast
 def _gain(mean, cov, weight, slope, system, solved):
-    """Fill ``solved`` with ``(I + W P)^-1 [r, W]``, r the slope at the mean; return the evidence."""
+    """Fill ``solved`` with ``(I + W P)^-1 [r, W]``, r the slope at the mean; return evidence."""
     p = slope.size
     log_evidence = 0.0
     for i in range(p):
