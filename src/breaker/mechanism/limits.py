@@ -18,8 +18,6 @@ from breaker.mechanism.quantities import QUANTITIES, check_quantity
 
 __all__ = ["Exceedance", "Limit", "from_list"]
 
-_SIDES = {"upper": "above", "lower": "below"}
-
 
 class Exceedance(NamedTuple):
     """Probabilities that a limit is exceeded, ``(...)``.
@@ -45,12 +43,13 @@ class Limit:
         motion: Motion whose quantities it is about.
         parts: (quantity, value, whether it holds above the value rather than below), at least one.
 
-    >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
-    >>> limit = Limit.from_settings(entry)
-    >>> limit.words
-    'touch_time above 10 ms'
-    >>> limit.exceeded([[9.9], [10.1]])
-    array([False,  True])
+    Example:
+        >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
+        >>> limit = Limit.from_settings(entry)
+        >>> limit.words
+        'touch_time above 10 ms'
+        >>> limit.exceeded([[9.9], [10.1]])
+        array([False,  True])
     """
 
     name: str
@@ -58,34 +57,32 @@ class Limit:
     parts: tuple[tuple[str, float, bool], ...]
 
     def __post_init__(self) -> None:
-        wrong = [check_quantity(quantity, self.motion) for quantity, _, _ in self.parts]
-        above, below = (
-            {quantity: value for quantity, value, is_upper in self.parts if is_upper == side}
-            for side in (True, False)
-        )
-        wrong += [
-            f"{name} cannot be above {value:g} and below {below[name]:g} at once. Make two limits, "
-            "or swap the values."
-            for name, value in above.items()
-            if name in below and value >= below[name]
-        ]
-        if not self.parts:
+        names = dict.fromkeys(self.quantities)
+        wrong = [text for name in names if (text := check_quantity(name, self.motion))]
+        bounds = {(name, is_upper): value for name, value, is_upper in self.parts}
+        for name in names:
+            above, below = bounds.get((name, True), -np.inf), bounds.get((name, False), np.inf)
+            if above >= below:
+                wrong.append(
+                    f"{name} cannot be above {above:g} and below {below:g} at once. "
+                    "Make two limits, or swap the values."
+                )
+        if not names:
             wrong.append("it has no quantity. Name one under upper or lower, with a value.")
-        if any(wrong):
-            texts = " ".join(dict.fromkeys(filter(None, wrong)))
-            raise ValueError(f"{self.name}: {texts}")
+        if wrong:
+            raise ValueError(f"{self.name}: {' '.join(wrong)}")
 
     @classmethod
     def from_settings(cls, entry: Mapping[str, Any]) -> "Limit":
         """Build a limit from an entry of the list ``limits`` of the configuration.
 
         Raises:
-            ValueError: If it has no quantity, one that its motion does not have, or one that would
-                have to be above and below what excludes each other.
+            ValueError: If it has no quantity, one that its motion does not have, or one whose two
+                bounds exclude each other.
         """
         parts = (
             (quantity, float(value), side == "upper")
-            for side in _SIDES
+            for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
         return cls(entry["name"], entry["motion"], tuple(parts))
@@ -99,7 +96,7 @@ class Limit:
     def words(self) -> str:
         """The condition in words, such as "touch_time above 10 ms"."""
         return " and ".join(
-            f"{quantity} {_SIDES['upper' if is_upper else 'lower']} {_with_unit(quantity, value)}"
+            f"{quantity} {'above' if is_upper else 'below'} {_with_unit(quantity, value)}"
             for quantity, value, is_upper in self.parts
         )
 

@@ -52,10 +52,6 @@ class Watched(NamedTuple):
 def watch(series: ArrayLike, kind: str, level: float, *, warm_up: int) -> Watched:
     """Watch a series online by a control chart.
 
-    >>> series = [1.0, 1.1, 0.9, 1.0, 5.0, 5.1, 4.9]
-    >>> watch(series, "threshold", 4.0, warm_up=3).alarm.nonzero()
-    (array([4]),)
-
     Args:
         series: Values, ``(n,)``, any unit; NaN where an operation has none.
         kind: "threshold", "cusum" or "ewma".
@@ -65,6 +61,11 @@ def watch(series: ArrayLike, kind: str, level: float, *, warm_up: int) -> Watche
 
     Raises:
         ValueError: If an argument is out of its range, or a value infinite.
+
+    Example:
+        >>> series = [1.0, 1.1, 0.9, 1.0, 5.0, 5.1, 4.9]
+        >>> watch(series, "threshold", 4.0, warm_up=3).alarm.nonzero()
+        (array([4]),)
     """
     series = np.ascontiguousarray(series, dtype=float)
     if series.ndim != 1 or np.isinf(series).any():

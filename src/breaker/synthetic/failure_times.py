@@ -18,6 +18,14 @@ def failures(effective: Mapping[str, xr.DataArray], limits: Sequence[Limit]) -> 
         effective: Effective values ``(stage, output)`` of each motion, with a coordinate
             ``operation (stage)``; between stages, quantities are interpolated.
         limits: The limits.
+
+    Example:
+        >>> new = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.80, 10.0])
+        >>> worn = new * [1, 1, 1, 1, 1, 0.9, 1]  # f falls from 0.80 to 0.72
+        >>> stages = {"operation": ("stage", [1, 801])}
+        >>> values = xr.DataArray(np.stack([new, worn]), dims=("stage", "output"), coords=stages)
+        >>> failures({"closing": values}, [Limit("weak", "closing", (("f", 0.77, False),))])
+        {'weak': 302.0}
     """
     result = {}
     for limit in limits:

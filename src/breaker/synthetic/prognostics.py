@@ -37,13 +37,14 @@ def crps(grid: ArrayLike, cdf: ArrayLike, truth: ArrayLike) -> np.ndarray:
     lies beyond the horizon is not judged, and *no crossing*, all zeros, scores the horizon less the
     truth.
 
-    >>> float(crps([100.0, 200.0], [0.0, 1.0], 150.0).round(6))  # uniform from 100 to 200
-    8.333333
-
     Args:
         grid: Remaining lives, increasing from above 0 to the horizon, ``(g,)``.
         cdf: Probability of a remaining life up to each node, ``(..., g)``.
         truth: True remaining lives, ``(...)``, from 0 to the last node.
+
+    Example:
+        >>> float(crps([100.0, 200.0], [0.0, 1.0], 150.0).round(6))  # uniform from 100 to 200
+        8.333333
     """
     nodes, cdf = np.append(0.0, grid), np.asarray(cdf, float)
     truth = np.asarray(truth, float)
@@ -76,13 +77,14 @@ def prognostic_horizon(operations: np.ndarray, inside: np.ndarray, failure: floa
     The remaining life at the first operation from which on all predictions are inside their
     target; 0 if the last one is not, or if there is none.
 
-    >>> prognostic_horizon(np.array([10, 30, 50, 70]), np.array([True, False, True, True]), 100)
-    50.0
-
     Args:
         operations: Operations that were predicted after, ``(k,)``, increasing, up to the failure.
         inside: Whether each prediction met its target, ``(k,)`` of bool.
         failure: Operation of the failure.
+
+    Example:
+        >>> prognostic_horizon(np.array([10, 30, 50, 70]), np.array([True, False, True, True]), 100)
+        50.0
     """
     misses = np.flatnonzero(~inside)
     first = misses[-1] + 1 if misses.size else 0
@@ -110,12 +112,13 @@ def detections(alarms: Sequence[ArrayLike], change: ArrayLike, failure: ArrayLik
 
     An alarm at the failure or later is neither true nor false: it comes too late to count.
 
-    >>> detections([[30, 120, 110], [200]], [100, 100], [200, 200])
-    Detections(delay=array([10., nan]), false_alarms=1)
-
     Args:
         alarms: Operations of the alarms of each life, ``n`` times ``(k,)``, in any order.
         change, failure: Operation of the change, and of the failure after it, ``(n,)``.
+
+    Example:
+        >>> detections([[30, 120, 110], [200]], [100, 100], [200, 200])
+        Detections(delay=array([10., nan]), false_alarms=1)
     """
     delays, false = [], 0
     for alarm, begin, end in zip(alarms, change, failure, strict=True):
@@ -133,15 +136,16 @@ def false_alarms_per(
 ) -> tuple[float, float, float]:
     """Return false alarms per so many operations, and the exact interval of a Poisson count.
 
-    >>> rate, lower, upper = false_alarms_per(0, 10_000)
-    >>> round(upper, 3)
-    3.689
-
     Args:
         count: False alarms.
         operations: Operations without a change that were watched.
         per: Operations that the rate refers to.
         level: Probability of the interval, which holds at least that (Garwood 1936).
+
+    Example:
+        >>> rate, lower, upper = false_alarms_per(0, 10_000)
+        >>> round(upper, 3)
+        3.689
     """
     tail = (1 - level) / 2
     lower = chi2.ppf(tail, 2 * count) / 2 if count else 0.0
@@ -158,8 +162,9 @@ def share(hits: ArrayLike, *, level: float = 0.95) -> tuple[float, float, float]
 
     The interval holds at least ``level``, whatever the share.
 
-    >>> share([True, True, True, False])[0]
-    0.75
+    Example:
+        >>> share([True, True, True, False])[0]
+        0.75
     """
     hits = np.asarray(hits, bool)
     if hits.size == 0:

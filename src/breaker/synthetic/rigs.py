@@ -39,6 +39,10 @@ class Stop:
         depth: Way over which the damping comes in, mm.
         power: Power of the speed with which the damping grows: 1 viscous, 2 an orifice, more a
             throttle that closes with the flow.
+
+    Example:
+        >>> Stop(position=13.0, stiffness=0.5, damping=2.0, depth=0.1).force(way=1.0, speed=3.0)
+        6.5
     """
 
     position: float

@@ -47,6 +47,15 @@ def through_files(model: Model, n: int, rng: np.random.Generator) -> tuple[np.nd
 
     Raises:
         RuntimeError: If the reader rejects one of them.
+
+    Example:
+        >>> from breaker.model import Prior, Sensor
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
+        >>> model = Model(prior, sensor, "closing")
+        >>> records, truth = through_files(model, 2, np.random.default_rng(1))
+        >>> records.shape, truth.shape
+        ((2, 151), (2, 8))
     """
     sensor, motion = model.sensor, model.motion
     step = sensor.step / _FASTER

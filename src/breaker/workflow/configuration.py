@@ -31,6 +31,11 @@ def load(paths: Sequence[str | Path], *, schema: str | Path) -> dict[str, Any]:
 
     Raises:
         ConfigurationError: If a file cannot be read or the configuration is wrong.
+
+    Example:
+        >>> files = ["config/config.yaml", "config/paper.yaml"]
+        >>> load(files, schema="workflow/schemas/config.schema.yaml")["sensor"]["zero_sd"]
+        0.0
     """
     config = reduce(merge, map(read, paths), {})
     check(config, schema=schema, files=tuple(reversed(paths)))
@@ -52,8 +57,9 @@ def read(path: str | Path) -> dict[str, Any]:
 def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]:
     """Lay one configuration over another: sections key by key, anything else as a whole.
 
-    >>> merge({"bank": {"shards": 4, "curves": 9}, "seed": 1}, {"bank": {"shards": 2}})
-    {'bank': {'shards': 2, 'curves': 9}, 'seed': 1}
+    Example:
+        >>> merge({"bank": {"shards": 4, "curves": 9}, "seed": 1}, {"bank": {"shards": 2}})
+        {'bank': {'shards': 2, 'curves': 9}, 'seed': 1}
     """
     merged = dict(base)
     for key, value in overlay.items():
@@ -66,9 +72,6 @@ def merge(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]
 def chosen_network(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     """Return the settings of the networks that are chosen, without those of the other kinds.
 
-    >>> chosen_network({"summary": {"kind": "a", "features": 3, "a": {"width": 1}, "b": {}}})
-    {'summary': {'kind': 'a', 'features': 3, 'width': 1}}
-
     Args:
         settings: A section ``network.MOTION``, in which each of ``summary`` and ``inference``
             has its ``kind``, what all kinds have in common, and a section for every kind.
@@ -76,6 +79,10 @@ def chosen_network(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[
     Returns:
         ``{"summary": {"kind", ...}, "inference": {"kind", ...}}``, each flat: what is in common
         and what is in the section of its kind. So models are built, and so their files keep it.
+
+    Example:
+        >>> chosen_network({"summary": {"kind": "a", "features": 3, "a": {"width": 1}, "b": {}}})
+        {'summary': {'kind': 'a', 'features': 3, 'width': 1}}
     """
     chosen = {}
     for role, section in settings.items():

@@ -41,8 +41,9 @@ _Schema = Mapping[str, Any]
 def dotted(key: Key) -> str:
     """Write a key as ``network.closing.summary.kernels[0]``.
 
-    >>> dotted(("motions", 0))
-    'motions[0]'
+    Example:
+        >>> dotted(("motions", 0))
+        'motions[0]'
     """
     parts = (f"[{part}]" if type(part) is int else f".{part}" for part in key)
     return "".join(parts).removeprefix(".")
@@ -57,12 +58,13 @@ def leaves(schema: _Schema, above: Key = ()) -> Iterator[Key]:
 def problems(config: Mapping[str, Any], schema: _Schema) -> Iterator[tuple[Key, str]]:
     """Yield every key that is unknown, wrong or missing, and a text that goes on after its name.
 
-    >>> list(problems({"seed": "1"}, {"properties": {"seed": {"type": "integer"}}}))
-    [(('seed',), 'is "1", but must be a whole number. It is given as a text; write 1.')]
-
     Args:
         config: The merged configuration.
         schema: The content of the JSON schema.
+
+    Example:
+        >>> list(problems({"seed": "1"}, {"properties": {"seed": {"type": "integer"}}}))
+        [(('seed',), 'is "1", but must be a whole number. It is given as a text; write 1.')]
     """
     errors = _VALIDATOR(schema).iter_errors(config)
     for error in sorted(errors, key=lambda error: list(map(str, error.path))):
