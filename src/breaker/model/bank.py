@@ -1,8 +1,8 @@
 """Banks of simulated operations, in Zarr shards.
 
-A bank holds noise-free curves: the zero and the noise are drawn afresh for every batch of a
-training, so that one bank serves every sensor of the same grid and onset. A shard is one store
-and one job; its content depends on the seed, the motion and its number alone.
+A bank contains noise-free curves. The zero and the noise are drawn anew for every batch of a
+training, so one bank serves every sensor with the same grid and onset. A shard is one store and one
+job; its content depends on the seed, the motion and its number alone.
 """
 
 from collections.abc import Sequence

@@ -9,17 +9,17 @@ from the curve's Jacobian, whitened by the covariance of a record with the zero 
 
 - The posterior that is normal with precision ``J + 1`` is the best that a network can reach: the
   *limit* of contraction, ``1 - var(posterior) / var(prior)``.
-- A trend through the posteriors of many operations would count the prior once an operation. So it
-  uses their likelihoods, of the parameters alone (``information``): the onset, an unknown of each
-  record, is integrated by Laplace's method. ``J`` is singular where a record leaves parameters
-  open; it is never inverted.
+- A trend through the posteriors of many operations would contain the prior once per operation. So
+  trends use the likelihoods of the parameters (``information``); the onset of each record is
+  integrated by Laplace's method. ``J`` is singular in directions that a record does not determine,
+  so it is never inverted.
 - Gauss-Newton steps with both lead to the mode of a posterior: of each operation under a normal
   prediction (``climb``), or of one set of parameters for all records (``pool``).
 
-Where ``z0`` is matters. The likelihood of one record is wide and bent, and a Gaussian about its own
-mode is off by a part of its width, always to the same side: over hundreds of operations the error
-of the mean shrinks and this bias stays. So a trend takes as ``z0`` a value that all operations
-share, its own: what is then left out shrinks with the error of the trend itself.
+The choice of ``z0`` matters. The likelihood of one record is wide and skewed, so a Gaussian at its
+own mode is biased by a part of its width, always to the same side. Over hundreds of operations the
+error of a mean shrinks, but this bias remains. So all operations of a trend share one ``z0``, the
+trend itself; the error of the approximation then shrinks with that of the trend.
 """
 
 import logging
@@ -232,8 +232,8 @@ def pool(
 ) -> np.ndarray:
     """Find the parameters that fit all records of a stretch without wear best.
 
-    The mode of prior times all likelihoods, by Gauss-Newton with limited steps, over one or both
-    motions. Where it is not reached, the model hardly fits.
+    The mode of the prior times all likelihoods of one or both motions, by Gauss-Newton with limited
+    steps. If it is not reached, the model hardly fits.
 
     Args:
         models: Joint model of each motion.

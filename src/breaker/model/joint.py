@@ -1,9 +1,9 @@
 """The joint probability model of one motion: prior, mechanism and sensor.
 
-Its unknowns, the *outputs*, are the seven parameters and, where the sensor has one, the onset.
-This is the one place that scales them: networks, maps and samplers work in standardised outputs,
-log parameters in prior standard deviations and the onset in its own, and densities change
-variables here, once. The joint density is exact, for the curve is and the noise is Gaussian.
+Its unknowns, the *outputs*, are the seven parameters and, where the sensor has one, the onset. Only
+this module scales them. Networks, maps and samplers work in standardised outputs: logarithms of
+parameters in prior standard deviations, and the onset in its own. The joint density is exact,
+because the curve is exact and the noise Gaussian.
 """
 
 from collections.abc import Mapping

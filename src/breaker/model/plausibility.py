@@ -1,8 +1,8 @@
 """Distance of a record from the curves of a bank, by principal components and by envelope.
 
 The components are those of noise-free curves whitened by the covariance of a record, so that each
-is ranked by its signal over noise. A record's scores on them, scaled to unit variance over the
-bank (noise included), carry all that noise leaves of the curve.
+is ranked by its signal over noise. A record's scores on them, scaled to unit variance over the bank
+(noise included), contain all information that the noise leaves.
 """
 
 import numpy as np
@@ -37,7 +37,7 @@ def principal_components(
 def distance(measured: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Return how far records lie from the bank's centre, ``(n, t) -> (n,)``.
 
-    The largest score, in standard deviations of the bank: a mean over all would hide one.
+    The largest score, in standard deviations of the bank; a mean over all scores would hide it.
     """
     return np.abs((measured - mean) @ weights).max(axis=-1)
 

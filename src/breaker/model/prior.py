@@ -84,7 +84,7 @@ class Prior:
         """Draw parameters, ``(n, p)``, exactly from the conditioned prior.
 
         Along the normal of the half-space the coordinate follows a truncated normal, drawn by
-        inverting its distribution function; across it nothing is conditioned.
+        inverting its distribution function. The other directions are unconditioned normals.
         """
         slope, offset = self._half_space
         length = np.linalg.norm(slope)

@@ -1,8 +1,7 @@
 """Random numbers from one seed of the configuration and a purpose.
 
-Every draw of the project comes from a generator that is made here and handed on, so that a
-result depends on the seed and on what it is for, never on the order of the jobs, on their split
-or on the number of cores.
+Every random number of the project comes from a generator that is made here and passed on. So a
+result depends on the seed and the purpose, and not on the order of jobs or the number of cores.
 """
 
 import hashlib
@@ -21,7 +20,7 @@ def generator(seed: int, *purpose: str | int) -> np.random.Generator:
             two independent streams.
 
     Raises:
-        ValueError: If no purpose is given, for two unnamed streams would be the same one.
+        ValueError: If no purpose is given; two streams without one would be identical.
     """
     if not purpose:
         raise ValueError("a generator needs a purpose, such as generator(seed, 'bank', 'closing')")

@@ -1,11 +1,11 @@
 """What the travel sensor adds to the exact curve: onset, zero and noise.
 
 Paper, Sec. 3: normally distributed noise on the position of mass a. Real records have two more
-unknowns: the motion starts at an *onset* around the nominal time, not at it, and the reading has
-an additive offset, the *zero*. Both are normal with mean zero; a standard deviation of zero turns
-one off. The onset shifts the exact curve, so the mechanism simulates it; the zero is linear and
-is integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``.
-A missing sample is NaN; what follows is then that of the samples that are there.
+unknowns: the motion starts at an *onset* around the nominal time, not at it, and the reading has an
+additive offset, the *zero*. Both are normal with mean zero; a standard deviation of zero turns one
+off. The onset shifts the exact curve, so the mechanism simulates it; the zero is linear and is
+integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``. A
+missing sample is NaN; results are then those of the samples that are present.
 """
 
 from collections.abc import Mapping
@@ -88,8 +88,8 @@ class Sensor:
     ) -> np.ndarray:
         """Draw the zero of records given their exact curves, ``(..., t) -> (..., 1)``, mm.
 
-        The zero of a record is one number that all its samples share, so what the record says of
-        it is normal, with precision ``t / noise_sd^2 + 1 / zero_sd^2``.
+        All samples of a record share one zero, so its posterior is normal, with precision
+        ``t / noise_sd^2 + 1 / zero_sd^2``.
         """
         residual, t = _there(measured - travel)
         variance = self.noise_sd**2 * self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)

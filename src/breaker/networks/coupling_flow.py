@@ -148,11 +148,11 @@ class CouplingFlow(nn.Module):
         return -self.log_prob(theta.unsqueeze(1), features, steps=1).squeeze(1)
 
     def sample(self, noise: Tensor, features: Tensor, *, steps: int) -> Tensor:
-        """Carry noise ``(n, d, q)`` to draws ``(n, d, q)``; the steps make no difference."""
+        """Map noise ``(n, d, q)`` to draws ``(n, d, q)``; ``steps`` is not used."""
         return self.base(features).restore(self.transform(features).inv(noise))
 
     def log_prob(self, theta: Tensor, features: Tensor, *, steps: int) -> Tensor:
-        """Return the log density of ``(n, d, q)``, ``(n, d)``; the steps make no difference."""
+        """Return the log density of ``(n, d, q)``, ``(n, d)``; ``steps`` is not used."""
         base = self.base(features)
         noise, log_slope = self.transform(features).call_and_ladj(base.whiten(theta))
         log_normal = -0.5 * (noise.square().sum(-1) + self.dims * math.log(2 * math.pi))

@@ -1,8 +1,7 @@
-"""Records with missing samples: which of them a network answers for, and what they cost.
+"""Records with missing samples: which of them a network accepts, and how posteriors widen.
 
-A missing sample is NaN. A network answers for records of the kind that it was trained on, and for
-no others. Its posterior from fewer samples must stay calibrated and become wider, as much as the
-exact one does and where it does.
+A missing sample is NaN. A network accepts only records of the kind that it was trained on. Its
+posterior from fewer samples must stay calibrated and widen as the exact posterior does.
 """
 
 import math
@@ -17,7 +16,7 @@ __all__ = ["check", "remove", "widening"]
 
 
 def check(measured: np.ndarray, samples: int, *, missing: float, motion: str) -> None:
-    """Refuse records that a network does not answer for.
+    """Raise an error for records that a network does not accept.
 
     Args:
         measured: Records, ``(o, t)``, mm.

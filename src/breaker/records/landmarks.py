@@ -6,8 +6,8 @@ the friction. Fitting that to the rest and the first rise, rather than waiting f
 makes the time nearly free of bias and of the force: a threshold alone is late by milliseconds, and
 later for a weak drive.
 
-Main motion: what the model claims to describe (paper, Sec. 7). The rest of the stroke, where stops
-and dampers act, is beyond it.
+Main motion: the part of a record that the model describes (paper, Sec. 7). The model does not
+describe the rest of the stroke, where stops and dampers act.
 
 Operating time: what an engineer reads off a travel curve.
 """

@@ -1,9 +1,9 @@
 """Measured curves from CSV files: checked, and put on the model's grid.
 
-A file holds one operation of one motion. What is in it is said by explicit settings (columns,
-units, delimiter, the reading of the open breaker at rest), never guessed. A file that cannot be
-used is rejected with its name, the line where there is one, and the reason; it stays in the result
-as a missing curve, and the rest goes on.
+A file holds one operation of one motion. Explicit settings describe it (columns, units, delimiter,
+the reading of the open breaker at rest); nothing is guessed. A file that cannot be used is rejected
+with its name, the line where there is one, and the reason. It remains in the result as a missing
+curve, and the other files are read.
 
 Whole samples are kept: averaging or interpolating would change their noise. What is left of the
 first motion's time after rounding to a sample is part of the onset, which is inferred. A sample is
@@ -120,7 +120,7 @@ def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
 
 
 def require_any(curves: xr.Dataset) -> None:
-    """Refuse curves of which not one can be used, for then the settings are wrong.
+    """Raise an error if no curve can be used, since then the settings are wrong.
 
     Raises:
         RejectedCurveError: If not one operation was accepted; the first reasons are listed.

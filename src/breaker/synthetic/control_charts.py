@@ -1,4 +1,4 @@
-"""Change detection on raw operating times: what is done without a model of the drive.
+"""Change detection on raw operating times, without a model of the drive.
 
 From each record comes the time that the drive takes (``raw_time``). It wears as well, so what is
 watched over the operations, online, is the residual of each from the line fitted to all before it,
@@ -14,7 +14,7 @@ After an alarm everything restarts from that operation: the statistic, and the f
 warm-up of which it is the first value.
 
 Shapes: ``n`` operations. They are counted by their position in the series, from 0. A NaN is an
-operation without a value: it takes its place on the line, nothing else.
+operation without a value: only its position on the line counts.
 """
 
 from collections.abc import Sequence

@@ -2,7 +2,7 @@
 
 A richer mechanism has no true value of the model's parameters. Its *effective* values are the
 posterior mode given its noise-free curve: what an exact inference would find, free of noise. The
-prior is part of it, for some directions are hardly identified and would run away without it.
+prior is included, because some directions are hardly identified and would diverge without it.
 """
 
 from collections.abc import Sequence
