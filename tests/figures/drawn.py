@@ -60,14 +60,14 @@ def assert_nothing_overlaps(figure):
         for key, box in parts.items()
         if not (page.contains(box.x0, box.y0) and page.contains(box.x1, box.y1))
     ]
-    assert off_page == []
+    assert not off_page, off_page
     overlaps = []
     for (a, first), (b, second) in combinations(parts.items(), 2):
         width = min(first.x1, second.x1) - max(first.x0, second.x0)
         height = min(first.y1, second.y1) - max(first.y0, second.y0)
         if width > 3.0 and height > 3.0:  # pixels, of 150 an inch
             overlaps.append((a, b, round(width), round(height)))
-    assert overlaps == []
+    assert not overlaps, overlaps
 
 
 # Machado, Oliveira & Fernandes 2009, severity 1.0: what a deficient eye sees, in linear RGB.

@@ -7,7 +7,7 @@ from matplotlib.colors import to_hex
 
 from breaker.figures.verdict import COLOURS, verdict
 from tests.figures.drawn import assert_nothing_overlaps, written
-from tests.figures.test_operations import LIMITS, QUANTILES, WORDS
+from tests.figures.test_operations import QUANTILES, limits
 
 
 def verdict_data(count=4):
@@ -25,9 +25,9 @@ def verdict_data(count=4):
             "remaining": (("limit", "quantile"), np.array(remaining[:count], dtype=float)),
             "trend": ("limit", trend[:count]),
             "state": ("limit", state[:count]),
-            "words": ("limit", WORDS[:count]),
+            "words": limits(count)[1],
         },
-        {"limit": LIMITS[:count], "quantile": QUANTILES},
+        {"limit": limits(count)[0], "quantile": QUANTILES},
         {
             "healthy": "Not healthy: little wipe is in alarm since operation 1912.",
             "wearing": "Wearing: friction of the drive, plus 7.4 % in 1000 operations "

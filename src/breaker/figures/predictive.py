@@ -130,5 +130,6 @@ def _check(place: SubFigure, one: xr.Dataset, title: str, noise_sd: float) -> Ax
     below.axhline(0.0, color=style.REFERENCE, lw=0.6)
     above.set(title=title, ylabel=style.TRAVEL)
     above.margins(x=0)
+    below.margins(x=0)
     below.set(xlabel=style.TIME, ylabel="residual\n(noise sd)")
     return below

@@ -258,7 +258,7 @@ def limit_panels(
         count, columns=columns, width=width, height=height, sharex=True, sharey=True
     )
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
-        title = fill(f"{str(limit).replace('_', ' ')}: {words}", int(width * 11.5))
+        title = fill(f"{str(limit).replace('_', ' ')}: {words}", int(width * 10.5))
         axis.set_title(title, loc="left", pad=6.0 + 14.0 * above)
         axis.set_ylabel(ylabel)
         axis.margins(x=0.01)
