@@ -11,8 +11,9 @@ While the weights are few, they are tempered: raised to the largest power below 
 effective size to fit to.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from scipy.optimize import brentq
@@ -24,6 +25,37 @@ from breaker.posterior.weights import Importance, importance, resample
 __all__ = ["Corrected", "correct", "temper"]
 
 _NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 5, 0)  # before there are weights
+
+
+@dataclass(frozen=True)
+class _Draws:
+    """Draws of one map.
+
+    Attributes:
+        proposal: The map.
+        z: Draws, standardised, ``(n, q)``.
+        log_joint: Their exact joint density with the record, ``(n,)``.
+        weights: Their weights by the density of this map alone.
+    """
+
+    proposal: TriangularMap
+    z: np.ndarray
+    log_joint: np.ndarray
+    weights: Importance
+
+    @classmethod
+    def of(
+        cls,
+        proposal: TriangularMap,
+        n: int,
+        model: Model,
+        record: np.ndarray,
+        rng: np.random.Generator,
+    ) -> Self:
+        """Draw from a map, and weigh."""
+        z = proposal.sample(n, rng)
+        log_joint = model.log_joint(z, record)
+        return cls(proposal, z, log_joint, importance(log_joint, proposal.log_prob(z)))
 
 
 @dataclass(frozen=True)
@@ -62,50 +94,60 @@ def correct(
             matter.
         settings: The section ``correction`` of the configuration.
         rng: Generator of maps' draws and resampling.
+
+    Example:
+        A model of two unknowns whose posterior is a standard normal, and draws that are too wide:
+
+        >>> class Known:
+        ...     def standardise(self, values): return values
+        ...     def destandardise(self, z): return z
+        ...     def log_joint(self, z, record): return -0.5 * np.square(z).sum(1)
+        >>> rng = np.random.default_rng(1)
+        >>> settings = {"rounds": 5, "round_draws": 200, "draws": 1000, "efficiency": 0.6,
+        ...             "fit_size": 50, "smallest_size": 400, "largest_k": 0.7}
+        >>> wide = 3.0 * rng.standard_normal((800, 2))
+        >>> found = correct(Known(), np.zeros(1), wide, settings, rng)
+        >>> found.resolved, found.draws.shape, bool(np.all(np.abs(found.draws.std(0) - 1) < 0.1))
+        (True, (800, 2), True)
     """
-    d, q = draws.shape
-    points, joints, maps = [], [], []
-
-    def add(proposal: TriangularMap, n: int) -> Importance:
-        z = proposal.sample(n, rng)
-        maps.append((proposal, n))
-        points.append(z)
-        joints.append(model.log_joint(z, record))
-        return importance(joints[-1], proposal.log_prob(z))
-
-    rounds, last, best, failure = 0, _NOTHING, None, ""
+    unknown = np.full(draws.shape, np.nan)
+    drawn: list[_Draws] = []  # all so far, adaptation and result
+    result, rounds, failure = None, 0, ""
     try:
         proposal = TriangularMap.fit(model.standardise(draws))
-        while rounds < settings["rounds"] and not _good(best, settings):
-            last = add(proposal, settings["round_draws"])
-            proposal = _refit(points, joints, maps, settings["fit_size"])
+        while rounds < settings["rounds"] and (not result or _reason(result.weights, settings)):
+            drawn.append(_Draws.of(proposal, settings["round_draws"], model, record, rng))
+            proposal = _refit(drawn, settings["fit_size"])
             rounds += 1
-            if last.efficiency >= settings["efficiency"] or rounds == settings["rounds"]:
-                last = add(proposal, settings["draws"])
-                if not _good(last, settings):
-                    proposal = _refit(points, joints, maps, settings["fit_size"])
-                best, z = last, points[-1]
+            efficient = drawn[-1].weights.efficiency >= settings["efficiency"]
+            if efficient or rounds == settings["rounds"]:
+                drawn.append(_Draws.of(proposal, settings["draws"], model, record, rng))
+                if _reason(drawn[-1].weights, settings):
+                    proposal = _refit(drawn, settings["fit_size"])
+                result = drawn[-1]
     except np.linalg.LinAlgError as error:
         failure = f"no map: {error}"
-    if best is None:
-        return Corrected(np.full((d, q), np.nan), last, rounds, False, failure)
-    reason = failure or _reason(best, settings)
-    if best.size == 0:
-        return Corrected(np.full((d, q), np.nan), best, rounds, False, reason)
-    chosen = z[resample(best.log_weights, d, rng)]
-    return Corrected(model.destandardise(chosen), best, rounds, not reason, reason)
+    if result is None:
+        weights = drawn[-1].weights if drawn else _NOTHING
+        return Corrected(unknown, weights, rounds, False, failure)
+    weights, reason = result.weights, failure or _reason(result.weights, settings)
+    if weights.size == 0:
+        return Corrected(unknown, weights, rounds, False, reason)
+    chosen = result.z[resample(weights.log_weights, len(draws), rng)]
+    return Corrected(model.destandardise(chosen), weights, rounds, not reason, reason)
 
 
-def _refit(points: list, joints: list, maps: list, size: float) -> TriangularMap:
+def _refit(drawn: Sequence[_Draws], size: float) -> TriangularMap:
     """Fit a map to all draws so far, weighed by the mixture of all maps so far.
 
     While too few of them are in the prior's support, more are drawn from the last map.
     """
-    z = np.concatenate(points)
-    densities = [proposal.log_prob(z) + np.log(n / len(z)) for proposal, n in maps]
-    log_ratio = np.concatenate(joints) - np.logaddexp.reduce(densities)
+    z = np.concatenate([each.z for each in drawn])
+    densities = [each.proposal.log_prob(z) + np.log(len(each.z) / len(z)) for each in drawn]
+    log_joint = np.concatenate([each.log_joint for each in drawn])
+    log_ratio = log_joint - np.logaddexp.reduce(densities)
     if np.sum(log_ratio > -np.inf) < size and np.all(log_ratio < np.inf):
-        return maps[-1][0]
+        return drawn[-1].proposal
     return TriangularMap.fit(z, temper(log_ratio, size))
 
 
@@ -138,10 +180,6 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     weights = np.zeros(log_ratio.size)
     weights[finite] = np.exp(power * centred)
     return weights / weights.sum()
-
-
-def _good(judged: Importance | None, settings: Mapping) -> bool:
-    return judged is not None and not _reason(judged, settings)
 
 
 def _reason(judged: Importance, settings: Mapping) -> str:

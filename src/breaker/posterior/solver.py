@@ -58,50 +58,59 @@ def convergence(
     Raises:
         ValueError: If no candidate is within a tolerance.
     """
-    if not posterior.inference.solves:
-        posterior.solver_steps.fill_(1)
-        posterior.density_solver_steps.fill_(1)
-        nothing = {name: ("solver_steps", [0.0]) for name in _DIFFERENCES}
-        attrs = {"solves": 0, **dict.fromkeys(("chosen_steps", "chosen_density_steps"), 1)}
-        return xr.Dataset(nothing, {"solver_steps": [1]}, attrs | {"reference_steps": 1})
-    rng = generator(seed, "solver", posterior.motion)
-    measured = measured[: settings["curves"]]
-    shape = (len(measured), settings["draws"], len(posterior.outputs))
-    noise = rng.standard_normal(shape)
-
-    def solve(steps: int, points: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        posterior.solver_steps.fill_(steps)
-        posterior.density_solver_steps.fill_(steps)
-        z = posterior.standardise(posterior.sample(measured, noise))
-        some = z[:, ::_DENSITY_EVERY] if points is None else points
-        return z, posterior.log_prob(posterior.destandardise(some), measured)
-
-    finest, finest_density = solve(settings["reference"])
-    spread = finest.std(axis=1, ddof=1, keepdims=True)
-    candidates = sorted(settings["candidates"])
-    rows = []
-    for steps in candidates:
-        z, density = solve(steps, finest[:, ::_DENSITY_EVERY])
-        difference = np.abs(z - finest) / spread
-        rows.append((difference.mean(), difference.max(), np.abs(density - finest_density).mean()))
-    mean, largest, density = np.transpose(rows)
-    chosen = _fewest(candidates, mean, settings["tolerance"], "tolerance")
-    for_density = _fewest(candidates, density, settings["density_tolerance"], "density_tolerance")
-    posterior.solver_steps.fill_(chosen)
-    posterior.density_solver_steps.fill_(for_density)
+    if posterior.inference.solves:
+        candidates, reference = sorted(settings["candidates"]), settings["reference"]
+        differences = _differences(posterior, measured, candidates, settings, seed)
+        chosen = [
+            _fewest(candidates, differences[row], settings[key], key)
+            for row, key in ((0, "tolerance"), (2, "density_tolerance"))
+        ]
+    else:
+        candidates, reference, differences, chosen = [1], 1, np.zeros((3, 1)), [1, 1]
+    posterior.solver_steps.fill_(chosen[0])
+    posterior.density_solver_steps.fill_(chosen[1])
     return xr.Dataset(
-        {
-            name: ("solver_steps", values)
-            for name, values in zip(_DIFFERENCES, (mean, largest, density), strict=True)
-        },
+        {name: ("solver_steps", row) for name, row in zip(_DIFFERENCES, differences, strict=True)},
         coords={"solver_steps": candidates},
         attrs={
-            "solves": 1,
-            "chosen_steps": chosen,
-            "chosen_density_steps": for_density,
-            "reference_steps": settings["reference"],
+            "solves": int(posterior.inference.solves),
+            "chosen_steps": chosen[0],
+            "chosen_density_steps": chosen[1],
+            "reference_steps": reference,
         },
     )
+
+
+def _differences(
+    posterior: Posterior,
+    measured: np.ndarray,
+    candidates: list[int],
+    settings: Mapping,
+    seed: int,
+) -> np.ndarray:
+    """Differences from the finest solver, as named in ``_DIFFERENCES``, ``(3, candidates)``."""
+    measured = measured[: settings["curves"]]
+    rng = generator(seed, "solver", posterior.motion)
+    noise = rng.standard_normal((len(measured), settings["draws"], len(posterior.outputs)))
+
+    def draw(steps: int) -> np.ndarray:
+        posterior.solver_steps.fill_(steps)
+        return posterior.standardise(posterior.sample(measured, noise))
+
+    def density(steps: int) -> np.ndarray:
+        posterior.density_solver_steps.fill_(steps)
+        return posterior.log_prob(points, measured)
+
+    finest = draw(settings["reference"])
+    spread = finest.std(axis=1, ddof=1, keepdims=True)
+    points = posterior.destandardise(finest[:, ::_DENSITY_EVERY])
+    finest_density = density(settings["reference"])
+    columns = []
+    for steps in candidates:
+        of_draws = np.abs(draw(steps) - finest) / spread
+        of_density = np.abs(density(steps) - finest_density)
+        columns.append((of_draws.mean(), of_draws.max(), of_density.mean()))
+    return np.transpose(columns)
 
 
 def _fewest(candidates: list[int], differences: np.ndarray, tolerance: float, key: str) -> int:
