@@ -46,6 +46,27 @@ class Posterior(nn.Module):
         outputs: What it infers, in order.
         steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
             the training so that either is converged.
+
+    Example:
+        A small one, untrained: its posterior is the prior, without the condition on its support.
+
+        >>> medians = {"mu": 2.0, "k_a": 0.045, "k_b": 0.04, "gamma_a": 0.3, "gamma_b": 0.12,
+        ...            "f": 0.75, "L": 10.0}
+        >>> posterior = Posterior({
+        ...     "motion": "closing",
+        ...     "prior": {name: {"median": m, "log_sd": 0.1} for name, m in medians.items()},
+        ...     "sensor": {"start": -2.0, "stop": 58.0, "samples": 31, "noise_sd": 0.1,
+        ...                "onset_sd": 0.3, "zero_sd": 0.1},
+        ...     "network": {
+        ...         "summary": {"kind": "deep_set", "features": 4, "components": 3, "missing": 0.5,
+        ...                     "pair_width": 4, "pair_blocks": 0, "width": 8, "blocks": 1},
+        ...         "inference": {"kind": "flow_matching", "width": 8, "blocks": 1},
+        ...     },
+        ... })
+        >>> noise = np.random.default_rng(1).standard_normal((1, 500, 8))
+        >>> draws = posterior.sample(np.zeros((1, 31)), noise)
+        >>> dict(zip(posterior.names, np.median(draws[0], axis=0).round(1).tolist()))["L"]
+        9.9
     """
 
     def __init__(self, settings: Mapping, *, seed: int = 0) -> None:

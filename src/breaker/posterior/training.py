@@ -64,6 +64,18 @@ class Trainer:
         checkpoint: File of the state, written as the training goes and read if it is there.
         fingerprint: What the checkpoint must have been made with; one of another training is
             left alone and written over.
+
+    Example:
+        From a posterior and a bank to a model file::
+
+            rows, validation = split(bank, 1024)
+            freeze_inputs(posterior, rows.travel.values, generator(seed, "components", motion))
+            trainer = Trainer(
+                posterior, Rows.of(rows, posterior, device), Rows.of(validation, posterior, device),
+                settings, seed, Path("closing.pt"), fingerprint(posterior.settings, code),
+            )
+            history = trainer.run()
+            posterior.save("closing.safetensors")
     """
 
     posterior: Posterior
