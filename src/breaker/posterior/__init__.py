@@ -16,7 +16,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "missing": ["widening"],
         "predictive": ["infer", "predict", "predict_stages", "sample_records", "validate"],
         "solver": ["convergence", "held_out_log_density", "records"],
-        "tables": ["beside", "choose", "summary", "table", "table_of_both"],
+        "tables": ["beside", "choose", "quantiles", "summary", "table", "table_of_both"],
         "training": ["Trainer", "choose_device", "fingerprint"],
         "weights": ["importance"],
     },

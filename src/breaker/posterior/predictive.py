@@ -13,7 +13,7 @@ from tqdm import tqdm
 from breaker.mechanism import NAMES
 from breaker.model import Model, generator, simulate
 from breaker.posterior.missing import remove
-from breaker.posterior.tables import INTERVALS
+from breaker.posterior.tables import quantiles
 from breaker.records import main_motion
 
 if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
@@ -172,23 +172,17 @@ def summaries(
         ``outside_support``, as ``infer`` returns them.
     """
     outside = 1.0 - model.prior.supported(values[..., : len(NAMES)]).mean(axis=1)
-    bounds = {"bound": ["lower", "upper"]}
-    intervals = {
-        name: xr.DataArray(
-            np.moveaxis(np.quantile(values, ends, axis=1), 0, -1),
-            dims=("operation", "output", "bound"),
-            coords=bounds,
-        )
-        for name, ends in INTERVALS.items()
-    }
+    median, *intervals = quantiles(values, axis=1).items()
+    bounds = {"dims": ("operation", "output", "bound"), "coords": {"bound": ["lower", "upper"]}}
     found = {
-        "median": (("operation", "output"), np.quantile(values, 0.5, axis=1)),
+        "median": (("operation", "output"), median[1]),
         "p_value": (("operation",), p_value),
         "misfit": (("operation",), p_value < misfit_p_value),
         "outside_support": (("operation",), np.where(np.isnan(p_value), np.nan, outside)),
         "draws": (("operation", "draw", "output"), values.astype(np.float32)),
     }
-    return {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()} | intervals
+    plain = {name: xr.DataArray(each, dims=dims) for name, (dims, each) in found.items()}
+    return plain | {name: xr.DataArray(each, **bounds) for name, each in intervals}
 
 
 def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-__all__ = ["ABSENT", "INTERVALS", "beside", "choose", "summary", "table", "table_of_both"]
+__all__ = ["ABSENT", "beside", "choose", "quantiles", "summary", "table", "table_of_both"]
 
-INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
+_INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 
 # How the correction of a record came about, and what stands where there was none.
 ABSENT = {
@@ -34,6 +34,22 @@ _FROM_DRAWS = (
     "misfit",
     "outside_support",
 )
+
+
+def quantiles(draws: np.ndarray, *, axis: int) -> dict[str, np.ndarray]:
+    """Return median and central intervals of draws, without the axis of the draws.
+
+    Returns:
+        ``median (...)``, ``interval_50`` and ``interval_95``, ``(..., 2)``: lower and upper bound.
+
+    Example:
+        >>> quantiles(np.arange(101.0), axis=0)["interval_50"].tolist()
+        [25.0, 75.0]
+    """
+    levels = np.quantile(draws, [0.5, *sum(_INTERVALS.values(), ())], axis=axis)
+    bounds = np.moveaxis(levels[1:], 0, -1)
+    pairs = {name: bounds[..., 2 * i : 2 * i + 2] for i, name in enumerate(_INTERVALS)}
+    return {"median": levels[0], **pairs}
 
 
 def beside(amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
@@ -77,7 +93,7 @@ def table(result: xr.Dataset) -> pd.DataFrame:
     """
     units = dict(zip(result.output.values, result.output_unit.values, strict=True))
     frame = result["median"].to_dataframe(name="median")[["median"]]
-    for name in INTERVALS:
+    for name in _INTERVALS:
         for bound in ("lower", "upper"):
             values = result[name].sel(bound=bound, drop=True)
             frame[f"{name}_{bound}"] = values.to_series()

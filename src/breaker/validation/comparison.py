@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.mechanism import ONSET, PARAMETERS, is_logarithmic
+from breaker.posterior import quantiles
 
 __all__ = [
     "KNOWLEDGE",
@@ -34,7 +35,6 @@ KNOWLEDGE = (
 """Least mean contraction of the exact posterior, and what it means for an output. Below 0.5 more
 than half of the prior's variance, and 71 % of its width, stay; from 0.8 on less than 45 %."""
 
-_LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _BOUNDS = ("lower", "upper")
 _SYMBOLS = {each.name: each.symbol for each in (*PARAMETERS, ONSET)}
 
@@ -62,15 +62,14 @@ def compare(
         each[:, log] = np.log(each[:, log])
     centre, sd = np.median(values[1], axis=0), values[1].std(axis=0, ddof=1)
     scaled = [(each - centre) / sd for each in values]
-    levels = np.stack([np.quantile(each, _LEVELS, axis=0) for each in scaled[:2]])
-    dims, bands = ("posterior", "output"), np.moveaxis(levels, 1, -1)
+    found = [quantiles(each, axis=0) for each in scaled[:2]]
+    dims = {"median": ("posterior", "output")}
+    bands = {
+        name: (dims.get(name, ("posterior", "output", "bound")), np.stack([f[name] for f in found]))
+        for name in found[0]
+    }
     return xr.Dataset(
-        {
-            "median": (dims, bands[..., 0]),
-            "interval_50": ((*dims, "bound"), bands[..., 1:3]),
-            "interval_95": ((*dims, "bound"), bands[..., 3:]),
-            "truth": ("output", scaled[2][0]),
-        },
+        {**bands, "truth": ("output", scaled[2][0])},
         {"posterior": ["amortised", "corrected"], "output": list(names), "bound": list(_BOUNDS)},
     )
 

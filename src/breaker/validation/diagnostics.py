@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from breaker.posterior import quantiles
 from breaker.validation.calibration import checked_draws
 
 __all__ = [
@@ -126,11 +127,10 @@ def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
         ([[3.0], [6.0]], [[[2.0, 4.0]], [[4.0, 8.0]]])
     """
     draws, truth = checked_draws(draws, truth)
-    levels = np.quantile(draws, [0.5, 0.25, 0.75, 0.025, 0.975], axis=1)
-    median, rest = levels[0], np.moveaxis(levels[1:], 0, -1)
-    columns = zip(median.T, truth.T, strict=True)
+    found = quantiles(draws, axis=1)
+    columns = zip(found["median"].T, truth.T, strict=True)
     pearson = np.array([np.corrcoef(guess, actual)[0, 1] for guess, actual in columns])
-    return Recovery(truth, median, rest[..., :2], rest[..., 2:], pearson)
+    return Recovery(truth, **found, correlation=pearson)
 
 
 def correlation(draws: ArrayLike, *, log: ArrayLike) -> np.ndarray:
