@@ -27,12 +27,13 @@ remaining = xr.open_zarr(files.remaining)
 failures = remaining.failure.to_series().to_dict() if "failure" in remaining else {}
 found |= numbers_of_decisions(pd.read_csv(files.decisions), pd.read_csv(files.alarms), failures)
 
+log.info("%d numbers", len(found))
 pd.Series(found, name="value").rename_axis("name").to_csv(snakemake.output[0])
 if params.stated:
     stated = pd.read_csv(params.stated, dtype=str, index_col="name").value.to_dict()
     others = [name for name in found | stated if found.get(name) != stated.get(name)]
     for name in others:
         log.warning("%s is %s here, %s in docs", name, found.get(name), stated.get(name))
-    log.info("%d of %d numbers differ from docs/numbers.csv", len(others), len(found))
+    log.info("%d of them differ from docs/numbers.csv", len(others))
     if others:
         log.warning("`make numbers` writes those of this run into README.md and docs/")
