@@ -92,7 +92,7 @@ def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Datas
     """Return the limit at ``n`` draws from the prior: ``contraction (curve, output)``.
 
     Example:
-        >>> from breaker.model import Model, Prior
+        >>> from breaker.model import Model, Prior, Sensor
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
         >>> limit = limit_over_prior(Model(prior, sensor, "closing"), 50, np.random.default_rng(1))
@@ -145,7 +145,7 @@ def information(
         steps: Gauss-Newton steps of the onset; one does where it is known from a place nearby.
 
     Example:
-        >>> from breaker.model import Model, Prior
+        >>> from breaker.model import Model, Prior, Sensor
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.0, zero_sd=0.1)
         >>> model = Model(prior, sensor, "closing")
