@@ -98,7 +98,8 @@ def numbers_of_decisions(
             found[f"{name}.failure"] = _count(operation)
     for name, operation in alarms.groupby("limit").from_operation.min().items():
         found[f"{name}.alarm"] = _count(operation)
-    names = decisions.limits_exceeded.astype("string").str.split("; ")  # nan if there are none at all
+    # An empty column is read as numbers.
+    names = decisions.limits_exceeded.astype("string").str.split("; ")
     exceeded = decisions.assign(limit=names).explode("limit")
     for name, operation in exceeded.groupby("limit").operation.min().items():
         found[f"{name}.exceeded"] = _count(operation)
