@@ -8,6 +8,22 @@ curve, and the other files are read.
 Whole samples are kept: averaging or interpolating would change their noise. What is left of the
 first motion's time after rounding to a sample is part of the onset, which is inferred. A sample is
 missing, NaN, where its cell is empty or NaN, or its line is: where time makes a gap of whole steps.
+
+Example:
+    >>> import tempfile
+    >>> settings = {
+    ...     "encoding": "utf-8", "delimiter": ",", "decimal": ".", "skip_rows": 4,
+    ...     "units_row": True, "time_column": "time", "time_unit": "s", "zero": 0.0,
+    ...     "travel_column": "travel", "travel_unit": "mm", "sign": 1, "missing": 0.2,
+    ... }
+    >>> time = 0.1 * np.arange(800)
+    >>> travel = 16 / (1 + np.exp(22 - time))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = f"{folder}/operation_7.csv"
+    ...     write_curve(file, time, travel, motion="closing", operation=7)
+    ...     curves = read_curves([(7, file)], settings, np.arange(-2.0, 30.0), "closing")
+    >>> curves.accepted.values, curves.missing.values, curves.travel.shape
+    (array([ True]), array([0]), (1, 32))
 """
 
 import codecs
@@ -64,21 +80,6 @@ def read_curves(
     Raises:
         ValueError: If the settings lack something, or name an unknown unit or encoding.
 
-    Example:
-        >>> import tempfile
-        >>> settings = {
-        ...     "encoding": "utf-8", "delimiter": ",", "decimal": ".", "skip_rows": 4,
-        ...     "units_row": True, "time_column": "time", "time_unit": "s", "zero": 0.0,
-        ...     "travel_column": "travel", "travel_unit": "mm", "sign": 1, "missing": 0.2,
-        ... }
-        >>> time = 0.1 * np.arange(800)
-        >>> travel = 16 / (1 + np.exp(22 - time))
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     file = f"{folder}/operation_7.csv"
-        ...     write_curve(file, time, travel, motion="closing", operation=7)
-        ...     curves = read_curves([(7, file)], settings, np.arange(-2.0, 30.0), "closing")
-        >>> curves.accepted.values, curves.missing.values, curves.travel.shape
-        (array([ True]), array([0]), (1, 32))
     """
     _check_settings(settings)
     travel = np.full((len(files), len(times)), np.nan)
