@@ -72,25 +72,6 @@ def test_columns_and_rows_do_not_depend_on_each_other(prior):
         np.testing.assert_array_equal(alone, together[8180:, column])
 
 
-def test_monotone(prior):
-    """A stronger drive touches earlier and faster, and presses further; more friction the reverse.
-
-    More friction also brings a drive nearer to rest without passing it.
-    """
-    force = np.concatenate([changed(f=f) for f in np.linspace(0.55, 1.0, 10)])
-    wipe, time, speed, _ = np.diff(evaluate(CLOSING, force, "closing"), axis=0).T
-    assert np.all(time < 0)
-    assert np.all(speed > 0)
-    assert np.all(wipe > 0)
-    friction = np.concatenate([changed(gamma_a=gamma) for gamma in np.linspace(0.2, 0.4, 10)])
-    for motion, names in (("closing", CLOSING), ("opening", OPENING)):
-        wipe, time, speed, passed = np.diff(evaluate(names, friction, motion), axis=0).T
-        assert np.all(wipe == 0)
-        assert np.all(time > 0)
-        assert np.all(speed < 0)
-        assert np.all(passed < 0)
-
-
 # ---- what does not exist ---------------------------------------------------------------------
 
 

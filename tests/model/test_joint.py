@@ -122,34 +122,6 @@ def test_log_prior_is_that_of_the_physical_outputs(model, tight):
         np.testing.assert_array_equal(chosen.log_prior(z[None, 7]), chosen.log_prior(z)[7:8])
 
 
-def integral(log_density, q, rng, n=40_000):
-    """Integral of a density over standardised outputs by normal draws of sd 1.2, and its error.
-
-    The weights are bounded by ``1.2^q`` over the probability of the support.
-    """
-    z = 1.2 * rng.standard_normal((n, q))
-    weights = np.exp(log_density(z) - norm.logpdf(z, scale=1.2).sum(axis=1))
-    return weights.mean(), weights.std() / np.sqrt(n)
-
-
-def test_log_prior_integrates_to_one(model, tight):
-    """4 standard errors, twice: false alarm 1.3e-4 for each model.
-
-    The fault: a condition that cuts the density and does not scale it integrates to 0.36.
-    """
-    q = len(model.outputs)
-    for chosen in (model, tight):
-        value, error = integral(chosen.log_prior, q, generator(1, "test model", "integral"))
-        assert error < 0.02
-        assert abs(value - 1) < 4 * error
-    value, error = integral(
-        lambda z: tight.log_prior(z) + tight.prior.log_support,
-        q,
-        generator(1, "test model", "integral", "fault"),
-    )
-    assert abs(value - 1) > 40 * error
-
-
 def test_log_prior_is_minus_infinity_outside(model):
     q = len(model.outputs)
     z = np.zeros((4, q))

@@ -54,24 +54,6 @@ def test_components_are_ranked_by_signal_over_noise(curves, sensor):
     np.testing.assert_allclose(ratio, best, rtol=1e-6)
 
 
-def test_noisy_records_have_scores_of_unit_variance(curves, sensor):
-    """Records drawn from the bank: variance within 4.5 of its standard errors for 16 scores
-    (false alarm below 1.1e-4). The faults, records without and with twice the noise, are caught.
-    """
-    mean, weights = principal_components(curves, sensor, COUNT)
-    rng = generator(1, "test", "scores")
-
-    def deviation(records):
-        values = scores(records, mean, weights)
-        squares = (values - values.mean(axis=0)) ** 2
-        error = squares.std(axis=0) / np.sqrt(len(records))
-        return np.abs((squares.mean(axis=0) - 1) / error).max()
-
-    assert deviation(sensor.corrupt(curves, rng)) < 4.5
-    assert deviation(curves) > 9
-    assert deviation(2 * sensor.corrupt(curves, rng) - curves) > 9
-
-
 def test_signs_do_not_depend_on_the_order_of_the_bank(curves, sensor):
     _, weights = principal_components(curves, sensor, COUNT)
     _, turned = principal_components(curves[::-1], sensor, COUNT)
