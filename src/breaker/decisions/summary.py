@@ -18,7 +18,7 @@ def verdict(
     decisions: pd.DataFrame,
     settings: Mapping,
 ) -> xr.Dataset:
-    """Return the first page: three sentences, and how each limit stands after the last operation.
+    """Return the first page: three sentences, and the state of each limit after the last operation.
 
     Returns:
         Dataset over ``limit`` and ``quantile``: ``way``, percent of the way from the value in the

@@ -19,7 +19,7 @@ _MEDIAN = style.line_key("median", style.MODEL, lw=2)
 def prior_predictive(
     curves: xr.Dataset, check: PriorCheck, measured: xr.Dataset, *, motion: str, shown: int = 150
 ) -> Figure:
-    """Draw what the prior holds possible beside curves of the endurance test (paper, Fig. 3).
+    """Draw curves of the prior beside curves of the endurance test (paper, Fig. 3).
 
     Args:
         curves: Prior predictive curves: ``travel (curve, time)`` in mm, coordinate ``time`` in ms.

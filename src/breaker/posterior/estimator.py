@@ -148,7 +148,7 @@ class Posterior(nn.Module):
     def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Draw from the posterior.
 
-        One curve at a time, so that its draws never depend on which others are beside it.
+        Curves are processed one at a time, so that their draws do not depend on each other.
 
         Args:
             measured: Records, ``(o, t)``, mm; NaN where a sample is missing, which some summary

@@ -59,7 +59,7 @@ def widening(whole: xr.Dataset, missing: xr.Dataset, names: Sequence[str]) -> np
     """Return how much wider posteriors are without the missing samples, ``(n, q)``.
 
     The ratio of standard deviations, of log parameters and of the onset, curve by curve. It is nan
-    where either of the two says that it is not ``resolved``: its draws are not the posterior's.
+    where either of the two is not ``resolved``, since its draws are not those of the posterior.
 
     Args:
         whole, missing: ``draws (curve, draw, output)`` of the same curves, and ``resolved (curve)``

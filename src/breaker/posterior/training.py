@@ -43,7 +43,7 @@ def choose_device(name: str) -> torch.device:
 
 
 def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
-    """Return what tells one training from another: a hash of its settings and its code."""
+    """Return a hash of the settings and the code of a training, which identifies it."""
     digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
     for file in code:
         digest.update(Path(file).read_bytes())

@@ -1,7 +1,7 @@
 """Change points and remaining life judged on simulated lives, whose truth is known.
 
-Every life goes the whole way that a measured one goes: records, the network's posteriors, the
-trend of both motions, alarms and predictions, operation by operation.
+Every life passes through the same steps as a measured drive: records, posteriors of the network,
+the trend of both motions, alarms and predictions, one operation after another.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,12 +1,12 @@
 r"""Simulated lives: drives of the model that wear, change their wear, and reach a limit.
 
-What change points and remaining life are judged on. A life has parameters of the prior in new
+Change points and remaining life are judged on them. A life has parameters of the prior in new
 condition, drifts along one or two kinds of wear from its first operation on, and scatters from
 operation to operation. Once, one kind of wear changes its rate. By how much is set by the *ratio*:
 the change of the slope over the standard error with which it would be known 3 % of the life later,
-if one knew when and of what it was, from all records of both motions up to then. So a ratio of 5
-is a change that an ideal observer sees at five standard errors within 3 % of the life, whatever
-the parameter and the scatter. The limit is on the parameter that changes, or on what an engineer
+if one knew when and of what it was, from all records of both motions up to then. So a ratio of 5 is
+a change that an ideal observer sees at five standard errors within 3 % of the life, whatever the
+parameter and the scatter. The limit is on the parameter that changes, or on what an engineer
 measures of it, and is where its trend is at the end of the nominal life.
 """
 

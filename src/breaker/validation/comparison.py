@@ -212,7 +212,7 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
 
 
 def identifiability_words(data: xr.Dataset) -> str:
-    """Describe :func:`reached` in a line: what holds over the prior, and one of the drive."""
+    """Describe :func:`reached` in one line over the prior and one for the drive."""
     lines = [f"over the prior: {_known(data, 'limit')}"]
     if "drive" in data.source.values:
         count = data.curves.sel(source="drive").item()

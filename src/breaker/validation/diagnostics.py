@@ -148,7 +148,7 @@ def pointwise_band(
     """Return median, lower and upper bound ``(t,)`` of curves ``(n, t)``, time by time.
 
     Raises:
-        ValueError: If a value is not finite, for its quantiles would say nothing.
+        ValueError: If a value is not finite.
     """
     curves = np.asarray(curves)
     if not np.all(np.isfinite(curves)):
@@ -160,7 +160,7 @@ def pointwise_band(
 
 @dataclass(frozen=True)
 class PriorCheck:
-    """Whether measured curves are such as the prior holds possible.
+    """Comparison of measured curves with curves of the prior.
 
     Attributes:
         median, lower, upper: Pointwise 95 % band of the prior's curves, ``(t,)``.

@@ -40,7 +40,7 @@ def horizon_grid(horizon: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Horizon:
-    """How far and how finely a remaining life is looked for.
+    """The range and resolution in which a remaining life is sought.
 
     Attributes:
         operations: Farthest future operation.

@@ -1,4 +1,4 @@
-"""What is stored of each operation of a trend: one table of names, dims and values."""
+"""The results that are stored for each operation of a trend: names, dims and values."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""The state of a trend after some operations: stored, so that later ones go on from it."""
+"""The state of a trend after some operations, stored so that later operations continue from it."""
 
 import json
 from dataclasses import dataclass

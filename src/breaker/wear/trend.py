@@ -70,7 +70,8 @@ class Follower:
     def begin(self, series: Series) -> State:
         """Return the state before the first operation of a series, with its reference.
 
-        Without an operation that all motions have there is none yet, and nothing is known.
+        Without an operation with records of all motions there is no reference, and nothing is
+        known.
         """
         first = int(series.operations[0])
         usable = np.logical_and.reduce([series.usable(motion) for motion in self.models])

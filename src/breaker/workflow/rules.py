@@ -1,4 +1,4 @@
-"""Parts of the configuration that must fit each other: ``RULES``, which a schema cannot say.
+"""Conditions on several keys of the configuration, which a schema cannot express: ``RULES``.
 
 A rule is a pair: keys, the first of which a message is about, and a function that takes what they
 hold and returns what is wrong and the remedy, or None.
