@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike
 __all__ = ["KINDS", "Watched", "level_for", "watch"]
 
 KINDS = ("threshold", "cusum", "ewma")
-_THRESHOLD, _CUSUM, _EWMA = range(3)
+_CUSUM, _EWMA = KINDS.index("cusum"), KINDS.index("ewma")
 _SLACK = 0.5  # of the cusum, sd
 _WEIGHT = 0.2  # of the newest residual in the ewma
 _ROUND_OFF = 1e-12  # of a value: scatter below it is none
