@@ -119,6 +119,30 @@ def test_wear_is_monotone_and_changes_its_slope_once(rig):
         assert end == pytest.approx(change)
 
 
+def test_the_closed_position_has_the_least_potential_energy(rig):
+    """Springs, contact spring over the lever, closing force and stop: no slope, by differences."""
+    new = rig.new
+
+    def energy(arc):
+        stop = new.closing_stop.stiffness * max(0.0, arc - new.closing_stop.position) ** 2
+        contact = new.contact_spring * (new.lever.travel(arc) - new.gap) ** 2
+        return 0.5 * (new.opening_spring * arc**2 + contact + stop) - new.closing_force * arc
+
+    at = new.closed_arc()
+    assert new.lever.travel(at) > new.gap
+    assert abs(energy(at + 1e-3) - energy(at - 1e-3)) / 2e-3 < 1e-6  # kN
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_motion_starts_after_the_lead(rig, motion):
+    """Without noise, zero and scatter of the trigger."""
+    sensor = rig.settings["sensor"] | {"noise_sd": 0.0, "zero_sd": 0.0, "trigger_sd": 0.0}
+    times, record = replace(rig, settings={**rig.settings, "sensor": sensor}).record(motion, 7)
+    moved = np.abs(record - record[0]) > 1e-6
+    assert times[moved][0] == pytest.approx(sensor["lead"], abs=2 / sensor["rate"])
+    assert moved[times > sensor["lead"] + 1].all()
+
+
 def test_a_record_depends_on_seed_motion_and_operation_alone(rig):
     times, record = rig.record("closing", 7)
     np.testing.assert_array_equal(record, rig.record("closing", 7)[1])
