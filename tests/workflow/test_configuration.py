@@ -354,6 +354,11 @@ def test_message_names_the_file_that_holds_the_value(complaint):
     assert "overlay_1.yaml, line 1: seed is -5" in message
 
 
+def test_an_entry_that_lacks_a_key_is_named_by_its_line(complaint):
+    message = complaint("limits:\n  - {motion: closing, lower: {f: 1}}\n")
+    assert "overlay_0.yaml, line 2: limits[0].name is missing; it must be a text" in message
+
+
 def test_a_value_of_no_file_comes_from_the_command_line():
     config = merge(read(DEFAULTS), {"seed": -3})
     with pytest.raises(ConfigurationError, match="command line: seed is -3"):

@@ -99,8 +99,8 @@ def check(
     Args:
         config: The merged configuration.
         schema: File of the JSON schema.
-        files: Files it came from. A message names the first that holds the value in question; a
-            key that stands twice in one of them, of which YAML drops one, is a problem too.
+        files: Files it came from, the last overlay first. A message names the first one with the
+            value in question. A key that stands twice in a file is a problem too: YAML drops one.
 
     Raises:
         ConfigurationError: If anything is wrong; the message lists all of it.
@@ -179,7 +179,7 @@ def _place(
     try:
         value = reduce(getitem, key, config)
     except (KeyError, IndexError):
-        return ""  # a key that is missing
+        return _place(config, key[:-1], sources)  # a key that is missing: that of its section
     for path, (content, node) in sources.items():
         try:
             own = reduce(getitem, key, content)
