@@ -47,7 +47,7 @@ def filled_in(page, motion, *, curves=None):
         )
     text = (ROOT / f"workflow/report/{page}.rst").read_text()
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
-    return environment.from_string(text).render(snakemake=job)
+    return environment.from_string(text).render(snakemake=job, files=[])
 
 
 @pytest.mark.parametrize("page", PAGES)
