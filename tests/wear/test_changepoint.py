@@ -1,7 +1,7 @@
 """Change points against all configurations of a short series, and known truths."""
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from scipy.stats import chi2, multivariate_normal
 
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
-from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
+from breaker.wear.changepoint import KINDS, Tracker
 from breaker.wear.lines import SPACING
 
 P = len(NAMES)
@@ -53,11 +53,6 @@ def worn(tracker, n, rng, *, sd=0.05, scatter=0.002, changes=(), jumps=(), slope
             slope[NAMES.index(name)] += more * (after == operation)
         level = level + slope / 1000.0
     return list(range(1, n + 1)), [matrix] * n, slopes
-
-
-def same(a: Hypotheses, b: Hypotheses):
-    """Whether two sets of hypotheses are equal to the bit."""
-    return all(np.array_equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(Hypotheses))
 
 
 def test_settings_are_in_percent(tracker, prior, defaults):
@@ -226,28 +221,6 @@ def test_memory_is_bounded(tracker):
     assert counts[n // 2 :].max() < 1.1 * counts[n // 4 : n // 2].max()
 
 
-def test_going_on_from_a_stored_state_is_the_same_to_the_bit(tracker, tmp_path):
-    """Also after others went on from it: no step changes what it starts from."""
-    operations, matrices, slopes = worn(
-        tracker, 60, generator(1, "test", "change points", "store"), jumps=[(40, 60, 0.3)]
-    )
-    halfway, at_once = None, None
-    for operation, hypotheses, *_ in follow(tracker, operations, matrices, slopes):
-        if operation == 30:
-            halfway = hypotheses
-            path = tmp_path / "hypotheses.npz"
-            np.savez(path, **{f.name: getattr(hypotheses, f.name) for f in fields(Hypotheses)})
-        at_once = hypotheses
-    with np.load(path) as stored:
-        loaded = Hypotheses(**{name: stored[name] for name in stored.files})
-    loaded = replace(loaded, operation=int(loaded.operation))
-    assert same(loaded, halfway)
-    for start in (halfway, loaded):
-        rest = (each[30:] for each in (operations, matrices, slopes))
-        *_, (_, again, *_) = follow(tracker, *rest, hypotheses=start)
-        assert same(again, at_once)
-
-
 def learnt(tracker):
     """The first segment, for each scatter, after forty operations."""
     still = replace(tracker, hazard=0.0)
@@ -287,31 +260,6 @@ def test_a_gap_is_as_long_as_its_operations(tracker):
         assert set(one.start[~first]) == {40}
         assert set(five.start[~its]) == {40, 41, 42, 43, 44}
         assert not np.allclose(five.level()[1], one.level()[1], rtol=1e-6)
-
-
-def test_operations_without_a_record_only_widen(tracker):
-    """The level spreads, nothing is learnt of scatter or slope, and a change becomes possible."""
-    hypotheses = learnt(tracker)
-    mean, _ = hypotheses.level()
-    before = hypotheses
-    for operation in range(41, 61):
-        after = tracker.predict(before, operation)
-        wider = after.level()[1] - before.level()[1]
-        assert np.linalg.eigvalsh(wider[:P, :P]).min() > 0.0
-        assert np.linalg.eigvalsh(wider[P:, P:]).min() > 0.0
-        assert after.began_after(39) > before.began_after(39)
-        before = after
-    np.testing.assert_allclose(after.level()[0][P:], mean[P:], atol=1e-12)
-    np.testing.assert_allclose(after.level()[0][:P], mean[:P] + 0.02 * mean[P:], atol=1e-12)
-    for q in range(len(tracker.scatters)):
-        held, kept = (s.weight[s.scatter == q].sum() for s in (hypotheses, after))
-        assert kept == pytest.approx(held, rel=1e-9)
-    # Records that come back are learnt from.
-    place = after.level()[0][:P]
-    found, _, _ = tracker.learn(after, np.eye(P) / 0.05**2, np.zeros(P), place)
-    assert np.all(np.diag(found.level()[1])[:P] < np.diag(after.level()[1])[:P])
-    # What was seen is not gone to again.
-    assert tracker.predict(hypotheses, 40) is hypotheses
 
 
 # ---- known truths --------------------------------------------------------------------------------

@@ -250,16 +250,6 @@ def test_share_of_lines_that_lead_to_a_limit(tracker, prior):
     assert left.toward[0] == pytest.approx(expected, abs=error)
 
 
-def test_region_of_which_one_part_moves_away(tracker, prior):
-    mean, cov = wearing(slope_sd=0.01, level_sd=0.01)
-    region = limit(lower={"f": 0.80}, upper={"L": 10.4})  # the force is beyond it now
-    mean[P + GAP] = -0.5
-    horizon = Horizon(1000, normals(100))
-    left = remaining_life(tracker, hypotheses(mean, cov), [region], prior, horizon)
-    assert left.beyond[0] == left.toward[0] == 0.0
-    assert left.cdf[0, -1] < 1e-3
-
-
 def test_mass_ends_at_the_horizon(tracker, prior, weak_lives):
     """What does not happen up to it is left out, and a longer one changes nothing before it."""
     held, draws = hypotheses(*wearing()), normals(4000)
@@ -299,15 +289,6 @@ def test_a_drive_that_comes_to_nothing(sides, tracker, prior):
     assert cdf[horizon.grid <= 300].max() < 1e-6
     assert cdf[-1] == pytest.approx(1.0 if "upper" in sides else 0.0, abs=1e-6)
     assert np.isfinite(left.now).all()
-
-
-def test_a_drive_that_has_come_to_nothing(tracker, prior):
-    mean, cov = wearing(slope=0.0)
-    mean[[K_A, F]] = 3.0, -4.0
-    horizon = Horizon(100, normals(20))
-    left = remaining_life(tracker, hypotheses(mean, 0.01 * cov), [SLOW], prior, horizon)
-    assert np.isnan(left.now).all()
-    np.testing.assert_allclose(left.cdf, 1.0)
 
 
 # ---- form ------------------------------------------------------------------------------------

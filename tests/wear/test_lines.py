@@ -118,30 +118,6 @@ def test_learning_is_conditioning(p):
         np.testing.assert_array_equal(new_cov[i], new_cov[i].T)
 
 
-def test_learning_of_singular_information_is_a_limit():
-    """Of one direction alone, and in steps: two informations at once are their sum."""
-    rng = generator(1, "test", "lines", "two")
-    p = 3
-    mean, cov = rng.standard_normal((1, 2 * p)), covariance(rng, 2 * p)[None]
-    factors = rng.standard_normal((2, p))
-    weights, slopes = np.einsum("ki,kj->kij", factors, factors), 0.7 * factors
-    one, two = (mean.copy(), cov.copy()), (mean.copy(), cov.copy())
-    every, log_out = np.zeros(1, dtype=np.int64), np.full(1, LEARN)
-    in_steps = sum(
-        update(*one, every, weights[k : k + 1], slopes[k : k + 1], np.zeros(1), log_out)
-        for k in range(2)
-    )
-    total = weights.sum(0, keepdims=True), slopes.sum(0, keepdims=True)
-    at_once = update(*two, every, *total, np.zeros(1), log_out)
-    np.testing.assert_allclose(in_steps, at_once, atol=1e-10)
-    for a, b in zip(one, two, strict=True):
-        np.testing.assert_allclose(a, b, atol=1e-10)
-    faint = total[0][0] + 1e-9 * np.eye(p)
-    learnt = conditioned(mean[0], cov[0], faint, total[1][0])
-    np.testing.assert_allclose(two[0][0], learnt[0], atol=1e-5)
-    np.testing.assert_allclose(two[1][0], learnt[1], atol=1e-5)
-
-
 def test_of_an_outlier_nothing_is_learnt():
     """A line learns where it explains the operation no worse than an outlier does."""
     mean, cov, group, weights, slopes, base = lines_that_learn(2, "outlier", h=6)

@@ -13,7 +13,6 @@ from breaker.wear.reference import (
     agreement,
     find_reference,
     modes,
-    onset_of,
     pooled,
 )
 
@@ -269,11 +268,6 @@ def test_effective_values_stay_where_pooling_runs_away(models, dented):
     assert abs(start.centre[gap] - TRUTH[gap]) > 4.0
     assert abs(found.mean(axis=0)[gap] - TRUTH[gap]) < 2.0
     assert 1 / 1.5 < excess(start.spread, single) < 1.5
-
-
-def test_onsets_of_outputs():
-    assert onset_of(np.arange(16.0).reshape(2, 8)).tolist() == [7.0, 15.0]
-    assert onset_of(np.ones((3, P))).tolist() == [0.0, 0.0, 0.0]
 
 
 def test_a_common_curve_of_records_with_missing_samples(sensor):

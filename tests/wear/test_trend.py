@@ -182,21 +182,6 @@ def test_counting_the_prior_once_an_operation_is_caught(models, without_changes,
     assert law.sf(square) < 1e-5
 
 
-def test_both_motions_are_narrower_than_either(models, without_changes):
-    operations = 1 + 10 * np.arange(30)
-    series, z = live(models, operations, LEVEL, SLOPE, generator(3, "test trend"), motions=MOTIONS)
-    sds = {}
-    for motions in (("closing",), ("opening",), MOTIONS):
-        limits = [{"name": "far", "motion": motions[0], "upper": {"L": 30.0}}]
-        follower = follower_of(models, without_changes, motions, limits)
-        state, _ = run(follower, series)
-        sds[motions] = np.sqrt(np.diag(state.hypotheses.level()[1]))[:P]
-        # Seven errors of three trends: false alarm 1e-3.
-        error = scores(follower, state, z, SLOPE)[:P]
-        assert np.all(np.abs(error) < norm.isf(0.5e-3 / 21)), error
-    assert np.all(sds[MOTIONS] < np.minimum(sds["closing",], sds["opening",]))
-
-
 # ---- a change, and a run that is interrupted -------------------------------------------------
 
 CHANGE = 401  # operation, the 40th of 100
@@ -299,22 +284,6 @@ def test_operations_that_cannot_be_used_are_passed_over(whole, bent):
     assert np.all(width[missing] > width[np.flatnonzero(missing) - 1] * 0.9999)
 
 
-def test_what_is_missing_changes_nothing_else(bent, models, without_changes):
-    """A series without the operations that cannot be used has the same trend at all others."""
-    series, _ = bent
-    there = series.usable("closing")
-    follower = follower_of(models, without_changes)
-    _, found = run(follower, part(series, slice(0, 40)))
-    _, expected = run(follower, part(series, np.flatnonzero(there[:40])))
-    found = found.isel(operation=np.flatnonzero(there[:40]))
-    # Operations that were seen are counted with those missing. Where the baseline ends, likelihoods
-    # are taken elsewhere: less than a fifth of what is left unknown.
-    apart = np.log(found.level.values / expected.level.values)
-    half = np.log(expected.level_interval.values) @ [-0.5, 0.5]
-    assert np.all(np.abs(apart) < 0.2 * half), np.abs(apart / half).max()
-    np.testing.assert_allclose(np.log(found.level_interval.values) @ [-0.5, 0.5], half, rtol=0.05)
-
-
 @pytest.mark.parametrize("split", [30, 75])
 def test_a_stored_state_goes_on_as_if_never_interrupted(
     split, bent, whole, models, settings, tmp_path
@@ -412,17 +381,6 @@ def test_no_trend_without_a_record(models, settings):
     assert state.reference is not None
     assert state.first == operations[0]
     assert np.isfinite(data.level).all()
-
-
-def test_a_motion_without_a_limit_has_a_trend(models, settings):
-    """Limits may all be of the other motion; wear and changes are of interest all the same."""
-    operations = 1 + 10 * np.arange(3)
-    series, _ = live(models, operations, LEVEL, SLOPE, generator(9, "test trend"))
-    follower = follower_of(models, settings, ("closing",), [LIMITS[0] | {"motion": "opening"}])
-    assert follower.limits == []
-    _, found = run(follower, series)
-    assert found.sizes["limit"] == 0
-    assert np.isfinite(found.level).all()
 
 
 def test_words_and_coordinates(whole):

@@ -45,6 +45,18 @@ def condition(data: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.Dat
         Dataset over ``operation`` and ``limit``: ``probability`` that a limit is exceeded,
         ``marginal``, the same as if its quantities were independent, and ``undefined``, the share
         of draws in which one of them does not exist; all nan where there is no posterior.
+
+    Example:
+        >>> wide = Limit("wide", "opening", (("L", 10.0, True),))
+        >>> draws = np.ones((1, 4, 7))  # of one operation
+        >>> draws[..., 6] = [9.9, 10.1, 10.2, 10.3]  # mm
+        >>> data = xr.Dataset(
+        ...     {"draws": (("operation", "draw", "output"), draws)}
+        ...     | dict.fromkeys(("accepted", "resolved"), ("operation", [True])),
+        ...     {"operation": [1]},
+        ... )
+        >>> condition({"opening": data}, [wide]).probability.item()
+        0.75
     """
     operations = next(iter(data.values())).operation.values
     names = ("probability", "marginal", "undefined")

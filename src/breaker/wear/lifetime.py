@@ -114,6 +114,19 @@ def remaining_life(
         limits: Limits, in any motion.
         prior: Prior that standardises the parameters.
         horizon: Future operations and draws.
+
+    Example:
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> tracker = Tracker(np.full(7, 0.1), 1e-3, 2.0, 0.05, np.array([0.001]), 0.0, 0.2)
+        >>> mean = np.zeros((1, 14))
+        >>> mean[0, 12] = -0.5  # f falls by 5 percent per 1,000 operations, as known exactly,
+        >>> line = np.zeros(1), mean, np.zeros((1, 14, 14))
+        >>> first = *np.zeros((2, 1), dtype=int), np.zeros(1, dtype=int)
+        >>> weak = Limit("weak", "closing", (("f", 0.74, False),))
+        >>> horizon = Horizon(1000, np.zeros((2, 14)))
+        >>> left = remaining_life(tracker, Hypotheses(1, *line, *first), [weak], prior, horizon)
+        >>> float(reached(horizon.grid, left.cdf[0], [0.5])[0].round(-1))  # 1.3 percent from 0.75
+        240.0
     """
     grid, p = horizon.grid, len(NAMES)
     lines, scatter = _lines(hypotheses, horizon.widening * horizon.normals, tracker.scatters)

@@ -97,6 +97,18 @@ def agreement(
         The p-value, 1 for a single motion. It is uniform if the motions agree, and larger where
         records hardly inform about a parameter, so the level below which they are said to differ
         bounds the probability of a false alarm.
+
+    Example:
+        >>> from breaker.model import Prior
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.0, zero_sd=0.1)
+        >>> models = {motion: Model(prior, sensor, motion) for motion in ("closing", "opening")}
+        >>> z, rng = np.zeros((5, 7)), np.random.default_rng(1)
+        >>> theta = prior.destandardise(z)
+        >>> records = {m: sensor.corrupt(each.curves(theta), rng) for m, each in models.items()}
+        >>> outputs = dict.fromkeys(models, z)
+        >>> agreement(models, records, outputs, pooled(models, records, outputs)) > 0.001
+        True
     """
     if len(models) < 2:
         return 1.0
