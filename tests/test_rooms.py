@@ -303,6 +303,13 @@ def test_every_public_name_is_there(room):
         assert getattr(module, name) is not None
 
 
+@pytest.mark.parametrize("room", sorted(set(FLOOR) - FROM_MODULES - {"cli"}))
+def test_every_room_has_an_example(room):
+    """They are run with the tests."""
+    texts = [text for file, text in PACKAGE.items() if room_of(file) == room]
+    assert any(">>> " in text for text in texts)
+
+
 def loaded(*modules: str) -> set[str]:
     """Which of the heavy packages a fresh interpreter holds after importing modules."""
     code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
