@@ -364,6 +364,19 @@ def test_motions_that_differ_are_not_followed_together(models, settings, tmp_pat
     assert found.sizes["operation"] == 0
 
 
+def test_records_with_missing_samples_count(models, settings):
+    """Only those without any sample do not; the others tell as finite a value as whole ones."""
+    operations = 5 + np.arange(4)
+    series, _ = live(models, operations, LEVEL, SLOPE, generator(8, "test trend"))
+    series.records["closing"][1:3, ::5] = np.nan
+    series.records["closing"][3] = np.nan
+    assert series.usable("closing").tolist() == [True, True, True, False]
+    follower = follower_of(models, settings)
+    state, data = follower.follow(follower.begin(series), series)
+    assert state.reference is not None
+    assert np.isfinite(data["value"].values).all()
+
+
 def test_no_trend_without_a_record(models, settings):
     operations = 5 + np.arange(3)
     series, _ = live(models, operations, LEVEL, SLOPE, generator(8, "test trend"))
