@@ -12,6 +12,8 @@ report: "workflow/report/workflow.rst"
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/operations.smk"
+include: "workflow/rules/figure.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/validate.smk"
@@ -21,6 +23,23 @@ include: "workflow/rules/decide.smk"
 include: "workflow/rules/numbers.smk"
 include: "workflow/rules/networks.smk"
 include: "workflow/rules/lives.smk"
+
+
+FIGURES = [
+    "prior_predictive",
+    "loss",
+    "sbc",
+    "sbc_reader",
+    "contraction",
+    "recovery",
+    "pairs",
+    "posterior_predictive",
+    "exactness",
+    "identifiability",
+    "endurance_predictive",
+    "evolution",
+]
+DECISIONS = ["verdict", "health", "remaining_life"]
 
 
 rule all:
@@ -62,3 +81,12 @@ rule networks:
             network=[name for name in NETWORKS if name.startswith("deep_set")],
             motion=MOTIONS,
         ),
+
+
+# What all rules with a script have in common: the environment, and the modules of the package that
+# the script uses. They become inputs, since Snakemake sees a change of the script alone.
+for each in workflow.rules:
+    if each.script:
+        each.conda_env = ENVIRONMENT
+        each.input_modifier = each.output_modifier  # has none yet if the rule states no input
+        each.set_input(code=modules_of(Path(workflow.basedir) / "workflow/rules" / each.script))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import reduce
 from pathlib import Path
 
-from breaker.workflow import ConfigurationError, load, merge, read
+from breaker.workflow import ConfigurationError, load, merge, read, set_threads
 
 __all__ = ["main"]
 
@@ -25,6 +25,7 @@ _NEEDED = (
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns the exit status: 0, or 1 where nothing could be inferred."""
     options = _parser().parse_args(arguments)
+    set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     try:
         result = _infer(options)
         _show(result)

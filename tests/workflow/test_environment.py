@@ -3,8 +3,10 @@
 import importlib.util
 import os
 import re
+import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
 from importlib import metadata
 from pathlib import Path
@@ -174,3 +176,46 @@ def test_make_refuses_an_old_python(tmp_path):
     assert result.returncode != 0
     assert "needs Python 3.11 or newer" in result.stderr
     assert not (tmp_path / "venv").exists()
+
+
+POST_DEPLOY = ROOT / "envs/breaker.post-deploy.sh"
+
+
+def test_the_post_deploy_script_installs_the_package_into_a_new_environment(tmp_path):
+    """As Snakemake does with conda: a copy of the script, in the folder of the results."""
+    root, new, results = tmp_path / "repository", tmp_path / "new", tmp_path / "results"
+    results.mkdir()
+    shutil.copytree(ROOT / "src", root / "src", ignore=shutil.ignore_patterns("*.egg-info"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, root)
+    subprocess.run([sys.executable, "-m", "venv", str(new)], check=True)
+    # What conda would have installed before: the packages of this environment, but not breaker,
+    # as Python follows no second .pth file.
+    (site,) = new.glob("lib/python*/site-packages")
+    for old in site.glob("setuptools*"):  # Python 3.11 brings one of its own
+        shutil.rmtree(old)
+    (site / "locked.pth").write_text(sysconfig.get_path("purelib"))
+    script = shutil.copy(POST_DEPLOY, results / "1f3b.post-deploy.sh")
+    path = f"{new / 'bin'}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path, "BREAKER_ROOT": str(root)}
+    environment.pop("PYTHONPATH", None)
+
+    def run(*command: str) -> subprocess.CompletedProcess:
+        return subprocess.run(
+            command, cwd=results, env=environment, capture_output=True, text=True, check=False
+        )
+
+    use = ("python", "-c", "from breaker import mechanism as m; m.NAMES; print(m.__file__)")
+    assert "No module named 'breaker'" in run(*use).stderr
+    installed = run("sh", str(script))
+    assert installed.returncode == 0, installed.stdout + installed.stderr
+    assert run(*use).stdout.split() == [str(root / "src/breaker/mechanism/__init__.py")]
+
+
+def test_the_post_deploy_script_says_what_it_misses(tmp_path):
+    environment = {name: value for name, value in os.environ.items() if name != "BREAKER_ROOT"}
+    done = subprocess.run(
+        ["sh", str(POST_DEPLOY)], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 1
+    assert "set BREAKER_ROOT" in done.stderr

@@ -9,7 +9,7 @@ HEADER = """
 import sys
 from types import SimpleNamespace
 {first}
-from breaker.jobs import start
+from breaker.workflow import start
 job = SimpleNamespace(log=[{log!r}], rule="read_curves", threads={threads})
 log = start(job)
 """

@@ -8,16 +8,12 @@ store and one tidy CSV a motion, and the figures of the paper's Sec. 7.
 
 rule rig:
     """The stand-in's curve files of one motion: a richer mechanism than the model, wearing out."""
-    input:
-        code=sources("rig.py"),
     output:
         directory("results/rig/curves/{motion}"),
     log:
         "logs/rig/{motion}.log",
     benchmark:
         "results/benchmarks/rig_{motion}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         seed=config["seed"],
         rig=config["rig"],
@@ -27,14 +23,10 @@ rule rig:
 
 rule rig_effective:
     """The values of the model's parameters that fit the stand-in's noise-free curves best."""
-    input:
-        code=sources("rig_effective.py"),
     output:
         directory("results/rig/{motion}_effective.zarr"),
     log:
         "logs/rig_effective/{motion}.log",
-    conda:
-        ENVIRONMENT
     params:
         seed=config["seed"],
         rig=config["rig"],
@@ -47,19 +39,16 @@ rule rig_effective:
 rule read_curves:
     """Read and check the files of some operations."""
     input:
-        unpack(curve_files),
-        code=sources("read_curves.py"),
+        curve_files,
     output:
         directory("results/endurance/{motion}/curves_{chunk}.zarr"),
     log:
         "logs/read_curves/{motion}_{chunk}.log",
-    conda:
-        ENVIRONMENT
     params:
         folder=curve_folder,
         format=config["endurance"]["format"],
-        operations_per_job=config["endurance"]["operations_per_job"],
-        grid=time_grid(),
+        operations=operations,
+        grid=GRID,
     script:
         "../scripts/read_curves.py"
 
@@ -69,15 +58,12 @@ rule infer:
     input:
         model="results/models/{motion}.safetensors",
         curves="results/endurance/{motion}/curves_{chunk}.zarr",
-        code=sources("infer.py"),
     output:
         directory("results/endurance/{motion}/inferred_{chunk}.zarr"),
     log:
         "logs/infer/{motion}_{chunk}.log",
     benchmark:
         "results/benchmarks/infer_{motion}_{chunk}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         seed=config["seed"],
         draws=config["endurance"]["draws"],
@@ -89,21 +75,18 @@ rule infer:
 rule gather:
     """All operations of one motion, as one store and one table."""
     input:
-        inferred=inferred_chunks,
-        corrected=corrected_chunks,
-        code=sources("gather.py"),
+        inferred=every_chunk("results/endurance/{motion}/inferred_{chunk}.zarr"),
+        corrected=every_chunk("results/endurance/{motion}/corrected_{chunk}.zarr"),
     output:
         store=directory("results/endurance/{motion}.zarr"),
-        table=report(
+        table=page(
             "results/endurance/{motion}.csv",
-            caption="../report/endurance_table.rst",
-            category="5 Endurance test",
-            labels={"figure": "table of all operations", "motion": "{motion}"},
+            "5 Endurance test",
+            "table of all operations",
+            "endurance_table",
         ),
     log:
         "logs/gather/{motion}.log",
-    conda:
-        ENVIRONMENT
     script:
         "../scripts/gather.py"
 
@@ -112,13 +95,10 @@ rule endurance_predictive:
     """What the posteriors at a few stages of the life predict for their own records."""
     input:
         inferred="results/endurance/{motion}.zarr",
-        code=sources("endurance_predictive.py"),
     output:
         directory("results/endurance/{motion}_predictive.zarr"),
     log:
         "logs/endurance_predictive/{motion}.log",
-    conda:
-        ENVIRONMENT
     params:
         seed=config["seed"],
         prior=config["prior"],
@@ -129,44 +109,19 @@ rule endurance_predictive:
         "../scripts/endurance_predictive.py"
 
 
-rule figure_endurance_predictive:
-    """Fig. 9: posterior predictive check at stages of the life."""
-    input:
-        predictive="results/endurance/{motion}_predictive.zarr",
-        code=sources("figure_endurance_predictive.py"),
-    output:
-        report(
-            "figures/endurance_predictive_{motion}.png",
-            caption="../report/endurance_predictive.rst",
-            category="5 Endurance test",
-            labels={"figure": "posterior predictive", "motion": "{motion}"},
-        ),
-    log:
-        "logs/figures/endurance_predictive_{motion}.log",
-    conda:
-        ENVIRONMENT
-    script:
-        "../scripts/figure_endurance_predictive.py"
+# Fig. 9: posterior predictive check at stages of the life.
+figure(
+    "endurance_predictive",
+    "5 Endurance test",
+    label="posterior predictive",
+    predictive="results/endurance/{motion}_predictive.zarr",
+)
 
-
-rule figure_evolution:
-    """Fig. 10: the parameters over all operations."""
-    input:
-        unpack(effective_values),
-        inferred="results/endurance/{motion}.zarr",
-        code=sources("figure_evolution.py"),
-    output:
-        report(
-            "figures/evolution_{motion}.png",
-            caption="../report/evolution.rst",
-            category="5 Endurance test",
-            labels={"figure": "evolution", "motion": "{motion}"},
-        ),
-    log:
-        "logs/figures/evolution_{motion}.log",
-    conda:
-        ENVIRONMENT
-    params:
-        posterior=config["endurance"]["posterior"],
-    script:
-        "../scripts/figure_evolution.py"
+# Fig. 10: the parameters over all operations.
+figure(
+    "evolution",
+    "5 Endurance test",
+    effective=effective_values,
+    inferred="results/endurance/{motion}.zarr",
+    params={"posterior": config["endurance"]["posterior"]},
+)

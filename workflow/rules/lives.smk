@@ -4,20 +4,19 @@ Needs the model files of both motions. Goes through the lives in jobs of a few, 
 generators of its own; an interrupted evaluation goes on with the jobs that are missing.
 """
 
+from math import ceil
+
 
 rule follow_lives:
     """Simulate some lives, infer their records and follow them."""
     input:
         models=expand("results/models/{motion}.safetensors", motion=["closing", "opening"]),
-        code=sources("follow_lives.py"),
     output:
         directory("results/lives/seed{seed}/lives_{chunk}.zarr"),
     log:
         "logs/follow_lives/seed{seed}_{chunk}.log",
     benchmark:
         "results/benchmarks/follow_lives_seed{seed}_{chunk}.tsv"
-    conda:
-        ENVIRONMENT
     params:
         lives={key: config["lives"][key] for key in config["lives"] if key != "seed"},
         wear_model={
@@ -32,20 +31,20 @@ rule follow_lives:
 rule score_lives:
     """Delays, false alarms, coverage and accuracy over all lives, beside raw times."""
     input:
-        lives=life_jobs,
-        code=sources("score_lives.py"),
+        lives=[
+            f"results/lives/seed{{seed}}/lives_{job:03d}.zarr"
+            for job in range(ceil(config["lives"]["lives"] / config["lives"]["lives_per_job"]))
+        ],
     output:
         scores=directory("results/lives/scores_seed{seed}.zarr"),
-        table=report(
+        table=page(
             "results/lives/scores_seed{seed}.csv",
-            caption="../report/prognostics_table.rst",
-            category="7 Simulated lives",
-            labels={"figure": "table of scores", "motion": "both"},
+            "7 Simulated lives",
+            "table of scores",
+            "prognostics_table",
         ),
     log:
         "logs/score_lives/seed{seed}.log",
-    conda:
-        ENVIRONMENT
     params:
         toward=config["wear_model"]["toward"],
         settle=config["wear_model"]["settle"],
@@ -53,21 +52,10 @@ rule score_lives:
         "../scripts/score_lives.py"
 
 
-rule figure_prognostics:
-    """How early changes are found, and how good the remaining life is."""
-    input:
-        scores=f"results/lives/scores_seed{config['lives']['seed']}.zarr",
-        code=sources("figure_prognostics.py"),
-    output:
-        report(
-            "figures/prognostics.png",
-            caption="../report/prognostics.rst",
-            category="7 Simulated lives",
-            labels={"figure": "prognostics", "motion": "both"},
-        ),
-    log:
-        "logs/figures/prognostics.log",
-    conda:
-        ENVIRONMENT
-    script:
-        "../scripts/figure_prognostics.py"
+# How early changes are found, and how good the remaining life is.
+figure(
+    "prognostics",
+    "7 Simulated lives",
+    of="",
+    scores=f"results/lives/scores_seed{config['lives']['seed']}.zarr",
+)

@@ -5,6 +5,12 @@ Needs the banks, and the corrected validation for the evidence. Makes a model of
 networks that take missing samples, what becomes of their posteriors when samples are missing.
 """
 
+NETWORKS = [
+    f"{summary}-{inference}"
+    for summary in config["comparison"]["summaries"]
+    for inference in config["comparison"]["inferences"]
+]
+
 
 use rule train as train_network with:
     output:
@@ -32,7 +38,6 @@ use rule train as train_network with:
 use rule validate as validate_network with:
     input:
         model="results/networks/{network}/{motion}.safetensors",
-        code=sources("validate.py"),
     output:
         directory("results/networks/{network}/{motion}_seed{seed}.zarr"),
     log:
@@ -46,7 +51,6 @@ use rule judge as judge_network with:
         model="results/networks/{network}/{motion}.safetensors",
         validation="results/networks/{network}/{motion}_seed{seed}.zarr",
         corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
-        code=sources("judge.py"),
     output:
         store=directory("results/networks/{network}/{motion}_judged_seed{seed}.zarr"),
         table="results/networks/{network}/{motion}_judged_seed{seed}.csv",
@@ -70,55 +74,33 @@ rule compare_networks:
             network=NETWORKS,
             seed=SEED,
         ),
-        code=sources("compare_networks.py"),
     output:
-        report(
+        page(
             "results/networks/{motion}.csv",
-            caption="../report/networks_table.rst",
-            category="8 Networks",
-            labels={"figure": "table of the networks", "motion": "{motion}"},
+            "8 Networks",
+            "table of the networks",
+            "networks_table",
         ),
     log:
         "logs/compare_networks/{motion}.log",
-    conda:
-        ENVIRONMENT
     params:
         networks=NETWORKS,
     script:
         "../scripts/compare_networks.py"
 
 
-rule figure_networks:
-    """All networks of one motion side by side."""
-    input:
-        table="results/networks/{motion}.csv",
-        code=sources("figure_networks.py"),
-    output:
-        report(
-            "figures/networks_{motion}.png",
-            caption="../report/networks.rst",
-            category="8 Networks",
-            labels={"figure": "networks", "motion": "{motion}"},
-        ),
-    log:
-        "logs/figures/networks_{motion}.log",
-    conda:
-        ENVIRONMENT
-    script:
-        "../scripts/figure_networks.py"
+# All networks of one motion side by side.
+figure("networks", "8 Networks", table="results/networks/{motion}.csv")
 
 
 rule validate_missing:
     """The same simulated records, with samples missing at random."""
     input:
         model="results/networks/{network}/{motion}.safetensors",
-        code=sources("validate.py"),
     output:
         directory("results/networks/{network}/{motion}_missing_seed{seed}.zarr"),
     log:
         "logs/networks/{network}/validate_missing_{motion}_seed{seed}.log",
-    conda:
-        ENVIRONMENT
     params:
         curves=config["validation"]["curves"],
         draws=config["validation"]["draws"],
@@ -130,7 +112,6 @@ rule validate_missing:
 use rule correct_validation as correct_missing with:
     input:
         validation="results/networks/{network}/{motion}_missing_seed{seed}.zarr",
-        code=sources("correct_validation.py"),
     output:
         directory("results/networks/{network}/{motion}_missing_corrected_seed{seed}.zarr"),
     log:
@@ -139,26 +120,15 @@ use rule correct_validation as correct_missing with:
         "results/networks/{network}/{motion}_seed{seed}_correct_missing.tsv"
 
 
-rule figure_missing:
-    """Are posteriors from records with missing samples calibrated, and wider where they should be?"""
-    input:
-        whole=f"results/networks/{{network}}/{{motion}}_seed{SEED}.zarr",
-        missing=f"results/networks/{{network}}/{{motion}}_missing_seed{SEED}.zarr",
-        exact_whole=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
-        exact_missing=f"results/networks/{{network}}/{{motion}}_missing_corrected_seed{SEED}.zarr",
-        code=sources("figure_missing.py"),
-    output:
-        report(
-            "figures/missing_{network}_{motion}.png",
-            caption="../report/missing.rst",
-            category="8 Networks",
-            labels={"figure": "missing samples, {network}", "motion": "{motion}"},
-        ),
-    log:
-        "logs/figures/missing_{network}_{motion}.log",
-    conda:
-        ENVIRONMENT
-    params:
-        share=config["comparison"]["missing"],
-    script:
-        "../scripts/figure_missing.py"
+# Are posteriors from records with missing samples calibrated, and wider where they should be?
+figure(
+    "missing",
+    "8 Networks",
+    label="missing samples, {network}",
+    of="_{network}_{motion}",
+    whole=f"results/networks/{{network}}/{{motion}}_seed{SEED}.zarr",
+    missing=f"results/networks/{{network}}/{{motion}}_missing_seed{SEED}.zarr",
+    exact_whole=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
+    exact_missing=f"results/networks/{{network}}/{{motion}}_missing_corrected_seed{SEED}.zarr",
+    params={"share": config["comparison"]["missing"]},
+)

@@ -22,17 +22,14 @@ rule numbers:
         operations=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
         predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),
         trend=expand("results/trend/{motion}.zarr", motion=MOTIONS),
-        effective=effective_of_all,
+        effective=effective_values,
         decisions="results/decisions.csv",
         alarms="results/alarms.csv",
         remaining="results/remaining.zarr",
-        code=sources("collect_numbers.py"),
     output:
         "results/numbers.csv",
     log:
         "logs/numbers.log",
-    conda:
-        ENVIRONMENT
     params:
         motions=MOTIONS,
         stated="docs/numbers.csv" if IS_DEFAULT else None,

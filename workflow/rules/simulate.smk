@@ -7,20 +7,16 @@ content depends on the seed, the prior, the grid, the onset, the motion and its 
 
 rule prior_predictive:
     """Operations drawn from the prior, to look at."""
-    input:
-        code=sources("simulate.py"),
     output:
         directory("results/prior_predictive/{motion}.zarr"),
     log:
         "logs/prior_predictive/{motion}.log",
-    conda:
-        ENVIRONMENT
     params:
         seed=config["seed"],
         purpose=["prior predictive"],
         curves=config["prior_predictive"]["curves"],
         prior=config["prior"],
-        grid=time_grid(),
+        grid=GRID,
         onset_sd=config["sensor"]["onset_sd"],
     script:
         "../scripts/simulate.py"
@@ -28,8 +24,6 @@ rule prior_predictive:
 
 rule bank_shard:
     """One shard of the training bank of one motion."""
-    input:
-        code=sources("simulate.py"),
     output:
         directory("results/bank/{motion}/shard_{shard}.zarr"),
     log:
@@ -37,14 +31,12 @@ rule bank_shard:
     benchmark:
         "results/benchmarks/bank_{motion}_{shard}.tsv"
     priority: 10  # the longest chain first: what follows fills the cores after it
-    conda:
-        ENVIRONMENT
     params:
         seed=config["seed"],
         purpose=lambda wildcards: ["bank", int(wildcards.shard)],
         curves=config["bank"]["curves_per_shard"],
         prior=config["prior"],
-        grid=time_grid(),
+        grid=GRID,
         onset_sd=config["sensor"]["onset_sd"],
     script:
         "../scripts/simulate.py"

@@ -9,8 +9,10 @@ job: they lie in checkpoints/, and a training that was killed goes on from there
 rule train:
     """Train summary and inference network together."""
     input:
-        shards=bank_shards,
-        code=sources("train.py"),
+        shards=[
+            f"results/bank/{{motion}}/shard_{shard:03d}.zarr"
+            for shard in range(config["bank"]["shards"])
+        ],
     output:
         model="results/models/{motion}.safetensors",
         history=directory("results/training/{motion}_history.zarr"),
@@ -20,8 +22,6 @@ rule train:
     benchmark:
         "results/benchmarks/train_{motion}.tsv"
     priority: 10  # the longest chain first: what follows fills the cores after it
-    conda:
-        ENVIRONMENT
     threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
     params:
         seed=config["seed"],

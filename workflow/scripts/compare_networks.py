@@ -1,7 +1,6 @@
 """Put all networks of one motion into a table."""
 
 import pandas as pd
-import torch
 import xarray as xr
 
 from breaker.posterior import Posterior
@@ -9,7 +8,6 @@ from breaker.validation import network_row
 from breaker.workflow import start
 
 log = start(snakemake)
-torch.set_num_threads(snakemake.threads)
 inputs = snakemake.input
 
 rows = [

@@ -6,9 +6,8 @@ from breaker.figures.changepoint import changepoint
 from breaker.workflow import start
 
 log = start(snakemake)
-effective = None
-if "effective" in snakemake.input.keys():  # noqa: SIM118
-    effective = xr.open_zarr(snakemake.input.effective).effective
+files = snakemake.input.effective
+effective = xr.open_zarr(files[0]).effective if files else None
 
 trend = xr.open_zarr(snakemake.input.trend).load()
 figure = changepoint(trend, source=snakemake.wildcards.source, effective=effective)

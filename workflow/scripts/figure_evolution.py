@@ -8,9 +8,8 @@ from breaker.workflow import start
 
 log = start(snakemake)
 inferred = choose(xr.open_zarr(snakemake.input.inferred), snakemake.params.posterior)
-effective = None
-if "effective" in snakemake.input.keys():  # noqa: SIM118
-    effective = xr.open_zarr(snakemake.input.effective).effective
+files = snakemake.input.effective
+effective = xr.open_zarr(files[0]).effective if files else None
 
 figure = evolution(inferred, motion=snakemake.wildcards.motion, effective=effective)
 figure.savefig(snakemake.output[0])

@@ -1,13 +1,10 @@
 """Simulate some lives, infer their records and follow them."""
 
-import torch
-
 from breaker.posterior import Posterior
 from breaker.synthetic import follow_lives
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
-torch.set_num_threads(snakemake.threads)
 params, seed = snakemake.params, int(snakemake.wildcards.seed)
 found = [Posterior.load(file) for file in snakemake.input.models]
 posteriors = {posterior.motion: posterior for posterior in found}

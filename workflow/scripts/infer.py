@@ -1,13 +1,11 @@
 """Infer some operations of the endurance test."""
 
-import torch
 import xarray as xr
 
 from breaker.posterior import Posterior, infer
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
-torch.set_num_threads(snakemake.threads)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
 posterior = Posterior.load(snakemake.input.model)

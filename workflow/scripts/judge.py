@@ -1,13 +1,11 @@
 """Hold the network's own density against the exact posterior, curve by curve."""
 
-import torch
 import xarray as xr
 
 from breaker.posterior import Posterior, judge, summary
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
-torch.set_num_threads(snakemake.threads)
 posterior = Posterior.load(snakemake.input.model)
 data = xr.open_zarr(snakemake.input.validation).isel(curve=slice(snakemake.params.curves)).load()
 corrected = xr.open_zarr(snakemake.input.corrected)

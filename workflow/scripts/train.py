@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import torch
-
 from breaker.model import generator, open_bank
 from breaker.posterior import (
     Posterior,
@@ -22,7 +20,6 @@ from breaker.workflow import describe, save, start
 log = start(snakemake)
 params, motion, output = snakemake.params, snakemake.wildcards.motion, snakemake.output
 training, seed = params.training, params.seed
-torch.set_num_threads(snakemake.threads)
 made_from = {
     **{key: params[key] for key in ("seed", "prior", "sensor", "network", "training", "solver")},
     "motion": motion,

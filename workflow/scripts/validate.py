@@ -1,12 +1,9 @@
 """Infer simulated records of one motion whose truth is known."""
 
-import torch
-
 from breaker.posterior import Posterior, validate
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
-torch.set_num_threads(snakemake.threads)
 params, wildcards = snakemake.params, snakemake.wildcards
 
 posterior = Posterior.load(snakemake.input.model)

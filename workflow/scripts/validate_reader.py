@@ -1,14 +1,11 @@
 """Infer simulated records that went through curve files."""
 
-import torch
-
 from breaker.model import generator
 from breaker.posterior import Posterior, sample_records
 from breaker.synthetic import through_files
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
-torch.set_num_threads(snakemake.threads)
 params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakemake.wildcards.seed)
 
 posterior = Posterior.load(snakemake.input.model)

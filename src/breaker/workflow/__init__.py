@@ -11,7 +11,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "code": ["modules_of"],
         "configuration": ["ConfigurationError", "chosen_network", "load", "merge", "read"],
-        "jobs": ["start"],
+        "jobs": ["set_threads", "start"],
+        "operations": ["chunks_of"],
         "stores": ["describe", "save"],
     },
 )

@@ -74,11 +74,14 @@ def _files(module: str, names: tuple[str, ...]) -> Iterator[Path]:
         return
     yield place / "__init__.py"
     shown = _shown(place / "__init__.py")
+    if not names or "*" in names:  # any of the names may be used
+        names = tuple(shown)
     for name in names:
-        if name in shown:
-            yield place / f"{shown[name]}.py"
-        elif (place / f"{name}.py").exists():
-            yield place / f"{name}.py"
+        if (place / name).is_dir():
+            yield from _files(f"{module}.{name}", ())
+        else:
+            file = place / f"{shown.get(name, name)}.py"
+            yield from [file] if file.exists() else []
 
 
 @cache

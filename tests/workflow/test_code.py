@@ -1,0 +1,115 @@
+"""Which modules a script stands on: every way to import, from any folder, and nothing else."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from breaker.workflow import code
+from breaker.workflow.code import modules_of
+
+ROOM = '''"""A room."""
+import lazy_loader
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__, submod_attrs={"first": ["one"], "second": ["two"]}
+)
+'''
+FILES = {
+    "__init__.py": "",
+    "room/__init__.py": ROOM,
+    "room/first.py": "import numpy\nfrom breaker.other import three\n",
+    "room/second.py": "",
+    "other/__init__.py": ROOM.replace('"first": ["one"], "second": ["two"]', '"third": ["three"]'),
+    "other/third.py": "",
+    "tool.py": "def f():\n    import breaker.room.second\n",
+}
+ONE = {"room/__init__.py", "room/first.py", "other/__init__.py", "other/third.py"}
+TWO = {"room/__init__.py", "room/second.py"}
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A small package in place of the real one; returns a function from a script to its modules."""
+    folder = tmp_path / "src/breaker"
+    for name, text in FILES.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    monkeypatch.setattr(code, "_PACKAGE", folder)
+    script = tmp_path / "script.py"
+
+    def found(text: str) -> set[str]:
+        code._imported.cache_clear()
+        script.write_text(text)
+        return {str(Path(file).relative_to(folder)) for file in modules_of(script)}
+
+    return found
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("from breaker.room import one", ONE | {"__init__.py"}),
+        ("from breaker.room import one as uno, two", ONE | TWO | {"__init__.py"}),
+        ("from breaker.room.first import one", ONE | {"__init__.py"}),
+        ("from breaker.room import second", TWO | {"__init__.py"}),
+        ("import breaker.room.second", TWO | {"__init__.py"}),
+        ("import breaker.room.second as name", TWO | {"__init__.py"}),
+        ("import numpy, breaker.room.second", TWO | {"__init__.py"}),
+        ("import breaker.tool", TWO | {"__init__.py", "tool.py"}),
+        ("from breaker import tool", TWO | {"__init__.py", "tool.py"}),
+        ("def f():\n    from breaker.room import two", TWO | {"__init__.py"}),
+        ("if TYPE_CHECKING:\n    from breaker.room import one\nimport numpy", set()),
+        ("import breakers.room\nfrom breakerroom import x\nimport numpy", set()),
+        ("# from breaker.room import one\n'import breaker.tool'", set()),
+    ],
+)
+def test_modules_behind_an_import(package, text, expected):
+    assert package(text) == expected
+
+
+def test_a_whole_room_is_all_that_it_may_show(package):
+    """``import breaker.room`` may use any name of the room."""
+    for text in ("import breaker.room", "import breaker.room as room", "from breaker import room"):
+        assert package(text) == ONE | TWO | {"__init__.py"}
+    assert package("from breaker.room import *") == ONE | TWO | {"__init__.py"}
+
+
+def test_modules_that_import_each_other_end(package, tmp_path):
+    (tmp_path / "src/breaker/other/third.py").write_text("from breaker.room import one")
+    assert package("from breaker.room import one") == ONE | {"__init__.py"}
+
+
+def test_paths_are_those_that_snakemake_shows_wherever_it_works(tmp_path):
+    """Below the working directory relative to it, elsewhere whole; the files are the same."""
+    root = Path(__file__).resolve().parents[2]
+    ask = (
+        "import sys; from breaker.workflow.code import modules_of; print(*modules_of(sys.argv[1]))"
+    )
+    found = {}
+    for folder, script in ((root, "workflow/scripts/quality.py"), (tmp_path, None)):
+        script = script or str(root / "workflow/scripts/quality.py")
+        environment = {**os.environ, "PYTHONPATH": str(root / "src")}
+        command = [sys.executable, "-c", ask, script]
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, check=True
+        )
+        found[folder] = done.stdout.split()
+    assert all(not Path(file).is_absolute() for file in found[root])
+    assert [str(root / file) for file in found[root]] == found[tmp_path]
+    assert "src/breaker/validation/diagnostics.py" in found[root]
+    assert not [file for file in found[root] if "networks/" in file]
+
+
+def test_the_workflow_runs_in_another_folder(tmp_path):
+    """With ``--directory``: results go there, code and scripts are found where they are."""
+    root = Path(__file__).resolve().parents[2]
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(root / "Snakefile")]
+    command += ["--directory", str(tmp_path), "--cores", "1", "-n"]
+    command += ["--configfile", str(root / "config/config.yaml"), str(root / "config/test.yaml")]
+    command += ["--", "results/rig/curves/closing"]
+    environment = {**os.environ, "PYTHONPATH": str(root / "src")}
+    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert str(root / "src/breaker/synthetic/rigs.py") in done.stdout + done.stderr
