@@ -28,23 +28,14 @@ def usual():
 def test_exactness_says_what_came_out(usual):
     judged, corrected, figure, examples, row = usual
     text = words(figure)
-    assert len(figure.axes) == 7
-    assert figure.get_suptitle() == (
-        f"Closing: the network against the exact posterior\n{comparison.exactness_words(row)}"
-    )
+    assert figure.get_suptitle().endswith(f"posterior\n{comparison.exactness_words(row)}")
     expected = [
         f"network: median {100 * np.median(judged.efficiency):.0f} %",
         f"correction: median {100 * np.median(corrected.efficiency):.0f} %",
-        "network: 28 of 30 below 0.7",
-        "correction: 40 of 40 below 0.7",
-        "weights do not settle",
+        *("network: 28 of 30 below 0.7", "correction: 40 of 40 below 0.7"),
         f"up to {judged.divergence.values.max():.2f}",
         f"mean (true values): {row['gap_nats']:.2f} ± {row['gap_se']:.2f} nats",
-        "resolved: 40 of 40",
-        "not resolved: 0 of 40",
-        *("efficiency (%)", "Pareto k", "divergence (nats)", "rounds of adaptation"),
-        *("corrected sd", "amortised", "corrected by importance sampling", "truth"),
-        *("50 % interval", "95 % interval"),
+        *("resolved: 40 of 40", "not resolved: 0 of 40"),
         f"median efficiency: simulated curve {int(examples.curve[1]) + 1}",
         f"k {float(examples.pareto_k[1]):.2f}",
     ]

@@ -236,22 +236,17 @@ def test_words_of_a_change():
     assert change_words(change) == expected
 
 
-def test_many_changes_few_operations_and_the_stand_in():
-    data, _ = trend_data(200, tuple(np.linspace(0.1, 0.9, 8)))
-    figure = changepoint(data, source="closing")
-    assert written(figure.axes[7])[-1] == "and 2 more"
-    assert_nothing_overlaps(figure)
-    data, _ = trend_data(30, (0.5,))
+def test_many_changes_and_the_stand_in():
+    data, _ = trend_data(30, tuple(np.linspace(0.1, 0.9, 8)))
     effective = effective_values(30)
     figure = changepoint(data, source="both", effective=effective.sel(output=["f", "L"]))
+    assert written(figure.axes[7])[-1] == "and 2 more"
     assert figure.get_suptitle().startswith("Both motions: ")
     drawn = [[line for line in axis.lines if line.get_marker() == "D"] for axis in figure.axes]
     assert [len(lines) for lines in drawn[:7]] == [0, 0, 0, 0, 0, 1, 1]
     np.testing.assert_array_equal(drawn[5][0].get_ydata(), effective.sel(output="f"))
     assert "stand-in" in words(figure)
     assert_nothing_overlaps(figure)
-    with pytest.raises(ValueError, match="no source is called 'left'"):
-        changepoint(data, source="left")
 
 
 def test_ages_from_zero_to_infinity_and_operations_without_any():
