@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.stats import kstest
 
 from breaker import __version__
+from breaker.mechanism import curves
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
 from breaker.model.bank import open_bank, simulate
@@ -39,7 +40,9 @@ def content(folder):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_content(shard, sensor, motion):
+def test_content(shard, sensor, motion, monkeypatch):
+    """Also where it is made in several blocks."""
+    monkeypatch.setattr(curves, "_ROWS", 20)
     bank = shard(motion=motion)
     assert bank.sizes == {"curve": 64, "time": 151, "parameter": 7}
     theta, onset = bank.parameters.values, bank.onset.values
