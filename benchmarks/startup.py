@@ -24,12 +24,11 @@ import sys, time
 print(time.process_time(), *(name for name in {LARGE} if name in sys.modules))
 """
 PARSE = """
-from pathlib import Path
-from snakemake.api import SnakemakeApi
-from snakemake.settings.types import ConfigSettings, ResourceSettings
-with SnakemakeApi() as api:
-    workflow = api.workflow(ResourceSettings(cores=1), snakefile=Path("Snakefile"))
-    workflow._workflow.include(workflow.snakefile, overwrite_default_target=True)
+from snakemake.cli import main
+try:
+    main(["--list-rules"])
+except SystemExit:
+    pass
 """
 
 
