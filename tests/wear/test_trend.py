@@ -106,8 +106,9 @@ def scores(follower, state, z, slope):
 def test_a_weak_parameter_is_followed_not_its_prior(weak, models, settings):
     """Level and slope of mass ratio and gap, by the stated 90 % intervals: false alarm 1e-3."""
     series, z = weak
-    _, found = run(follower_of(models, settings), series)
+    state, found = run(follower_of(models, settings), series)
     prior, last = models["closing"].prior, found.isel(operation=-1)
+    np.testing.assert_allclose(last.slope, 100 * prior.log_sds * state.hypotheses.level()[0][P:])
     bound = norm.isf(0.5e-3 / 4) / 1.6449  # of four errors, in half widths of the interval
     for i in (MU, GAP):
         ends = np.log(last.level_interval.values[i])
@@ -375,6 +376,13 @@ def test_records_with_missing_samples_count(models, settings):
     state, data = follower.follow(follower.begin(series), series)
     assert state.reference is not None
     assert np.isfinite(data["value"].values).all()
+
+
+def test_no_alarm_before_the_trend_has_settled(models, settings):
+    series, _ = live(models, 1 + np.arange(4), LEVEL, SLOPE, generator(12, "test trend"))
+    eager = settings | {"alarm_level": 0.0, "settle": 3}
+    _, found = run(follower_of(models, eager), series)
+    assert found.alarm.values.tolist() == [False, False, True, True]
 
 
 def test_no_trend_without_a_record(models, settings):
