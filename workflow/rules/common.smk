@@ -35,7 +35,7 @@ SEED = config["validation"]["seed"]
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 OWN_CURVES = config["endurance"]["curves"]
 ENVIRONMENT = "../../envs/breaker.yaml"
-os.environ["BREAKER_ROOT"] = str(workflow.basedir)  # for the script beside the environment
+os.environ.update(BREAKER_ROOT=str(workflow.basedir))  # for the script beside the environment
 
 
 wildcard_constraints:
