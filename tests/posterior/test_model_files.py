@@ -76,6 +76,13 @@ def test_a_model_file_explains_itself(model_file):
     assert set(header) == {"format", "breaker_version", "settings"}
 
 
+def test_equal_models_are_equal_bytes(curved, model_file, tmp_path):
+    """The library alone writes three texts in six orders: twelve files alike by chance, 2e-9."""
+    for _ in range(12):
+        curved[0].save(tmp_path / "again.safetensors")
+        assert (tmp_path / "again.safetensors").read_bytes() == model_file.read_bytes()
+
+
 def test_settings_beyond_the_model_are_kept(tmp_path):
     posterior = Posterior({**settings(), "seed": 5, "training": {"steps": 7}})
     posterior.save(tmp_path / "m.safetensors")

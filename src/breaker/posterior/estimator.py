@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import Tensor, nn
 
 from breaker.mechanism import Parameter
@@ -238,7 +238,7 @@ class Posterior(nn.Module):
             "settings": json.dumps(self.settings, sort_keys=True),
         }
         tensors = {name: t.detach().cpu().contiguous() for name, t in self.state_dict().items()}
-        save_file(tensors, str(path), metadata=header)
+        Path(path).write_bytes(_in_order(save(tensors, metadata=header)))
 
     @classmethod
     def load(cls, path: str | Path) -> "Posterior":
@@ -289,3 +289,11 @@ class Posterior(nn.Module):
                     f"tensor {name} has the shape {found.get(name, 'none')}, its settings ask for "
                     f"{expected.get(name, 'none')}; train it anew"
                 )
+
+
+def _in_order(file: bytes) -> bytes:
+    """Order the header of a safetensors file, whose texts the library writes in random order."""
+    size = int.from_bytes(file[:8], "little")
+    header = json.dumps(json.loads(file[8 : 8 + size]), sort_keys=True).encode()
+    header += b" " * (-len(header) % 8)  # tensors begin at a multiple of 8, as the format asks
+    return len(header).to_bytes(8, "little") + header + file[8 + size :]
