@@ -9,7 +9,7 @@ import torch
 from scipy.stats import multivariate_normal, norm
 from zuko.transforms import MonotonicRQSTransform
 
-from breaker.networks.coupling_flow import CouplingFlow, Spline
+from breaker.networks.coupling_flow import CouplingFlow, spline
 from tests.networks_fixtures import (
     MARKS,
     built,
@@ -61,7 +61,7 @@ def curved(dims=DIMS, *, kind=CouplingFlow, **sizes):
 
 def test_splines_are_those_of_zuko():
     sizes, slopes = 3 * normal(50, 4, 12), 3 * normal(50, 4, 5, seed=2)
-    own, zukos = Spline(sizes, slopes), MonotonicRQSTransform(*sizes.chunk(2, -1), slopes)
+    own, zukos = spline(sizes, slopes), MonotonicRQSTransform(*sizes.chunk(2, -1), slopes)
     for name in ("horizontal", "vertical", "derivatives"):
         torch.testing.assert_close(getattr(own, name), getattr(zukos, name), rtol=0, atol=1e-12)
     assert own.bins == 6

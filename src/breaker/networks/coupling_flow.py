@@ -15,6 +15,7 @@ Data to noise is the forward direction.
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from functools import partial
 from itertools import pairwise
 
@@ -36,25 +37,26 @@ _BOUND = 5.0  # splines act on [-5, 5] whitened sds
 _SLOPE = 1e-3  # the smallest ratio of two bins, and the smallest slope at a knot
 
 
-class Spline(MonotonicRQSTransform):
-    """Monotone rational-quadratic splines, from unbounded numbers of any size.
+_IDENTITY = MonotonicRQSTransform(torch.zeros(1), torch.zeros(1), torch.zeros(0))
 
-    The knots are those of zuko's own constructor, computed for both axes at once and without
-    softmax, which over axes as short as the bins takes most of a draw's time.
+
+def spline(sizes: Tensor, slopes: Tensor) -> MonotonicRQSTransform:
+    """Return monotone rational-quadratic splines, from unbounded numbers of any size.
+
+    The knots are those that zuko's constructor makes, here computed for both axes at once and
+    without softmax, which over axes as short as the bins takes most of a draw's time.
 
     Args:
         sizes: Logarithms of the bins' widths and heights up to a bound, ``(..., 2 bins)``.
         slopes: Logarithms of the slopes at the inner knots up to a bound, ``(..., bins - 1)``.
     """
-
-    def __init__(self, sizes: Tensor, slopes: Tensor) -> None:
-        Transform.__init__(self)
-        most = -math.log(_SLOPE)
-        bins = (sizes / (1.0 + sizes.abs() * (2.0 / most))).exp().unflatten(-1, (2, -1))
-        knots = nn.functional.pad(bins.cumsum(-1), (1, 0))
-        knots = _BOUND * (2.0 * knots / knots[..., -1:] - 1.0)
-        self.horizontal, self.vertical = knots.unbind(-2)
-        self.derivatives = nn.functional.pad(slopes / (1.0 + slopes.abs() / most), (1, 1)).exp()
+    most = -math.log(_SLOPE)
+    bins = (sizes / (1.0 + sizes.abs() * (2.0 / most))).exp().unflatten(-1, (2, -1))
+    knots = nn.functional.pad(bins.cumsum(-1), (1, 0))
+    made = copy(_IDENTITY)
+    made.horizontal, made.vertical = (_BOUND * (2.0 * knots / knots[..., -1:] - 1.0)).unbind(-2)
+    made.derivatives = nn.functional.pad(slopes / (1.0 + slopes.abs() / most), (1, 1)).exp()
+    return made
 
 
 class Conditioner(nn.Module):
@@ -84,7 +86,7 @@ class Conditioner(nn.Module):
         for layer in self.middle:
             h = layer(nn.functional.silu(h))
         numbers = self.leave(nn.functional.silu(h)).unflatten(-1, (-1, 3 * self.bins - 1))
-        return DependentTransform(Spline(*numbers.split([2 * self.bins, self.bins - 1], -1)), 1)
+        return DependentTransform(spline(*numbers.split([2 * self.bins, self.bins - 1], -1)), 1)
 
 
 class CouplingFlow(nn.Module):
