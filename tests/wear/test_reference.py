@@ -10,6 +10,7 @@ from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.wear.reference import (
     _common_curve,
+    _spread,
     agreement,
     find_reference,
     modes,
@@ -230,6 +231,14 @@ def dented(models):
     single = single_modes(model, records, outputs)
     begin = start_near(single, outputs[:, P], rng)
     return records, begin, single
+
+
+def test_a_lone_operation_scatters_as_its_record_and_its_prior_say():
+    """An error of variance 1 / j, seen through a prior of variance 1, moves a mode by j / (1 + j)
+    of it: not at all where the record says nothing, and hardly where it says everything."""
+    known = np.array([0.0, 0.3, 1.0, 4.0, 9.0, 1e2, 1e4])
+    spread = _spread(np.zeros((1, P)), np.diag(known)[None])
+    np.testing.assert_allclose(spread, np.diag(known / (1 + known) ** 2 + 0.01**2), atol=1e-12)
 
 
 def test_a_misfit_that_single_records_hide_is_found(models):
