@@ -347,10 +347,11 @@ def test_a_limit_that_may_be_near_is_not_hidden_by_a_nearer_median():
 
 def test_drifts_are_told_steepest_first():
     trend = trend_of(MOTIONS, NUMBERS)
+    # The line is at 2.69 sds, 1.635 of half an interval: mu stays below it, L is just above it.
+    halves = {"f": 0.1, "gamma_a": 0.1, "mu": 0.25, "L": 0.15}
     for name, slope in (("f", -1.5), ("gamma_a", 12.34), ("mu", 0.4), ("L", 0.25)):
-        i = NAMES.index(name)
+        i, half = NAMES.index(name), halves[name]
         trend["slope"][:, i] = slope
-        half = 1.0 if name == "mu" else 0.1
         trend["slope_interval"][:, i] = [slope - half, slope + half]
     other = trend.sel(operation=[4])
     trends = {"closing": trend, "opening": other}

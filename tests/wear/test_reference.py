@@ -10,6 +10,7 @@ from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.wear.reference import (
     _common_curve,
+    _misfit,
     _spread,
     agreement,
     find_reference,
@@ -231,6 +232,13 @@ def dented(models):
     single = single_modes(model, records, outputs)
     begin = start_near(single, outputs[:, P], rng)
     return records, begin, single
+
+
+def test_an_onset_far_off_is_a_misfit(models):
+    """A record without noise, its onset two prior sds late: nearly its square, and no residual."""
+    for model in models.values():
+        record = model.curves(model.destandardise(np.append(TRUTH, 2.0)[None]))
+        assert 3.5 < _misfit(model, record, TRUTH, np.zeros(1)) <= 4.0
 
 
 def test_a_lone_operation_scatters_as_its_record_and_its_prior_say():
