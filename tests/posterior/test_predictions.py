@@ -49,6 +49,20 @@ def test_p_value_at_the_truth_is_uniform_and_in_closed_form(motion, onset):
     assert kstest(louder, "uniform").pvalue < 1e-3
 
 
+def test_p_value_counts_the_samples_that_are_there(posterior):
+    values, exact, records = simulated(posterior, 10)
+    sensor, there = posterior.sensor, np.arange(records.shape[1]) % 3 != 1
+    cut = np.where(there, records, np.nan)
+    found = [
+        predictive_p_value(posterior.model, record, row[None])
+        for record, row in zip(cut, values, strict=True)
+    ]
+    residual, t = (records - exact)[:, there], there.sum()
+    covariance = sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
+    squares = np.einsum("nt,nt->n", residual, np.linalg.solve(covariance, residual.T).T)
+    np.testing.assert_allclose(found, chi2.sf(squares, t), rtol=1e-9, atol=1e-12)
+
+
 def test_p_value_is_the_mean_over_draws(posterior):
     values, _, records = simulated(posterior, 3)
     alone = [predictive_p_value(posterior.model, records[0], values[k : k + 1]) for k in range(3)]
