@@ -75,3 +75,10 @@ def test_numba_itself_takes_them(log):
 
 def test_a_job_that_does_not_use_numba_does_not_load_it(log):
     assert run(log, "print('numba' in sys.modules)").stdout == "False\n"
+
+
+def test_torch_keeps_its_threads_when_numba_starts_its_own(log, monkeypatch):
+    """Two trainings of two threads each, on two cores, are fifteen times slower than of one."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")  # as Snakemake does
+    done = run(log, "print(torch.get_num_threads())", first="import numba, torch")
+    assert done.stdout == "1\n"

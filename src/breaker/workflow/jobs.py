@@ -57,10 +57,11 @@ def set_threads(count: int) -> None:
     """
     for name in _VARIABLES:
         os.environ[name] = str(count)
-    if "torch" in sys.modules:
-        sys.modules["torch"].set_num_threads(count)
     if "numba" in sys.modules:
         numba = sys.modules["numba"]
         numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
     else:
         os.environ["NUMBA_NUM_THREADS"] = str(count)
+    # Last: numba starts its threads when it is told, which sets those of OpenMP, and so of torch.
+    if "torch" in sys.modules:
+        sys.modules["torch"].set_num_threads(count)
