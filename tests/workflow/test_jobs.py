@@ -80,5 +80,6 @@ def test_a_job_that_does_not_use_numba_does_not_load_it(log):
 def test_torch_keeps_its_threads_when_numba_starts_its_own(log, monkeypatch):
     """Two trainings of two threads each, on two cores, are fifteen times slower than of one."""
     monkeypatch.setenv("OMP_NUM_THREADS", "1")  # as Snakemake does
-    done = run(log, "print(torch.get_num_threads())", first="import numba, torch")
+    first = "import numba, torch; torch.get_num_threads()"
+    done = run(log, "print(torch.get_num_threads())", first=first)
     assert done.stdout == "1\n"
