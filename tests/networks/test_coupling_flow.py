@@ -17,7 +17,7 @@ from tests.networks_fixtures import (
     one_thread,  # noqa: F401
     perturb,
 )
-from tests.posterior.test_known_posterior import SD, banana, banana_density
+from tests.posterior.test_known_posterior import SD, banana, divergence
 
 pytestmark = MARKS
 
@@ -255,15 +255,7 @@ def trained():
 
 
 def gap(network, kind=CouplingFlow):
-    """Mean of log p - log q over fresh rows, and its standard error: the divergence KL(p | q)."""
-    judged = built(kind, 2, 2, **TRAINED).double()
-    judged.load_state_dict(network.state_dict())
-    features, theta = banana(4000, 3)
-    points, condition = torch.from_numpy(theta[:, None]), torch.from_numpy(features)
-    with torch.no_grad():
-        density = judged.log_prob(points, condition, steps=1)[:, 0].numpy()
-    gaps = banana_density(theta, features[:, 0]) - density
-    return gaps.mean(), gaps.std(ddof=1) / math.sqrt(len(gaps))
+    return divergence(network, built(kind, 2, 2, **TRAINED), rows=4000, steps=1)
 
 
 def test_a_trained_network_has_the_density_of_a_known_posterior(trained):

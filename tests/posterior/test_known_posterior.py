@@ -56,16 +56,23 @@ def trained():
     return network.double()
 
 
-def gap(network, kind=FlowMatching):
-    """Mean of log p - log q over fresh rows, and its standard error: the divergence KL(p | q)."""
-    judged = built(kind, 2, 2, width=48, blocks=2).double()
+def divergence(network, judged, *, rows, steps):
+    """Mean of log p - log q over fresh rows, and its standard error: the divergence KL(p | q).
+
+    By the density of another network, ``judged``, that is given the weights.
+    """
+    judged = judged.double()
     judged.load_state_dict(network.state_dict())
-    features, theta = banana(1000, 3)
+    features, theta = banana(rows, 3)
     points, condition = torch.from_numpy(theta[:, None]), torch.from_numpy(features)
     with torch.no_grad():
-        density = judged.log_prob(points, condition, steps=24)[:, 0].numpy()
+        density = judged.log_prob(points, condition, steps=steps)[:, 0].numpy()
     gaps = banana_density(theta, features[:, 0]) - density
     return gaps.mean(), gaps.std(ddof=1) / math.sqrt(len(gaps))
+
+
+def gap(network, kind=FlowMatching):
+    return divergence(network, built(kind, 2, 2, width=48, blocks=2), rows=1000, steps=24)
 
 
 def test_a_trained_network_has_the_density_of_a_known_posterior(trained):

@@ -41,7 +41,7 @@ def correct_validation(
 
     Args:
         model: Joint model.
-        data: What ``inference.validate`` returns.
+        data: What ``predictive.validate`` returns.
         settings: The section ``correction`` of the configuration.
         seed: Seed of the correction.
 
@@ -66,7 +66,7 @@ def correct_operations(
 
     Args:
         model: Joint model.
-        inferred: What ``inference.infer`` returns; operations without a posterior stay so.
+        inferred: What ``predictive.infer`` returns; operations without a posterior stay so.
         settings: The section ``correction`` of the configuration.
         seed: Seed of the correction.
         misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
@@ -133,7 +133,7 @@ def judge(posterior: Density, data: xr.Dataset, corrected: xr.Dataset) -> xr.Dat
 
     Args:
         posterior: The network.
-        data: What ``inference.validate`` returns: its draws, as many curves as are to be judged.
+        data: What ``predictive.validate`` returns: its draws, as many curves as are to be judged.
         corrected: What ``correct_validation`` made of the same curves; gives the evidence.
 
     Returns:

@@ -24,7 +24,7 @@ ABSENT = {
     "log_evidence_se": np.nan,
 }
 
-# What ``inference.summaries`` makes of draws: there is one for each posterior.
+# What ``predictive.summaries`` makes of draws: there is one for each posterior.
 _FROM_DRAWS = (
     "draws",
     "median",
