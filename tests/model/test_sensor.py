@@ -103,7 +103,7 @@ def test_zero_given_a_record(small, records):
     exact, measured = (np.tile(values[0], (20_000, 1)) for values in records)
     residual = measured[0] - exact[0]
     rng = generator(1, "test", "zero")
-    draws = small.sample_zero(measured, exact, rng)
+    draws = small.sample_shared(measured, exact, rng)
     assert draws.shape == (20_000, 1)
     assert zero_p_value(draws[:, 0], residual, small) > 1e-3
     flat = residual.mean() + small.noise_sd / np.sqrt(SAMPLES) * rng.standard_normal(20_000)
@@ -117,7 +117,7 @@ def test_missing_samples_are_left_out(small, records):
     measured[rng.random(measured.shape) < 0.3] = np.nan
     density, square = small.log_likelihood(measured, exact), small.chi_square(measured, exact)
     white = small.whiten(measured - exact)
-    zeros = small.sample_zero(measured, exact, generator(1, "test"))
+    zeros = small.sample_shared(measured, exact, generator(1, "test"))
     for i, record in enumerate(measured):
         there = ~np.isnan(record)
         shorter = record[there], exact[i][there]
@@ -142,7 +142,7 @@ def test_without_zero(small, records):
     exact, measured = records
     none = without_zero(small)
     np.testing.assert_allclose(none.whiten(measured), measured / 0.2, rtol=1e-14)
-    assert np.all(none.sample_zero(measured, exact, generator(1, "test", "none")) == 0)
+    assert np.all(none.sample_shared(measured, exact, generator(1, "test", "none")) == 0)
     expected = norm.logpdf(measured - exact, scale=0.2).sum(axis=1)
     np.testing.assert_allclose(none.log_likelihood(measured, exact), expected, rtol=1e-12)
 

@@ -30,7 +30,7 @@ bank = open_bank(snakemake.input.shards)
 rows, validation, unseen = split(bank, training["validation_curves"], training["held_out_curves"])
 device = choose_device(training["device"])
 posterior = Posterior(made_from, seed=seed)
-freeze_inputs(posterior, rows.travel.values, generator(seed, "components", motion))
+freeze_inputs(posterior, rows, generator(seed, "components", motion))
 trainer = Trainer(
     posterior=posterior.to(device),
     rows=Rows.of(rows, posterior, device),

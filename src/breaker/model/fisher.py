@@ -68,9 +68,15 @@ def linearise(
     by = slice(*by.indices(z.shape[1]))
     motion, slopes = sensitivity(values[:, :p], sensor.times, model.motion, onset=onset, by=by)
     slopes *= np.append(model.prior.log_sds, sensor.onset_sd)[by]
+    curves = motion.travel
+    if sensor.discrepancy is not None:
+        left_out = sensor.discrepancy
+        curves += left_out.shift(z[:, :p])
+        known = np.pad(left_out.slopes, ((0, max(z.shape[1] - p, 0)), (0, 0)))
+        slopes += known[by].T
     if records is not None:
         slopes[np.isnan(records)] = np.nan
-    return motion.travel, sensor.whiten(np.moveaxis(slopes, -1, -2))
+    return curves, sensor.whiten(np.moveaxis(slopes, -1, -2))
 
 
 # ---- limit -----------------------------------------------------------------------------------

@@ -7,11 +7,12 @@ because the curve is exact and the noise Gaussian.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from breaker.mechanism import MOTIONS, NAMES, Parameter, outputs, travel
+from breaker.model.discrepancy import Discrepancy
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
@@ -48,13 +49,23 @@ class Model:
             raise ValueError(f"unknown motion {self.motion!r}; known: {', '.join(MOTIONS)}")
 
     @classmethod
-    def from_settings(cls, settings: Mapping) -> "Model":
-        """Build from ``{"prior", "sensor", "motion"}``, as in the configuration."""
-        return cls(
-            Prior.from_settings(settings["prior"]),
-            Sensor.from_settings(settings["sensor"]),
-            settings["motion"],
-        )
+    def from_settings(
+        cls, settings: Mapping, discrepancy: Discrepancy | None = None, scale: float = 1.0
+    ) -> "Model":
+        """Build from ``{"prior", "sensor", "motion"}``, as in the configuration.
+
+        Args:
+            settings: These settings.
+            discrepancy: What the model leaves out of the motion; none if not given.
+            scale: Scale of that.
+        """
+        sensor = Sensor.from_settings(settings["sensor"])
+        model = cls(Prior.from_settings(settings["prior"]), sensor, settings["motion"])
+        return model if discrepancy is None else model.leaving_out(discrepancy.scaled(scale))
+
+    def leaving_out(self, discrepancy: Discrepancy | None) -> "Model":
+        """Return the model with another account of what it leaves out."""
+        return replace(self, sensor=replace(self.sensor, discrepancy=discrepancy))
 
     @property
     def outputs(self) -> tuple[Parameter, ...]:
@@ -91,10 +102,20 @@ class Model:
         return log_slope
 
     def curves(self, values: np.ndarray) -> np.ndarray:
-        """Return the exact curves of outputs ``(n, q)``, ``(n, t)``, mm."""
+        """Return the curves expected of outputs ``(n, q)``, ``(n, t)``, mm.
+
+        They are exact, and the mean of what the model leaves out is added.
+        """
         p = len(NAMES)
         onset = values[:, p] if self.sensor.infers_onset else 0.0
-        return travel(values[:, :p], self.sensor.times, self.motion, onset=onset).travel
+        curves = travel(values[:, :p], self.sensor.times, self.motion, onset=onset).travel
+        return curves + self.shift(values)
+
+    def shift(self, values: np.ndarray) -> np.ndarray | float:
+        """Return the mean of what the model leaves out, ``(n, q) -> (n, t)``, mm, or 0."""
+        if self.sensor.discrepancy is None:
+            return 0.0
+        return self.sensor.discrepancy.shift(self.prior.standardise(values[:, : len(NAMES)]))
 
     def log_prior(self, z: np.ndarray) -> np.ndarray:
         """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.

@@ -6,12 +6,20 @@ additive offset, the *zero*. Both are normal with mean zero; a standard deviatio
 off. The onset shifts the exact curve, so the mechanism simulates it; the zero is linear and is
 integrated in closed form: the covariance of a record is ``noise_sd^2 I + zero_sd^2 1 1^T``. A
 missing sample is NaN; results are then those of the samples that are present.
+
+What the model leaves out of a motion, the ``Discrepancy``, is one more term of the covariance,
+``factor^T factor``. Whitened by noise and zero it is diagonal in few orthonormal directions, its
+*modes*, so whitening, distances and densities cost one small product more, at any scale.
 """
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+
+from breaker.model.discrepancy import Discrepancy, Modes, modes
 
 __all__ = ["Sensor", "grid"]
 
@@ -31,6 +39,8 @@ class Sensor:
         noise_sd: Standard deviation of the noise of one sample, mm.
         onset_sd: Standard deviation of the onset, ms; 0 if the motion starts at the nominal time.
         zero_sd: Standard deviation of the zero, mm; 0 if the reading is true.
+        discrepancy: What the model leaves out of the motion; None if it is right. Here its
+            deviations from its mean count; ``Model.curves`` has the mean.
 
     Example:
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
@@ -47,6 +57,7 @@ class Sensor:
     noise_sd: float
     onset_sd: float
     zero_sd: float
+    discrepancy: Discrepancy | None = None
 
     def __post_init__(self) -> None:
         if not (self.start < 0 < self.stop and self.samples >= 2):
@@ -61,7 +72,13 @@ class Sensor:
 
     def settings(self) -> dict[str, float]:
         """Return what ``from_settings`` takes."""
-        return asdict(self)
+        names = [each.name for each in fields(self) if each.name != "discrepancy"]
+        return {name: getattr(self, name) for name in names}
+
+    @cached_property
+    def noise_and_zero(self) -> "Sensor":
+        """The sensor where the model is right."""
+        return replace(self, discrepancy=None)
 
     @property
     def times(self) -> np.ndarray:
@@ -79,54 +96,108 @@ class Sensor:
         return self.onset_sd > 0
 
     def corrupt(self, travel: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Add a zero and noise to exact curves ``(..., t)``, mm."""
-        noise = self.noise_sd * rng.standard_normal(travel.shape)
-        return travel + noise + self.zero_sd * rng.standard_normal((*travel.shape[:-1], 1))
+        """Add what records ``(..., t)`` have beside their expected curves, mm: zero and noise.
 
-    def sample_zero(
+        And what the model leaves out, about its mean.
+        """
+        noise = self.noise_sd * rng.standard_normal(travel.shape)
+        records = travel + noise + self.zero_sd * rng.standard_normal((*travel.shape[:-1], 1))
+        if self.discrepancy is None:
+            return records
+        return records + self.discrepancy.sample(travel.shape[:-1], rng)
+
+    def sample_shared(
         self, measured: np.ndarray, travel: np.ndarray, rng: np.random.Generator
     ) -> np.ndarray:
-        """Draw the zero of records given their exact curves, ``(..., t) -> (..., 1)``, mm.
+        """Draw what a repetition shares with its record, ``(..., t) -> (..., t or 1)``, mm.
 
         All samples of a record share one zero, so its posterior is normal, with precision
-        ``t / noise_sd^2 + 1 / zero_sd^2``.
+        ``t / noise_sd^2 + 1 / zero_sd^2``. With a discrepancy it is drawn along by Matheron's rule:
+        a draw of all errors, moved by the regression on what it leaves of the record.
         """
+        if self.discrepancy is not None:
+            shape = np.broadcast_shapes(np.shape(measured), travel.shape)
+            shared = self.zero_sd * rng.standard_normal((*shape[:-1], 1))
+            shared = shared + self.discrepancy.sample(shape[:-1], rng)
+            noise = self.noise_sd * rng.standard_normal(shape)
+            left = self._precision(measured - travel - shared - noise)
+            factor = self.discrepancy.factor
+            shared += self.zero_sd**2 * left.sum(axis=-1, keepdims=True)
+            return shared + (left @ factor.T) @ factor
         residual, t = _there(measured - travel)
         variance = self.noise_sd**2 * self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
         mean = variance / self.noise_sd**2 * residual.sum(axis=-1, keepdims=True)
         return mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
 
+    def _modes(self, residual: np.ndarray) -> Iterator[tuple[Any, Modes]]:
+        """Yield which residuals ``(..., t)`` miss the same samples, and the modes of these."""
+        there = ~np.isnan(residual)
+        rows = there.reshape(-1, self.samples)
+        if (rows == rows[0]).all():
+            yield ..., modes(self, rows[0].tobytes())
+            return
+        for pattern in np.unique(rows, axis=0):
+            yield (there == pattern).all(axis=-1), modes(self, pattern.tobytes())
+
+    def _precision(self, residual: np.ndarray) -> np.ndarray:
+        """Multiply ``(..., t)`` by the inverse of a record's covariance; missing samples give 0."""
+        plain = self.noise_and_zero
+        whitened = plain.whiten(residual)
+        for rows, (directions, _, variances) in self._modes(residual):
+            along = whitened[rows] @ directions.T
+            whitened[rows] -= (along * (variances / (1.0 + variances))) @ directions
+        # The root by noise and zero is symmetric.
+        return plain.whiten(np.where(np.isnan(residual), np.nan, whitened))
+
     def whiten(self, residual: np.ndarray) -> np.ndarray:
         """Multiply ``(..., t)`` by the inverse square root of a record's covariance.
 
         Of the mean, the only direction in which the covariance differs from ``noise_sd^2 I``,
-        the share ``noise_sd / sqrt(noise_sd^2 + t zero_sd^2)`` is left. A missing sample becomes
-        0, so that it adds to no sum.
+        the share ``noise_sd / sqrt(noise_sd^2 + t zero_sd^2)`` is left; of a mode of the
+        discrepancy with the variance v over the noise's, ``1 / sqrt(1 + v)``. A missing sample
+        becomes 0, so that it adds to no sum.
         """
         values, t = _there(residual)
         kept = self.noise_sd / np.sqrt(self.noise_sd**2 + t * self.zero_sd**2)
         mean = values.sum(axis=-1, keepdims=True) / t
         whitened = (values - (1.0 - kept) * mean) / self.noise_sd
-        return whitened if values is residual else np.where(np.isnan(residual), 0.0, whitened)
+        if values is not residual:
+            whitened = np.where(np.isnan(residual), 0.0, whitened)
+        if self.discrepancy is not None:
+            for rows, (directions, _, variances) in self._modes(residual):
+                lost = 1.0 - 1.0 / np.sqrt(1.0 + variances)
+                whitened[rows] -= (whitened[rows] @ directions.T * lost) @ directions
+        return whitened
 
     def chi_square(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Return the squared Mahalanobis distance of records from curves, ``(..., t) -> (...)``."""
-        residual, t = _there(measured - travel)
+        difference = measured - travel
+        residual, t = _there(difference)
         total = residual.sum(axis=-1)
         # That of the noise alone, less what the zero explains of the mean.
         explained = self.zero_sd**2 / (self.noise_sd**2 + t[..., 0] * self.zero_sd**2)
         square = np.einsum("...t,...t->...", residual, residual)
-        return (square - explained * total**2) / self.noise_sd**2
+        square = (square - explained * total**2) / self.noise_sd**2
+        if self.discrepancy is not None:
+            square = np.asarray(square)
+            for rows, (_, weights, variances) in self._modes(difference):
+                along = residual[rows] @ weights.T
+                square[rows] -= np.square(along) @ (variances / (1.0 + variances))
+        return square
 
     def log_likelihood(self, measured: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Return the log density of records given exact curves, ``(..., t) -> (...)``.
 
-        The zero is integrated out; the onset is in ``travel``.
+        Zero and discrepancy are integrated out; the onset is in ``travel``.
         """
         t = _there(measured)[1][..., 0]
         log_determinant = (t - 1) * np.log(self.noise_sd**2) + np.log(
             self.noise_sd**2 + t * self.zero_sd**2
         )
+        if self.discrepancy is not None:
+            log_determinant = np.broadcast_to(log_determinant, measured.shape[:-1]).copy()
+            for rows, each in self._modes(measured):
+                log_determinant[rows] += np.log1p(each.variances).sum()
         return -0.5 * (self.chi_square(measured, travel) + log_determinant + t * np.log(2 * np.pi))
 
 

@@ -8,9 +8,11 @@ all settings that made it.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from importlib.metadata import version
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import torch
@@ -19,13 +21,21 @@ from safetensors.torch import save
 from torch import Tensor, nn
 
 from breaker.mechanism import Parameter
-from breaker.model import Model, distance, excess, seed_integer
+from breaker.model import Discrepancy, Model, Sensor, distance, excess, seed_integer
 from breaker.networks import build
 from breaker.posterior.missing import check
 
 __all__ = ["ModelFileError", "Posterior"]
 
-_FORMAT = "breaker posterior 2"
+_FORMAT = "breaker posterior 3"
+_DISCREPANCY = ("mean", "slopes", "factor")  # in a model file, under these names
+
+SCALES = (0.0, 1.0, 2.0)
+"""Scales of what the model leaves out at which plausibility is frozen; a network takes up to the
+last."""
+
+_CONDITIONS = 2  # numbers that say the scale: itself, and a logarithm that tells small ones apart
+_SMALL = 0.03
 
 
 class ModelFileError(ValueError):
@@ -39,6 +49,8 @@ class Posterior(nn.Module):
         settings: ``{"motion", "prior", "sensor", "network"}``, each as in the configuration;
             further entries are kept as the record of how the model was made.
         seed: Seed of the first weights.
+        discrepancy: What the model leaves out of the motion. Its scale is then a condition of the
+            network: see ``at``.
 
     Attributes:
         model: Prior, sensor and motion that it was made for, also by themselves as ``prior``,
@@ -69,12 +81,15 @@ class Posterior(nn.Module):
         9.9
     """
 
-    def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
+    def __init__(
+        self, settings: Mapping, *, seed: int = 0, discrepancy: Discrepancy | None = None
+    ) -> None:
         super().__init__()
         self.settings = dict(settings)
+        self.discrepancy, self.scale = discrepancy, 0.0
         self.model = Model.from_settings(settings)
         self.motion: str = self.model.motion
-        self.prior, self.sensor = self.model.prior, self.model.sensor
+        self.prior = self.model.prior
         self.outputs: tuple[Parameter, ...] = self.model.outputs
         components = settings["network"]["summary"]["components"]
         # Layers draw their first weights from torch's global generator; fork it, so that the seed
@@ -82,21 +97,48 @@ class Posterior(nn.Module):
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed_integer(seed, "first weights", self.motion))
             self.summary, self.inference = build(
-                settings["network"], samples=self.sensor.samples, dims=len(self.outputs)
+                settings["network"],
+                samples=self.sensor.samples,
+                dims=len(self.outputs),
+                conditions=_CONDITIONS if discrepancy else 0,
             )
         # What the bank's curves look like, in float64: the judge of curves unlike any of them.
         samples = self.sensor.samples
         self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
         self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
         for name, shape in (
-            ("farthest", ()),
-            ("lowest", (samples,)),
-            ("highest", (samples,)),
-            ("margin", ()),
+            ("farthest", len(SCALES)),
+            ("lowest", samples),
+            ("highest", samples),
+            ("margin", len(SCALES)),
         ):
             self.register_buffer(name, torch.zeros(shape, dtype=torch.float64))
         self.register_buffer("solver_steps", torch.ones((), dtype=torch.int64))
         self.register_buffer("density_solver_steps", torch.ones((), dtype=torch.int64))
+
+    def at(self, scale: float) -> Self:
+        """Return the posterior for a scale of what the model leaves out; weights are shared.
+
+        Raises:
+            ValueError: If it was trained without a discrepancy, or for smaller scales.
+        """
+        if scale and self.discrepancy is None:
+            raise ValueError(
+                f"the network of {self.motion} was trained for a model that is right; set "
+                "endurance.discrepancy to 0, or train it with a discrepancy"
+            )
+        if not 0.0 <= scale <= SCALES[-1]:
+            raise ValueError(f"the network takes scales from 0 to {SCALES[-1]:g}, not {scale:g}")
+        found = copy(self)
+        found.scale = scale
+        found.model = self.model.leaving_out(scale and self.discrepancy.scaled(scale) or None)
+        return found
+
+    def conditions(self, scale: Tensor) -> tuple[Tensor, ...]:
+        """Return what the network is told of scales ``(n, 1)``: ``(n, 2)``, or nothing."""
+        if self.discrepancy is None:
+            return ()
+        return (torch.cat([scale, torch.log1p(scale / _SMALL)], dim=1),)
 
     @property
     def steps(self) -> int:
@@ -107,6 +149,11 @@ class Posterior(nn.Module):
     def density_steps(self) -> int:
         """Solver steps for the density: more, for it forgives less."""
         return int(self.density_solver_steps)
+
+    @property
+    def sensor(self) -> Sensor:
+        """Time grid and errors of the records, at its scale of what the model leaves out."""
+        return self.model.sensor
 
     @property
     def names(self) -> list[str]:
@@ -133,16 +180,23 @@ class Posterior(nn.Module):
 
     # Training, sampling, density.
 
-    def loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
+    def loss(
+        self, measured: Tensor, scale: Tensor, z: Tensor, noise: Tensor, time: Tensor
+    ) -> Tensor:
         """Loss of each row, ``(n,)``, from records ``(n, t)`` and standardised outputs ``(n, q)``.
 
-        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
+        ``scale`` ``(n, 1)`` is that of what the model leaves out; ``noise`` ``(n, k, q)`` and
+        ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
         """
-        return self.inference.loss(z, self.summary(measured), noise, time)
+        return self.inference.loss(z, self._features(measured, scale), noise, time)
 
-    def log_density(self, measured: Tensor, z: Tensor, *, steps: int) -> Tensor:
+    def log_density(self, measured: Tensor, scale: Tensor, z: Tensor, *, steps: int) -> Tensor:
         """Log density of standardised outputs ``(n, q)`` given records ``(n, t)``, ``(n,)``."""
-        return self.inference.log_prob(z[:, None], self.summary(measured), steps=steps)[:, 0]
+        features = self._features(measured, scale)
+        return self.inference.log_prob(z[:, None], features, steps=steps)[:, 0]
+
+    def _features(self, measured: Tensor, scale: Tensor) -> Tensor:
+        return self.summary(measured, *self.conditions(scale))
 
     @torch.no_grad()
     def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
@@ -211,8 +265,10 @@ class Posterior(nn.Module):
             measured = np.where(missing, lowest, measured)  # what is missing leaves no envelope
         else:
             far = distance(measured, mean, weights)
-        from_envelope = excess(measured, lowest, highest) / float(self.margin)
-        return np.maximum(far / float(self.farthest), from_envelope)
+        farthest, margin = (
+            np.interp(self.scale, SCALES, each.cpu().numpy()) for each in (self.farthest, self.margin)
+        )
+        return np.maximum(far / farthest, excess(measured, lowest, highest) / margin)
 
     def _check(self, measured: np.ndarray) -> None:
         """Refuse records that the network does not answer for."""
@@ -225,8 +281,9 @@ class Posterior(nn.Module):
     def _summaries(self, measured: np.ndarray) -> Iterator[Tensor]:
         """Check all records, then yield the features ``(1, s)`` of one after the other."""
         self._check(measured)
+        scale = self._tensor(np.full((1, 1), self.scale))
         for record in measured:
-            yield self.summary(self._tensor(record[None]))
+            yield self._features(self._tensor(record[None]), scale)
 
     # Model files.
 
@@ -238,6 +295,10 @@ class Posterior(nn.Module):
             "settings": json.dumps(self.settings, sort_keys=True),
         }
         tensors = {name: t.detach().cpu().contiguous() for name, t in self.state_dict().items()}
+        if self.discrepancy is not None:
+            for name in _DISCREPANCY:
+                array = getattr(self.discrepancy, name)
+                tensors[f"discrepancy.{name}"] = torch.as_tensor(array, dtype=torch.float64)
         Path(path).write_bytes(_in_order(save(tensors, metadata=header)))
 
     @classmethod
@@ -254,10 +315,11 @@ class Posterior(nn.Module):
         try:
             with safe_open(str(path), framework="pt") as file:
                 header = file.metadata() or {}
-                shapes = {name: tuple(file.get_slice(name).get_shape()) for name in file.keys()}  # noqa: SIM118
-                model = cls._from_header(header)
-                model._check_shapes(shapes)
-                model.load_state_dict({name: file.get_tensor(name) for name in shapes})
+                tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+                left_out = [tensors.pop(f"discrepancy.{name}", None) for name in _DISCREPANCY]
+                model = cls._from_header(header, left_out)
+                model._check_shapes({name: tuple(each.shape) for name, each in tensors.items()})
+                model.load_state_dict(tensors)
         except SafetensorError as error:
             raise ModelFileError(
                 f"{path} is not a model file of breaker ({error}); train it anew"
@@ -267,14 +329,18 @@ class Posterior(nn.Module):
         return model.eval()
 
     @classmethod
-    def _from_header(cls, header: Mapping[str, str]) -> "Posterior":
+    def _from_header(
+        cls, header: Mapping[str, str], left_out: Sequence[Tensor | None]
+    ) -> "Posterior":
         found = header.get("format")
         if found != _FORMAT:
             raise ModelFileError(
                 f"its format is {found!r}, this version of breaker reads {_FORMAT!r}; train it anew"
             )
         try:
-            return cls(json.loads(header["settings"]))
+            given = [each.numpy() for each in left_out if each is not None]
+            discrepancy = Discrepancy(*given) if given else None
+            return cls(json.loads(header["settings"]), discrepancy=discrepancy)
         except (ArithmeticError, KeyError, TypeError, ValueError, RuntimeError) as error:
             raise ModelFileError(
                 f"its settings do not describe a model ({type(error).__name__}: {error}); "

@@ -59,10 +59,12 @@ def validate(
     sensor, motion = posterior.sensor, posterior.motion
     rng = generator(seed, "validation records", motion)
     bank = simulate(posterior.model, n, rng)
-    measured = sensor.corrupt(bank.travel.values.astype(np.float64), rng)
+    values = truth_of(bank, posterior)
+    curves = bank.travel.values.astype(np.float64) + posterior.model.shift(values)
+    measured = sensor.corrupt(curves, rng)
     if missing:
         measured = remove(measured, missing, generator(seed, "missing samples", motion))
-    return sample_records(posterior, measured, truth_of(bank, posterior), draws, seed)
+    return sample_records(posterior, measured, values, draws, seed)
 
 
 def sample_records(
@@ -206,7 +208,7 @@ def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int)
     for i, (record, values) in enumerate(zip(measured, draws, strict=True)):
         rng = generator(seed, "predictive", model.motion, i)
         exact = model.curves(values.astype(np.float64))
-        zero = sensor.sample_zero(record, exact, rng)
+        zero = sensor.sample_shared(record, exact, rng)
         replicates = exact + zero + sensor.noise_sd * rng.standard_normal(exact.shape)
         bands.append(np.quantile(replicates, [0.5, 0.025, 0.975], axis=0))
     median, lower, upper = np.moveaxis(np.array(bands), 1, 0)

@@ -69,7 +69,7 @@ class Trainer:
         From a posterior and a bank to a model file::
 
             rows, validation = split(bank, 1024)
-            freeze_inputs(posterior, rows.travel.values, generator(seed, "components", motion))
+            freeze_inputs(posterior, rows, generator(seed, "components", motion))
             trainer = Trainer(
                 posterior, Rows.of(rows, posterior, device), Rows.of(validation, posterior, device),
                 settings, seed, Path("closing.pt"), fingerprint(posterior.settings, code),
@@ -173,7 +173,9 @@ class Trainer:
         kept = [weight.detach().clone() for weight in self.weights]
         self._copy(self.ema, self.weights)
         batch = self.fixed_batch
-        density = self.posterior.log_density(batch.measured, batch.z, steps=_SOLVER_STEPS)
+        density = self.posterior.log_density(
+            batch.measured, batch.scale, batch.z, steps=_SOLVER_STEPS
+        )
         loss = -density.mean().item()
         self._copy(kept, self.weights)
         self.evaluations.append((self.step, loss))

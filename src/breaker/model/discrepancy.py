@@ -1,0 +1,121 @@
+r"""What the model leaves out of a motion: its own error, as one more Gaussian.
+
+No real drive is the model. With ``delta`` the difference of a drive's curve from the model's curve
+*at the drive's true parameters*, a record is ``curve + delta + zero + noise`` (Kennedy & O'Hagan,
+2001, "Bayesian calibration of computer models"). A record alone says little of ``delta``, for the
+model bends its parameters until it fits; so ``delta`` is learned from drives that are richer than
+the model and whose parameters are known (``breaker.synthetic``). It is taken for normal given the
+standardised parameters z, with a mean linear in them and few components:
+
+``delta = s (mean + z slopes) + s xi factor``,   ``xi ~ N(0, 1)``.
+
+The scale ``s`` says how far a drive is from the model: 0, the model is right; 1, as far as the
+drives that it was learned from.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+__all__ = ["Discrepancy", "Modes", "modes"]
+
+
+@dataclass(frozen=True, eq=False)
+class Discrepancy:
+    """Normal distribution of what the model leaves out of a motion.
+
+    Attributes:
+        mean: At the prior medians, ``(t,)``, mm.
+        slopes: Change of the mean by each standardised parameter, ``(p, t)``, mm.
+        factor: Components, each scaled to its standard deviation, ``(c, t)``, mm: the covariance
+            about the mean is ``factor.T @ factor``.
+
+    Example:
+        >>> ramp = np.linspace(0.0, 1.0, 5)
+        >>> left_out = Discrepancy(ramp, np.zeros((7, 5)), 0.1 * ramp[None])
+        >>> left_out.shift(np.zeros((1, 7))).tolist()
+        [[0.0, 0.25, 0.5, 0.75, 1.0]]
+        >>> float(left_out.scaled(2.0).sd[-1])
+        0.2
+    """
+
+    mean: np.ndarray
+    slopes: np.ndarray
+    factor: np.ndarray
+
+    def __post_init__(self) -> None:
+        t = len(self.mean)
+        if self.slopes.ndim != 2 or self.slopes.shape[1] != t or self.factor.shape[1:] != (t,):
+            raise ValueError(
+                f"mean (t,), slopes (p, t) and factor (c, t) are {self.mean.shape}, "
+                f"{self.slopes.shape} and {self.factor.shape}"
+            )
+
+    @classmethod
+    def from_dataset(cls, data: xr.Dataset) -> "Discrepancy":
+        """Return what ``to_dataset`` returned, or what more than that holds it."""
+        arrays = (data[name].values for name in ("mean", "slopes", "factor"))
+        return cls(*(each.astype(np.float64) for each in arrays))
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return it as a dataset over ``time``, ``parameter`` and ``component``."""
+        return xr.Dataset(
+            {
+                "mean": (("time",), self.mean),
+                "slopes": (("parameter", "time"), self.slopes),
+                "factor": (("component", "time"), self.factor),
+            }
+        )
+
+    @property
+    def sd(self) -> np.ndarray:
+        """Standard deviation about the mean, ``(t,)``, mm."""
+        return np.sqrt(np.square(self.factor).sum(axis=0))
+
+    def scaled(self, scale: float) -> "Discrepancy | None":
+        """Return it at a scale; None at scale 0, where there is none."""
+        if not scale:
+            return None
+        return Discrepancy(scale * self.mean, scale * self.slopes, scale * self.factor)
+
+    def shift(self, z: np.ndarray) -> np.ndarray:
+        """Return the mean at standardised parameters, ``(..., p) -> (..., t)``, mm."""
+        return self.mean + z @ self.slopes
+
+    def sample(self, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
+        """Draw deviations from the mean, ``(*shape, t)``, mm."""
+        return rng.standard_normal((*shape, len(self.factor))) @ self.factor
+
+
+class Modes(NamedTuple):
+    """Modes of a discrepancy, whitened by noise and zero, of the samples that are there.
+
+    Attributes:
+        directions: Orthonormal, ``(c, t)``, zero where a sample is missing.
+        weights: The same for residuals that are not whitened, 1/mm, ``(c, t)``.
+        variances: Over that of the noise, ``(c,)``.
+    """
+
+    directions: np.ndarray
+    weights: np.ndarray
+    variances: np.ndarray
+
+
+@lru_cache(maxsize=64)
+def modes(sensor, present: bytes) -> Modes:
+    """Return the modes of a ``Sensor``'s discrepancy.
+
+    Args:
+        sensor: The sensor.
+        present: Which samples are there, the bytes of a bool array ``(t,)``.
+    """
+    there = np.frombuffer(present, dtype=np.bool_)
+    whiten = sensor.noise_and_zero.whiten
+    whitened = whiten(np.where(there, sensor.discrepancy.factor, np.nan))
+    _, sizes, directions = np.linalg.svd(whitened, full_matrices=False)
+    directions = np.where(there, directions, 0.0)
+    weights = whiten(np.where(there, directions, np.nan))
+    return Modes(directions, weights, np.square(sizes))
