@@ -290,6 +290,20 @@ alarm: {raise: 0.4, clear: 0.5}
     alarm.clear is 0.5, but must not exceed alarm.raise (0.4)
 lives: {drift: [2.0, 2.0]}
     lives.drift is [2.0, 2.0], but the first must be less than the second
+rigs: {elements: {closing_stop: {reach: [2.0, 1.0]}}}
+    rigs.elements closing_stop: reach is [2.0, 1.0], but the first must not exceed the second
+rigs: {wear: {parameters: [3, 2], elements: [0, 1]}}
+    rigs.wear has parameters: [3, 2], but the first must not exceed the second
+rigs: {wear: {parameters: [1, 2], elements: [0, 7]}}
+    rigs.wear has elements: [0, 7], but the first must not exceed the second, nor the second the
+    number of elements that can change (6)
+endurance: {discrepancy: 0.5}
+discrepancy: {components: 0}
+    endurance.discrepancy is 0.5, but nothing is learned of what the model leaves out
+    validation.discrepancies is [0.0, 1.0], but nothing is learned
+discrepancy: {components: 40}
+sensor: {samples: 39}
+    discrepancy.components is 40, but must not exceed sensor.samples (39)
 endurance: {curves: nowhere}
     endurance.curves is nowhere, but there is no CSV file in nowhere/closing/ nor in
     nowhere/opening/. Name a folder

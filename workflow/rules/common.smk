@@ -33,6 +33,8 @@ MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
+# Store of what the model leaves out; none where the model is taken for right.
+DISCREPANCY = "results/discrepancy.zarr" if config["discrepancy"]["components"] else []
 OWN_CURVES = config["endurance"]["curves"]
 ENVIRONMENT = "../../envs/breaker.yaml"
 os.environ.update(BREAKER_ROOT=str(workflow.basedir))  # for the script beside the environment

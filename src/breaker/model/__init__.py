@@ -10,7 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "bank": ["open_bank", "simulate"],
-        "discrepancy": ["Discrepancy"],
+        "discrepancy": ["Discrepancy", "open_discrepancy"],
         "fisher": ["climb", "information", "limit_over_prior", "pool"],
         "joint": ["Model"],
         "plausibility": ["distance", "excess", "principal_components"],

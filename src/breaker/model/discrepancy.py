@@ -15,12 +15,13 @@ drives that it was learned from.
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-__all__ = ["Discrepancy", "Modes", "modes"]
+__all__ = ["Discrepancy", "Modes", "modes", "open_discrepancy"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +89,18 @@ class Discrepancy:
     def sample(self, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
         """Draw deviations from the mean, ``(*shape, t)``, mm."""
         return rng.standard_normal((*shape, len(self.factor))) @ self.factor
+
+
+def open_discrepancy(store: str | Path | None, motion: str) -> Discrepancy | None:
+    """Return what the model leaves out of a motion, from the store of all motions.
+
+    Args:
+        store: Zarr store; none, or an empty list as Snakemake has it, where nothing is left out.
+        motion: "closing" or "opening".
+    """
+    if not store:
+        return None
+    return Discrepancy.from_dataset(xr.open_zarr(store).sel(motion=motion))
 
 
 class Modes(NamedTuple):

@@ -9,9 +9,12 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "drive": ["Drive", "Elements", "Stop"],
         "effective": ["effective_values"],
         "evaluation": ["follow_lives"],
         "failure_times": ["failures"],
+        "family": ["Family"],
+        "learning": ["ensemble", "learn"],
         "rigs": ["Rig"],
         "round_trip": ["through_files"],
         "scores": ["score"],

@@ -13,20 +13,25 @@ bisection of the step in which they lie. That agrees with ``solve_ivp`` to a mic
 (tests/synthetic/test_drive.py) and is a hundred times as fast.
 """
 
-from dataclasses import astuple, dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, astuple, dataclass, field, fields, replace
 
 import numpy as np
 
 from breaker.mechanism import NAMES
+from breaker.synthetic.integrator import closed_rest, travel
 
-__all__ = ["Drive", "Elements", "Stop"]
+__all__ = ["STOPS", "Drive", "Elements", "Stop"]
 
+STOPS = ("closing_stop", "opening_stop")
 _STEP = 0.02  # ms
 
 
 @dataclass(frozen=True)
 class Stop:
     """A damper and a bumper at one end of the stroke, pushing back only.
+
+    The force of the damper is ``damping * |speed|^power``; over the first ``depth`` it comes in.
 
     Attributes:
         reach: Way before the rest position over which the damper acts, mm.
@@ -82,29 +87,22 @@ class Elements:
     linkage: float = 0.0
 
     @classmethod
-    def from_settings(cls, settings) -> "Elements":
-        """Build from a mapping; what is not named is absent."""
-        parts = dict(settings)
-        for stop in ("closing_stop", "opening_stop"):
-            if stop in parts:
-                parts[stop] = Stop(**parts[stop])
-        return cls(**parts)
+    def from_settings(cls, settings: Mapping) -> "Elements":
+        """Build from ``{name: number}``, a stop as ``{name: {...}}``; others are absent."""
+        stops = {name: Stop(**settings[name]) for name in STOPS if name in settings}
+        return cls(**{**settings, **stops})
 
     def scaled(self, strength: float) -> "Elements":
-        """Return the elements at another strength: 0 leaves the model, 1 changes nothing."""
+        """Return the elements at another strength: 0 leaves the model, 1 changes nothing.
 
-        def weaker(stop: Stop) -> Stop:
-            return replace(
-                stop, stiffness=strength * stop.stiffness, damping=strength * stop.damping
-            )
-
-        values = {each.name: getattr(self, each.name) for each in fields(self)}
-        return Elements(
-            **{
-                name: weaker(value) if isinstance(value, Stop) else strength * value
-                for name, value in values.items()
-            }
-        )
+        A stop keeps its place and its law; its forces change.
+        """
+        parts = asdict(self)
+        stops = {name: parts.pop(name) for name in STOPS}
+        for stop in stops.values():
+            stop["damping"] *= strength
+            stop["stiffness"] *= strength
+        return Elements.from_settings({n: strength * value for n, value in parts.items()} | stops)
 
 
 @dataclass(frozen=True)
@@ -118,7 +116,7 @@ class Drive:
     Example:
         >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
         >>> drive.travel("closing", np.array([0.0, 10.0, 60.0])).round(2)
-        array([ 0.  , 11.42, 13.53])
+        array([ 0.  , 11.05, 13.53])
     """
 
     theta: tuple[float, ...]
@@ -141,8 +139,20 @@ class Drive:
             elements = replace(elements, **{stop: value})
         return Drive(tuple(theta.values()), elements)
 
+    def value(self, name: str) -> float:
+        """Return a parameter or an element by the name under which ``changed`` takes it."""
+        if name in NAMES:
+            return self.theta[NAMES.index(name)]
+        stop, _, part = name.partition(".")
+        return getattr(getattr(self.elements, stop), part) if part else getattr(self.elements, stop)
+
+    @property
+    def holds(self) -> bool:
+        """Whether there is a closed position, in which the contact is pressed."""
+        return bool(np.isfinite(closed_rest(self._packed())))
+
     def travel(self, motion: str, times: np.ndarray) -> np.ndarray:
-        """Return the travel of the pushrod's drive end, ``(t,)``, mm.
+        """Return the travel of the pushrod's drive end as the transducer reads it, ``(t,)``, mm.
 
         Args:
             motion: "closing" or "opening".
@@ -152,16 +162,12 @@ class Drive:
             ValueError: If the drive has no closed position.
             FloatingPointError: If the curve is not finite.
         """
-        from breaker.synthetic.integrator import closed_rest, travel  # compiled code
-
         numbers = self._packed()
         rest = closed_rest(numbers)
         if not np.isfinite(rest):
             raise ValueError(f"the closing force does not press the contact: {self}")
         times = np.asarray(times, dtype=np.float64)
         curve = travel(numbers, rest, motion == "closing", times, _STEP)
-        if self.elements.linkage:
-            curve = self._through_linkage(times, curve)
         if not np.isfinite(curve).all():
             raise FloatingPointError(f"the curve of a drive is not finite: {self}")
         return curve

@@ -1,7 +1,8 @@
 """The compiled integration of a richer drive: forces, Runge-Kutta steps, touch and parting.
 
-The state is arc and speed of the drive, position and speed of the contact. The numbers of a drive
-come as one row, in the order of ``drive.Drive``; see there for their meaning.
+The state is arc and speed of the drive, position and speed of the contact, and reading and speed of
+the transducer. The numbers of a drive come as one row, in the order of ``drive.Drive``; see there
+for their meaning.
 """
 
 import numpy as np
@@ -14,12 +15,13 @@ _fast = njit(cache=True, error_model="numpy")
 _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
 _SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
+_RINGING = 0.05  # damping ratio of the linkage that carries the transducer
 _HALVINGS = 60
 _FREE, _CLOSED = 0, 1
 
 (MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, TURN, LEAN, DRY, PRE_A, PRE_B, BUILD_UP) = range(13)
 (TRAIN_MASS, TRAIN_FRICTION, RESTITUTION, CLOSING_STOP) = range(13, 17)
-OPENING_STOP, FALL, DRAG = 21, 26, 27
+OPENING_STOP, FALL, DRAG, LINKAGE = 21, 26, 27, 28
 REACH, DAMPING, POWER, DEPTH, STIFFNESS = range(5)  # of a stop, from its first number on
 _STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
 
@@ -49,7 +51,7 @@ def _stop(n, first, beyond, speed):
 @_fast
 def _forces(n, rest, time, closing, state):
     """Forces on the drive and on the contact, per drive mass."""
-    arc, speed, contact, contact_speed = state
+    arc, speed, contact, contact_speed = state[0], state[1], state[2], state[3]
     x, ratio = _lever(n, arc)
     u = x - contact
     spring = (
@@ -90,24 +92,29 @@ def closed_rest(n):
 
 @_fast
 def _rates(n, rest, time, closing, mode, state, out):
+    """Time derivatives of the state, into ``out``."""
     total, spring = _forces(n, rest, time, closing, state)
     out[0] = state[1]
     out[1] = total / (1.0 + (n[TRAIN_MASS] if closing else 0.0))
     out[2] = state[3] if mode == _FREE else 0.0
     out[3] = n[MU] * spring if mode == _FREE else 0.0
+    if n[LINKAGE] > 0.0:
+        x, ratio = _lever(n, state[0])
+        rate = 2.0 * np.pi / n[LINKAGE]
+        out[4] = state[5]
+        out[5] = rate * rate * (x - state[4]) + 2 * _RINGING * rate * (ratio * state[1] - state[5])
 
 
 @_fast
 def _advance(n, rest, time, closing, mode, state, h, new, k):
-    """One classical Runge-Kutta step of size h."""
-    s = (state[0], state[1], state[2], state[3])
-    _rates(n, rest, time, closing, mode, s, k[0])
+    """One classical Runge-Kutta step of size h, into ``new``; ``k`` is room for its stages."""
+    _rates(n, rest, time, closing, mode, state, k[0])
     for stage in range(1, 4):
         w = h if stage == 3 else 0.5 * h
-        b = k[stage - 1]
-        moved = (s[0] + w * b[0], s[1] + w * b[1], s[2] + w * b[2], s[3] + w * b[3])
-        _rates(n, rest, time + w, closing, mode, moved, k[stage])
-    for i in range(4):
+        for i in range(state.size):
+            new[i] = state[i] + w * k[stage - 1, i]
+        _rates(n, rest, time + w, closing, mode, new, k[stage])
+    for i in range(state.size):
         new[i] = state[i] + h / 6.0 * (k[0, i] + 2.0 * k[1, i] + 2.0 * k[2, i] + k[3, i])
 
 
@@ -116,7 +123,7 @@ def _left(n, rest, time, closing, mode, state):
     """Positive as long as the mode lasts: way to the touch, or contact force."""
     if mode == _FREE:
         return n[GAP] - state[2]
-    return _forces(n, rest, time, closing, (state[0], state[1], state[2], state[3]))[1]
+    return _forces(n, rest, time, closing, state)[1]
 
 
 @_fast
@@ -136,14 +143,14 @@ def _switch(n, mode, state):
 def travel(n, rest, closing, times, step):
     """Travel at times after the release, ``(t,)``; see ``drive.Drive.travel``."""
     result = np.empty(times.size)
-    state, new = np.zeros(4), np.zeros(4)
-    k = np.zeros((4, 4))
+    state, new = np.zeros(6), np.zeros(6)
+    k = np.zeros((4, 6))
     mode = _FREE
     if not closing:
         state[0] = rest
         state[2] = n[GAP]
         mode = _CLOSED
-    begin = _lever(n, state[0])[0]
+    begin = state[4] = _lever(n, state[0])[0]
     i = 0
     while i < times.size and times[i] <= 0.0:
         result[i] = begin
@@ -166,7 +173,11 @@ def travel(n, rest, closing, times, step):
             h = high * step
             _advance(n, rest, now, closing, mode, state, h, new, k)
         while i < times.size and times[i] <= now + h:
-            result[i] = _lever(n, _between(state, new, h, (times[i] - now) / h))[0]
+            u = (times[i] - now) / h
+            if n[LINKAGE] > 0.0:
+                result[i] = _between(state[4:], new[4:], h, u)
+            else:
+                result[i] = _lever(n, _between(state, new, h, u))[0]
             i += 1
         now += h
         state[:] = new
@@ -177,7 +188,7 @@ def travel(n, rest, closing, times, step):
 
 @_fast
 def _between(state, new, h, u):
-    """Arc within a step, by the cubic through both ends and their speeds."""
+    """First of a state within a step, by the cubic through both ends and their speeds."""
     a, b = state[0], new[0]
     va, vb = h * state[1], h * new[1]
     v = u - 1.0

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from breaker.mechanism import MOTIONS, Limit
+from breaker.mechanism import MOTIONS, NAMES, Limit
 from breaker.records import csv_files
 
 __all__ = ["RULES"]
@@ -67,6 +67,40 @@ def _range(ends: Sequence[float]) -> str | None:
     return None if low < high else f"is {ends}, but the first must be less than the second."
 
 
+def _from_to(section: Mapping[str, Any]) -> str | None:
+    """A section at any depth of ranges from and to, which may be equal."""
+    wrong = []
+    for name, value in section.items():
+        if isinstance(value, Mapping):
+            below = _from_to(value)
+            wrong += [f"{name}: {below}"] if below else []
+        elif value[0] > value[1]:
+            wrong.append(f"{name} is {value}, but the first must not exceed the second.")
+    return " ".join(wrong) or None
+
+
+def _wear(wear: Mapping[str, Any]) -> str | None:
+    """Counts of what changes, against what there is to change."""
+    names = [name in NAMES for name in wear["change"]]
+    for kind, there in (("parameters", sum(names)), ("elements", len(names) - sum(names))):
+        least, most = wear[kind]
+        if not least <= most <= there:
+            return (
+                f"has {kind}: {wear[kind]}, but the first must not exceed the second, nor the "
+                f"second the number of {kind} that can change ({there})."
+            )
+    return None
+
+
+def _needs_components(scales: float | Sequence[float], components: int) -> str | None:
+    if components or not (any(scales) if isinstance(scales, Sequence) else scales):
+        return None
+    return (
+        f"is {scales}, but nothing is learned of what the model leaves out, since "
+        "discrepancy.components is 0. Set this to 0 too, or raise discrepancy.components."
+    )
+
+
 def _limits(entries: Sequence[Mapping[str, Any]], motions: Sequence[str]) -> str | None:
     names, wrong = [entry["name"] for entry in entries], []
     for name in dict.fromkeys(names):
@@ -99,6 +133,7 @@ def _curves(curves: str | None, motions: Sequence[str]) -> str | None:
 _AT_MOST = {  # a key, and the one that it must not exceed
     **{f"training.{motion}.evaluate_every": f"training.{motion}.steps" for motion in MOTIONS},
     **{f"network.{motion}.summary.components": "sensor.samples" for motion in MOTIONS},
+    "discrepancy.components": "sensor.samples",
     "validation.judged_curves": "validation.curves",
     "correction.smallest_size": "correction.draws",
     "correction.fit_size": "correction.round_draws",
@@ -118,6 +153,12 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("solver.reference", "solver.candidates"), _solver),
     (("validation.second_seed", "validation.seed"), _second_seed),
     *(((f"lives.{name}",), _range) for name in ("ratio", "change", "drift", "scatter")),
+    *(((f"rigs.{name}",), _from_to) for name in ("elements", "wear.change")),
+    (("rigs.wear",), _wear),
+    *(
+        ((name, "discrepancy.components"), _needs_components)
+        for name in ("endurance.discrepancy", "validation.discrepancies")
+    ),
     (("limits", "motions"), _limits),
     (("endurance.curves", "motions"), _curves),
 )

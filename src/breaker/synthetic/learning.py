@@ -1,0 +1,161 @@
+"""What the model leaves out, learned from drives of a family: a Gaussian of few components.
+
+For every drive, delta is the difference of its curve from the model's curve *at the drive's true
+parameters*, both without noise and with the same onset. With z the standardised parameters,
+
+``delta_new = mean + z slopes + a basis``,   ``delta_worn - delta_new = (dz) slopes + b basis``,
+
+where mean and slopes are a regression over all new drives, the basis has the components in which
+the residuals of both lines are largest (in the metric of a record's noise and zero), and a, b and
+the change ``dz`` of the parameters of both motions together have joint second moments. A family is
+finite and a Gaussian has thin tails, so a and b are widened by a factor.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from breaker.mechanism import NAMES, travel
+from breaker.model import Sensor
+from breaker.synthetic.family import Family
+
+__all__ = ["ensemble", "learn"]
+
+_EXAMPLES = 20  # drives whose differences are kept to be drawn
+
+
+def ensemble(
+    family: Family, sensor: Sensor, motions: Sequence[str], n: int, rng: np.random.Generator
+) -> xr.Dataset:
+    """Draw drives, new and worn, and return how the model at their parameters differs from them.
+
+    Args:
+        family: The drives.
+        sensor: Grid and onset of the records.
+        motions: Motions of each drive; each has its own onset, the same new and worn.
+        n: Number of drives.
+        rng: Generator of drives, wear and onsets.
+
+    Returns:
+        Dataset over ``condition`` (new, worn), ``motion``, ``drive``, ``time`` and ``parameter``:
+        the drives' curves without noise, ``travel``, and ``delta``, both mm; standardised
+        parameters ``z``; and ``onset``, ms.
+    """
+    new = [family.new(rng) for _ in range(n)]
+    drives = [new, [family.worn(drive, rng) for drive in new]]
+    onset = sensor.onset_sd * rng.standard_normal((len(motions), n))
+    theta = np.array([[drive.theta for drive in condition] for condition in drives])
+    curves = np.empty((2, len(motions), n, sensor.samples))
+    delta = np.empty_like(curves)
+    for c, condition in enumerate(drives):
+        for m, motion in enumerate(motions):
+            for i, drive in enumerate(condition):
+                curves[c, m, i] = drive.travel(motion, sensor.times - onset[m, i])
+            exact = travel(theta[c], sensor.times, motion, onset=onset[m])
+            delta[c, m] = curves[c, m] - exact.travel
+    everything = ("condition", "motion", "drive", "time")
+    return xr.Dataset(
+        {
+            "travel": (everything, curves, {"unit": "mm"}),
+            "delta": (everything, delta, {"unit": "mm"}),
+            "z": (("condition", "drive", "parameter"), family.prior.standardise(theta)),
+            "onset": (("motion", "drive"), onset, {"unit": "ms"}),
+        },
+        coords={
+            "condition": ["new", "worn"],
+            "motion": list(motions),
+            "time": ("time", sensor.times, {"unit": "ms"}),
+            "parameter": list(NAMES),
+        },
+    )
+
+
+def learn(drives: xr.Dataset, sensor: Sensor, *, components: int, widening: float) -> xr.Dataset:
+    """Learn the Gaussian of what the model leaves out.
+
+    Args:
+        drives: ``delta`` and ``z`` of an ``ensemble``.
+        sensor: Noise and zero, in whose metric components are compared.
+        components: Components of each motion, c.
+        widening: Factor of the standard deviations of a and b.
+
+    Returns:
+        Dataset over ``motion``, ``time``, ``parameter``, ``component``: ``mean``, ``slopes``,
+        ``basis`` and ``factor`` (the components of a, each scaled to its standard deviation,
+        largest first), mm; ``left`` (condition, motion), the share of the whitened residuals'
+        square beyond the components; ``covariance (state, other_state)``, second moments of the
+        change of z, of a for each motion, and of b for each motion; and ``examples``, delta of a
+        few drives, mm.
+    """
+    z_new, z_worn = drives.z.values
+    change = z_worn - z_new
+    moments, scores = [], {"a": [], "b": []}
+    for motion in drives.motion.values:
+        new, worn = drives.delta.sel(motion=motion).values
+        found, a, b = _one_motion(z_new, change, new, worn - new, sensor, components)
+        factor = _factor(widening * a) @ found["basis"]
+        moments.append(found | {"factor": factor})
+        scores["a"].append(widening * a)
+        scores["b"].append(widening * b)
+    state = np.hstack([change, *scores["a"], *scores["b"]])
+    dims = {
+        "mean": ("motion", "time"),
+        "slopes": ("motion", "parameter", "time"),
+        "basis": ("motion", "component", "time"),
+        "factor": ("motion", "component", "time"),
+        "left": ("motion", "condition"),
+    }
+    data = {name: (dims[name], np.stack([each[name] for each in moments])) for name in dims}
+    examples = drives.delta.isel(drive=slice(_EXAMPLES)).astype(np.float32).drop_attrs()
+    return xr.Dataset(
+        {
+            **data,
+            "covariance": (("state", "other_state"), state.T @ state / len(state)),
+            "examples": examples,
+        },
+        coords={"state": _names(drives.motion.values, components)},
+    )
+
+
+def _one_motion(
+    z: np.ndarray,
+    change: np.ndarray,
+    new: np.ndarray,
+    worn: np.ndarray,
+    sensor: Sensor,
+    components: int,
+) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
+    """Regression, basis, and share of the square beyond it, of one motion; and its a and b.
+
+    Shapes: ``z`` and ``change`` ``(n, p)``, ``new`` and its change ``worn`` ``(n, t)``.
+    """
+    columns = np.column_stack([np.ones(len(z)), z])
+    mean, *slopes = np.linalg.lstsq(columns, new, rcond=None)[0]
+    residuals = new - mean - z @ slopes, worn - change @ slopes
+    whiten = sensor.noise_and_zero.whiten(np.eye(sensor.samples))  # symmetric
+    whitened = [each @ whiten for each in residuals]
+    directions = np.linalg.svd(np.vstack(whitened), full_matrices=False)[2][:components]
+    a, b = (each @ directions.T for each in whitened)
+    whole = np.array([np.square(each).sum() for each in whitened])
+    kept = np.array([np.square(each).sum() for each in (a, b)])
+    found = {
+        "mean": mean,
+        "slopes": np.array(slopes),
+        "basis": np.linalg.solve(whiten, directions.T).T,
+        "left": np.divide(whole - kept, whole, out=np.zeros(2), where=whole > 0),
+    }
+    return found, a, b
+
+
+def _factor(scores: np.ndarray) -> np.ndarray:
+    """Return F with ``F.T @ F`` the second moments of scores ``(n, c)``, ``(c, c)``, by size."""
+    _, sizes, directions = np.linalg.svd(scores / np.sqrt(len(scores)), full_matrices=False)
+    return sizes[:, None] * directions
+
+
+def _names(motions: Sequence[str], components: int) -> list[str]:
+    """Names of the numbers of the state."""
+    numbers = range(1, components + 1)
+    scores = [f"{kind} {motion} {k}" for kind in "ab" for motion in motions for k in numbers]
+    return [*(f"change {name}" for name in NAMES), *scores]
