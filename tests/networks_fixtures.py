@@ -10,6 +10,7 @@ import torch
 
 from breaker.mechanism.curves import travel
 from breaker.model.bank import simulate
+from breaker.model.discrepancy import Discrepancy
 from breaker.model.randomness import generator
 from breaker.networks.flow_matching import FlowMatching
 from breaker.posterior.batches import Rows, freeze_inputs, split, truth
@@ -104,16 +105,25 @@ def settings(*, motion="closing", onset=True, network=NETWORK):
     return {"motion": motion, "prior": PRIOR, "sensor": sensor, "network": network}
 
 
+def left_out(samples=SENSOR["samples"], *, components=3, size=0.3, seed=4):
+    """What a model leaves out: waves for mean, slopes and components, of about this size, mm."""
+    rng = np.random.default_rng(seed)
+    count = 1 + 7 + components
+    turns, phases = rng.uniform(2, 12, (count, 1)), rng.uniform(0, 6, (count, 1))
+    waves = size * np.sin(turns * np.linspace(0, 1, samples) + phases)
+    return Discrepancy(waves[0], 0.3 * waves[1:8], waves[8:])
+
+
 def bank_of(posterior, n, *, seed=5):
     """A bank of n curves for a model."""
     return simulate(posterior.model, n, generator(seed, "test bank", posterior.motion))
 
 
-def frozen(*, motion="closing", onset=True, network=NETWORK, curves=512, seed=0):
+def frozen(*, motion="closing", onset=True, network=NETWORK, curves=512, seed=0, discrepancy=None):
     """A small new model, its inputs frozen on a bank of its own."""
-    posterior = Posterior(settings(motion=motion, onset=onset, network=network), seed=seed)
-    travel = bank_of(posterior, curves).travel.values
-    freeze_inputs(posterior, travel, generator(0, "test components"))
+    made_from = settings(motion=motion, onset=onset, network=network)
+    posterior = Posterior(made_from, seed=seed, discrepancy=discrepancy)
+    freeze_inputs(posterior, bank_of(posterior, curves), generator(0, "test components"))
     return posterior.eval()
 
 
@@ -161,7 +171,7 @@ def new_trainer(
     """A small training with its checkpoint in a folder, as a new process would set it up."""
     posterior = Posterior(settings(motion=motion, network=network), seed=seed)
     rows, validation = training_rows()
-    freeze_inputs(posterior, rows.travel.values, generator(seed, "components"))
+    freeze_inputs(posterior, rows, generator(seed, "components"))
     device = torch.device("cpu")
     return kind(
         posterior=posterior,
@@ -203,9 +213,9 @@ def certain_of(posterior, values, draws):
     return np.repeat(values[:, None], draws, axis=1)
 
 
-def curved_model(network=NETWORK):
+def curved_model(network=NETWORK, discrepancy=None):
     """A model whose posteriors depend on the record and are far from Gaussian, and records."""
-    posterior = frozen(network=network)
+    posterior = frozen(network=network, discrepancy=discrepancy)
     perturb(posterior.inference, 0.15)
     posterior.solver_steps.fill_(3)
     posterior.density_solver_steps.fill_(3)

@@ -36,7 +36,7 @@ def trained(tmp_path_factory, defaults, prior, sensor):
     posterior = Posterior({**settings, "prior": defaults["prior"], "sensor": defaults["sensor"]})
     rng = generator(0, "test command")
     bank = simulate(Model(prior, sensor, "closing"), 128, rng)
-    freeze_inputs(posterior, bank.travel.values, rng)
+    freeze_inputs(posterior, bank, rng)
     file = tmp_path_factory.mktemp("models") / "closing.safetensors"
     posterior.save(file)
     return file

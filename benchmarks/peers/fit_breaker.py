@@ -57,7 +57,7 @@ class Breaker:
         counts = training["validation_curves"], training["held_out_curves"]
         rows, validation, self.unseen = split(bank, *counts)
         self.posterior = Posterior(made_from, seed=seed)
-        freeze_inputs(self.posterior, rows.travel.values, generator(seed, "components", motion))
+        freeze_inputs(self.posterior, rows, generator(seed, "components", motion))
         device = torch.device("cpu")
         with tempfile.TemporaryDirectory() as folder:
             trainer = Trainer(

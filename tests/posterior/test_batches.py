@@ -104,9 +104,10 @@ def test_batches_follow_their_generator(bank, posterior):
     again = rows.draw(chosen, torch.Generator().manual_seed(1))
     for one, other, same in zip(first, second, again, strict=True):
         assert torch.equal(one, same)
-        assert torch.equal(one, other) == (one is first.z)
-    measured, z, noise, time = first
+        assert torch.equal(one, other) == (one is first.z or one is first.scale)
+    measured, scale, z, noise, time = first
     assert not measured.isnan().any()
+    assert not scale.any()
     assert torch.equal(z, rows.z[chosen])
     assert measured.shape == (4, SENSOR["samples"])
     k = noise.shape[1]
@@ -125,7 +126,7 @@ def test_frozen_inputs_give_highway_outputs_of_unit_variance(bank):
     """
     posterior = Posterior(settings())
     travel = bank.travel.values.astype(np.float64)
-    freeze_inputs(posterior, travel, generator(1, "test components"))
+    freeze_inputs(posterior, bank, generator(1, "test components"))
     records = posterior.sensor.corrupt(travel, generator(2, "test records"))
     with torch.no_grad():
         centred = torch.from_numpy(records).float() - posterior.summary.centre
@@ -149,8 +150,7 @@ def test_distance_says_which_records_are_unlike_the_bank(bank):
     at most one is of the bank: a probability of 3e-5 for records that are all alike.
     """
     posterior = Posterior(settings())
-    travel = bank.travel.values.astype(np.float64)
-    freeze_inputs(posterior, travel, generator(1, "test components"))
+    freeze_inputs(posterior, bank, generator(1, "test components"))
     fresh = bank_of(posterior, 500, seed=9).travel.values
     records = posterior.sensor.corrupt(fresh, generator(2, "test records"))
     assert hypergeom(2548, 2048, 8).cdf(1) < 1e-4

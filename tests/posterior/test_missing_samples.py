@@ -164,7 +164,7 @@ def test_distance_of_records_with_missing_samples(curved, series):
     spike = irregular.copy()
     for record in spike:
         last = np.flatnonzero(~np.isnan(record))[-1]
-        record[last] = posterior.highest[last] + 1.5 * posterior.margin
+        record[last] = posterior.highest[last] + 1.5 * posterior.margin[0]
     assert (posterior.distance(spike) > 1).all()
 
 
@@ -249,7 +249,7 @@ def test_every_combination_trains(tmp_path, name):
         batch = training.fixed_batch
         assert batch.measured.isnan().any() == (COMBINATIONS[name]["summary"] is DEEP_SET)
         with torch.no_grad():
-            start = training.posterior.log_density(batch.measured, batch.z, steps=8)
+            start = training.posterior.log_density(*batch[:3], steps=8)
         history = training.run()
         training.checkpoint.unlink()
         gains.append(-start.mean().item() - float(history.validation_loss[-1]))

@@ -10,7 +10,8 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 
 from breaker.mechanism.parameters import NAMES
-from breaker.posterior.estimator import ModelFileError, Posterior
+from breaker.posterior.estimator import Posterior
+from breaker.posterior.model_files import ModelFileError
 from tests.networks_fixtures import (
     COMBINATIONS,
     MARKS,

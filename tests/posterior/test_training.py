@@ -71,7 +71,7 @@ def test_validation_is_fixed(trainer):
 def judged(training):
     """Log density of the fixed rows."""
     batch = training.fixed_batch
-    return training.posterior.log_density(batch.measured, batch.z, steps=8)
+    return training.posterior.log_density(*batch[:3], steps=8)
 
 
 # ---- the numbers by formula ---------------------------------------------------------------------

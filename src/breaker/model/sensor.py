@@ -64,6 +64,11 @@ class Sensor:
             raise ValueError("the sensor's grid must begin before 0 and end after it")
         if not (self.noise_sd > 0 and self.onset_sd >= 0 and self.zero_sd >= 0):
             raise ValueError("noise_sd must be positive, onset_sd and zero_sd not negative")
+        if self.discrepancy is not None and len(self.discrepancy.mean) != self.samples:
+            raise ValueError(
+                f"what the model leaves out is of {len(self.discrepancy.mean)} samples, and the "
+                f"sensor has {self.samples}"
+            )
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, float]) -> "Sensor":

@@ -140,13 +140,14 @@ def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generat
     """
     rows = rows.isel(curve=slice(_ROWS_FOR_COMPONENTS))
     travel, values = rows.travel.values.astype(np.float64), truth(rows, posterior)
-    known, spread, scales = posterior.discrepancy, travel, SCALES if posterior.discrepancy else (0,)
+    known, curves, scales = posterior.discrepancy, travel, SCALES[:1]
     if known is not None:
-        scale = SCALES[-1] * rng.random((len(travel), 1))
+        scales = SCALES
+        size = SCALES[-1] * rng.random((len(travel), 1))
         shift = posterior.at(1.0).model.shift(values)
-        spread = travel + scale * (shift + known.sample((len(travel),), rng))
+        curves = travel + size * (shift + known.sample((len(travel),), rng))
     count = posterior.curve_weights.shape[1]
-    mean, weights = principal_components(spread, posterior.sensor, count)
+    mean, weights = principal_components(curves, posterior.sensor, count)
     lowest, highest = travel.min(axis=0), travel.max(axis=0)
     farthest, margin = [], []
     for each in map(posterior.at, scales):
@@ -167,7 +168,7 @@ def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generat
         getattr(posterior, name).copy_(torch.as_tensor(np.array(value), dtype=torch.float64))
     posterior.summary.freeze(
         posterior.curve_mean,
-        torch.as_tensor(np.std(spread - mean)),
+        torch.as_tensor(np.std(curves - mean)),
         posterior.curve_weights,
         noise_sd=posterior.sensor.noise_sd,
         offset_sd=posterior.sensor.zero_sd,

@@ -1,45 +1,33 @@
 """Amortised posterior of one motion: scaling by the prior, summary network, inference network.
 
 The one place where networks meet the breaker. Networks see the standardised outputs of
-:class:`breaker.model.joint.Model`.
-
-A model file is a safetensors file, without pickle: weights, and in its header a JSON text with
-all settings that made it.
+:class:`breaker.model.joint.Model`, and are told how far a drive may be from the model: the scale of
+what the model leaves out.
 """
 
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from copy import copy
-from importlib.metadata import version
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 import torch
-from safetensors import SafetensorError, safe_open
-from safetensors.torch import save
 from torch import Tensor, nn
 
 from breaker.mechanism import Parameter
 from breaker.model import Discrepancy, Model, Sensor, distance, excess, seed_integer
 from breaker.networks import build
 from breaker.posterior.missing import check
+from breaker.posterior.model_files import read, write
 
-__all__ = ["ModelFileError", "Posterior"]
-
-_FORMAT = "breaker posterior 3"
-_DISCREPANCY = ("mean", "slopes", "factor")  # in a model file, under these names
+__all__ = ["SCALES", "Posterior"]
 
 SCALES = (0.0, 1.0, 2.0)
-"""Scales of what the model leaves out at which plausibility is frozen; a network takes up to the
-last."""
+"""Scales of what the model leaves out at which a network's judgement of curves is frozen. Between
+them it is interpolated; a network takes scales up to the last."""
 
 _CONDITIONS = 2  # numbers that say the scale: itself, and a logarithm that tells small ones apart
 _SMALL = 0.03
-
-
-class ModelFileError(ValueError):
-    """A model file that cannot be used; the message names the file, the fault and the remedy."""
 
 
 class Posterior(nn.Module):
@@ -87,7 +75,7 @@ class Posterior(nn.Module):
         super().__init__()
         self.settings = dict(settings)
         self.discrepancy, self.scale = discrepancy, 0.0
-        self.model = Model.from_settings(settings)
+        self.model = Model.from_settings(settings, discrepancy).leaving_out(None)
         self.motion: str = self.model.motion
         self.prior = self.model.prior
         self.outputs: tuple[Parameter, ...] = self.model.outputs
@@ -120,7 +108,7 @@ class Posterior(nn.Module):
         """Return the posterior for a scale of what the model leaves out; weights are shared.
 
         Raises:
-            ValueError: If it was trained without a discrepancy, or for smaller scales.
+            ValueError: If it was trained without a discrepancy, or not for such a scale.
         """
         if scale and self.discrepancy is None:
             raise ValueError(
@@ -130,8 +118,8 @@ class Posterior(nn.Module):
         if not 0.0 <= scale <= SCALES[-1]:
             raise ValueError(f"the network takes scales from 0 to {SCALES[-1]:g}, not {scale:g}")
         found = copy(self)
-        found.scale = scale
-        found.model = self.model.leaving_out(scale and self.discrepancy.scaled(scale) or None)
+        found.scale = float(scale)
+        found.model = self.model.leaving_out(self.discrepancy.scaled(scale) if scale else None)
         return found
 
     def conditions(self, scale: Tensor) -> tuple[Tensor, ...]:
@@ -266,7 +254,8 @@ class Posterior(nn.Module):
         else:
             far = distance(measured, mean, weights)
         farthest, margin = (
-            np.interp(self.scale, SCALES, each.cpu().numpy()) for each in (self.farthest, self.margin)
+            np.interp(self.scale, SCALES, each.cpu().numpy())
+            for each in (self.farthest, self.margin)
         )
         return np.maximum(far / farthest, excess(measured, lowest, highest) / margin)
 
@@ -289,77 +278,15 @@ class Posterior(nn.Module):
 
     def save(self, path: str | Path) -> None:
         """Write the model file."""
-        header = {
-            "format": _FORMAT,
-            "breaker_version": version("breaker"),
-            "settings": json.dumps(self.settings, sort_keys=True),
-        }
-        tensors = {name: t.detach().cpu().contiguous() for name, t in self.state_dict().items()}
-        if self.discrepancy is not None:
-            for name in _DISCREPANCY:
-                array = getattr(self.discrepancy, name)
-                tensors[f"discrepancy.{name}"] = torch.as_tensor(array, dtype=torch.float64)
-        Path(path).write_bytes(_in_order(save(tensors, metadata=header)))
+        write(path, self.settings, self.state_dict(), self.discrepancy)
 
     @classmethod
-    def load(cls, path: str | Path) -> "Posterior":
-        """Read a model file, ready for inference.
+    def load(cls, path: str | Path) -> Self:
+        """Read a model file, ready for inference at scale 0: see ``at``.
 
         Raises:
             FileNotFoundError: If there is no such file.
             ModelFileError: If it is not a model file, is of another format, or holds tensors that
                 do not fit its settings.
         """
-        if not Path(path).is_file():
-            raise FileNotFoundError(f"there is no model file {path}")
-        try:
-            with safe_open(str(path), framework="pt") as file:
-                header = file.metadata() or {}
-                tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-                left_out = [tensors.pop(f"discrepancy.{name}", None) for name in _DISCREPANCY]
-                model = cls._from_header(header, left_out)
-                model._check_shapes({name: tuple(each.shape) for name, each in tensors.items()})
-                model.load_state_dict(tensors)
-        except SafetensorError as error:
-            raise ModelFileError(
-                f"{path} is not a model file of breaker ({error}); train it anew"
-            ) from error
-        except ModelFileError as error:
-            raise ModelFileError(f"{path}: {error}") from error
-        return model.eval()
-
-    @classmethod
-    def _from_header(
-        cls, header: Mapping[str, str], left_out: Sequence[Tensor | None]
-    ) -> "Posterior":
-        found = header.get("format")
-        if found != _FORMAT:
-            raise ModelFileError(
-                f"its format is {found!r}, this version of breaker reads {_FORMAT!r}; train it anew"
-            )
-        try:
-            given = [each.numpy() for each in left_out if each is not None]
-            discrepancy = Discrepancy(*given) if given else None
-            return cls(json.loads(header["settings"]), discrepancy=discrepancy)
-        except (ArithmeticError, KeyError, TypeError, ValueError, RuntimeError) as error:
-            raise ModelFileError(
-                f"its settings do not describe a model ({type(error).__name__}: {error}); "
-                "train it anew"
-            ) from error
-
-    def _check_shapes(self, found: Mapping[str, tuple[int, ...]]) -> None:
-        expected = {name: tuple(tensor.shape) for name, tensor in self.state_dict().items()}
-        for name in sorted(expected.keys() | found.keys()):
-            if expected.get(name) != found.get(name):
-                raise ModelFileError(
-                    f"tensor {name} has the shape {found.get(name, 'none')}, its settings ask for "
-                    f"{expected.get(name, 'none')}; train it anew"
-                )
-
-
-def _in_order(file: bytes) -> bytes:
-    """Order the header of a safetensors file, whose texts the library writes in random order."""
-    size = int.from_bytes(file[:8], "little")
-    header = json.dumps(json.loads(file[8 : 8 + size]), sort_keys=True).encode()
-    header += b" " * (-len(header) % 8)  # tensors begin at a multiple of 8, as the format asks
-    return len(header).to_bytes(8, "little") + header + file[8 + size :]
+        return read(cls, path).eval()
