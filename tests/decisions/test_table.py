@@ -218,22 +218,20 @@ def test_alarms_need_a_row_and_pass_over_what_is_missing():
     assert judged.first_alarm.sel(limit="slow") == 3
 
 
-def test_failures_are_where_effective_values_pass_a_limit(prior):
-    """Between stages, quantities are interpolated."""
-    theta = np.tile(prior.medians, (3, 1))
-    theta[:, NAMES.index("L")], theta[:, NAMES.index("f")] = [10.0, 10.8, 11.6], [0.85, 0.8, 0.75]
-    stages = {"operation": ("stage", [1, 401, 801])}
-    values = np.column_stack([theta, np.zeros(3)])  # with an onset
-    effective = {m: xr.DataArray(values, dims=("stage", "output"), coords=stages) for m in MOTIONS}
-    found = failures(effective, LIMITS)
-    assert found["wide"] in (501, 502)  # 11.0 is a quarter of the second way
+def test_failures_are_where_true_parameters_pass_a_limit(prior):
+    theta = np.tile(prior.medians, (801, 1))
+    theta[:, NAMES.index("L")] = np.linspace(10.0, 11.6, 801)
+    theta[:, NAMES.index("f")] = np.linspace(0.85, 0.75, 801)
+    operations = {"operation": np.arange(1, 802)}
+    truth = xr.DataArray(theta, dims=("operation", "parameter"), coords=operations)
+    found = failures(truth, LIMITS)
+    assert found["wide"] in (501, 502)  # 11.0
     touch = evaluate(["touch_time"], theta, "closing")[:, 0]
-    at = 1 + 400 * (10.0 - touch[0]) / (touch[1] - touch[0])
-    assert 1 < at < found["slow"] < at + 1 < 401
+    at = int(found["slow"]) - 1
+    assert touch[at - 1] <= 10.0 < touch[at]
     assert np.isnan(found["tired"])  # the force stays above 0.7
-    theta[:, NAMES.index("L")] = 9.0
-    effective = {m: xr.DataArray(theta, dims=("stage", "output"), coords=stages) for m in MOTIONS}
-    assert np.isnan(failures(effective, LIMITS)["wide"])
+    truth.values[:, NAMES.index("L")] = 9.0
+    assert np.isnan(failures(truth, LIMITS)["wide"])
 
 
 # ---- states and actions ----------------------------------------------------------------------

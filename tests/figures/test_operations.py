@@ -114,13 +114,22 @@ def trend_data(operations=200, changes=(0.6,), count=4):
     return data.assign_attrs(source="both"), dict(zip(names, failure, strict=True))
 
 
-def effective_values(last=2000):
-    values = np.outer([1.0, 1.02, 1.2], [2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0])
+def true_values(last):
+    values = np.outer(np.linspace(1.0, 1.2, last), [2.0, 0.045, 0.04, 0.3, 0.12, 0.75, 10.0])
     return xr.DataArray(
         values,
-        dims=("stage", "output"),
-        coords={"operation": ("stage", [1, last // 2, last]), "output": list(NAMES)},
+        dims=("operation", "parameter"),
+        coords={"operation": np.arange(1, last + 1), "parameter": list(NAMES)},
     )
+
+
+def drawn_truth(axis):
+    """Values of the line of the stand-in's truth, if there is one."""
+    return [
+        line.get_ydata()
+        for line in axis.lines
+        if line.get_linestyle() == "--" and line.get_color() == style.MEASURED
+    ]
 
 
 @pytest.mark.parametrize("count", [1, 8])
@@ -238,13 +247,13 @@ def test_words_of_a_change():
 
 def test_many_changes_and_the_stand_in():
     data, _ = trend_data(30, tuple(np.linspace(0.1, 0.9, 8)))
-    effective = effective_values(30)
-    figure = changepoint(data, source="both", effective=effective.sel(output=["f", "L"]))
+    truth = true_values(30)
+    figure = changepoint(data, source="both", truth=truth.sel(parameter=["f", "L"]))
     assert written(figure.axes[7])[-1] == "and 2 more"
     assert figure.get_suptitle().startswith("Both motions: ")
-    drawn = [[line for line in axis.lines if line.get_marker() == "D"] for axis in figure.axes]
+    drawn = [drawn_truth(axis) for axis in figure.axes]
     assert [len(lines) for lines in drawn[:7]] == [0, 0, 0, 0, 0, 1, 1]
-    np.testing.assert_array_equal(drawn[5][0].get_ydata(), effective.sel(output="f"))
+    np.testing.assert_array_equal(drawn[5][0], truth.sel(parameter="f"))
     assert "stand-in" in words(figure)
     assert_nothing_overlaps(figure)
 
@@ -343,8 +352,8 @@ def test_evolution_draws_medians_bands_and_flags(corrected):
     )
     if corrected:
         data = data.assign(resolved=("operation", operation % 5 != 1))
-    effective = effective_values(60) if corrected else None
-    figure = evolution(data, motion="closing", effective=effective)
+    truth = true_values(60) if corrected else None
+    figure = evolution(data, motion="closing", truth=truth)
     flagged = {
         "misfit": accepted,
         "outside_prior": operation > 56,
@@ -364,10 +373,10 @@ def test_evolution_draws_medians_bands_and_flags(corrected):
             for strip in strips:
                 np.testing.assert_array_equal(strip[:, 0, 0], operation[flagged[flag]])
                 assert 0.0 < strip[..., 1].max() < (wide[0] - low) / (high - low)
-        marks = [line for line in axis.lines if line.get_marker() == "D"]
-        assert len(marks) == (corrected and name != "onset")
-        for line in marks:
-            np.testing.assert_array_equal(line.get_ydata(), effective.sel(output=name))
+        lines = drawn_truth(axis)
+        assert len(lines) == (corrected and name != "onset")
+        for line in lines:
+            np.testing.assert_array_equal(line, truth.sel(parameter=name))
         assert axis.get_ylabel() == style.parameter(name).label
     text = words(figure)
     assert "does not fit the model: 51 of 60" in text

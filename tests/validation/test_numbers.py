@@ -53,12 +53,12 @@ def tables():
         travel=(("operation", "time"), np.array([[0.5, 0.5, 0.5, 3.0]]).repeat(2000, axis=0)),
     )
     prior = xr.Dataset({"travel": (("curve", "time"), np.linspace([0] * 4, [1] * 4, 50))})
-    effective = np.ones((3, 8)) * np.array([[1.0], [1.5], [1.0]])
+    truth = np.ones((3, 7)) * np.array([[1.0], [1.5], [1.0]])
     width = operations.draws.isel(output=5).std("draw").median().item()
-    effective[2, 5] = 1.0 - 1.7 * width
+    truth[2, 5] = 1.0 - 1.7 * width
     stand_in = {
-        "effective": (("stage", "output"), effective),
-        "end_largest": ("stage", [2.9, 3.78, 3.1]),
+        "value": (("operation", "parameter"), truth),
+        "difference": ("operation", [1.2, 1.58, 1.4]),
     }
     return (
         quality(),
@@ -68,7 +68,7 @@ def tables():
         operations,
         xr.Dataset({"share_inside": ("stage", [0.97, 0.884, 1.0])}),
         xr.Dataset({"change_alarm": ("change", [1824, 1892])}),
-        xr.Dataset(stand_in, {"output": OUTPUTS}),
+        xr.Dataset(stand_in, {"parameter": list(NAMES)}),
     )
 
 
@@ -104,7 +104,7 @@ def found(tables):
         ("change_2", "1,892"),
         ("drift.f", "1.7"),
         ("drift.L", "0.0"),
-        ("end_residual.highest", "3.8"),
+        ("difference.highest", "1.6"),
     ],
 )
 def test_value(found, name, value):
@@ -124,10 +124,10 @@ def test_a_changed_table_changes_the_numbers(found):
     assert numbers_of_all(table)["amortised.z_sd.highest"] == "1.20"
 
 
-def test_real_records_have_no_effective_values(found, tables):
+def test_real_records_have_no_truth(found, tables):
     measured = numbers_of_motion(*tables[:-1])
     assert set(found) - set(measured) == {
-        *("end_residual.lowest", "end_residual.highest"),
+        *("difference.lowest", "difference.highest"),
         *(f"drift.{name}" for name in NAMES),
     }
     assert all(found[name] == value for name, value in measured.items())

@@ -48,7 +48,7 @@ FROM_INFERENCE = ["correct_operations", "gather", "figure_identifiability"]
 FROM_INFERENCE += [*ENDURANCE_FIGURES, *DECISIONS]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
-LIMIT = ["identifiability", "rig_effective"]
+LIMIT = ["identifiability", "rig_truth"]
 ONCE = {"decide", "numbers", *PAGES}  # for both motions together
 READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
@@ -258,10 +258,11 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         *results.glob(f"training/{motion}*.zarr"),
         *results.glob(f"endurance/{motion}*.zarr"),
         *results.glob(f"exactness/{motion}*.zarr"),
-        results / f"rig/{motion}_effective.zarr",
+        results / "rig/truth.zarr",
+        results / "discrepancy.zarr",
         results / f"identifiability/{motion}.zarr",
     ]
-    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 1
+    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 1 + 1
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store

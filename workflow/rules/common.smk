@@ -36,6 +36,8 @@ GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 # Store of what the model leaves out; none where the model is taken for right.
 DISCREPANCY = "results/discrepancy.zarr" if config["discrepancy"]["components"] else []
 OWN_CURVES = config["endurance"]["curves"]
+# Store of the stand-in's true parameters; real measurements have none.
+TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
 ENVIRONMENT = "../../envs/breaker.yaml"
 os.environ.update(BREAKER_ROOT=str(workflow.basedir))  # for the script beside the environment
 
@@ -64,14 +66,6 @@ def validated(wildcards):
     """The validation that figures show: of the network's posteriors, or of the corrected ones."""
     corrected = "_corrected" if config["validation"]["posterior"] == "corrected" else ""
     return f"results/validation/{wildcards.motion}{corrected}_seed{SEED}.zarr"
-
-
-def effective_values(wildcards):
-    """The stand-in's effective values of a motion, or of all; real measurements have none."""
-    motion = wildcards.get("motion", wildcards.get("source"))
-    if OWN_CURVES is not None or motion == "both":
-        return []
-    return [f"results/rig/{each}_effective.zarr" for each in ([motion] if motion else MOTIONS)]
 
 
 def network_of(wildcards):

@@ -70,7 +70,7 @@ rule decide:
         conditions=every_chunk("results/condition/chunk_{chunk}.zarr"),
         trends=expand("results/trend/{source}.zarr", source=SOURCES),
         curves=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
-        effective=effective_values,
+        truth=TRUTH,
     output:
         health=directory("results/health.zarr"),
         remaining=directory("results/remaining.zarr"),
@@ -107,7 +107,7 @@ figure(
     "6 Decisions",
     label="change points",
     of="_{source}",
-    effective=effective_values,
+    truth=TRUTH,
     trend="results/trend/{source}.zarr",
 )
 

@@ -21,19 +21,19 @@ rule rig:
         "../scripts/rig.py"
 
 
-rule rig_effective:
-    """The values of the model's parameters that fit the stand-in's noise-free curves best."""
+rule rig_truth:
+    """The true parameters of the stand-in, operation by operation."""
     output:
-        directory("results/rig/{motion}_effective.zarr"),
+        directory("results/rig/truth.zarr"),
     log:
-        "logs/rig_effective/{motion}.log",
+        "logs/rig_truth.log",
     params:
         seed=config["seed"],
+        motions=MOTIONS,
         rig=config["rig"],
         sensor=config["sensor"],
-        prior=config["prior"],
     script:
-        "../scripts/rig_effective.py"
+        "../scripts/rig_truth.py"
 
 
 rule read_curves:
@@ -121,7 +121,7 @@ figure(
 figure(
     "evolution",
     "5 Endurance test",
-    effective=effective_values,
+    truth=TRUTH,
     inferred="results/endurance/{motion}.zarr",
     params={"posterior": config["endurance"]["posterior"]},
 )

@@ -22,7 +22,7 @@ rule numbers:
         operations=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
         predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),
         trend=expand("results/trend/{motion}.zarr", motion=MOTIONS),
-        effective=effective_values,
+        truth=TRUTH,
         decisions="results/decisions.csv",
         alarms="results/alarms.csv",
         remaining="results/remaining.zarr",

@@ -19,7 +19,7 @@ for i, motion in enumerate(params.motions):
         *(xr.open_zarr(files[kind][i]) for kind in ("prior", "validation")),
         choose(xr.open_zarr(files.operations[i]), "corrected"),
         *(xr.open_zarr(files[kind][i]) for kind in ("predictive", "trend")),
-        xr.open_zarr(files.effective[i]) if files.get("effective") else None,
+        xr.open_zarr(files.truth).sel(motion=motion) if files.truth else None,
     )
     found |= {f"{motion}.{name}": value for name, value in numbers.items()}
 

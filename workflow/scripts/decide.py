@@ -17,9 +17,8 @@ together = "both" in trends and trends["both"].sizes["operation"] > 0
 used = {source: trends[source] for source in (["both"] if together else params.motions)}
 
 left = remaining(used, limits)
-if found.get("effective"):
-    files = zip(params.motions, found.effective, strict=True)
-    truth = failures({motion: xr.open_zarr(file).effective for motion, file in files}, limits)
+if found.truth:
+    truth = failures(xr.open_zarr(found.truth).value.load(), limits)
     left = left.assign(failure=("limit", [truth[limit.name] for limit in limits]))
 judged = health(condition, left, params.alarm)
 rows = decide(judged, left, used, curves, params.wear_model)

@@ -6,9 +6,9 @@ from breaker.figures.changepoint import changepoint
 from breaker.workflow import start
 
 log = start(snakemake)
-files = snakemake.input.effective
-effective = xr.open_zarr(files[0]).effective if files else None
+store = snakemake.input.truth
+truth = xr.open_zarr(store).value if store else None
 
 trend = xr.open_zarr(snakemake.input.trend).load()
-figure = changepoint(trend, source=snakemake.wildcards.source, effective=effective)
+figure = changepoint(trend, source=snakemake.wildcards.source, truth=truth)
 figure.savefig(snakemake.output[0])

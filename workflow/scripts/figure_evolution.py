@@ -8,8 +8,8 @@ from breaker.workflow import start
 
 log = start(snakemake)
 inferred = choose(xr.open_zarr(snakemake.input.inferred), snakemake.params.posterior)
-files = snakemake.input.effective
-effective = xr.open_zarr(files[0]).effective if files else None
+store = snakemake.input.truth
+truth = xr.open_zarr(store).value if store else None
 
-figure = evolution(inferred, motion=snakemake.wildcards.motion, effective=effective)
+figure = evolution(inferred, motion=snakemake.wildcards.motion, truth=truth)
 figure.savefig(snakemake.output[0])

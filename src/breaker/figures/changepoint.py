@@ -18,7 +18,7 @@ _LEAST = 0.05  # of at least this probability
 
 
 @style.styled
-def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | None = None) -> Figure:
+def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = None) -> Figure:
     """Draw the tracked parameters with their changes, and the posterior of the run length.
 
     Args:
@@ -29,8 +29,8 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
             ``change_start`` ``(change)``, ``change_interval (change, bound)`` and ``change_kind
             (change, kind)``; attribute ``alarm_level``.
         source: Where the series come from: "closing", "opening" or "both".
-        effective: Effective values of the stand-in, ``(stage, output)``, with a coordinate
-            ``operation (stage)``; None for real measurements. Outputs it lacks are left out.
+        truth: True parameters of the stand-in, ``(operation, parameter)``; None for real
+            measurements.
 
     Without an operation, the figure says so.
 
@@ -49,7 +49,7 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
     probability = figure.add_subplot(grid[rows + 1, :])
     for axis, name in zip(upper, names, strict=True):
         _series(axis, trend.sel(parameter=name), name)
-        style.draw_effective(axis, effective, name)
+        style.draw_truth(axis, truth, name)
     _run_lengths(ages, trend)
     _probability(probability, trend)
     ends = style.edges(trend["operation"].values)
@@ -62,7 +62,7 @@ def changepoint(trend: xr.Dataset, *, source: str, effective: xr.DataArray | Non
     count = trend.sizes["change"]
     found = ("no change found", "1 change found")[count] if count < 2 else f"{count} changes found"
     style.heading(figure, source, _TITLE, found)
-    style.legend_below(figure, _handles(trend, effective is not None), columns=5)
+    style.legend_below(figure, _handles(trend, truth is not None), columns=5)
     return figure
 
 
@@ -171,7 +171,7 @@ def _tell(axis: Axes, trend: xr.Dataset) -> None:
         )
 
 
-def _handles(trend: xr.Dataset, with_effective: bool) -> list:
+def _handles(trend: xr.Dataset, with_truth: bool) -> list:
     handles = [
         style.line_key("level by the trend", lw=1.6),
         style.band_key("90 % interval of the level", style.REFERENCE, 0.3),
@@ -179,8 +179,8 @@ def _handles(trend: xr.Dataset, with_effective: bool) -> list:
     if "median" in trend:
         dots = "median of a single operation (pulled to the prior)"
         handles.insert(0, style.dot_key(dots, ms=4, alpha=0.4))
-    if with_effective:
-        handles.append(style.effective_key())
+    if with_truth:
+        handles.append(style.truth_key())
     if trend.sizes["change"]:
         handles += [
             style.line_key("change", _CHANGE, lw=1.0),

@@ -21,9 +21,7 @@ _STRIP = 0.028  # height of a strip, share of the panel
 
 
 @style.styled
-def evolution(
-    inference: xr.Dataset, *, motion: str, effective: xr.DataArray | None = None
-) -> Figure:
+def evolution(inference: xr.Dataset, *, motion: str, truth: xr.DataArray | None = None) -> Figure:
     """Draw median and bands of every output over the operations, flagged operations in strips.
 
     A strip at the foot of each panel has a tick for every operation that is flagged; where every
@@ -36,21 +34,21 @@ def evolution(
             posteriors were corrected, ``resolved (operation)`` gives one more flag: accepted
             operations whose exact posterior was not reached.
         motion: Motion of the title.
-        effective: Effective values of the stand-in, ``(stage, output)``, with a coordinate
-            ``operation (stage)``; None for real measurements. Outputs it lacks are left out.
+        truth: True parameters of the stand-in, ``(operation, parameter)``; None for real
+            measurements.
     """
     names = [str(name) for name in inference["output"].values]
     flags = _flags(inference)
     figure, axes = style.panels(len(names), columns=2, width=6.2, height=2.5, sharex=True)
     for axis, name in zip(axes, names, strict=True):
         _bands(axis, inference.sel(output=name), name)
-        style.draw_effective(axis, effective, name)
+        style.draw_truth(axis, truth, name)
         _strips(axis, inference["operation"].values, flags)
         style.label_parameter(axis, name)
     style.label_outer(axes, "operation")
     axes[0].margins(x=0.01)
     style.heading(figure, motion, "evolution of the parameters over the endurance test")
-    style.legend_below(figure, _handles(flags, effective is not None), columns=3)
+    style.legend_below(figure, _handles(flags, truth is not None), columns=3)
     return figure
 
 
@@ -85,14 +83,14 @@ def _strips(axis: Axes, operation: np.ndarray, flags: dict[str, np.ndarray]) -> 
         axis.vlines(operation[flagged], foot, top, color=FLAGS[flag][0], **place)
 
 
-def _handles(flags: dict[str, np.ndarray], with_effective: bool) -> list:
+def _handles(flags: dict[str, np.ndarray], with_truth: bool) -> list:
     handles = [
         style.dot_key("posterior median", ms=4),
         style.band_key("50 % interval", style.REFERENCE, 0.55),
         style.band_key("95 % interval", style.REFERENCE, 0.22),
     ]
-    if with_effective:
-        handles.append(style.effective_key())
+    if with_truth:
+        handles.append(style.truth_key())
     for flag, flagged in flags.items():
         mark, words = FLAGS[flag]
         if count := int(flagged.sum()):

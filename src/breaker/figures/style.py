@@ -53,7 +53,7 @@ _SOURCES = {
     "both": "Both motions",
     "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
 }
-_EFFECTIVE = {"color": MEASURED, "ls": "--", "marker": "D", "ms": 2.2, "lw": 0.9}
+_TRUTH = {"color": MEASURED, "ls": (0, (5, 2)), "lw": 1.1}
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -196,16 +196,16 @@ def band_key(label: str, color: str, alpha: float) -> Patch:
     return Patch(color=color, alpha=alpha, lw=0, label=label)
 
 
-def effective_key() -> Line2D:
-    """Return the mark of :func:`draw_effective` for a legend."""
-    return Line2D([], [], label="effective values of the stand-in", **_EFFECTIVE)
+def truth_key() -> Line2D:
+    """Return the mark of :func:`draw_truth` for a legend."""
+    return Line2D([], [], label="truth of the stand-in", **_TRUTH)
 
 
-def draw_effective(axis: Axes, effective: xr.DataArray | None, name: str) -> None:
-    """Draw the effective values ``(stage, output)`` of a parameter, if there are any."""
-    if effective is not None and name in effective["output"].values:
-        values = effective.sel(output=name)
-        axis.plot(values["operation"], values, **_EFFECTIVE)
+def draw_truth(axis: Axes, truth: xr.DataArray | None, name: str) -> None:
+    """Draw the true values ``(operation, parameter)`` of a parameter, if there are any."""
+    if truth is not None and name in truth["parameter"].values:
+        values = truth.sel(parameter=name)
+        axis.plot(values["operation"], values, **_TRUTH)
 
 
 def draw_intervals(

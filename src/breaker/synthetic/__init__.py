@@ -10,12 +10,11 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "drive": ["Drive", "Elements", "Stop"],
-        "effective": ["effective_values"],
         "evaluation": ["follow_lives"],
         "failure_times": ["failures"],
         "family": ["Family"],
         "learning": ["ensemble", "learn"],
-        "rigs": ["Rig"],
+        "rigs": ["Rig", "truth_of"],
         "round_trip": ["through_files"],
         "scores": ["score"],
     },

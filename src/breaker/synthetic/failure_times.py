@@ -1,38 +1,37 @@
-"""When a drive whose effective values are known exceeds its limits: the stand-in's truth."""
+"""When a drive whose true parameters are known exceeds its limits: the stand-in's truth."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-import numpy as np
 import xarray as xr
 
 from breaker.decisions import first
-from breaker.mechanism import NAMES, Limit, evaluate
+from breaker.mechanism import Limit, evaluate
 
 __all__ = ["failures"]
 
 
-def failures(effective: Mapping[str, xr.DataArray], limits: Sequence[Limit]) -> dict[str, float]:
-    """Return the operations at which effective values first exceed each limit, nan if never.
+def failures(truth: xr.DataArray, limits: Sequence[Limit]) -> dict[str, float]:
+    """Return the operations at which a drive first exceeds each limit, nan if never.
+
+    Quantities are those of the model at the true parameters, as they are everywhere.
 
     Args:
-        effective: Effective values ``(stage, output)`` of each motion, with a coordinate
-            ``operation (stage)``; between stages, quantities are interpolated.
+        truth: True parameters ``(operation, parameter)``, with a coordinate ``operation``.
         limits: The limits.
 
     Example:
+        >>> import numpy as np
         >>> new = np.array([2.0, 0.045, 0.040, 0.30, 0.12, 0.80, 10.0])
         >>> worn = new * [1, 1, 1, 1, 1, 0.9, 1]  # f falls from 0.80 to 0.72
-        >>> stages = {"operation": ("stage", [1, 801])}
-        >>> values = xr.DataArray(np.stack([new, worn]), dims=("stage", "output"), coords=stages)
-        >>> failures({"closing": values}, [Limit("weak", "closing", (("f", 0.77, False),))])
+        >>> operations = {"operation": np.arange(1, 802)}
+        >>> values = np.linspace(new, worn, 801)
+        >>> truth = xr.DataArray(values, dims=("operation", "parameter"), coords=operations)
+        >>> failures(truth, [Limit("weak", "closing", (("f", 0.77, False),))])
         {'weak': 302.0}
     """
+    operations = truth.operation.values.astype(float)
     result = {}
     for limit in limits:
-        values = effective[limit.motion]
-        operations = values.operation.values.astype(float)
-        quantities = evaluate(limit.quantities, values.values[:, : len(NAMES)], limit.motion)
-        every = np.arange(operations[0], operations[-1] + 1)
-        along = np.stack([np.interp(every, operations, each) for each in quantities.T], axis=-1)
-        result[limit.name] = first(limit.exceeded(along), every)
+        quantities = evaluate(limit.quantities, truth.values, limit.motion)
+        result[limit.name] = first(limit.exceeded(quantities), operations)
     return result

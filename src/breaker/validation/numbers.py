@@ -29,7 +29,7 @@ def numbers_of_motion(
     operations: xr.Dataset,
     predictive: xr.Dataset,
     trend: xr.Dataset,
-    effective: xr.Dataset | None = None,
+    truth: xr.Dataset | None = None,
 ) -> dict[str, str]:
     """Return the numbers of one motion by name, without the motion.
 
@@ -42,7 +42,8 @@ def numbers_of_motion(
             and their records, ``travel (operation, time)``.
         predictive: Predicted records at a few stages, with ``share_inside (stage)``.
         trend: Trend through all operations, with ``change_alarm (change)``.
-        effective: Effective values of the stand-in, ``(stage, output)``; None for real records.
+        truth: True parameters of the stand-in, ``value (operation, parameter)``, and the largest
+            ``difference (operation)`` of its curves from the model's, mm; None for real records.
     """
     found = _of_quality(quality) | _of_exactness(exactness.iloc[0])
     draws = validation.draws.sel(output=_NAMES).values
@@ -57,8 +58,8 @@ def numbers_of_motion(
     found["changes"] = _count(trend.change_alarm.size)
     for i, operation in enumerate(trend.change_alarm.values, start=1):
         found[f"change_{i}"] = _count(operation)
-    if effective is not None:
-        found |= _of_stand_in(effective, used)
+    if truth is not None:
+        found |= _of_stand_in(truth, used)
     return found
 
 
@@ -143,13 +144,13 @@ def _of_correlations(draws: np.ndarray) -> dict[str, str]:
     return {f"correlation.{_NAMES[i]}.{_NAMES[j]}": _two(median[i, j]) for i, j in pairs}
 
 
-def _of_stand_in(effective: xr.Dataset, operations: xr.Dataset) -> dict[str, str]:
-    """Residuals of the best fit after the main motion, and how far the values drift in a life."""
+def _of_stand_in(truth: xr.Dataset, operations: xr.Dataset) -> dict[str, str]:
+    """How far the model is from its curves, and its parameters drift in a life, posterior sd."""
     width = operations.draws.sel(output=_NAMES).std("draw").median("operation")
-    values = effective.effective.sel(output=_NAMES)
-    drift = np.abs(values.isel(stage=-1) - values.isel(stage=0)) / width
-    drifts = {f"drift.{name}": _one(x) for name, x in zip(_NAMES, drift.values, strict=True)}
-    return drifts | _ends("end_residual", effective.end_largest, _one)
+    values = truth.value.sel(parameter=_NAMES)
+    drift = np.abs(values[-1].values - values[0].values) / width.values
+    drifts = {f"drift.{name}": _one(x) for name, x in zip(_NAMES, drift, strict=True)}
+    return drifts | _ends("difference", truth.difference, _one)
 
 
 def _ends(name: str, values: ArrayLike, write: Callable[[float], str]) -> dict[str, str]:

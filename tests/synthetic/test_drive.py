@@ -1,0 +1,216 @@
+"""The richer drive: the model where it has nothing more, and an independent solver elsewhere."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS
+from breaker.synthetic import drive as drives
+from breaker.synthetic.drive import Drive, Elements, Stop
+
+TIMES = np.linspace(-2.0, 58.0, 151)
+THETA = (2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0)
+QUICK = (1.5, 0.035, 0.055, 0.18, 0.06, 0.85, 9.5)
+FAMILY = Elements(
+    lever_turn=0.4,
+    lever_lean=0.2,
+    dry_friction=0.02,
+    opening_preload=0.02,
+    contact_preload=0.03,
+    build_up=0.3,
+    train_mass=0.1,
+    train_friction=0.12,
+    restitution=0.2,
+    closing_stop=Stop(reach=1.0, damping=1.5, power=2.0, depth=0.3, stiffness=0.1),
+    opening_stop=Stop(reach=3.0, damping=0.3, power=1.5, depth=0.3, stiffness=0.1),
+)
+SHARP = Elements(
+    dry_friction=0.03,
+    restitution=0.25,
+    closing_stop=Stop(reach=0.3, damping=3.0, power=1.0, depth=0.1, stiffness=0.3),
+    opening_stop=Stop(reach=5.0, damping=0.6, power=3.0, depth=0.1, stiffness=0.3),
+)
+FOREIGN = Elements(force_fall=0.3, drag=0.05, linkage=1.5, build_up=0.1)
+SETS = {"family": FAMILY, "sharp": SHARP, "foreign": FOREIGN}
+
+
+class Reference:
+    """The same mechanics by ``solve_ivp``, written anew from the description of the elements."""
+
+    def __init__(self, drive: Drive, motion: str) -> None:
+        self.mu, self.k_a, self.k_b, self.gamma_a, self.gamma_b, self.f, self.gap = drive.theta
+        self.has, self.closing = drive.elements, motion == "closing"
+        self.rest = np.inf
+        low, high = 0.0, 50.0
+        for _ in range(100):
+            middle = 0.5 * (low + high)
+            pull = self.forces(1e9, [middle, 0.0, self.gap, 0.0], self.f)[0]
+            low, high = (middle, high) if pull > 0 else (low, middle)
+        self.rest = low
+
+    def lever(self, arc):
+        has = self.has
+        if not has.lever_turn:
+            return arc * np.cos(has.lever_lean), np.cos(has.lever_lean)
+        radius = 10.0 / has.lever_turn
+        turn = arc / radius - has.lever_lean
+        return radius * (np.sin(turn) + np.sin(has.lever_lean)), np.cos(turn)
+
+    @staticmethod
+    def stop(stop, beyond, speed):
+        damper = 0.0
+        if beyond > -stop.reach:
+            grows = min(1.0, (beyond + stop.reach) / stop.depth)
+            damper = stop.damping * grows * np.sign(speed) * np.abs(speed) ** stop.power
+        return max(0.0, stop.stiffness * max(0.0, beyond) + damper)
+
+    def forces(self, time, state, force=None):
+        has = self.has
+        arc, speed, contact, contact_speed = state[:4]
+        x, ratio = self.lever(arc)
+        over = x - contact
+        spring = self.k_b * over + self.gamma_b * (ratio * speed - contact_speed)
+        spring += has.contact_preload * np.tanh(over / 0.3)
+        if force is None:
+            held = np.exp(-time / has.build_up) if has.build_up else 0.0
+            force = self.f * ((1.0 - held) if self.closing else held)
+        total = force * (1.0 - has.force_fall * x / 10.0) - ratio * spring - self.k_a * arc
+        total -= has.opening_preload * np.tanh(arc / 0.3) + has.dry_friction * np.tanh(speed / 0.02)
+        total -= self.gamma_a * (1.0 + has.train_friction * self.closing) * speed
+        total -= has.drag * np.sign(speed) * speed**2
+        if np.isfinite(self.rest):
+            total -= self.stop(has.closing_stop, arc - self.rest, speed)
+            total += self.stop(has.opening_stop, -arc, -speed)
+        return total, spring
+
+    def travel(self, times):
+        x0 = 0.0 if self.closing else self.rest
+        y0 = self.lever(x0)[0]
+        state = np.array([x0, 0.0, 0.0 if self.closing else self.gap, 0.0, y0, 0.0])
+        result, now, held = np.full(len(times), y0), 0.0, not self.closing
+        while now < times[-1]:
+
+            def rates(time, s, held=held):
+                total, spring = self.forces(time, s)
+                x, ratio = self.lever(s[0])
+                rate = 2 * np.pi / self.has.linkage if self.has.linkage else 1.0
+                ringing = rate**2 * (x - s[4]) + 0.1 * rate * (ratio * s[1] - s[5])
+                mass = 1.0 + self.has.train_mass * self.closing
+                free = (s[3], self.mu * spring) if not held else (0.0, 0.0)
+                return [s[1], total / mass, *free, s[5], ringing]
+
+            def leaves(time, s, held=held):
+                return self.forces(time, s)[1] if held else self.gap - s[2]
+
+            leaves.terminal, leaves.direction = True, -1
+            part = solve_ivp(
+                rates,
+                (now, times[-1]),
+                state,
+                method="DOP853",
+                rtol=1e-9,
+                atol=1e-10,
+                max_step=0.05,
+                events=None if held == self.closing else leaves,
+                dense_output=True,
+            )
+            here = (times > now) & (times <= part.t[-1])
+            if here.any():
+                arcs = part.sol(times[here])
+                result[here] = arcs[4] if self.has.linkage else self.lever(arcs[0])[0]
+            now, state = part.t[-1], part.y[:, -1].copy()
+            back = -self.has.restitution * state[3] if self.closing else 0.0
+            bounces = back < -0.02
+            state[2], state[3] = self.gap, back if bounces else 0.0
+            held = not held and not bounces
+        return result
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("theta", [THETA, QUICK], ids=["median", "quick"])
+def test_without_elements_it_is_the_model(motion, theta):
+    exact = travel(np.array([theta]), TIMES, motion).travel[0]
+    np.testing.assert_allclose(Drive(theta, Elements()).travel(motion, TIMES), exact, atol=1e-6)
+    none = Drive(theta, FAMILY.scaled(0.0))
+    np.testing.assert_allclose(none.travel(motion, TIMES), exact, atol=1e-6)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("theta", [THETA, QUICK], ids=["median", "quick"])
+def test_it_agrees_with_another_solver_to_a_micrometre(motion, name, theta):
+    drive = Drive(theta, SETS[name])
+    exact = Reference(drive, motion).travel(TIMES)
+    np.testing.assert_allclose(drive.travel(motion, TIMES), exact, rtol=0, atol=1e-3)
+
+
+def test_a_step_that_is_too_long_is_noticed(monkeypatch):
+    monkeypatch.setattr(drives, "_STEP", 0.4)
+    drive = Drive(THETA, SHARP)
+    off = drive.travel("closing", TIMES) - Reference(drive, "closing").travel(TIMES)
+    assert np.abs(off).max() > 1e-3
+
+
+CHANGES = {
+    "lever_turn": 0.3,
+    "lever_lean": 0.2,
+    "dry_friction": 0.02,
+    "opening_preload": 0.02,
+    "contact_preload": 0.03,
+    "build_up": 0.3,
+    "train_mass": 0.1,
+    "train_friction": 0.1,
+    "restitution": 0.2,
+    "closing_stop": Stop(reach=1.0, damping=1.0, stiffness=0.1),
+    "opening_stop": Stop(reach=3.0, damping=0.2, stiffness=0.1),
+    "force_fall": 0.2,
+    "drag": 0.05,
+    "linkage": 2.0,
+}
+IN_CLOSING_ALONE = {"train_mass", "train_friction", "restitution", "closing_stop"}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_every_element_changes_the_curve(name):
+    plain, with_it = Drive(QUICK, Elements()), Drive(QUICK, Elements(**{name: CHANGES[name]}))
+    for motion in MOTIONS:
+        off = np.abs(with_it.travel(motion, TIMES) - plain.travel(motion, TIMES)).max()
+        if motion == "closing" and name == "opening_stop":
+            assert off == 0
+        elif motion == "opening" and name in IN_CLOSING_ALONE:
+            assert off == 0
+        else:
+            assert off > 0.01
+
+
+def test_the_linkage_rings_and_settles_where_the_drive_is():
+    """Without a steady error: at rest it reads what a rigid one reads."""
+    still = np.linspace(0.0, 400.0, 401)
+    rigid = Drive(THETA, Elements()).travel("closing", still)
+    reads = Drive(THETA, Elements(linkage=3.0)).travel("closing", still)
+    assert np.abs(reads - rigid).max() > 0.05
+    assert abs(reads[-1] - rigid[-1]) < 1e-4
+
+
+def test_values_by_name():
+    drive = Drive(THETA, FAMILY)
+    worn = drive.changed(**{"f": 0.7, "dry_friction": 0.03, "closing_stop.damping": 1.0})
+    assert (worn.value("f"), worn.value("dry_friction")) == (0.7, 0.03)
+    assert worn.value("closing_stop.damping") == 1.0
+    assert worn.value("opening_stop.damping") == drive.value("opening_stop.damping")
+    assert worn.elements.closing_stop.reach == drive.elements.closing_stop.reach
+
+
+def test_a_drive_that_holds_no_closed_position_is_refused():
+    weak = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.4, 10.0), Elements())
+    assert Drive(THETA, FAMILY).holds
+    assert not weak.holds
+    with pytest.raises(ValueError, match="does not press"):
+        weak.travel("opening", TIMES)
+
+
+def test_a_curve_that_runs_away_is_refused():
+    stiff = Stop(reach=1.0, damping=1e308, power=3.0, depth=0.1)
+    with pytest.raises(FloatingPointError, match="not finite"):
+        Drive(THETA, Elements(closing_stop=stiff)).travel("closing", TIMES)
