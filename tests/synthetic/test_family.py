@@ -8,6 +8,7 @@ import pytest
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.prior import Prior
+from breaker.synthetic import family as families
 from breaker.synthetic.family import Family
 
 TIMES = np.linspace(-2.0, 58.0, 31)
@@ -73,6 +74,18 @@ def test_a_drive_that_does_not_hold_is_drawn_again(prior, family):
     weak = Family(Prior(medians, prior.log_sds), family.settings)
     rng = np.random.default_rng(2)
     assert all(weak.new(rng).holds for _ in range(50))
+
+
+def test_a_family_of_which_no_drive_holds_is_explained(prior, family, monkeypatch):
+    monkeypatch.setattr(families, "_TRIES", 20)
+    ranges = family.settings["elements"] | {"opening_preload": [5.0, 6.0]}
+    rng = np.random.default_rng(7)
+    with pytest.raises(RuntimeError, match="none of 20 drives"):
+        Family(prior, family.settings | {"elements": ranges}).new(rng)
+    wear = family.settings["wear"] | {"change": {"f": [-0.99, -0.9]}, "elements": [0, 0]}
+    wear |= {"parameters": [1, 1]}
+    with pytest.raises(RuntimeError, match="in none of 20 worn conditions"):
+        Family(prior, family.settings | {"wear": wear}).worn(family.new(rng), rng)
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -16,7 +16,8 @@ from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
 from breaker.synthetic.drive import Drive, Elements
 from breaker.synthetic.failure_times import failures
-from breaker.synthetic.rigs import Rig, truth_of
+from breaker.synthetic.rigs import Rig
+from breaker.synthetic.truth import truth_of
 
 TIMES = np.linspace(-2.0, 58.0, 151)
 
@@ -28,7 +29,7 @@ def rig(defaults) -> Rig:
 
 @pytest.fixture(scope="module")
 def truth(rig):
-    return truth_of(rig, list(MOTIONS), TIMES)
+    return truth_of(rig, MOTIONS, TIMES)
 
 
 def settled(rig, **changes):

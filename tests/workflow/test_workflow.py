@@ -48,8 +48,8 @@ FROM_INFERENCE = ["correct_operations", "gather", "figure_identifiability"]
 FROM_INFERENCE += [*ENDURANCE_FIGURES, *DECISIONS]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
-LIMIT = ["identifiability", "rig_truth"]
-ONCE = {"decide", "numbers", *PAGES}  # for both motions together
+LIMIT = ["identifiability"]
+ONCE = {"decide", "numbers", "rig_truth", "discrepancy", *PAGES}  # for both motions together
 READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
 
@@ -203,7 +203,7 @@ EDITS = {
     ),
     "mechanism.py": (
         lambda folder: append(folder, "src/breaker/mechanism/curves.py"),
-        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT],
+        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT, "rig_truth"],
         2,
     ),
     "README.md": (lambda folder: append(folder, "README.md", "A comment."), [], 2),

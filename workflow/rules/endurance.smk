@@ -31,7 +31,7 @@ rule rig_truth:
         seed=config["seed"],
         motions=MOTIONS,
         rig=config["rig"],
-        sensor=config["sensor"],
+        grid=GRID,
     script:
         "../scripts/rig_truth.py"
 

@@ -1,6 +1,6 @@
 """Write down the true parameters of the stand-in, operation by operation."""
 
-from breaker.model import Sensor
+from breaker.model import grid
 from breaker.synthetic import Rig, truth_of
 from breaker.workflow import describe, save, start
 
@@ -8,9 +8,9 @@ log = start(snakemake)
 params = snakemake.params
 
 rig = Rig.from_settings(params.rig, params.seed)
-truth = truth_of(rig, params.motions, Sensor.from_settings(params.sensor).times)
+truth = truth_of(rig, params.motions, grid(**params.grid))
 for motion in params.motions:
     far = truth.difference.sel(motion=motion)
     log.info("%s: the model differs by %.2f to %.2f mm", motion, far.min(), far.max())
-settings = {key: params[key] for key in ("seed", "rig", "sensor", "motions")}
+settings = {key: params[key] for key in ("seed", "rig", "grid", "motions")}
 save(describe(truth, "true parameters of the stand-in", **settings), snakemake.output[0])

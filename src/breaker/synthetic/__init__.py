@@ -1,7 +1,8 @@
 """Simulated drives whose truth is known, to test everything else.
 
-The simulated endurance test (a mechanism richer than the model, which wears out and writes CSV
-files), simulated lives until failure with scores for change points, and control charts beside them.
+A family of drives that are richer than the model, what the model leaves out of them, and the
+simulated endurance test, one of them, which wears out and writes CSV files; simulated lives until
+failure with scores for change points, and control charts beside them.
 """
 
 import lazy_loader
@@ -14,8 +15,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "failure_times": ["failures"],
         "family": ["Family"],
         "learning": ["ensemble", "learn"],
-        "rigs": ["Rig", "truth_of"],
+        "rigs": ["Rig"],
         "round_trip": ["through_files"],
         "scores": ["score"],
+        "truth": ["truth_of"],
     },
 )

@@ -21,6 +21,8 @@ from breaker.synthetic.drive import Drive, Elements, Stop
 
 __all__ = ["Family"]
 
+_TRIES = 10_000  # draws until a drive has to hold
+
 
 @dataclass(frozen=True, eq=False)
 class Family:
@@ -47,22 +49,38 @@ class Family:
     settings: Mapping
 
     def new(self, rng: np.random.Generator) -> Drive:
-        """Draw a drive in new condition."""
-        while True:
+        """Draw a drive in new condition.
+
+        Raises:
+            RuntimeError: If no drive of the family holds a closed position.
+        """
+        for _ in range(_TRIES):
             theta = tuple(self.prior.sample(1, rng)[0].tolist())
             elements = Elements.from_settings(_draw_all(self.settings["elements"], Elements, rng))
             drive = Drive(theta, elements.scaled(self.settings["strength"]))
             if drive.holds:
                 return drive
+        raise RuntimeError(
+            f"none of {_TRIES} drives of the family holds a closed position; lower the preloads in "
+            "rigs.elements, or rigs.strength"
+        )
 
     def worn(self, drive: Drive, rng: np.random.Generator) -> Drive:
-        """Draw a worn condition of a drive that is still in the prior's support."""
-        while True:
+        """Draw a worn condition of a drive that is still in the prior's support.
+
+        Raises:
+            RuntimeError: If no worn condition holds a closed position.
+        """
+        for _ in range(_TRIES):
             worn = drive.changed(
                 **{name: drive.value(name) * (1.0 + by) for name, by in self.wear(rng).items()}
             )
             if worn.holds and self.prior.supported(np.array(worn.theta)):
                 return worn
+        raise RuntimeError(
+            f"in none of {_TRIES} worn conditions does a drive hold a closed position; narrow the "
+            f"ranges in rigs.wear.change: {drive}"
+        )
 
     def wear(self, rng: np.random.Generator) -> dict[str, float]:
         """Draw what wears, by name, and by which share of its value in new condition."""

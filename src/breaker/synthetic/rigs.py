@@ -12,15 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 from tqdm import tqdm
 
-from breaker.mechanism import NAMES, travel
+from breaker.mechanism import NAMES
 from breaker.model import generator
 from breaker.records import write_curve
 from breaker.synthetic.drive import Drive, Elements
 
-__all__ = ["Rig", "truth_of"]
+__all__ = ["Rig"]
 
 
 @dataclass(frozen=True)
@@ -81,35 +80,3 @@ class Rig:
             times, curve = self.record(motion, operation)
             file = Path(folder, f"{motion}_{operation:05d}.csv")
             write_curve(file, times, curve, motion=motion, operation=operation)
-
-
-def truth_of(rig: Rig, motions: list[str], times: np.ndarray) -> xr.Dataset:
-    """Return the true parameters over the life, and how far the model at them is from the drive.
-
-    Args:
-        rig: The rig.
-        motions: Motions to compare.
-        times: Times at which they are compared, ``(t,)``, ms.
-
-    Returns:
-        Dataset over ``operation``, ``parameter`` and ``motion``: ``value (operation, parameter)``,
-        without the scatter from operation to operation, and ``difference (operation, motion)``,
-        the largest of the drive's curve from the model's, mm.
-    """
-    operations = np.arange(1, rig.settings["operations"] + 1)
-    drives = [rig.worn(int(operation), scatter=False) for operation in operations]
-    theta = np.array([drive.theta for drive in drives])
-    difference = [
-        np.abs(
-            np.stack([drive.travel(motion, times) for drive in drives])
-            - travel(theta, times, motion).travel
-        ).max(axis=1)
-        for motion in motions
-    ]
-    return xr.Dataset(
-        {
-            "value": (("operation", "parameter"), theta),
-            "difference": (("operation", "motion"), np.stack(difference, axis=-1), {"unit": "mm"}),
-        },
-        coords={"operation": operations, "parameter": list(NAMES), "motion": list(motions)},
-    )
