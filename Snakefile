@@ -28,17 +28,15 @@ include: "workflow/rules/lives.smk"
 FIGURES = [
     "prior_predictive",
     "loss",
-    "sbc",
     "sbc_reader",
-    "contraction",
     "recovery",
     "pairs",
     "posterior_predictive",
-    "exactness",
-    "identifiability",
     "endurance_predictive",
     "evolution",
+    "sensitivity",
 ]
+SCALED = ["sbc", "contraction", "exactness", "identifiability"]  # a figure for each scale
 DECISIONS = ["verdict", "health", "remaining_life"]
 
 
@@ -47,8 +45,14 @@ rule all:
     default_target: True
     input:
         expand("figures/{figure}_{motion}.png", figure=FIGURES, motion=MOTIONS),
-        expand("results/quality/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
-        expand("results/exactness/{motion}_seed{seed}.csv", motion=MOTIONS, seed=SEED),
+        expand("figures/{figure}_{motion}{scale}.png", figure=SCALED, motion=MOTIONS, scale=SCALES),
+        expand(
+            "results/{table}/{motion}{scale}_seed{seed}.csv",
+            table=["quality", "exactness"],
+            motion=MOTIONS,
+            scale=SCALES,
+            seed=SEED,
+        ),
         expand("results/endurance/{motion}.csv", motion=MOTIONS),
         expand("figures/{figure}.png", figure=DECISIONS),
         expand("figures/changepoint_{source}.png", source=SOURCES),
@@ -66,8 +70,9 @@ rule second_seed:
     """The quality of both motions on a second validation seed, outside of `all`."""
     input:
         expand(
-            "results/quality/{motion}_seed{seed}.csv",
+            "results/quality/{motion}{scale}_seed{seed}.csv",
             motion=MOTIONS,
+            scale=SCALES,
             seed=config["validation"]["second_seed"],
         ),
 

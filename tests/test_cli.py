@@ -22,7 +22,7 @@ from breaker.posterior.estimator import Posterior
 from breaker.posterior.predictive import infer
 from breaker.posterior.tables import table
 from breaker.records.reader import read_curves, write_curve
-from tests.networks_fixtures import MARKS, NETWORK, one_thread  # noqa: F401
+from tests.networks_fixtures import MARKS, NETWORK, left_out, one_thread  # noqa: F401
 
 pytestmark = MARKS
 ROOT = Path(__file__).parents[1]
@@ -33,7 +33,8 @@ DRAWS = 40
 def trained(tmp_path_factory, defaults, prior, sensor):
     """File of a small model of closings, untrained: the command is the same for it."""
     settings = {"motion": "closing", "network": NETWORK}
-    posterior = Posterior({**settings, "prior": defaults["prior"], "sensor": defaults["sensor"]})
+    settings |= {"prior": defaults["prior"], "sensor": defaults["sensor"]}
+    posterior = Posterior(settings, discrepancy=left_out(sensor.samples, size=0.02))
     rng = generator(0, "test command")
     bank = simulate(Model(prior, sensor, "closing"), 128, rng)
     freeze_inputs(posterior, bank, rng)
@@ -85,7 +86,7 @@ def test_medians_intervals_and_units_are_printed_for_each_file(capsys, defaults,
     assert few("closing.safetensors", "a.csv", "b 2.csv") == 0
     out = capsys.readouterr().out
     settings = defaults["endurance"]
-    posterior = Posterior.load("closing.safetensors")
+    posterior = Posterior.load("closing.safetensors").at(settings["discrepancy"])
     read = read_curves([(1, "a.csv"), (2, "b 2.csv")], settings["format"], sensor.times, "closing")
     seed, p_value = defaults["seed"], settings["misfit_p_value"]
     expected = table(infer(posterior, read, draws=DRAWS, seed=seed, misfit_p_value=p_value))
@@ -174,6 +175,25 @@ def test_an_overlay_says_how_the_files_are_written(project, capsys):
     arguments = ("closing.safetensors", "german.csv", "--config", "few.yaml", "german.yaml")
     assert call(*arguments) == 0
     assert capsys.readouterr().out == plain.replace("a.csv", "german.csv")
+
+
+def test_how_far_the_model_is_from_right_is_a_setting(project, capsys, defaults, trained):
+    """Another scale, another posterior; a network that knows of none takes 0 alone."""
+    texts = []
+    for scale in (1.0, 0.0):
+        overlay = {"endurance": {"discrepancy": scale}}
+        (project / "scale.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
+        arguments = ("a.csv", "--config", "few.yaml", "scale.yaml")
+        assert call("closing.safetensors", *arguments) == 0
+        texts.append(capsys.readouterr().out)
+    assert texts[0] != texts[1]
+    plain = Posterior(Posterior.load(trained).settings)
+    freeze_inputs(plain, simulate(plain.model, 64, generator(0, "test")), generator(0, "test"))
+    plain.save(project / "plain.safetensors")
+    assert call("plain.safetensors", *arguments) == 0
+    capsys.readouterr()
+    assert few("plain.safetensors", "a.csv") == 1
+    assert "set endurance.discrepancy to 0" in capsys.readouterr().err
 
 
 # ---- what fails ---------------------------------------------------------------------------------

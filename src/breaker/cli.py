@@ -17,6 +17,7 @@ _NEEDED = (
     "correction",
     "endurance.format",
     "endurance.draws",
+    "endurance.discrepancy",
     "endurance.misfit_p_value",
     "endurance.posterior",
 )
@@ -70,7 +71,7 @@ def _infer(options: argparse.Namespace):
 
     config = _settings(options.config)
     endurance = config["endurance"]
-    posterior = Posterior.load(options.model)
+    posterior = Posterior.load(options.model).at(endurance["discrepancy"])
     missing = [file for file in options.files if not Path(file).is_file()]
     if missing:
         raise FileNotFoundError(f"there is no file {', '.join(missing)}")

@@ -7,7 +7,12 @@ import xarray as xr
 
 from breaker.mechanism.parameters import PARAMETERS
 from breaker.model.randomness import generator
-from breaker.validation.numbers import numbers_of_all, numbers_of_decisions, numbers_of_motion
+from breaker.validation.numbers import (
+    numbers_of_all,
+    numbers_of_decisions,
+    numbers_of_motion,
+    numbers_of_validation,
+)
 
 NAMES = [each.name for each in PARAMETERS]
 OUTPUTS = [*NAMES, "onset"]
@@ -131,6 +136,15 @@ def test_real_records_have_no_truth(found, tables):
         *(f"drift.{name}" for name in NAMES),
     }
     assert all(found[name] == value for name, value in measured.items())
+
+
+def test_a_validation_without_files_has_all_numbers_but_theirs(found, tables):
+    """That of another scale: the same names, so that a text can state both."""
+    table = quality().assign(calibration_p_reader=np.nan)
+    scaled = numbers_of_validation(table, tables[1])
+    assert not any(name.startswith("calibration_p_files") for name in scaled)
+    assert {"calibration_p", "gap", "efficiency_median", "curves_resolved"} <= set(scaled)
+    assert all(found[name] == value for name, value in scaled.items())
 
 
 def test_when_limits_were_exceeded():

@@ -46,11 +46,12 @@ PAGES = ["figure_verdict", "figure_health", "figure_remaining_life"]
 DECISIONS = ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"]
 FROM_INFERENCE = ["correct_operations", "gather", "figure_identifiability"]
 FROM_INFERENCE += [*ENDURANCE_FIGURES, *DECISIONS]
-TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
+SENSITIVITY = ["sensitivity", "figure_sensitivity"]
+TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE, *SENSITIVITY]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
-LIMIT = ["identifiability"]
+LIMIT = ["identifiability", "discrepancy"]
 ONCE = {"decide", "numbers", "rig_truth", "discrepancy", *PAGES}  # for both motions together
-READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE]
+READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE, *SENSITIVITY]
 
 
 def run(folder: Path, *arguments: str) -> str:
@@ -182,13 +183,13 @@ EDITS = {
     ),
     "correction": (
         lambda folder: edit_config(folder, correction={"largest_k": 0.6}),
-        ["correct_validation", *FROM_CORRECTION, *FROM_INFERENCE],
+        ["correct_validation", *FROM_CORRECTION, *FROM_INFERENCE, *SENSITIVITY],
         2,
     ),
     "endurance.curves": (put_own_curves, READING, 2),
     "limits": (
         lambda folder: edit_limits(folder),
-        [*DECISIONS, "numbers"],
+        [*DECISIONS, *SENSITIVITY, "numbers"],
         2,
     ),
     "alarm": (
@@ -217,8 +218,10 @@ TOGETHER = [
     ("validation.seed", "wear_model"),
 ]
 ALONE = [(name,) for name in EDITS if name not in {each for names in TOGETHER for each in names}]
-# Shards, chunks and sources are several jobs; everything else is one a motion, or one.
+# Shards, chunks, sources and scales are several jobs; everything else is one a motion, or one.
 SEVERAL = {"bank_shard", "read_curves", "infer", "correct_operations"}
+SEVERAL |= {"validate", "correct_validation", "judge", "quality", "identifiability"}
+SEVERAL |= {f"figure_{name}" for name in ("sbc", "contraction", "exactness", "identifiability")}
 SEVERAL |= {"condition", "trend", "whole_trend", "figure_changepoint"}
 
 
@@ -244,7 +247,7 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 30
+    assert len(figures) == 40
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
@@ -260,9 +263,9 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         *results.glob(f"exactness/{motion}*.zarr"),
         results / "rig/truth.zarr",
         results / "discrepancy.zarr",
-        results / f"identifiability/{motion}.zarr",
+        *results.glob(f"identifiability/{motion}*.zarr"),
     ]
-    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 1 + 1
+    assert len(stores) == 2 + 1 + 6 + 2 + 2 + 2 + 1 + 1 + 2
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store

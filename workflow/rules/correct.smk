@@ -9,16 +9,18 @@ them and what the curves can say at all.
 rule correct_validation:
     """The exact posteriors of simulated records, from the network's draws."""
     input:
-        validation="results/validation/{motion}_seed{seed}.zarr",
+        validation="results/validation/{motion}{scale}_seed{seed}.zarr",
+        discrepancy=left_out,
     output:
-        directory("results/validation/{motion}_corrected_seed{seed}.zarr"),
+        directory("results/validation/{motion}_corrected{scale}_seed{seed}.zarr"),
     log:
-        "logs/correct_validation/{motion}_seed{seed}.log",
+        "logs/correct_validation/{motion}{scale}_seed{seed}.log",
     benchmark:
-        "results/benchmarks/correct_validation_{motion}_seed{seed}.tsv"
+        "results/benchmarks/correct_validation_{motion}{scale}_seed{seed}.tsv"
     params:
         prior=config["prior"],
         sensor=config["sensor"],
+        discrepancy=scale_of,
         correction=config["correction"],
     script:
         "../scripts/correct_validation.py"
@@ -28,22 +30,23 @@ rule judge:
     """The network's own density, held against the exact posterior."""
     input:
         model="results/models/{motion}.safetensors",
-        validation="results/validation/{motion}_seed{seed}.zarr",
-        corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
+        validation="results/validation/{motion}{scale}_seed{seed}.zarr",
+        corrected="results/validation/{motion}_corrected{scale}_seed{seed}.zarr",
     output:
-        store=directory("results/exactness/{motion}_seed{seed}.zarr"),
+        store=directory("results/exactness/{motion}{scale}_seed{seed}.zarr"),
         table=page(
-            "results/exactness/{motion}_seed{seed}.csv",
+            "results/exactness/{motion}{scale}_seed{seed}.csv",
             "4 Exactness",
             "table of the exactness",
             "exactness_table",
         ),
     log:
-        "logs/judge/{motion}_seed{seed}.log",
+        "logs/judge/{motion}{scale}_seed{seed}.log",
     benchmark:
-        "results/benchmarks/judge_{motion}_seed{seed}.tsv"
+        "results/benchmarks/judge_{motion}{scale}_seed{seed}.tsv"
     params:
         curves=config["validation"]["judged_curves"],
+        discrepancy=scale_of,
     script:
         "../scripts/judge.py"
 
@@ -52,6 +55,7 @@ rule correct_operations:
     """The exact posteriors of some operations, from the network's draws."""
     input:
         inferred="results/endurance/{motion}/inferred_{chunk}.zarr",
+        discrepancy=DISCREPANCY_OF_DRIVE,
     output:
         directory("results/endurance/{motion}/corrected_{chunk}.zarr"),
     log:
@@ -62,6 +66,7 @@ rule correct_operations:
         seed=config["seed"],
         prior=config["prior"],
         sensor=config["sensor"],
+        discrepancy=config["endurance"]["discrepancy"],
         correction=config["correction"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
     script:
@@ -72,18 +77,30 @@ rule correct_operations:
 figure(
     "exactness",
     "4 Exactness",
-    judged=f"results/exactness/{{motion}}_seed{SEED}.zarr",
-    amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
-    corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
+    of="_{motion}{scale}",
+    judged=f"results/exactness/{{motion}}{{scale}}_seed{SEED}.zarr",
+    amortised=f"results/validation/{{motion}}{{scale}}_seed{SEED}.zarr",
+    corrected=f"results/validation/{{motion}}_corrected{{scale}}_seed{SEED}.zarr",
+    params={"setting": setting_of},
 )
 
-# How well a curve determines each parameter, and how much of it posteriors reach.
+# How well a curve determines each parameter, and how much of it posteriors reach: of the drive at
+# hand too, where its curves are judged at the same scale.
 figure(
     "identifiability",
     "4 Exactness",
-    limit="results/identifiability/{motion}.zarr",
-    amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
-    corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
-    drive="results/endurance/{motion}.zarr",
-    params={"prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
+    of="_{motion}{scale}",
+    limit="results/identifiability/{motion}{scale}.zarr",
+    amortised=f"results/validation/{{motion}}{{scale}}_seed{SEED}.zarr",
+    corrected=f"results/validation/{{motion}}_corrected{{scale}}_seed{SEED}.zarr",
+    drive=lambda wildcards: (
+        f"results/endurance/{wildcards.motion}.zarr"
+        if scale_of(wildcards) == config["endurance"]["discrepancy"]
+        else []
+    ),
+    params={
+        "prior": config["prior"],
+        "onset_sd": config["sensor"]["onset_sd"],
+        "setting": setting_of,
+    },
 )

@@ -68,6 +68,7 @@ rule infer:
         seed=config["seed"],
         draws=config["endurance"]["draws"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
+        discrepancy=config["endurance"]["discrepancy"],
     script:
         "../scripts/infer.py"
 
@@ -95,6 +96,7 @@ rule endurance_predictive:
     """What the posteriors at a few stages of the life predict for their own records."""
     input:
         inferred="results/endurance/{motion}.zarr",
+        discrepancy=DISCREPANCY_OF_DRIVE,
     output:
         directory("results/endurance/{motion}_predictive.zarr"),
     log:
@@ -103,6 +105,7 @@ rule endurance_predictive:
         seed=config["seed"],
         prior=config["prior"],
         sensor=config["sensor"],
+        discrepancy=config["endurance"]["discrepancy"],
         stages=config["endurance"]["stages"],
         posterior=config["endurance"]["posterior"],
     script:
@@ -124,4 +127,38 @@ figure(
     truth=TRUTH,
     inferred="results/endurance/{motion}.zarr",
     params={"posterior": config["endurance"]["posterior"]},
+)
+
+
+rule sensitivity:
+    """What a few operations say at several scales of what the model leaves out."""
+    input:
+        model="results/models/{motion}.safetensors",
+        curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr"),
+    output:
+        page(
+            "results/sensitivity/{motion}.csv",
+            "5 Endurance test",
+            "table of the sensitivity",
+            "sensitivity_table",
+        ),
+    log:
+        "logs/sensitivity/{motion}.log",
+    params:
+        seed=config["seed"],
+        limits=config["limits"],
+        correction=config["correction"],
+        endurance={key: config["endurance"][key] for key in ("draws", "misfit_p_value")},
+        scales=[0.0, 0.5, 1.0, 2.0] if DISCREPANCY else [0.0],
+        operations=8,
+    script:
+        "../scripts/sensitivity.py"
+
+
+# How far conclusions depend on what the model leaves out.
+figure(
+    "sensitivity",
+    "5 Endurance test",
+    table="results/sensitivity/{motion}.csv",
+    params={"misfit_p_value": config["endurance"]["misfit_p_value"]},
 )

@@ -17,6 +17,16 @@ rule numbers:
     input:
         quality=expand(f"results/quality/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
         exactness=expand(f"results/exactness/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
+        scaled_quality=expand(
+            f"results/quality/{{motion}}{{scale}}_seed{SEED}.csv",
+            motion=MOTIONS,
+            scale=list(SCALES)[1:],
+        ),
+        scaled_exactness=expand(
+            f"results/exactness/{{motion}}{{scale}}_seed{SEED}.csv",
+            motion=MOTIONS,
+            scale=list(SCALES)[1:],
+        ),
         prior=expand("results/prior_predictive/{motion}.zarr", motion=MOTIONS),
         validation=expand(f"results/validation/{{motion}}_seed{SEED}.zarr", motion=MOTIONS),
         operations=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
@@ -32,6 +42,7 @@ rule numbers:
         "logs/numbers.log",
     params:
         motions=MOTIONS,
+        scales=[scale.strip("_") for scale in list(SCALES)[1:]],
         stated="docs/numbers.csv" if IS_DEFAULT else None,
     script:
         "../scripts/collect_numbers.py"

@@ -1,7 +1,8 @@
 """Validation of each posterior on records that its training never saw.
 
 Needs the model file. Makes the draws of simulated records as Zarr, a table of the quality, and
-the figures of the paper's Secs. 5 and 6.
+the figures of the paper's Secs. 5 and 6: where the model is right, and what matters of it at each
+scale of what the model leaves out.
 """
 
 # Fig. 3: what the prior holds possible, beside the endurance test.
@@ -26,14 +27,15 @@ rule validate:
     input:
         model="results/models/{motion}.safetensors",
     output:
-        directory("results/validation/{motion}_seed{seed}.zarr"),
+        directory("results/validation/{motion}{scale}_seed{seed}.zarr"),
     log:
-        "logs/validate/{motion}_seed{seed}.log",
+        "logs/validate/{motion}{scale}_seed{seed}.log",
     benchmark:
-        "results/benchmarks/validate_{motion}_seed{seed}.tsv"
+        "results/benchmarks/validate_{motion}{scale}_seed{seed}.tsv"
     params:
         curves=config["validation"]["curves"],
         draws=config["validation"]["draws"],
+        discrepancy=scale_of,
     script:
         "../scripts/validate.py"
 
@@ -57,15 +59,18 @@ rule validate_reader:
 
 rule identifiability:
     """The contraction that an exact posterior reaches on average over the prior."""
+    input:
+        discrepancy=left_out,
     output:
-        directory("results/identifiability/{motion}.zarr"),
+        directory("results/identifiability/{motion}{scale}.zarr"),
     log:
-        "logs/identifiability/{motion}.log",
+        "logs/identifiability/{motion}{scale}.log",
     params:
         seed=config["seed"],
         curves=config["identifiability"]["curves"],
         prior=config["prior"],
         sensor=config["sensor"],
+        discrepancy=scale_of,
     script:
         "../scripts/identifiability.py"
 
@@ -73,19 +78,23 @@ rule identifiability:
 rule quality:
     """One row an output: calibration, z-score, contraction beside its exact limit."""
     input:
-        validation="results/validation/{motion}_seed{seed}.zarr",
-        corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
-        reader="results/validation/{motion}_reader_seed{seed}.zarr",
-        limit="results/identifiability/{motion}.zarr",
+        validation="results/validation/{motion}{scale}_seed{seed}.zarr",
+        corrected="results/validation/{motion}_corrected{scale}_seed{seed}.zarr",
+        reader=lambda wildcards: (
+            []
+            if wildcards.scale
+            else f"results/validation/{wildcards.motion}_reader_seed{wildcards.seed}.zarr"
+        ),
+        limit="results/identifiability/{motion}{scale}.zarr",
     output:
         page(
-            "results/quality/{motion}_seed{seed}.csv",
+            "results/quality/{motion}{scale}_seed{seed}.csv",
             "3 Validation",
             "table of the quality",
             "quality",
         ),
     log:
-        "logs/quality/{motion}_seed{seed}.log",
+        "logs/quality/{motion}{scale}_seed{seed}.log",
     params:
         prior=config["prior"],
         onset_sd=config["sensor"]["onset_sd"],
@@ -98,9 +107,13 @@ figure(
     "sbc",
     "3 Validation",
     label="calibration",
+    of="_{motion}{scale}",
     validation=validated,
     params={
-        "subject": f"simulation-based calibration, {config['validation']['posterior']} posterior"
+        "subject": lambda wildcards: (
+            f"simulation-based calibration, {config['validation']['posterior']} posterior"
+            + setting_of(wildcards)
+        )
     },
 )
 
@@ -118,9 +131,14 @@ figure(
 figure(
     "contraction",
     "3 Validation",
+    of="_{motion}{scale}",
     validation=validated,
-    limit="results/identifiability/{motion}.zarr",
-    params={"prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
+    limit="results/identifiability/{motion}{scale}.zarr",
+    params={
+        "prior": config["prior"],
+        "onset_sd": config["sensor"]["onset_sd"],
+        "setting": setting_of,
+    },
 )
 
 # Fig. 6: what was inferred against the truth.

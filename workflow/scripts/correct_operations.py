@@ -2,14 +2,16 @@
 
 import xarray as xr
 
-from breaker.model import Model
+from breaker.model import Model, open_discrepancy
 from breaker.posterior import correct_operations
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
-settings = {key: params[key] for key in ("prior", "sensor", "correction", "misfit_p_value")}
-model = Model.from_settings({**settings, "motion": motion})
+names = ("prior", "sensor", "discrepancy", "correction", "misfit_p_value")
+settings = {key: params[key] for key in names}
+left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
+model = Model.from_settings({**settings, "motion": motion}, left_out, params.discrepancy)
 inferred = xr.open_zarr(snakemake.input.inferred).load()
 
 result = correct_operations(

@@ -2,13 +2,15 @@
 
 import xarray as xr
 
-from breaker.model import Model
+from breaker.model import Model, open_discrepancy
 from breaker.posterior import choose, predict_stages
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
-model = Model.from_settings({"prior": params.prior, "sensor": params.sensor, "motion": motion})
+settings = {"prior": params.prior, "sensor": params.sensor, "motion": motion}
+left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
+model = Model.from_settings(settings, left_out, params.discrepancy)
 inferred = choose(xr.open_zarr(snakemake.input.inferred), params.posterior)
 
 result = predict_stages(model, inferred, stages=params.stages, seed=params.seed)

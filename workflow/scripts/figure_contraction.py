@@ -20,6 +20,10 @@ judged = scores(
     log=is_logarithmic(names),
 )
 figure = contraction(
-    judged, names, motion=snakemake.wildcards.motion, limit=limit.contraction.mean("curve").values
+    judged,
+    names,
+    motion=snakemake.wildcards.motion,
+    limit=limit.contraction.mean("curve").values,
+    setting=params.setting,
 )
 figure.savefig(snakemake.output[0])

@@ -9,8 +9,9 @@ from breaker.workflow import start
 
 start(snakemake)
 params = snakemake.params
-limit, amortised, corrected, drive = (
-    xr.open_zarr(snakemake.input[name]) for name in ("limit", "amortised", "corrected", "drive")
+files = snakemake.input
+limit, amortised, corrected = (
+    xr.open_zarr(files[name]) for name in ("limit", "amortised", "corrected")
 )
 corrected = corrected.isel(curve=corrected.resolved.values)  # of the others, no width is known
 names = amortised.output.values
@@ -21,10 +22,13 @@ scale = {
 sources = {
     "amortised": amortised.draws.values,
     "corrected": corrected.draws.values,
-    "drive": first_operations(drive),
 }
+if files.drive:
+    sources["drive"] = first_operations(xr.open_zarr(files.drive))
 found = {name: contraction(draws, **scale) for name, draws in sources.items() if len(draws)}
 figure = identifiability(
-    reached({"limit": limit.contraction.values} | found, names), motion=snakemake.wildcards.motion
+    reached({"limit": limit.contraction.values} | found, names),
+    motion=snakemake.wildcards.motion,
+    setting=params.setting,
 )
 figure.savefig(snakemake.output[0])

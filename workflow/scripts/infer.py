@@ -8,7 +8,7 @@ from breaker.workflow import describe, save, start
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
-posterior = Posterior.load(snakemake.input.model)
+posterior = Posterior.load(snakemake.input.model).at(params.discrepancy)
 curves = xr.open_zarr(snakemake.input.curves).load()
 settings = {key: params[key] for key in ("seed", "draws", "misfit_p_value")}
 result = infer(posterior, curves, **settings)
@@ -18,4 +18,7 @@ log.info(
     *(result.misfit.sum(), result.outside_prior.sum()),
 )
 title = f"posteriors of measured {motion} operations"
-save(describe(result, title, **settings, model=posterior.settings), snakemake.output[0])
+save(
+    describe(result, title, **settings, discrepancy=params.discrepancy, model=posterior.settings),
+    snakemake.output[0],
+)

@@ -6,7 +6,7 @@ from breaker.posterior import Posterior, judge, summary
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
-posterior = Posterior.load(snakemake.input.model)
+posterior = Posterior.load(snakemake.input.model).at(snakemake.params.discrepancy)
 data = xr.open_zarr(snakemake.input.validation).isel(curve=slice(snakemake.params.curves)).load()
 corrected = xr.open_zarr(snakemake.input.corrected)
 

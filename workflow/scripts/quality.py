@@ -9,9 +9,10 @@ from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params
-amortised, corrected, reader, limit = (
-    xr.open_zarr(snakemake.input[name]) for name in ("validation", "corrected", "reader", "limit")
+amortised, corrected, limit = (
+    xr.open_zarr(snakemake.input[name]) for name in ("validation", "corrected", "limit")
 )
+reader = xr.open_zarr(snakemake.input.reader) if snakemake.input.reader else None
 names = amortised.output.values
 
 tables = []

@@ -1,8 +1,9 @@
 """Train the posterior of one motion on its bank."""
 
+from dataclasses import astuple
 from pathlib import Path
 
-from breaker.model import generator, open_bank
+from breaker.model import generator, open_bank, open_discrepancy
 from breaker.posterior import (
     Posterior,
     Rows,
@@ -29,8 +30,10 @@ made_from = {
 bank = open_bank(snakemake.input.shards)
 rows, validation, unseen = split(bank, training["validation_curves"], training["held_out_curves"])
 device = choose_device(training["device"])
-posterior = Posterior(made_from, seed=seed)
+left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
+posterior = Posterior(made_from, seed=seed, discrepancy=left_out)
 freeze_inputs(posterior, rows, generator(seed, "components", motion))
+numbers = [each.tolist() for each in astuple(left_out)] if left_out else None
 trainer = Trainer(
     posterior=posterior.to(device),
     rows=Rows.of(rows, posterior, device),
@@ -38,7 +41,7 @@ trainer = Trainer(
     settings=training,
     seed=seed,
     checkpoint=Path(params.checkpoint),
-    fingerprint=fingerprint(made_from, snakemake.input.code),
+    fingerprint=fingerprint(made_from | {"left_out": numbers}, snakemake.input.code),
 )
 history = trainer.run()
 

@@ -6,7 +6,7 @@ from breaker.workflow import describe, save, start
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards
 
-posterior = Posterior.load(snakemake.input.model)
+posterior = Posterior.load(snakemake.input.model).at(params.get("discrepancy", 0.0))
 missing = params.get("missing", 0.0)
 result = validate(posterior, params.curves, params.draws, int(wildcards.seed), missing=missing)
 title = f"posteriors of simulated {wildcards.motion} records"

@@ -11,6 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "alarms": ["alarm_table", "first", "raised"],
         "conditions": ["align", "condition", "usable"],
+        "scales": ["over_scales", "spread"],
         "series": ["complete", "health", "join", "remaining"],
         "summary": ["verdict"],
         "table": ["STATES", "decide"],

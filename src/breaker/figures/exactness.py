@@ -30,6 +30,7 @@ def exactness(
     summary: Mapping,
     *,
     motion: str,
+    setting: str = "",
 ) -> Figure:
     """Draw efficiency, tail, gap and rounds over curves, and three curves with both posteriors.
 
@@ -41,6 +42,7 @@ def exactness(
         examples: From ``validation.examples``; without any, their row is left out.
         summary: The row of ``posterior.summary``.
         motion: Motion of the title.
+        setting: What the title says of the setting, if anything.
     """
     count = examples.sizes["example"]
     figure = style.new_figure(14.0, 10.2 if count else 5.0)
@@ -55,9 +57,8 @@ def exactness(
         grid = place.subplots(1, count, sharey=True, squeeze=False)
         for i, axis in enumerate(grid.flat):
             _example(axis, examples.isel(example=i))
-    style.heading(
-        figure, motion, "the network against the exact posterior", exactness_words(summary)
-    )
+    text = f"the network against the exact posterior{setting}"
+    style.heading(figure, motion, text, exactness_words(summary))
     style.legend_below(figure, _handles(), columns=3)
     return figure
 

@@ -28,12 +28,13 @@ _HALF = 0.36  # half the height of a limit's band, in rows
 
 
 @style.styled
-def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
+def identifiability(reached: xr.Dataset, *, motion: str, setting: str = "") -> Figure:
     """Draw contraction of each output: the exact limit, and what posteriors reach.
 
     Args:
         reached: From :func:`breaker.validation.reached`; outputs are drawn in its order.
         motion: Motion of the title.
+        setting: What the title says of the setting, if anything.
     """
     names = [str(name) for name in reached["output"].values]
     figure = style.new_figure(14.6, 0.56 * len(names) + 2.8)
@@ -52,7 +53,7 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
     axis.grid(axis="y", visible=False)
     axis.set_xlabel("contraction   (0: nothing learnt, the prior stays;  1: known exactly)")
     _table(table, rows, reached)
-    text = "how well the curve determines each parameter"
+    text = f"how well the curve determines each parameter{setting}"
     style.heading(figure, motion, text, identifiability_words(reached))
     style.legend_below(figure, _handles(reached), columns=2)
     return figure

@@ -67,7 +67,12 @@ def rank_keys(calibration: Calibration) -> list:
 
 @style.styled
 def contraction(
-    scores: Scores, names: Sequence[str], *, motion: str, limit: np.ndarray | None = None
+    scores: Scores,
+    names: Sequence[str],
+    *,
+    motion: str,
+    limit: np.ndarray | None = None,
+    setting: str = "",
 ) -> Figure:
     """Draw z-score against contraction, one dot per curve (paper, Fig. 5).
 
@@ -76,6 +81,7 @@ def contraction(
         names: Names of the ``q`` outputs.
         motion: Motion of the title.
         limit: Mean contraction of the exact posterior, ``(q,)``, if known.
+        setting: What the title says of the setting, if anything.
     """
     figure, axes = style.panels(len(names), sharex=True, sharey=True)
     limits = [None] * len(names) if limit is None else list(limit)
@@ -94,7 +100,7 @@ def contraction(
     largest = max(4.2, 1.05 * abs(scores.z).max())
     axes[0].set(xlim=(min(0.0, 1.05 * scores.contraction.min()), 1.02), ylim=(-largest, largest))
     style.label_outer(axes, "contraction", "z-score")
-    style.heading(figure, motion, "z-score against contraction")
+    style.heading(figure, motion, f"z-score against contraction{setting}")
     handles = [
         style.dot_key("one simulated curve", ms=4),
         style.line_key("z-score ±3", ls=":", lw=0.9),

@@ -40,7 +40,12 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "recovery",
             "scores",
         ],
-        "numbers": ["numbers_of_all", "numbers_of_decisions", "numbers_of_motion"],
+        "numbers": [
+            "numbers_of_all",
+            "numbers_of_decisions",
+            "numbers_of_motion",
+            "numbers_of_validation",
+        ],
         "tables": ["draws_per_second", "network_row", "quality", "quality_words"],
     },
 )

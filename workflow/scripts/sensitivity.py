@@ -1,0 +1,25 @@
+"""Infer a few operations at several scales of what the model leaves out."""
+
+from breaker.decisions import over_scales, spread
+from breaker.mechanism import from_list
+from breaker.posterior import Posterior
+from breaker.records import open_curves
+from breaker.workflow import start
+
+log = start(snakemake)
+params, motion = snakemake.params, snakemake.wildcards.motion
+
+posterior = Posterior.load(snakemake.input.model)
+table = over_scales(
+    posterior,
+    spread(open_curves(snakemake.input.curves), params.operations).load(),
+    params.scales,
+    from_list(params.limits, [motion]),
+    params.correction,
+    seed=params.seed,
+    **params.endurance,
+)
+for scale, rows in table.groupby("scale"):
+    found = rows.groupby("operation").first()
+    log.info("s = %g: p-values %s", scale, ", ".join(f"{p:.2g}" for p in found.p_value))
+table.to_csv(snakemake.output[0], index=False, float_format="%.5g")
