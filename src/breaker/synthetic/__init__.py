@@ -10,6 +10,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "costs": ["contraction_by_error"],
         "drive": ["Drive", "Elements", "Stop"],
         "evaluation": ["follow_lives"],
         "failure_times": ["failures"],

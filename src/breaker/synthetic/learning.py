@@ -83,10 +83,11 @@ def learn(drives: xr.Dataset, sensor: Sensor, *, components: int, widening: floa
     Returns:
         Dataset over ``motion``, ``time``, ``parameter``, ``component``: ``mean``, ``slopes``,
         ``basis`` and ``factor`` (the components of a, each scaled to its standard deviation,
-        largest first), mm; ``left`` (condition, motion), the share of the whitened residuals'
-        square beyond the components; ``covariance (state, other_state)``, second moments of the
-        change of z, of a for each motion, and of b for each motion; and ``examples``, delta of a
-        few drives, mm.
+        largest first), mm; ``spread (motion, condition, time)``, the sd of delta of a new drive
+        about ``mean``, and the root of the mean square of its change with wear, mm; ``left (motion,
+        condition)``, the share of the whitened residuals' square beyond the components;
+        ``covariance (state, other_state)``, second moments of the change of z, of a for each
+        motion, and of b for each motion; and ``examples``, delta of a few drives, mm.
     """
     z_new, z_worn = drives.z.values
     change = z_worn - z_new
@@ -94,16 +95,20 @@ def learn(drives: xr.Dataset, sensor: Sensor, *, components: int, widening: floa
     for motion in drives.motion.values:
         new, worn = drives.delta.sel(motion=motion).values
         found, a, b = _one_motion(z_new, change, new, worn - new, sensor, components)
-        factor = _factor(widening * a) @ found["basis"]
-        moments.append(found | {"factor": factor})
-        scores["a"].append(widening * a)
-        scores["b"].append(widening * b)
+        a, b = widening * a, widening * b
+        slopes, basis = found["slopes"], found["basis"]
+        draws = [z_new @ slopes + a @ basis, change @ slopes + b @ basis]
+        found["spread"] = np.sqrt([np.square(each).mean(0) for each in draws])
+        moments.append(found | {"factor": _factor(a) @ basis})
+        scores["a"].append(a)
+        scores["b"].append(b)
     state = np.hstack([change, *scores["a"], *scores["b"]])
     dims = {
         "mean": ("motion", "time"),
         "slopes": ("motion", "parameter", "time"),
         "basis": ("motion", "component", "time"),
         "factor": ("motion", "component", "time"),
+        "spread": ("motion", "condition", "time"),
         "left": ("motion", "condition"),
     }
     data = {name: (dims[name], np.stack([each[name] for each in moments])) for name in dims}
