@@ -49,7 +49,7 @@ FROM_INFERENCE += [*ENDURANCE_FIGURES, *DECISIONS]
 SENSITIVITY = ["sensitivity", "figure_sensitivity"]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE, *SENSITIVITY]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
-LIMIT = ["identifiability", "discrepancy"]
+LIMIT = ["identifiability", "discrepancy", "discrepancy_cost", "figure_discrepancy"]
 ONCE = {"decide", "numbers", "rig_truth", "discrepancy", *PAGES}  # for both motions together
 READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE, *SENSITIVITY]
 
@@ -171,6 +171,11 @@ EDITS = {
         ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT],
         2,
     ),
+    "discrepancy": (
+        lambda folder: edit_config(folder, discrepancy={"widening": 1.5}),
+        [*TRAINING, *LIMIT],
+        2,
+    ),
     "validation.posterior": (
         lambda folder: edit_config(folder, validation={"posterior": "corrected"}),
         VALIDATION_FIGURES,
@@ -247,7 +252,7 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 40
+    assert len(figures) == 42
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
@@ -263,9 +268,10 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         *results.glob(f"exactness/{motion}*.zarr"),
         results / "rig/truth.zarr",
         results / "discrepancy.zarr",
+        results / f"discrepancy_cost/{motion}.zarr",
         *results.glob(f"identifiability/{motion}*.zarr"),
     ]
-    assert len(stores) == 2 + 1 + 6 + 2 + 2 + 2 + 1 + 1 + 2
+    assert len(stores) == 2 + 1 + 6 + 2 + 2 + 2 + 1 + 1 + 1 + 2
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
