@@ -36,7 +36,7 @@ FIGURES = [
     "evolution",
     "sensitivity",
 ]
-SCALED = ["sbc", "contraction", "exactness", "identifiability"]  # a figure for each scale
+AT_EVERY_SCALE = ["sbc", "contraction", "exactness", "identifiability"]  # a figure for each scale
 DECISIONS = ["verdict", "health", "remaining_life"]
 
 
@@ -45,7 +45,12 @@ rule all:
     default_target: True
     input:
         expand("figures/{figure}_{motion}.png", figure=FIGURES, motion=MOTIONS),
-        expand("figures/{figure}_{motion}{scale}.png", figure=SCALED, motion=MOTIONS, scale=SCALES),
+        expand(
+            "figures/{figure}_{motion}{scale}.png",
+            figure=AT_EVERY_SCALE,
+            motion=MOTIONS,
+            scale=SCALES,
+        ),
         expand(
             "results/{table}/{motion}{scale}_seed{seed}.csv",
             table=["quality", "exactness"],
@@ -89,10 +94,15 @@ rule networks:
         ),
 
 
-# What all rules with a script have in common: the environment, and the modules of the package that
-# the script uses. They become inputs, since Snakemake sees a change of the script alone.
+# What all rules with a script have in common: the environment, a benchmark named as the log, and the
+# modules of the package that the script uses. They become inputs, since Snakemake sees a change of
+# the script alone.
 for each in workflow.rules:
     if each.script:
         each.conda_env = ENVIRONMENT
+        if each.benchmark is None:
+            each.benchmark_modifier = each.output_modifier
+            place = Path(each.log[0]).with_suffix(".tsv").parts[1:]
+            each.benchmark = "results/benchmarks/" + "_".join(place)
         each.input_modifier = each.output_modifier  # has none yet if the rule states no input
         each.set_input(code=modules_of(Path(workflow.basedir) / "workflow/rules" / each.script))

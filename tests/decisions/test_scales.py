@@ -87,3 +87,19 @@ def test_rows_are_those_of_the_exact_posteriors(posterior, curves, table):
     rejected = table[table.operation == 6]
     assert rejected[["median", "lower_z", "probability", "p_value"]].isna().all(axis=None)
     assert not rejected.resolved.any()
+    assert "truth" not in table
+
+
+def test_the_truth_of_a_stand_in_stands_beside(posterior, curves):
+    """Of every operation; the onset has none."""
+    values = np.arange(1.0, 36.0).reshape(5, 7)
+    coords = {"operation": [1, 5, 6, 7, 9], "parameter": list(NAMES)}
+    truth = xr.DataArray(values, dims=("operation", "parameter"), coords=coords)
+    common = COMMON | {"draws": 300, "truth": truth}
+    few = curves.isel(operation=[0, 2])
+    table = over_scales(posterior, few, [1.0], LIMITS, CORRECTION, **common)
+    for operation, row in ((5, values[1]), (9, values[4])):
+        rows = table[(table.operation == operation) & (table.kind == "parameter")]
+        np.testing.assert_array_equal(rows.truth, [*row, np.nan])
+        z = posterior.standardise(np.append(row, 0.0))[:7]
+        np.testing.assert_allclose(rows.truth_z.iloc[:7], z)

@@ -7,7 +7,7 @@ import pytest
 from breaker.figures import style
 from breaker.figures.sensitivity import sensitivity
 from breaker.mechanism import NAMES
-from tests.figures.drawn import assert_nothing_overlaps, words
+from tests.figures.drawn import assert_nothing_overlaps, segments, words
 
 SCALES, OPERATIONS = (0.0, 1.0), (1, 40, 2000)
 
@@ -69,6 +69,18 @@ def test_what_is_not_resolved_is_empty_and_said(figure):
     text = words(figure)
     for part in ("s = 0: the model is right", "s = 1", "not resolved", "misfit below"):
         assert part in text
+
+
+def test_the_truth_is_a_line_at_each_operation(table):
+    truth = {(operation, name): 0.1 * i for i, name in enumerate(NAMES) for operation in OPERATIONS}
+    keys = zip(table.operation, table.name, strict=True)
+    known = table.assign(truth_z=[truth.get(key, np.nan) for key in keys])
+    figure = sensitivity(known, motion="closing", misfit_p_value=1e-3)
+    (lines,) = segments(figure.axes[3], style.MEASURED)
+    np.testing.assert_allclose(lines[:, 0, 1], 0.3)
+    np.testing.assert_allclose(lines[..., 0].mean(axis=1), [0, 1, 2])
+    assert "truth of the stand-in" in words(figure)
+    assert_nothing_overlaps(figure)
 
 
 def test_nothing_overlaps(figure):

@@ -23,6 +23,7 @@ FIGURES = (
     "posterior_predictive",
     "endurance_predictive",
     "evolution",
+    "sensitivity",
     "exactness",
     "identifiability",
     "networks",
@@ -36,14 +37,14 @@ FIGURES = (
 PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))
 
 
-def filled_in(page, motion, *, curves=None):
+def filled_in(page, motion, *, curves=None, scale=""):
     """Fill in a page as the report does; a key that is missing raises."""
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     config["endurance"]["curves"] = curves
     job = SimpleNamespace(config=config)
     if page != "workflow":  # the front page belongs to no job
         job.wildcards = SimpleNamespace(
-            motion=motion, source=motion, network="deep_set-flow_matching"
+            motion=motion, source=motion, network="deep_set-flow_matching", scale=scale
         )
     text = (ROOT / f"workflow/report/{page}.rst").read_text()
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
@@ -53,8 +54,8 @@ def filled_in(page, motion, *, curves=None):
 @pytest.mark.parametrize("page", PAGES)
 @pytest.mark.parametrize("curves", [None, "my/curves"])
 def test_page_is_valid(page, curves):
-    for motion in MOTIONS:
-        text = filled_in(page, motion, curves=curves)
+    for motion, scale in zip(MOTIONS, ("", "_s1"), strict=True):
+        text = filled_in(page, motion, curves=curves, scale=scale)
         # Warnings raise (halt_level 2), and are told in the exception, not on the screen.
         settings = {"halt_level": 2, "report_level": 5, "_disable_config": True}
         tree = publish_doctree(text, settings_overrides=settings)

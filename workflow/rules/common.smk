@@ -1,6 +1,7 @@
 """Configuration, and the names that several rules share."""
 
 import os
+import re
 from pathlib import Path
 
 from breaker.workflow import configuration, modules_of
@@ -52,7 +53,7 @@ wildcard_constraints:
     source="closing|opening|both",
     chunk=r"\d\d\d+",
     network="[a-z_]+-[a-z_]+",
-    scale=r"(_s\d+(\.\d+)?)?",
+    scale=f"({'|'.join(map(re.escape, SCALES))})",
     shard=r"\d\d\d+",
     seed=r"\d+",
 
@@ -90,6 +91,18 @@ def validated(wildcards):
     kind = "_corrected" if config["validation"]["posterior"] == "corrected" else ""
     scale = wildcards.get("scale", "")
     return f"results/validation/{wildcards.motion}{kind}{scale}_seed{SEED}.zarr"
+
+
+def through_files(wildcards):
+    """Records that went through files: where the model is right."""
+    path = f"results/validation/{wildcards.motion}_reader_seed{wildcards.seed}.zarr"
+    return [] if wildcards.scale else path
+
+
+def measured_at_scale(wildcards):
+    """The drive at hand, where its curves are judged at the scale of the simulated ones."""
+    same = scale_of(wildcards) == config["endurance"]["discrepancy"]
+    return f"results/endurance/{wildcards.motion}.zarr" if same else []
 
 
 def network_of(wildcards):

@@ -15,8 +15,6 @@ rule correct_validation:
         directory("results/validation/{motion}_corrected{scale}_seed{seed}.zarr"),
     log:
         "logs/correct_validation/{motion}{scale}_seed{seed}.log",
-    benchmark:
-        "results/benchmarks/correct_validation_{motion}{scale}_seed{seed}.tsv"
     params:
         prior=config["prior"],
         sensor=config["sensor"],
@@ -42,8 +40,6 @@ rule judge:
         ),
     log:
         "logs/judge/{motion}{scale}_seed{seed}.log",
-    benchmark:
-        "results/benchmarks/judge_{motion}{scale}_seed{seed}.tsv"
     params:
         curves=config["validation"]["judged_curves"],
         discrepancy=scale_of,
@@ -60,8 +56,6 @@ rule correct_operations:
         directory("results/endurance/{motion}/corrected_{chunk}.zarr"),
     log:
         "logs/correct_operations/{motion}_{chunk}.log",
-    benchmark:
-        "results/benchmarks/correct_operations_{motion}_{chunk}.tsv"
     params:
         seed=config["seed"],
         prior=config["prior"],
@@ -81,11 +75,10 @@ figure(
     judged=f"results/exactness/{{motion}}{{scale}}_seed{SEED}.zarr",
     amortised=f"results/validation/{{motion}}{{scale}}_seed{SEED}.zarr",
     corrected=f"results/validation/{{motion}}_corrected{{scale}}_seed{SEED}.zarr",
-    params={"setting": setting_of},
 )
 
-# How well a curve determines each parameter, and how much of it posteriors reach: of the drive at
-# hand too, where its curves are judged at the same scale.
+
+# How well a curve determines each parameter, and how much of it posteriors reach.
 figure(
     "identifiability",
     "4 Exactness",
@@ -93,14 +86,6 @@ figure(
     limit="results/identifiability/{motion}{scale}.zarr",
     amortised=f"results/validation/{{motion}}{{scale}}_seed{SEED}.zarr",
     corrected=f"results/validation/{{motion}}_corrected{{scale}}_seed{SEED}.zarr",
-    drive=lambda wildcards: (
-        f"results/endurance/{wildcards.motion}.zarr"
-        if scale_of(wildcards) == config["endurance"]["discrepancy"]
-        else []
-    ),
-    params={
-        "prior": config["prior"],
-        "onset_sd": config["sensor"]["onset_sd"],
-        "setting": setting_of,
-    },
+    drive=measured_at_scale,
+    params={"prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
 )

@@ -15,8 +15,6 @@ rule condition:
         directory("results/condition/chunk_{chunk}.zarr"),
     log:
         "logs/condition/chunk_{chunk}.log",
-    benchmark:
-        "results/benchmarks/condition_{chunk}.tsv"
     params:
         motions=MOTIONS,
         operations=operations,
@@ -35,8 +33,6 @@ rule trend:
         state=directory("results/trend/{source}/state_{chunk}.zarr"),
     log:
         "logs/trend/{source}_{chunk}.log",
-    benchmark:
-        "results/benchmarks/trend_{source}_{chunk}.tsv"
     params:
         seed=config["seed"],
         motions=MOTIONS,

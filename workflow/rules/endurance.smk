@@ -12,8 +12,6 @@ rule rig:
         directory("results/rig/curves/{motion}"),
     log:
         "logs/rig/{motion}.log",
-    benchmark:
-        "results/benchmarks/rig_{motion}.tsv"
     params:
         seed=config["seed"],
         rig=config["rig"],
@@ -62,8 +60,6 @@ rule infer:
         directory("results/endurance/{motion}/inferred_{chunk}.zarr"),
     log:
         "logs/infer/{motion}_{chunk}.log",
-    benchmark:
-        "results/benchmarks/infer_{motion}_{chunk}.tsv"
     params:
         seed=config["seed"],
         draws=config["endurance"]["draws"],
@@ -135,6 +131,7 @@ rule sensitivity:
     input:
         model="results/models/{motion}.safetensors",
         curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr"),
+        truth=TRUTH,
     output:
         page(
             "results/sensitivity/{motion}.csv",

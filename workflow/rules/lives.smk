@@ -15,8 +15,6 @@ rule follow_lives:
         directory("results/lives/seed{seed}/lives_{chunk}.zarr"),
     log:
         "logs/follow_lives/seed{seed}_{chunk}.log",
-    benchmark:
-        "results/benchmarks/follow_lives_seed{seed}_{chunk}.tsv"
     params:
         lives={key: config["lives"][key] for key in config["lives"] if key != "seed"},
         wear_model={

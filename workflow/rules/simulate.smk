@@ -29,8 +29,6 @@ rule bank_shard:
         directory("results/bank/{motion}/shard_{shard}.zarr"),
     log:
         "logs/bank/{motion}_{shard}.log",
-    benchmark:
-        "results/benchmarks/bank_{motion}_{shard}.tsv"
     priority: 10  # the longest chain first: what follows fills the cores after it
     params:
         seed=config["seed"],
@@ -49,8 +47,6 @@ rule discrepancy:
         directory("results/discrepancy.zarr"),
     log:
         "logs/discrepancy.log",
-    benchmark:
-        "results/benchmarks/discrepancy.tsv"
     params:
         seed=config["seed"],
         motions=MOTIONS,

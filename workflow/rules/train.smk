@@ -20,8 +20,6 @@ rule train:
         solver=directory("results/training/{motion}_solver.zarr"),
     log:
         "logs/train/{motion}.log",
-    benchmark:
-        "results/benchmarks/train_{motion}.tsv"
     priority: 10  # the longest chain first: what follows fills the cores after it
     threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
     params:

@@ -30,8 +30,6 @@ rule validate:
         directory("results/validation/{motion}{scale}_seed{seed}.zarr"),
     log:
         "logs/validate/{motion}{scale}_seed{seed}.log",
-    benchmark:
-        "results/benchmarks/validate_{motion}{scale}_seed{seed}.tsv"
     params:
         curves=config["validation"]["curves"],
         draws=config["validation"]["draws"],
@@ -48,8 +46,6 @@ rule validate_reader:
         directory("results/validation/{motion}_reader_seed{seed}.zarr"),
     log:
         "logs/validate_reader/{motion}_seed{seed}.log",
-    benchmark:
-        "results/benchmarks/validate_reader_{motion}_seed{seed}.tsv"
     params:
         curves=config["validation"]["curves"],
         draws=config["validation"]["draws"],
@@ -80,11 +76,7 @@ rule quality:
     input:
         validation="results/validation/{motion}{scale}_seed{seed}.zarr",
         corrected="results/validation/{motion}_corrected{scale}_seed{seed}.zarr",
-        reader=lambda wildcards: (
-            []
-            if wildcards.scale
-            else f"results/validation/{wildcards.motion}_reader_seed{wildcards.seed}.zarr"
-        ),
+        reader=through_files,
         limit="results/identifiability/{motion}{scale}.zarr",
     output:
         page(
@@ -110,10 +102,7 @@ figure(
     of="_{motion}{scale}",
     validation=validated,
     params={
-        "subject": lambda wildcards: (
-            f"simulation-based calibration, {config['validation']['posterior']} posterior"
-            + setting_of(wildcards)
-        )
+        "subject": f"simulation-based calibration, {config['validation']['posterior']} posterior"
     },
 )
 
@@ -134,11 +123,7 @@ figure(
     of="_{motion}{scale}",
     validation=validated,
     limit="results/identifiability/{motion}{scale}.zarr",
-    params={
-        "prior": config["prior"],
-        "onset_sd": config["sensor"]["onset_sd"],
-        "setting": setting_of,
-    },
+    params={"prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
 )
 
 # Fig. 6: what was inferred against the truth.

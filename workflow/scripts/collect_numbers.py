@@ -27,11 +27,11 @@ for i, motion in enumerate(params.motions):
         xr.open_zarr(files.truth).sel(motion=motion) if files.truth else None,
     )
     found |= {f"{motion}.{name}": value for name, value in numbers.items()}
-scaled = [(motion, scale) for motion in params.motions for scale in params.scales]
-for i, (motion, scale) in enumerate(scaled):
+for i, setting in enumerate(params.scaled):  # such as closing_s1
     pair = (pd.read_csv(files[f"scaled_{kind}"][i]) for kind in ("quality", "exactness"))
     numbers = numbers_of_validation(*pair)
-    found |= {f"{motion}.{scale}.{name}": value for name, value in numbers.items()}
+    prefix = setting.replace("_", ".", 1)
+    found |= {f"{prefix}.{name}": value for name, value in numbers.items()}
 
 remaining = xr.open_zarr(files.remaining)
 failures = remaining.failure.to_series().to_dict() if "failure" in remaining else {}

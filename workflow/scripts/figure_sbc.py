@@ -13,6 +13,6 @@ figure = sbc(
     judge_draws(data.draws.values, data.truth.values),
     data.output.values,
     motion=snakemake.wildcards.motion,
-    subject=snakemake.params.subject,
+    subject=snakemake.params.subject + snakemake.params.get("setting", ""),
 )
 figure.savefig(snakemake.output[0])

@@ -1,5 +1,7 @@
 """Infer a few operations at several scales of what the model leaves out."""
 
+import xarray as xr
+
 from breaker.decisions import over_scales, spread
 from breaker.mechanism import from_list
 from breaker.posterior import Posterior
@@ -10,12 +12,14 @@ log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
 posterior = Posterior.load(snakemake.input.model)
+truth = xr.open_zarr(snakemake.input.truth).value if snakemake.input.truth else None
 table = over_scales(
     posterior,
     spread(open_curves(snakemake.input.curves), params.operations).load(),
     params.scales,
     from_list(params.limits, [motion]),
     params.correction,
+    truth=truth,
     seed=params.seed,
     **params.endurance,
 )

@@ -39,6 +39,7 @@ def over_scales(
     draws: int,
     seed: int,
     misfit_p_value: float,
+    truth: xr.DataArray | None = None,
 ) -> pd.DataFrame:
     """Infer and correct operations at several scales of what the model leaves out.
 
@@ -51,12 +52,14 @@ def over_scales(
         draws: Draws from the posterior of each operation.
         seed: Seed of the draws.
         misfit_p_value: Predictive p-value below which a record counts as misfit.
+        truth: True parameters of a stand-in, ``(operation, parameter)``.
 
     Returns:
         One row for each scale, operation and ``name``. ``kind`` "parameter": ``median``, ``lower``
         and ``upper`` of the 90 % interval in ``unit``, and again with ``_z``, as distances from the
-        prior's median in prior sd. ``kind`` "limit": ``probability`` that it is exceeded. In all
-        rows ``p_value`` and ``resolved`` of the operation at that scale.
+        prior's median in prior sd; ``truth`` and ``truth_z`` if given. ``kind`` "limit":
+        ``probability`` that it is exceeded. In all rows ``p_value`` and ``resolved`` of the
+        operation at that scale.
     """
     from breaker.posterior import correct_operations, infer  # loads torch
 
@@ -67,7 +70,7 @@ def over_scales(
         at = posterior.at(scale)
         found = infer(at, curves, draws=draws, **common)
         found = correct_operations(at.model, found, correction, **common)
-        rows = pd.concat([_parameters(found, at), _limits(found, own, posterior.motion)])
+        rows = pd.concat([_parameters(found, at, truth), _limits(found, own, posterior.motion)])
         of_operation = found[["p_value", "resolved"]].to_dataframe()[["p_value", "resolved"]]
         rows = rows.merge(of_operation.reset_index(), on="operation")
         rows.insert(0, "scale", scale)
@@ -75,7 +78,9 @@ def over_scales(
     return pd.concat(tables, ignore_index=True)
 
 
-def _parameters(found: xr.Dataset, posterior: "Posterior") -> pd.DataFrame:
+def _parameters(
+    found: xr.Dataset, posterior: "Posterior", truth: xr.DataArray | None
+) -> pd.DataFrame:
     """Median and 90 % interval of every output, in its unit and in prior sd."""
     draws = found.draws.values.astype(np.float64)
     columns = {}
@@ -83,6 +88,9 @@ def _parameters(found: xr.Dataset, posterior: "Posterior") -> pd.DataFrame:
         for name, level in _LEVELS.items():
             columns[f"{name}{suffix}"] = np.quantile(values, level, axis=1).ravel()
     operations, names = found.operation.values, found.output.values
+    if truth is not None:  # it has no onset
+        known = truth.reindex(operation=operations, parameter=names).values
+        columns |= {"truth": known.ravel(), "truth_z": posterior.standardise(known).ravel()}
     return pd.DataFrame(
         {
             "operation": np.repeat(operations, len(names)),

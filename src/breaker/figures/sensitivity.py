@@ -75,6 +75,11 @@ def _intervals(axis: Axes, rows: pd.DataFrame) -> None:
     for x, look, one in _groups(rows):
         axis.vlines(x, one.lower_z, one.upper_z, color=look["color"], lw=1.4)
         _marks(axis, x, one.median_z, one.resolved, look)
+    if "truth_z" in rows:
+        one = rows[rows.scale == rows.scale.min()].sort_values("operation")
+        place = np.arange(len(one))
+        ends = place - 0.6 * _WIDTH, place + 0.6 * _WIDTH
+        axis.hlines(one.truth_z, *ends, color=style.MEASURED, lw=1.4)
 
 
 def _p_values(axis: Axes, rows: pd.DataFrame, misfit_p_value: float) -> None:
@@ -108,6 +113,8 @@ def _handles(table: pd.DataFrame) -> list:
     ]
     if not table.resolved.all():
         handles.append(style.dot_key("not resolved", mfc="white", ms=5))
+    if "truth_z" in table:
+        handles.append(style.line_key("truth of the stand-in", style.MEASURED))
     handles.append(style.band_key("90 % of the prior", style.PRIOR, 0.2))
     handles.append(style.line_key("misfit below", style.WARNING, ":", lw=0.9))
     return handles
