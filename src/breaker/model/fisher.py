@@ -140,6 +140,7 @@ def information(
     onset: np.ndarray,
     *,
     steps: int = 3,
+    basis: np.ndarray | None = None,
 ) -> Information:
     """Return the Gaussian likelihoods of records about given parameters.
 
@@ -149,6 +150,8 @@ def information(
         centre: Standardised parameters, ``(n, p)``.
         onset: Standardised onsets to start from, ``(n,)``; ignored where there is none.
         steps: Gauss-Newton steps of the onset; one does where it is known from a place nearby.
+        basis: Curves ``(c, t)``, mm, whose amplitudes in a record count as unknowns too, after the
+            parameters and around 0: matrix and slope are then of size p + c.
 
     Example:
         >>> from breaker.model import Model, Prior, Sensor
@@ -162,30 +165,36 @@ def information(
     """
     p = len(NAMES)
     if not model.sensor.infers_onset:
-        matrix, slope = _normal_equations(model, centre, slice(None), records)
+        matrix, slope = _normal_equations(model, centre, slice(None), records, basis)
         return Information(matrix, slope, np.zeros(len(centre)))
     z = np.column_stack([centre, onset])
     for _ in range(steps):
         known, slope = _normal_equations(model, z, slice(p, None), records)
         step = (slope[:, 0] - z[:, p]) / (known[:, 0, 0] + 1.0)
         z[:, p] += np.clip(step, -1.0, 1.0)
-    matrix, slope = _normal_equations(model, z, slice(None), records)
+    matrix, slope = _normal_equations(model, z, slice(None), records, basis)
     # The onset has a prior of its own in every record; it is integrated.
     matrix[:, p, p] += 1.0
     slope[:, p] -= z[:, p]
-    share = matrix[:, :p, p] / matrix[:, p, p, None]
-    return Information(
-        matrix[:, :p, :p] - share[:, :, None] * matrix[:, None, :p, p],
-        slope[:, :p] - share * slope[:, p, None],
-        z[:, p],
-    )
+    share = matrix[:, :, p] / matrix[:, p, p, None]
+    matrix = matrix - share[:, :, None] * matrix[:, None, p]
+    slope = slope - share * slope[:, p, None]
+    others = np.arange(slope.shape[1]) != p
+    return Information(matrix[:, others][:, :, others], slope[:, others], z[:, p])
 
 
 def _normal_equations(
-    model: Model, z: np.ndarray, by: slice, records: np.ndarray
+    model: Model,
+    z: np.ndarray,
+    by: slice,
+    records: np.ndarray,
+    basis: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """``J J'`` and ``J r`` of derivatives ``(n, q, t)`` and what curves leave of records."""
     curves, slopes = linearise(model, z, by, records)
+    if basis is not None:
+        present = np.where(np.isnan(records)[:, None], np.nan, basis)
+        slopes = np.concatenate([slopes, model.sensor.whiten(present)], axis=1)
     residual = model.sensor.whiten(records - curves)
     return slopes @ slopes.swapaxes(1, 2), (slopes @ residual[..., None])[..., 0]
 

@@ -113,6 +113,7 @@ class Tracker:
         scatters: Candidates of the scatter from operation to operation, shares, ``(k,)``.
         outliers: Probability that an operation is an outlier, from which nothing is learnt.
         whole: Probability that a change is of the kind ``all``.
+        bend: sd of the gradual change of a slope in a thousand operations, share of the slope.
     """
 
     log_sds: np.ndarray
@@ -122,6 +123,7 @@ class Tracker:
     scatters: np.ndarray
     outliers: float
     whole: float
+    bend: float = 0.0
 
     @classmethod
     def from_settings(cls, settings: Mapping, log_sds: np.ndarray) -> "Tracker":
@@ -136,15 +138,22 @@ class Tracker:
             whole=settings["whole"],
         )
 
-    def begin(self, operation: int) -> Hypotheses:
-        """Return the hypotheses before the first operation: the prior of levels and slopes."""
+    def begin(self, operation: int, passes: np.ndarray | float = 0.0) -> Hypotheses:
+        """Return the hypotheses before the first operation: the prior of levels and slopes.
+
+        Args:
+            operation: Number of the first operation.
+            passes: Covariance of what passes for levels and is none, ``(p, p)``.
+        """
         p, k = len(NAMES), len(self.scatters)
         variance = np.append(np.ones(p), np.full(p, np.square(self.slope_sd)))
+        prior = np.diag(variance)
+        prior[:p, :p] += passes
         return Hypotheses(
             operation=operation,
             log_weight=np.full(k, -np.log(k)),
             mean=np.zeros((k, 2 * p)),
-            cov=np.tile(np.diag(variance), (k, 1, 1)),
+            cov=np.tile(prior, (k, 1, 1)),
             start=np.full(k, operation),
             kind=np.full(k, _FIRST),
             scatter=np.arange(k),
@@ -165,6 +174,9 @@ class Tracker:
         mean[:, :p] += way * mean[:, p:]
         cov[:, :p] += way * cov[:, p:]
         cov[:, :, :p] += way * cov[:, :, p:]
+        if self.bend:
+            slopes = np.arange(p, 2 * p)
+            cov[:, slopes, slopes] += way * np.square(self.bend * mean[:, p:])
         return replace(grown, operation=operation, mean=mean, cov=cov)
 
     @cached_property

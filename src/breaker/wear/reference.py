@@ -1,34 +1,33 @@
-"""The reference: where a trend starts, whether the model fits, and whether both motions agree.
+r"""The reference: where a trend starts, what it leaves out, and whether both motions agree.
 
-The first operations are too few for a trend, so their records are pooled. If the model fits their
-mean to within the noise, the trend starts from the parameters that fit all of them best, and all
-that follows is exact.
-
-If it does not, as at the end of a stroke with a damper, pooling drives the parameters far off: the
-misfit is the same in every operation and does not average out, so the least known parameters absorb
-it. Then the *effective* values are followed: where the posterior of a single operation, prior
-included, would lie without noise. They are stable, and pulled to the prior in directions that a
-record hardly determines. The mode of an operation's posterior measures them, with the covariance
-that these modes have in the reference.
+The first operations are too few for a trend, so their records are pooled: one set of parameters and
+one difference from the model fit all of them best, under the prior of the parameters and what was
+learned of differences. All that follows is linear near them. How much of the reference is
+difference, phase by phase, says how far the model can be trusted on this drive.
 
 Whether closing and opening have the same parameters is asked once, of these operations. A trend of
-both pools as many records, so it needs agreement to the accuracy of all of them.
+both pools as many records, so it needs agreement to the accuracy of all of them, and of what was
+learned.
 """
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import chdtrc  # scipy.stats takes most of a second to load
 
 from breaker.mechanism import NAMES
-from breaker.model import Model, Sensor, climb, information, pool
+from breaker.model import Model, information, pool
+from breaker.wear.difference import Apparent, Learned, split_off
 
-__all__ = ["Reference", "agreement", "find_reference", "modes", "onset_of", "pooled"]
+__all__ = ["Reference", "agreement", "find_reference", "onset_of", "pooled"]
 
-_MOVES = 3  # Gauss-Newton steps to a mode, from the network's mean
-_FINEST = 0.01  # prior sd, to which a mode is known at best
-_MISFIT = 1e-6  # p-value of the mean record below which the model does not fit
+_ROUNDS = 30  # of the fit of parameters and difference
+_REACHED = 1e-4  # prior sd: a step that ends it
+_RIDGE = 1e-9  # of an information, for directions that no record determines
 
 
 @dataclass(frozen=True)
@@ -37,43 +36,99 @@ class Reference:
 
     Attributes:
         centre: Standardised parameters that the first operations agree on best, ``(p,)``.
-        p_values: Of the mean record of each motion: small where the model does not fit it.
-        spread: Covariance of the modes of single operations about their line, ``(p, p)``; used
-            where the model does not fit.
         agreement: p-value of the difference between the motions' parameters: see ``agreement``.
+        difference: Amplitudes of the difference that they share, ``(n,)``; none where the model
+            is held to be right.
+        matrix: Information of one of them about parameters and difference, ``(p + n, p + n)``.
     """
 
     centre: np.ndarray
-    p_values: dict[str, float]
-    spread: np.ndarray
     agreement: float
+    difference: np.ndarray
+    matrix: np.ndarray
 
-    @property
-    def fits(self) -> bool:
-        """Whether the model fits the first operations, in every motion."""
-        return all(value >= _MISFIT for value in self.p_values.values())
+    @cached_property
+    def root(self) -> np.ndarray:
+        """Cholesky root of the information, in which what an operation says has unit noise."""
+        ridge = _RIDGE * np.trace(self.matrix) / len(self.matrix)
+        return np.linalg.cholesky(self.matrix + ridge * np.eye(len(self.matrix)))
 
 
 def find_reference(
     models: Mapping[str, Model],
     records: Mapping[str, np.ndarray],
     outputs: Mapping[str, np.ndarray],
+    learned: Learned | None = None,
 ) -> Reference:
-    """Pool the first operations; find whether the model fits them and whether motions agree.
+    """Pool the first operations, and ask whether motions agree.
 
     Args:
         models: Joint model of each motion.
         records: Records of each, of the same operations, ``(n, t)``, mm.
         outputs: Means of the posteriors of each, standardised, ``(n, q)``, to start from.
+        learned: What was learned of differences; None where the model is held to be right.
     """
+    if learned is not None:
+        return _with_difference(models, records, outputs, learned)
+    centre, p = pooled(models, records, outputs), len(NAMES)
+    agree = agreement(models, records, outputs, centre)
+    return Reference(centre, agree, np.zeros(0), np.zeros((p, p)))
+
+
+def _with_difference(
+    models: Mapping[str, Model],
+    records: Mapping[str, np.ndarray],
+    outputs: Mapping[str, np.ndarray],
+    learned: Learned,
+) -> Reference:
+    """The mode of parameters and shared difference, by Gauss-Newton with limited steps."""
+    p, n = len(NAMES), len(learned.new)
     onsets = {motion: onset_of(each) for motion, each in outputs.items()}
-    centre = pooled(models, records, outputs)
-    p_values = {}
-    for motion, model in models.items():
-        left, _ = _residuals(model, records[motion], centre, onsets[motion])
-        p_values[motion] = _common_curve(model.sensor, left)
-    spread = _spread(*modes(models, records, outputs))
-    return Reference(centre, p_values, spread, agreement(models, records, outputs, centre))
+    prior = block_diag(np.eye(p), np.linalg.inv(learned.new))
+    state = np.append(_mean_of(outputs), np.zeros(n))
+    for _ in range(_ROUNDS):
+        places = np.tile(state[:p], (len(next(iter(records.values()))), 1))
+        known = learned.models(models, state[p:])
+        matrix, slope, onsets = learned.information(known, records, places, onsets, steps=2)
+        # A finer error than the components is the same in all records: more of them add little.
+        counts = 1.0 / (1.0 + len(places) * learned.rough)
+        matrix, slope = counts * matrix.sum(axis=0), counts * slope.sum(axis=0)
+        step = np.linalg.solve(prior + matrix, slope - prior @ state)
+        # No step farther than half a prior sd: far from the mode the curve bends.
+        share = min(1.0, 0.5 / np.abs(step[:p]).max())
+        state = state + share * step
+        if np.abs(step[:p]).max() < _REACHED:
+            break
+    else:
+        logging.getLogger("breaker").warning(
+            "%s: no parameters and difference that fit all records were found in %d steps",
+            *(" and ".join(records), _ROUNDS),
+        )
+    agree = 1.0
+    if len(models) > 1:
+        alone = [
+            learned.information(known, {m: records[m]}, places, onsets, steps=1) for m in models
+        ]
+        sums = [(counts * each[0].sum(axis=0), counts * each[1].sum(axis=0)) for each in alone]
+        agree = _agreement_with_difference(learned, state[p:], *(split_off(*each) for each in sums))
+    return Reference(state[:p], agree, state[p:], matrix / (counts * len(places)))
+
+
+def _agreement_with_difference(
+    learned: Learned, known: np.ndarray, one: Apparent, other: Apparent
+) -> float:
+    """p-value of the same parameters in both motions, given what was learned of differences.
+
+    Each motion has apparent parameters of its own. They differ by what its difference passes for:
+    normal, with the covariance that was learned, narrowed by what no parameters explain.
+    """
+    prior = np.linalg.inv(learned.new)
+    cov = np.linalg.inv(prior + one.rest + other.rest)
+    mean = cov @ (one.left + other.left - prior @ known)
+    gain = one.gain - other.gain
+    apart = one.mean - other.mean - gain @ mean
+    within = np.linalg.inv(one.held) + np.linalg.inv(other.held) + gain @ cov @ gain.T
+    return float(chdtrc(len(apart), apart @ np.linalg.solve(within, apart)))
 
 
 def agreement(
@@ -126,48 +181,14 @@ def pooled(
     outputs: Mapping[str, np.ndarray],
 ) -> np.ndarray:
     """Return the standardised parameters that all records agree on best, ``(p,)``."""
-    p = len(NAMES)
-    begin = np.mean([outputs[motion][:, :p].mean(axis=0) for motion in models], axis=0)
     onsets = {motion: onset_of(outputs[motion]) for motion in models}
-    return pool(models, records, begin, onsets, warn=True)
+    return pool(models, records, _mean_of(outputs), onsets, warn=True)
 
 
-def _spread(found: np.ndarray, within: np.ndarray) -> np.ndarray:
-    """Covariance of modes ``(n, p)`` about a line, regularised by the one that is expected.
-
-    A Gaussian likelihood of precision ``J`` and one prior make modes of covariance ``S - S^2``,
-    with ``S = (1 + J)^-1``. This counts as much as two operations per parameter.
-    """
-    n, p = found.shape
-    design = np.column_stack([np.ones(n), np.arange(n) - (n - 1) / 2])[:, : min(2, n)]
-    left = found - design @ np.linalg.lstsq(design, found, rcond=None)[0]
-    posterior = np.linalg.inv(np.eye(p) + within.mean(axis=0))
-    expected = posterior - posterior @ posterior + np.square(_FINEST) * np.eye(p)
-    free = max(n - 2, 0)
-    return (left.T @ left + 2 * p * expected) / (free + 2 * p)
-
-
-def modes(
-    models: Mapping[str, Model],
-    records: Mapping[str, np.ndarray],
-    outputs: Mapping[str, np.ndarray],
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mode of the posterior of every operation, from all of its motions.
-
-    Args:
-        models: Joint model of each motion.
-        records: Records of each, ``(n, t)``, mm.
-        outputs: Means of the posteriors of each, standardised, ``(n, q)``, to start from.
-
-    Returns:
-        Standardised parameters ``(n, p)`` and the information of the records there, ``(n, p, p)``.
-    """
+def _mean_of(outputs: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Mean of outputs of all motions and records, the parameters alone, ``(p,)``."""
     p = len(NAMES)
-    centre = np.mean([each[:, :p] for each in outputs.values()], axis=0)
-    onsets = {motion: onset_of(each) for motion, each in outputs.items()}
-    prior = np.zeros(p), np.eye(p)
-    centre, matrix, _ = climb(models, records, centre, onsets, *prior, moves=_MOVES)
-    return centre, matrix
+    return np.mean([each[:, :p].mean(axis=0) for each in outputs.values()], axis=0)
 
 
 def onset_of(outputs: np.ndarray) -> np.ndarray:
@@ -190,23 +211,3 @@ def _misfit(model: Model, records: np.ndarray, centre: np.ndarray, onset: np.nda
     """Squares that the model leaves of records and their onsets, in units of the noise."""
     left, onset = _residuals(model, records, centre, onset)
     return float(model.sensor.chi_square(left, np.zeros_like(left)).sum() + np.square(onset).sum())
-
-
-def _common_curve(sensor: Sensor, residuals: np.ndarray) -> float:
-    """p-value of residuals ``(n, t)`` that have no curve in common, NaN where a sample is missing.
-
-    The curve by generalised least squares follows a chi-square; of whole records it is their mean.
-    """
-    there = ~np.isnan(residuals)
-    if there.all():
-        mean = residuals.mean(axis=0)
-        statistic = len(residuals) * sensor.chi_square(mean, np.zeros_like(mean))
-        return float(chdtrc(mean.size, statistic))
-    seen = there.any(axis=0)
-    weights, values = there[:, seen].astype(float), np.where(there, residuals, 0.0)[:, seen]
-    noise, zero = sensor.noise_sd**2, sensor.zero_sd**2
-    shared = zero / (noise + weights.sum(axis=1) * zero)
-    precision = np.diag(weights.sum(axis=0)) - (weights.T * shared) @ weights
-    total = values.sum(axis=0) - (shared * values.sum(axis=1)) @ weights
-    statistic = total @ np.linalg.solve(precision, total) / noise
-    return float(chdtrc(seen.sum(), statistic))

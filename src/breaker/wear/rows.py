@@ -8,6 +8,7 @@ import xarray as xr
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior
 from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
+from breaker.wear.difference import PHASES
 from breaker.wear.lifetime import Horizon, Remaining, reached
 from breaker.wear.lines import SPACING
 from breaker.wear.state import State
@@ -63,7 +64,11 @@ def row(
 
 
 def dataset(
-    operations: np.ndarray, rows: Sequence[Row], limits: Sequence[Limit], last: int
+    operations: np.ndarray,
+    rows: Sequence[Row],
+    limits: Sequence[Limit],
+    last: int,
+    motions: Sequence[str],
 ) -> xr.Dataset:
     """Put the rows of operations ``(o,)`` into one dataset.
 
@@ -72,12 +77,14 @@ def dataset(
         rows: At least one.
         limits: Limits of the remaining lives.
         last: Age of the last bin of run lengths, operations.
+        motions: Motions of the source.
     """
     edges = age_bins(last)
     parts = [(limit, part) for limit in limits for part in limit.parts]
     coords = {
         "operation": operations,
         "parameter": list(NAMES),
+        "phase": [f"{motion} {phase}" for motion in motions for phase in PHASES],
         "bound": ["lower", "upper"],
         "kind": list(KINDS),
         "quantile": list(_QUANTILES),

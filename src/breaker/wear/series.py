@@ -8,7 +8,7 @@ import xarray as xr
 
 from breaker.mechanism import NAMES
 from breaker.model import Model, climb
-from breaker.wear.reference import Reference, modes, onset_of
+from breaker.wear.reference import Reference, onset_of
 
 __all__ = ["Series", "likelihood", "series_of"]
 
@@ -70,9 +70,6 @@ def likelihood(
     for scatter and for a change not noticed yet. So that place follows the records in the
     directions that they determine, and stays at the trend in all others.
 
-    Where the model does not fit, the mode of the operation's own posterior is taken as a
-    measurement of its effective value.
-
     Args:
         models: Joint model of each motion that has a usable record.
         series: Records.
@@ -91,11 +88,6 @@ def likelihood(
         return nothing
     records = {motion: series.records[motion][one] for motion in models}
     outputs = {motion: series.outputs[motion][one] for motion in models}
-    if not reference.fits:
-        if models.keys() != reference.p_values.keys():
-            return nothing  # the mode of one motion alone differs by the pull of the prior
-        centre, _ = modes(models, records, outputs)
-        return np.linalg.inv(reference.spread), np.zeros(p), centre[0]
     room = np.diag(np.square(_ROOM / next(iter(models.values())).prior.log_sds))
     mean, spread = (reference.centre, np.zeros((p, p))) if predicted is None else predicted
     onsets = {motion: onset_of(each) for motion, each in outputs.items()}

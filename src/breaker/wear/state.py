@@ -1,14 +1,15 @@
 """The state of a trend after some operations, stored so that later operations continue from it."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import NAMES
 from breaker.wear.changepoint import Hypotheses
+from breaker.wear.difference import Difference
 from breaker.wear.reference import Reference
+from breaker.wear.steps import Watch
 
 __all__ = ["State"]
 
@@ -20,6 +21,7 @@ _DIMS = {
     "kind": ("hypothesis",),
     "scatter": ("hypothesis",),
 }  # of hypotheses, in the order of their fields
+_PARTS = {"reference": Reference, "difference": Difference, "watch": Watch}  # where there are any
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,9 @@ class State:
         seen: Number of operations that were learnt from.
         first: Number of the first.
         alarms: Numbers of the operations at which a change was noticed, the last two.
+        difference: What is known of the drive's difference from the model; None where the model is
+            held to be right, or before there is a record.
+        watch: What the next operation is compared with; likewise.
     """
 
     hypotheses: Hypotheses
@@ -39,6 +44,8 @@ class State:
     seen: int
     first: int
     alarms: tuple[int, ...]
+    difference: Difference | None = None
+    watch: Watch | None = None
 
     @property
     def since(self) -> int:
@@ -47,28 +54,28 @@ class State:
 
     def to_dataset(self) -> xr.Dataset:
         """Return the state as a dataset, exactly."""
-        h, p, known = self.hypotheses, len(NAMES), self.reference
-        if known is None:
-            known = Reference(np.full(p, np.nan), {}, np.full((p, p), np.nan), np.nan)
-        attrs = {"operation": h.operation, "seen": self.seen, "first": self.first}
+        attrs = {"operation": self.hypotheses.operation, "seen": self.seen, "first": self.first}
         attrs |= {"alarms": list(self.alarms)}
-        attrs |= {"p_values": known.p_values, "agreement": known.agreement}
-        return xr.Dataset(
-            {name: (dims, getattr(h, name)) for name, dims in _DIMS.items()}
-            | {
-                "centre": ("parameter", known.centre),
-                "spread": (("parameter", "other_parameter"), known.spread),
-            },
-            attrs={"known": json.dumps(attrs)},
-        )
+        data = {name: (dims, getattr(self.hypotheses, name)) for name, dims in _DIMS.items()}
+        for part in _PARTS:
+            if (held := getattr(self, part)) is None:
+                continue
+            for each in fields(held):
+                value = np.asarray(getattr(held, each.name))
+                name = f"{part}_{each.name}"
+                data[name] = ([f"{name}_{k}" for k in range(value.ndim)], value)
+        return xr.Dataset(data, attrs={"known": json.dumps(attrs)})
 
     @classmethod
     def from_dataset(cls, data: xr.Dataset) -> "State":
         """Return the state of what ``to_dataset`` returned."""
         known = json.loads(data.attrs["known"])
         hypotheses = Hypotheses(known["operation"], *(data[name].values for name in _DIMS))
-        reference = None
-        if known["p_values"]:
-            about = data.centre.values, known["p_values"], data.spread.values, known["agreement"]
-            reference = Reference(*about)
-        return cls(hypotheses, reference, known["seen"], known["first"], tuple(known["alarms"]))
+        held = {}
+        for part, kind in _PARTS.items():
+            names = [f"{part}_{each.name}" for each in fields(kind)]
+            if names[0] in data:
+                values = (data[name].values for name in names)
+                held[part] = kind(*(each if each.ndim else each.item() for each in values))
+        begun = hypotheses, held.pop("reference", None), known["seen"], known["first"]
+        return cls(*begun, tuple(known["alarms"]), **held)

@@ -5,12 +5,15 @@ likelihood is taken near the trend so far (``series``), the hypotheses about the
 learn from it (``changepoint``), and the remaining life follows (``lifetime``). All that the next
 operation needs is a :class:`State`, which is stored, so that new operations go on from it.
 
-The first operations, the *reference*, are too few for a trend and are pooled: see ``reference``,
-also for how a drive is followed that the model does not fit.
+The first operations, the *reference*, are too few for a trend and are pooled: see ``reference``.
+
+Where the model is held to leave something out, what is followed are apparent parameters, and true
+ones are read off them: see ``difference``. Besides, every operation is compared with the last ones,
+in all that it says, to notice a step at once: see ``steps``.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -19,11 +22,13 @@ from tqdm import tqdm
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Model, Prior, generator
 from breaker.wear import rows
-from breaker.wear.changepoint import Tracker
+from breaker.wear.changepoint import Hypotheses, Tracker
+from breaker.wear.difference import PHASES, Difference, Learned
 from breaker.wear.lifetime import Horizon, Remaining, remaining_life
-from breaker.wear.reference import find_reference
+from breaker.wear.reference import find_reference, onset_of
 from breaker.wear.series import Series, likelihood
 from breaker.wear.state import State
+from breaker.wear.steps import Watch
 
 __all__ = ["Follower"]
 
@@ -38,6 +43,7 @@ class Follower:
         limits: Limits of which a remaining life is asked.
         horizon: How far it is looked for.
         settings: The section ``wear_model`` of the configuration.
+        learned: What was learned of the model's own error; None where the model is held to be right.
     """
 
     models: Mapping[str, Model]
@@ -45,10 +51,17 @@ class Follower:
     limits: Sequence[Limit]
     horizon: Horizon
     settings: Mapping
+    learned: Learned | None = None
+    _cache: dict = field(default_factory=dict, repr=False)
 
     @classmethod
     def from_settings(
-        cls, models: Mapping[str, Model], limits: Sequence[Limit], settings: Mapping, seed: int
+        cls,
+        models: Mapping[str, Model],
+        limits: Sequence[Limit],
+        settings: Mapping,
+        seed: int,
+        learned: Learned | None = None,
     ) -> "Follower":
         """Build from the section ``wear_model`` of the configuration."""
         prior = next(iter(models.values())).prior
@@ -60,6 +73,7 @@ class Follower:
             limits,
             Horizon(settings["horizon"], normals, settings["widening"]),
             settings,
+            learned,
         )
 
     @property
@@ -80,8 +94,15 @@ class Follower:
         if used.size:
             records = {motion: series.records[motion][used] for motion in self.models}
             outputs = {motion: series.outputs[motion][used] for motion in self.models}
-            reference = find_reference(self.models, records, outputs)
-        return State(self.tracker.begin(first), reference, 0, first, ())
+            reference = find_reference(self.models, records, outputs, self.learned)
+        if reference is None or self.learned is None:
+            return State(self.tracker.begin(first), reference, 0, first, ())
+        matrix = reference.matrix
+        difference = Difference.begin(self.learned, reference.difference, matrix, first)
+        passes = difference.gain @ self.learned.new @ difference.gain.T
+        watch = Watch.begin(len(matrix))
+        hypotheses = self.tracker.begin(first, passes)
+        return State(hypotheses, reference, 0, first, (), difference, watch)
 
     def together(self, state: State) -> bool:
         """Say whether the source can be followed: one motion, or two that agree."""
@@ -137,23 +158,101 @@ class Follower:
         hypotheses = self.tracker.predict(state.hypotheses, operation)
         level, cov = hypotheses.level()
         predicted = None if state.seen < self.settings["baseline"] else (level[:p], cov[:p, :p])
-        there = {motion: self.models[motion] for motion in self.models if usable[motion][i]}
-        matrix, slope, centre = likelihood(there, series, i, state.reference, predicted)
+        there = {m: model for m, model in self._known(state).items() if usable[m][i]}
+        matrix, slope, centre = self._likelihood(there, state, series, i, predicted)
         learns, outlier = bool(matrix.any()), np.nan
         if learns:
-            hypotheses, _, outlier = self.tracker.learn(hypotheses, matrix, slope, centre)
+            seen_alone = matrix[:p, :p], slope[:p], centre
+            hypotheses, _, outlier = self.tracker.learn(hypotheses, *seen_alone)
         seen = state.seen + learns
         changed = hypotheses.began_after(state.since)
         alarm = seen >= self.settings["settle"] and changed >= self.settings["alarm_level"]
         alarms = (*state.alarms[-1:], operation) if alarm else state.alarms
         state = replace(state, hypotheses=hypotheses, seen=seen, alarms=alarms)
-        left = remaining_life(self.tracker, hypotheses, self.limits, self.prior, self.horizon)
+        state, compared = self._compare(state, matrix, slope, learns, alarm)
+        told = replace(state, hypotheses=self._true(state))
+        left = remaining_life(self.tracker, told.hypotheses, self.limits, self.prior, self.horizon)
         if not seen:
             left = left.unknown()  # before the first record there is the prior alone
-        row = rows.row(state, left, self.tracker, self.prior, self.horizon)
+        row = rows.row(told, left, self.tracker, self.prior, self.horizon)
         row |= {"change_probability": ((), changed), "alarm": ((), alarm), "outlier": ((), outlier)}
-        return state, row, left
+        return state, row | compared, left
+
+    def _known(self, state: State) -> Mapping[str, Model]:
+        """Models that know the difference which the reference shares, built once."""
+        if state.difference is None:
+            return self.models
+        if self._cache.get("of") is not state.reference:
+            models = self.learned.models(self.models, state.reference.difference)
+            self._cache.update({"of": state.reference, "models": models})
+        return self._cache["models"]
+
+    def _likelihood(
+        self,
+        there: Mapping[str, Model],
+        state: State,
+        series: Series,
+        i: int,
+        predicted: tuple[np.ndarray, np.ndarray] | None,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Information of an operation about parameters and, if there is one, difference."""
+        if state.difference is None:
+            return likelihood(there, series, i, state.reference, predicted)
+        centre, size = state.reference.centre, len(state.reference.matrix)
+        if len(there) < len(self.models):  # the apparent parameters of one motion are others
+            return np.zeros((size, size)), np.zeros(size), centre
+        records = {motion: series.records[motion][i : i + 1] for motion in there}
+        onsets = {motion: onset_of(series.outputs[motion][i : i + 1]) for motion in there}
+        # Always at the reference: apparent parameters may lie far off, where the curve bends.
+        found = self.learned.information(there, records, centre[None], onsets, steps=2)
+        return found[0][0], found[1][0], centre
+
+    def _true(self, state: State) -> Hypotheses:
+        """Hypotheses about the true parameters, with the uncertainty that the difference leaves."""
+        found, p = state.hypotheses, len(NAMES)
+        if state.difference is None:
+            return found
+        drift = found.level()[0][p:]
+        readout = state.difference.readout(
+            self.learned, found.operation, drift, self.tracker.slope_sd
+        )
+        mean, cov = readout.apply(found.mean, found.cov)
+        return replace(found, mean=mean, cov=cov)
+
+    def _compare(
+        self, state: State, matrix: np.ndarray, slope: np.ndarray, learns: bool, alarm: bool
+    ) -> tuple[State, rows.Row]:
+        """Learn of the difference, and compare the operation with the last ones.
+
+        Args:
+            state: What is known after the operation of the rest.
+            matrix, slope: Its information about parameters and difference.
+            learns: Whether there is any.
+            alarm: Whether a change of the trend is reported.
+        """
+        nothing = np.full(len(self.models) * len(PHASES), np.nan)
+        row = {"surprise": ((), np.nan), "step": ((), False), "step_size": (("phase",), nothing)}
+        if state.difference is None or not learns:
+            return state, row
+        reference, operation = state.reference, state.hypotheses.operation
+        level = self.settings["step_p_value"] if state.seen > self.settings["settle"] else 0.0
+        said = np.linalg.solve(reference.root, slope)
+        watch, surprise, change = state.watch.learn(float(operation), said, level)
+        difference = state.difference.learn(operation, matrix, slope)
+        if alarm or change is not None:
+            drift = state.hypotheses.level()[0][len(NAMES) :]
+            difference = difference.renewed(
+                self.learned, operation, drift, stepped=change is not None
+            )
+        row["surprise"] = ((), surprise)
+        if change is not None:
+            sizes = self.learned.step_sizes(
+                *(self._known(state), reference, reference.root @ change, self.tracker.step_sd)
+            )
+            row |= {"step": ((), True), "step_size": (("phase",), sizes)}
+        return replace(state, difference=difference, watch=watch), row
 
     def dataset(self, operations: np.ndarray, found: Sequence[rows.Row]) -> xr.Dataset:
         """Put the rows of operations ``(o,)``, at least one, into one dataset."""
-        return rows.dataset(operations, found, self.limits, self.horizon.operations)
+        last = self.horizon.operations
+        return rows.dataset(operations, found, self.limits, last, list(self.models))

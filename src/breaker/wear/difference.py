@@ -1,0 +1,378 @@
+r"""How far a drive is from the model, and what that leaves of what its trend says.
+
+A record of a drive is ``curve(z) + shift(z) + d basis + errors``: d, the *difference*, is what the
+model leaves out of this very drive. All records share it, so it does not average out, and it
+changes as the drive wears. The records alone cannot tell it from the parameters: where ``G`` is the
+gain with which a difference passes for a change of parameters, they determine
+
+``a = z + G (d - d0)``,   ``G = (J J')^-1 J B'``,
+
+the *apparent* parameters, with ``d0`` a fixed guess, and, in what no parameters explain, a part of
+the difference itself. Under the linearised likelihood the two are independent. So the trend follows
+a, whatever the difference, with the noise alone; the sums of this module hold what the rest says of
+d; and only where results are read off are they joined with what was learned of d beforehand (prior
+and wear of ``results/discrepancy.zarr``). That is the exact posterior of one linear-Gaussian model
+of all records, at the cost of a few small products an operation.
+
+The size of a difference's change grows with the wear. What was learned is the second moment of both
+together, in a life of usual wear; the unknown factor follows from how fast a drifts.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.linalg import block_diag
+
+from breaker.mechanism import NAMES
+from breaker.model import Discrepancy, Model, information
+from breaker.records import main_motion
+from breaker.wear.changepoint import PER
+
+PHASES = ("start", "main motion", "end")
+"""Phases of a motion in which a difference is sized."""
+
+__all__ = ["PHASES", "Apparent", "Difference", "Learned", "Readout", "by_phase", "split_off"]
+
+_RIDGE = 1e-6  # of the information about parameters, for directions that no record determines
+_START = 0.15  # share of the way between the rest positions that is the start of a motion
+_UNWORN = 0.05  # prior sd, by which a parameter that no drive of the family wears may change
+_LEAST = 1e-3  # square of the least drift, in lives of usual wear per thousand operations
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """What was learned of the difference of drives, for the motions of a source.
+
+    Attributes:
+        basis: Curves of each motion, ``(c, t)``, mm.
+        mean_of: Mean and slopes of each motion, the ``Discrepancy`` without components.
+        new: Covariance of the difference in new condition, all motions, ``(n, n)``.
+        wear: Second moment of the changes of parameters and difference in a life of usual wear,
+            ``(p + n, p + n)``.
+        rough: Variance of what the components leave out over that of a sample's noise: it is the
+            same in all records, so nothing is known better than from ``1 / rough`` of them.
+    """
+
+    basis: Mapping[str, np.ndarray]
+    mean_of: Mapping[str, Discrepancy]
+    new: np.ndarray
+    wear: np.ndarray
+    rough: float
+
+    @classmethod
+    def from_dataset(
+        cls,
+        data: xr.Dataset,
+        motions: Sequence[str],
+        scale: float,
+        *,
+        rough_sd: float,
+        noise_sd: float,
+    ) -> "Learned":
+        """Build from ``results/discrepancy.zarr`` at a scale.
+
+        Args:
+            data: That store.
+            motions: Motions of the source.
+            scale: Scale of the difference.
+            rough_sd: Standard deviation of what its components leave out, mm.
+            noise_sd: That of a sample's noise, mm.
+        """
+        p, c = len(NAMES), data.sizes["component"]
+        every = [str(each) for each in data.motion.values]
+        place = np.concatenate([np.arange(c) + c * every.index(motion) for motion in motions])
+        cov, n = data.covariance.values, c * len(every)
+        worn = np.concatenate([np.arange(p), p + n + place])
+        units = np.where(np.arange(len(worn)) < p, 1.0, scale)
+        wear = cov[np.ix_(worn, worn)] * np.outer(units, units)
+        wear[np.arange(p), np.arange(p)] += np.square(_UNWORN)
+        whole = {motion: Discrepancy.from_dataset(data.sel(motion=motion)) for motion in motions}
+        nothing = {m: np.zeros((0, len(each.mean))) for m, each in whole.items()}
+        return cls(
+            {motion: data.basis.sel(motion=motion).values for motion in motions},
+            {m: replace(each.scaled(scale), factor=nothing[m]) for m, each in whole.items()},
+            scale**2 * cov[np.ix_(p + place, p + place)],
+            wear,
+            np.square(scale * rough_sd / noise_sd),
+        )
+
+    def models(self, models: Mapping[str, Model], difference: np.ndarray) -> dict[str, Model]:
+        """Return models that leave out a known difference ``(n,)``, and nothing else."""
+        known = {}
+        for motion, part in self.parts(difference).items():
+            mean = self.mean_of[motion]
+            left_out = replace(mean, mean=mean.mean + part @ self.basis[motion])
+            known[motion] = models[motion].leaving_out(left_out)
+        return known
+
+    def parts(self, difference: np.ndarray) -> dict[str, np.ndarray]:
+        """Split a difference ``(..., n)`` into those of its motions, ``(..., c)``."""
+        shares = np.split(difference, len(self.basis), axis=-1)
+        return dict(zip(self.basis, shares, strict=True))
+
+    def information(
+        self,
+        known: Mapping[str, Model],
+        records: Mapping[str, np.ndarray],
+        centre: np.ndarray,
+        onsets: Mapping[str, np.ndarray],
+        *,
+        steps: int,
+    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+        """Return the information of records about parameters and difference.
+
+        Args:
+            known: What ``models`` returns.
+            records: Records of one or all motions, ``(o, t)``, mm.
+            centre: Standardised parameters where it is taken, ``(o, p)``.
+            onsets: Standardised onsets of each motion to start from, ``(o,)``.
+            steps: Gauss-Newton steps of the onsets.
+
+        Returns:
+            Matrix ``(o, p + n, p + n)`` and slope ``(o, p + n)``, about ``centre`` and the known
+            difference, and the onsets.
+        """
+        p, c = len(NAMES), len(self.new) // len(self.basis)
+        size = p + len(self.new)
+        matrix, slope = np.zeros((len(centre), size, size)), np.zeros((len(centre), size))
+        found = {}
+        for k, (motion, basis) in enumerate(self.basis.items()):
+            if motion not in records:
+                continue
+            one = information(
+                *(known[motion], records[motion], centre, onsets[motion]), steps=steps, basis=basis
+            )
+            place = np.concatenate([np.arange(p), p + k * c + np.arange(c)])
+            matrix[:, place[:, None], place] += one.matrix
+            slope[:, place] += one.slope
+            found[motion] = one.onset
+        return matrix, slope, found
+
+    def step_sizes(
+        self, known: Mapping[str, Model], reference: "Reference", change: np.ndarray, step_sd: float
+    ) -> np.ndarray:
+        """Return how much a step changes the curve of each motion in each of its ``PHASES``.
+
+        Args:
+            known: What ``models`` returns.
+            reference: Where the trend started.
+            change: Change of what an operation says of parameters and difference, ``(p + n,)``.
+            step_sd: sd of the step of a parameter, share of it.
+
+        Returns:
+            Root mean squares, mm, ``(motions * 3,)``.
+        """
+        p = len(NAMES)
+        first = next(iter(known.values()))
+        prior = block_diag(
+            np.diag(np.square(first.prior.log_sds / step_sd)), np.linalg.inv(self.new)
+        )
+        moved = np.linalg.solve(reference.matrix + prior, change)
+        ends = np.stack([reference.centre, reference.centre + moved[:p]])
+        sizes = []
+        for motion, part in self.parts(moved[p:]).items():
+            model = known[motion]
+            outputs = np.column_stack([ends, np.zeros(2)])[:, : len(model.names)]
+            curves = model.curves(model.destandardise(outputs))
+            left = curves[1] - curves[0] + part @ self.basis[motion]
+            sizes += by_phase(left, curves[0], model.sensor.times, motion).tolist()
+        return np.array(sizes)
+
+
+def by_phase(values: np.ndarray, curve: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
+    """Return the root mean square of values ``(t,)`` in each of the ``PHASES`` of a curve, ``(3,)``.
+
+    The start is the first 15 % of the way, the main motion goes on as ``records.main_motion`` does,
+    and the end is the rest.
+    """
+    main = main_motion(curve, times, motion)
+    begun = (curve - curve[0]) / (curve[-1] - curve[0]) < _START
+    parts = main & begun, main & ~begun, (times > 0.0) & ~main
+    return np.array(
+        [np.sqrt(np.square(values[each]).mean()) if each.any() else 0.0 for each in parts]
+    )
+
+
+class Apparent(NamedTuple):
+    """Information about parameters and difference, split into two that are independent.
+
+    Attributes:
+        held: Information about the apparent parameters, ``(p, p)``.
+        mean: Where they are most probable, about the centre, ``(p,)``.
+        gain: With which a difference passes for a change of parameters, ``G``, ``(p, n)``.
+        rest, left: Information about the difference that no parameters explain, ``(n, n)`` and
+            ``(n,)``.
+    """
+
+    held: np.ndarray
+    mean: np.ndarray
+    gain: np.ndarray
+    rest: np.ndarray
+    left: np.ndarray
+
+
+def split_off(matrix: np.ndarray, slope: np.ndarray) -> Apparent:
+    """Split information ``(p + n, p + n)`` and ``(p + n,)`` about parameters and difference."""
+    p = len(NAMES)
+    held = matrix[:p, :p] + _RIDGE * np.trace(matrix[:p, :p]) / p * np.eye(p)
+    solved = np.linalg.solve(held, np.column_stack([slope[:p], matrix[:p, p:]]))
+    mean, gain = solved[:, 0], solved[:, 1:]
+    share = matrix[p:, :p]
+    return Apparent(held, mean, gain, matrix[p:, p:] - share @ gain, slope[p:] - share @ mean)
+
+
+@dataclass(frozen=True)
+class Readout:
+    """From apparent parameters, level and slope, to true ones: ``z = A a + b + noise``.
+
+    Attributes:
+        matrix: ``A``, ``(2 p, 2 p)``.
+        offset: ``b``, ``(2 p,)``.
+        cov: Covariance of the noise, ``(2 p, 2 p)``.
+    """
+
+    matrix: np.ndarray
+    offset: np.ndarray
+    cov: np.ndarray
+
+    def apply(self, mean: np.ndarray, cov: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return means ``(h, 2 p)`` and covariances ``(h, 2 p, 2 p)`` of true parameters."""
+        return mean @ self.matrix.T + self.offset, self.matrix @ cov @ self.matrix.T + self.cov
+
+
+@dataclass(frozen=True)
+class Difference:
+    """What records have said of the difference of a drive, about the known one.
+
+    Attributes:
+        gain: ``G``, ``(p, n)``.
+        single: Covariance of the apparent parameters by the noise of one operation, ``(p, p)``.
+        prior, known: Information about the difference at the epoch before its records, ``(n, n)``,
+            and its slope, ``(n,)``.
+        matrix, slope: That of the records since then about the difference at the epoch and its
+            change in a thousand operations, ``(2 n, 2 n)`` and ``(2 n,)``.
+        moments: Sums of 1, time and time squared over these records, ``(2, 2)``.
+        epoch: Operation of the epoch: the first, or the last reported change.
+    """
+
+    gain: np.ndarray
+    single: np.ndarray
+    prior: np.ndarray
+    known: np.ndarray
+    matrix: np.ndarray
+    slope: np.ndarray
+    moments: np.ndarray
+    epoch: int
+
+    @classmethod
+    def begin(
+        cls, learned: Learned, known: np.ndarray, matrix: np.ndarray, epoch: int
+    ) -> "Difference":
+        """Return what is known before the first operation.
+
+        Args:
+            learned: What was learned of drives.
+            known: The difference that the models know, ``(n,)``.
+            matrix: Information of one record of the reference about parameters and difference,
+                ``(p + n, p + n)``, from which the gain follows.
+            epoch: Number of the first operation.
+        """
+        prior = np.linalg.inv(learned.new)
+        found = split_off(matrix, np.zeros(len(matrix)))
+        start = prior, -prior @ known
+        return cls(found.gain, np.linalg.inv(found.held), *start, *_nothing(len(known)), epoch)
+
+    def learn(self, operation: int, matrix: np.ndarray, slope: np.ndarray) -> "Difference":
+        """Add what an operation says of the difference, whatever its parameters.
+
+        Args:
+            operation: Its number.
+            matrix, slope: Its information about parameters and difference, ``(p + n, p + n)`` and
+                ``(p + n,)``.
+        """
+        found = split_off(matrix, slope)
+        design = np.array([1.0, (operation - self.epoch) / PER])
+        square = np.outer(design, design)
+        return replace(
+            self,
+            matrix=self.matrix + np.kron(square, found.rest),
+            slope=self.slope + np.kron(design, found.left),
+            moments=self.moments + square,
+        )
+
+    def now(
+        self, learned: Learned, operation: int, drift: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the difference at an operation and its change in a thousand.
+
+        Args:
+            learned: What was learned of drives.
+            operation: Number of the operation.
+            drift: Apparent slope, standardised, per thousand operations, ``(p,)``: sets the scale
+                of the change.
+
+        Returns:
+            Mean of both, ``(2 n,)``, and their covariance ``(2 n, 2 n)``.
+        """
+        p, n = len(NAMES), self.gain.shape[1]
+        wear, size = learned.wear, self.wear(learned, drift)
+        response = np.linalg.solve(wear[:p, :p], wear[:p, p:]).T
+        change = np.linalg.inv(size * (wear[p:, p:] - response @ wear[:p, p:]))
+        expected = response @ np.linalg.solve(np.eye(p) + self.gain @ response, drift)
+        # What the components leave out is the same in all records, so their sums saturate.
+        fine = learned.rough * self.moments @ np.diag([1.0, size])
+        share = np.kron(np.linalg.inv(np.eye(2) + fine), np.eye(n))
+        matrix = block_diag(self.prior, change) + share @ self.matrix
+        slope = np.append(self.known, change @ expected) + share @ self.slope
+        cov = np.linalg.inv(0.5 * (matrix + matrix.T))
+        move = np.eye(2 * n)
+        move[:n, n:] = (operation - self.epoch) / PER * np.eye(n)
+        return move @ cov @ slope, move @ cov @ move.T
+
+    def wear(self, learned: Learned, drift: np.ndarray) -> float:
+        """Square of the wear in a thousand operations over that in a life of usual wear."""
+        through = np.hstack([np.eye(len(drift)), self.gain])
+        usual = through @ learned.wear @ through.T
+        return max(drift @ np.linalg.solve(usual, drift) / len(drift), _LEAST)
+
+    def readout(
+        self, learned: Learned, operation: int, drift: np.ndarray, slope_sd: float
+    ) -> Readout:
+        """Return how true parameters follow from apparent ones at an operation.
+
+        Args:
+            learned, operation, drift: As of ``now``.
+            slope_sd: Prior sd of a slope, in prior sds per thousand operations.
+        """
+        p = len(NAMES)
+        mean, cov = self.now(learned, operation, drift)
+        both = np.kron(np.eye(2), self.gain)
+        passes = both @ cov @ both.T  # what the difference adds to apparent level and slope
+        fine = np.diag([1.0, self.wear(learned, drift)])
+        passes += learned.rough * np.kron(fine, self.single)
+        prior = np.diag(np.append(np.ones(p), np.full(p, np.square(slope_sd))))
+        matrix = np.linalg.solve(prior + passes, prior).T
+        return Readout(matrix, -matrix @ both @ mean, prior - matrix @ prior)
+
+    def renewed(
+        self, learned: Learned, operation: int, drift: np.ndarray, *, stepped: bool
+    ) -> "Difference":
+        """Return the same from a reported change on: what is known of its level stays.
+
+        Args:
+            learned, operation, drift: As of ``now``.
+            stepped: Whether the level may be another one, by as much as drives differ.
+        """
+        n = self.gain.shape[1]
+        mean, cov = self.now(learned, operation, drift)
+        prior = np.linalg.inv(cov[:n, :n] + (learned.new if stepped else 0.0))
+        start = prior, prior @ mean[:n]
+        return Difference(self.gain, self.single, *start, *_nothing(n), operation)
+
+
+def _nothing(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sums over no record."""
+    return np.zeros((2 * n, 2 * n)), np.zeros(2 * n), np.zeros((2, 2))

@@ -1,0 +1,103 @@
+r"""Steps: a drive that is another one from one operation to the next.
+
+A damper that fails, a bounce that begins, a spring that breaks change the record at once, whether
+the model has words for it or not. What an operation says of parameters *and* difference is compared
+with what the last operations say: a line through them predicts it, and the residuals that came
+before give the covariance, scatter of the drive and colour of the noise included. Under no change
+the squared distance follows Hotelling's distribution (Hotelling, 1931; Montgomery, "Introduction to
+statistical quality control", ch. 11). Two operations in a row beyond a level are a step; one alone
+is an outlier.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import fdtrc
+
+__all__ = ["Watch"]
+
+_IN_ROW = 2  # operations beyond the level that make a step
+_WINDOW = 60  # operations of the line
+_MEMORY = 400.0  # operations of the covariance
+_FEWEST = 12  # operations from which the next is judged, after a step
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What is known of the last operations.
+
+    Attributes:
+        operations: Numbers of the operations of the line, ``(w,)``.
+        seen: What they say, ``(w, k)``.
+        square: Sum of squared residuals, ``(k, k)``, forgetting with age.
+        freedom: Operations that it counts for.
+        suspects: Operations in a row that were beyond the level, ``(s,)``,
+        suspected: and what they say, ``(s, k)``.
+    """
+
+    operations: np.ndarray
+    seen: np.ndarray
+    square: np.ndarray
+    freedom: float
+    suspects: np.ndarray
+    suspected: np.ndarray
+
+    @classmethod
+    def begin(cls, size: int) -> "Watch":
+        """Return the watch before the first operation, which expects the noise alone.
+
+        Args:
+            size: Number k of what an operation says, with the noise of unit covariance.
+        """
+        freedom = 2.0 * size
+        empty, none = np.zeros(0), np.zeros((0, size))
+        return cls(empty, none, freedom * np.eye(size), freedom, empty, none)
+
+    def p_value(self, operation: float, said: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return how probable something farther from the line is, and the residual, ``(k,)``.
+
+        The residual is scaled to the covariance of those before. nan with too few operations.
+        """
+        w, k = self.seen.shape
+        if w < _FEWEST:
+            return np.nan, np.zeros(k)
+        design = np.column_stack([np.ones(w), self.operations - operation])
+        row = np.linalg.solve(design.T @ design, design.T)[0]  # weights of the line at 0
+        residual = (said - row @ self.seen) / np.sqrt(1.0 + row @ row)
+        square = residual @ np.linalg.solve(self.square / self.freedom, residual)
+        free = self.freedom - k + 1.0
+        return float(fdtrc(k, free, square * free / (self.freedom * k))), residual
+
+    def learn(
+        self, operation: float, said: np.ndarray, level: float
+    ) -> tuple["Watch", float, np.ndarray | None]:
+        """Learn from an operation.
+
+        Args:
+            operation: Its number.
+            said: What it says, ``(k,)``.
+            level: p-value below which it counts towards a step.
+
+        Returns:
+            The watch after it, its p-value, and where it completes a step the change ``(k,)``.
+        """
+        p_value, residual = self.p_value(operation, said)
+        if p_value < level:
+            suspects = np.append(self.suspects, operation)
+            suspected = np.vstack([self.suspected, said])
+            if len(suspects) < _IN_ROW:
+                return replace(self, suspects=suspects, suspected=suspected), p_value, None
+            change = suspected.mean(axis=0) - self.seen[-_FEWEST:].mean(axis=0)
+            empty, none = self.suspects[:0], self.suspected[:0]
+            new = replace(self, operations=suspects, seen=suspected, suspects=empty, suspected=none)
+            return new, p_value, change
+        square, freedom = self.square, self.freedom
+        if np.isfinite(p_value):
+            keeps = 1.0 - 1.0 / _MEMORY
+            square, freedom = keeps * square + np.outer(residual, residual), keeps * freedom + 1.0
+        new = Watch(
+            np.append(self.operations, operation)[-_WINDOW:],
+            np.vstack([self.seen, said])[-_WINDOW:],
+            *(square, freedom, self.suspects[:0], self.suspected[:0]),
+        )
+        return new, p_value, None
