@@ -28,6 +28,7 @@ rule trend:
     input:
         **CORRECTED,
         state=state_before,
+        discrepancy=DISCREPANCY_OF_DRIVE,
     output:
         trend=directory("results/trend/{source}/chunk_{chunk}.zarr"),
         state=directory("results/trend/{source}/state_{chunk}.zarr"),
@@ -41,6 +42,7 @@ rule trend:
         prior=config["prior"],
         sensor=config["sensor"],
         wear_model=config["wear_model"],
+        discrepancy=config["endurance"]["discrepancy"],
     script:
         "../scripts/trend.py"
 

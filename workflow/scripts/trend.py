@@ -6,7 +6,7 @@ import xarray as xr
 from breaker.decisions import align, usable
 from breaker.mechanism import from_list
 from breaker.model import Model
-from breaker.wear import Follower, State, series_of
+from breaker.wear import Follower, Learned, State, series_of
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
@@ -15,8 +15,16 @@ wear_model, operations = params.wear_model, np.array(params.operations)
 shared = {key: params[key] for key in ("prior", "sensor")}
 motions = params.motions if source == "both" else [source]
 models = {motion: Model.from_settings({**shared, "motion": motion}) for motion in motions}
+store = snakemake.input.get("discrepancy")
+learned = store and Learned.from_dataset(
+    xr.open_zarr(store),
+    motions,
+    params.discrepancy,
+    rough_sd=wear_model["rough_sd"],
+    noise_sd=params.sensor["noise_sd"],
+)
 follower = Follower.from_settings(
-    models, from_list(params.limits, motions), wear_model, params.seed
+    models, from_list(params.limits, motions), wear_model, params.seed, learned or None
 )
 data = {
     motion: align([xr.open_zarr(file) for file in snakemake.input[motion]], operations).load()
@@ -30,5 +38,6 @@ if not follower.together(state):
     log.info("the motions have different parameters, or no operation in common: not followed")
 log.info("%d operations, changes noticed at %s", result.sizes["operation"], list(state.alarms))
 settings = shared | {"limits": params.limits, "wear_model": wear_model, "seed": params.seed}
+settings |= {"discrepancy": params.discrepancy}
 save(describe(result, f"trend of {source}", **settings), snakemake.output.trend)
 save(describe(state.to_dataset(), f"state of the trend of {source}"), snakemake.output.state)

@@ -18,182 +18,20 @@ The size of a difference's change grows with the wear. What was learned is the s
 together, in a life of usual wear; the unknown factor follows from how fast a drifts.
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 from scipy.linalg import block_diag
 
 from breaker.mechanism import NAMES
-from breaker.model import Discrepancy, Model, information
-from breaker.records import main_motion
 from breaker.wear.changepoint import PER
+from breaker.wear.learned import Learned
 
-PHASES = ("start", "main motion", "end")
-"""Phases of a motion in which a difference is sized."""
-
-__all__ = ["PHASES", "Apparent", "Difference", "Learned", "Readout", "by_phase", "split_off"]
+__all__ = ["Apparent", "Difference", "Readout", "split_off"]
 
 _RIDGE = 1e-6  # of the information about parameters, for directions that no record determines
-_START = 0.15  # share of the way between the rest positions that is the start of a motion
-_UNWORN = 0.05  # prior sd, by which a parameter that no drive of the family wears may change
 _LEAST = 1e-3  # square of the least drift, in lives of usual wear per thousand operations
-
-
-@dataclass(frozen=True, eq=False)
-class Learned:
-    """What was learned of the difference of drives, for the motions of a source.
-
-    Attributes:
-        basis: Curves of each motion, ``(c, t)``, mm.
-        mean_of: Mean and slopes of each motion, the ``Discrepancy`` without components.
-        new: Covariance of the difference in new condition, all motions, ``(n, n)``.
-        wear: Second moment of the changes of parameters and difference in a life of usual wear,
-            ``(p + n, p + n)``.
-        rough: Variance of what the components leave out over that of a sample's noise: it is the
-            same in all records, so nothing is known better than from ``1 / rough`` of them.
-    """
-
-    basis: Mapping[str, np.ndarray]
-    mean_of: Mapping[str, Discrepancy]
-    new: np.ndarray
-    wear: np.ndarray
-    rough: float
-
-    @classmethod
-    def from_dataset(
-        cls,
-        data: xr.Dataset,
-        motions: Sequence[str],
-        scale: float,
-        *,
-        rough_sd: float,
-        noise_sd: float,
-    ) -> "Learned":
-        """Build from ``results/discrepancy.zarr`` at a scale.
-
-        Args:
-            data: That store.
-            motions: Motions of the source.
-            scale: Scale of the difference.
-            rough_sd: Standard deviation of what its components leave out, mm.
-            noise_sd: That of a sample's noise, mm.
-        """
-        p, c = len(NAMES), data.sizes["component"]
-        every = [str(each) for each in data.motion.values]
-        place = np.concatenate([np.arange(c) + c * every.index(motion) for motion in motions])
-        cov, n = data.covariance.values, c * len(every)
-        worn = np.concatenate([np.arange(p), p + n + place])
-        units = np.where(np.arange(len(worn)) < p, 1.0, scale)
-        wear = cov[np.ix_(worn, worn)] * np.outer(units, units)
-        wear[np.arange(p), np.arange(p)] += np.square(_UNWORN)
-        whole = {motion: Discrepancy.from_dataset(data.sel(motion=motion)) for motion in motions}
-        nothing = {m: np.zeros((0, len(each.mean))) for m, each in whole.items()}
-        return cls(
-            {motion: data.basis.sel(motion=motion).values for motion in motions},
-            {m: replace(each.scaled(scale), factor=nothing[m]) for m, each in whole.items()},
-            scale**2 * cov[np.ix_(p + place, p + place)],
-            wear,
-            np.square(scale * rough_sd / noise_sd),
-        )
-
-    def models(self, models: Mapping[str, Model], difference: np.ndarray) -> dict[str, Model]:
-        """Return models that leave out a known difference ``(n,)``, and nothing else."""
-        known = {}
-        for motion, part in self.parts(difference).items():
-            mean = self.mean_of[motion]
-            left_out = replace(mean, mean=mean.mean + part @ self.basis[motion])
-            known[motion] = models[motion].leaving_out(left_out)
-        return known
-
-    def parts(self, difference: np.ndarray) -> dict[str, np.ndarray]:
-        """Split a difference ``(..., n)`` into those of its motions, ``(..., c)``."""
-        shares = np.split(difference, len(self.basis), axis=-1)
-        return dict(zip(self.basis, shares, strict=True))
-
-    def information(
-        self,
-        known: Mapping[str, Model],
-        records: Mapping[str, np.ndarray],
-        centre: np.ndarray,
-        onsets: Mapping[str, np.ndarray],
-        *,
-        steps: int,
-    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-        """Return the information of records about parameters and difference.
-
-        Args:
-            known: What ``models`` returns.
-            records: Records of one or all motions, ``(o, t)``, mm.
-            centre: Standardised parameters where it is taken, ``(o, p)``.
-            onsets: Standardised onsets of each motion to start from, ``(o,)``.
-            steps: Gauss-Newton steps of the onsets.
-
-        Returns:
-            Matrix ``(o, p + n, p + n)`` and slope ``(o, p + n)``, about ``centre`` and the known
-            difference, and the onsets.
-        """
-        p, c = len(NAMES), len(self.new) // len(self.basis)
-        size = p + len(self.new)
-        matrix, slope = np.zeros((len(centre), size, size)), np.zeros((len(centre), size))
-        found = {}
-        for k, (motion, basis) in enumerate(self.basis.items()):
-            if motion not in records:
-                continue
-            one = information(
-                *(known[motion], records[motion], centre, onsets[motion]), steps=steps, basis=basis
-            )
-            place = np.concatenate([np.arange(p), p + k * c + np.arange(c)])
-            matrix[:, place[:, None], place] += one.matrix
-            slope[:, place] += one.slope
-            found[motion] = one.onset
-        return matrix, slope, found
-
-    def step_sizes(
-        self, known: Mapping[str, Model], reference: "Reference", change: np.ndarray, step_sd: float
-    ) -> np.ndarray:
-        """Return how much a step changes the curve of each motion in each of its ``PHASES``.
-
-        Args:
-            known: What ``models`` returns.
-            reference: Where the trend started.
-            change: Change of what an operation says of parameters and difference, ``(p + n,)``.
-            step_sd: sd of the step of a parameter, share of it.
-
-        Returns:
-            Root mean squares, mm, ``(motions * 3,)``.
-        """
-        p = len(NAMES)
-        first = next(iter(known.values()))
-        prior = block_diag(
-            np.diag(np.square(first.prior.log_sds / step_sd)), np.linalg.inv(self.new)
-        )
-        moved = np.linalg.solve(reference.matrix + prior, change)
-        ends = np.stack([reference.centre, reference.centre + moved[:p]])
-        sizes = []
-        for motion, part in self.parts(moved[p:]).items():
-            model = known[motion]
-            outputs = np.column_stack([ends, np.zeros(2)])[:, : len(model.names)]
-            curves = model.curves(model.destandardise(outputs))
-            left = curves[1] - curves[0] + part @ self.basis[motion]
-            sizes += by_phase(left, curves[0], model.sensor.times, motion).tolist()
-        return np.array(sizes)
-
-
-def by_phase(values: np.ndarray, curve: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
-    """Return the root mean square of values ``(t,)`` in each of the ``PHASES`` of a curve, ``(3,)``.
-
-    The start is the first 15 % of the way, the main motion goes on as ``records.main_motion`` does,
-    and the end is the rest.
-    """
-    main = main_motion(curve, times, motion)
-    begun = (curve - curve[0]) / (curve[-1] - curve[0]) < _START
-    parts = main & begun, main & ~begun, (times > 0.0) & ~main
-    return np.array(
-        [np.sqrt(np.square(values[each]).mean()) if each.any() else 0.0 for each in parts]
-    )
 
 
 class Apparent(NamedTuple):

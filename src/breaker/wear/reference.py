@@ -21,7 +21,8 @@ from scipy.special import chdtrc  # scipy.stats takes most of a second to load
 
 from breaker.mechanism import NAMES
 from breaker.model import Model, information, pool
-from breaker.wear.difference import Apparent, Learned, split_off
+from breaker.wear.difference import Apparent, split_off
+from breaker.wear.learned import Learned
 
 __all__ = ["Reference", "agreement", "find_reference", "onset_of", "pooled"]
 
@@ -154,7 +155,7 @@ def agreement(
         bounds the probability of a false alarm.
 
     Example:
-        >>> from breaker.model import Prior
+        >>> from breaker.model import Prior, Sensor
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.0, zero_sd=0.1)
         >>> models = {motion: Model(prior, sensor, motion) for motion in ("closing", "opening")}

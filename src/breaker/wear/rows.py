@@ -8,7 +8,7 @@ import xarray as xr
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior
 from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
-from breaker.wear.difference import PHASES
+from breaker.wear.learned import PHASES
 from breaker.wear.lifetime import Horizon, Remaining, reached
 from breaker.wear.lines import SPACING
 from breaker.wear.state import State

@@ -23,7 +23,8 @@ from breaker.mechanism import NAMES, Limit
 from breaker.model import Model, Prior, generator
 from breaker.wear import rows
 from breaker.wear.changepoint import Hypotheses, Tracker
-from breaker.wear.difference import PHASES, Difference, Learned
+from breaker.wear.difference import Difference
+from breaker.wear.learned import PHASES, Learned
 from breaker.wear.lifetime import Horizon, Remaining, remaining_life
 from breaker.wear.reference import find_reference, onset_of
 from breaker.wear.series import Series, likelihood
@@ -43,7 +44,8 @@ class Follower:
         limits: Limits of which a remaining life is asked.
         horizon: How far it is looked for.
         settings: The section ``wear_model`` of the configuration.
-        learned: What was learned of the model's own error; None where the model is held to be right.
+        learned: What was learned of the difference of drives; None where the model is held to be
+            right.
     """
 
     models: Mapping[str, Model]
@@ -65,11 +67,12 @@ class Follower:
     ) -> "Follower":
         """Build from the section ``wear_model`` of the configuration."""
         prior = next(iter(models.values())).prior
+        tracker = Tracker.from_settings(settings, prior.log_sds)
         rng = generator(seed, "remaining life")
         normals = rng.standard_normal((settings["lines"], 2 * len(NAMES)))
         return cls(
             models,
-            Tracker.from_settings(settings, prior.log_sds),
+            tracker if learned is None else replace(tracker, bend=settings["bend"]),
             limits,
             Horizon(settings["horizon"], normals, settings["widening"]),
             settings,
@@ -247,7 +250,8 @@ class Follower:
         row["surprise"] = ((), surprise)
         if change is not None:
             sizes = self.learned.step_sizes(
-                *(self._known(state), reference, reference.root @ change, self.tracker.step_sd)
+                *(self._known(state), reference.centre, reference.matrix),
+                *(reference.root @ change, self.tracker.step_sd),
             )
             row |= {"step": ((), True), "step_size": (("phase",), sizes)}
         return replace(state, difference=difference, watch=watch), row
