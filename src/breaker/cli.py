@@ -48,8 +48,9 @@ def _parser() -> argparse.ArgumentParser:
         "infer",
         help="infer curve files with a trained model",
         description="Infer curve files of one motion with a trained model. How the files are read, "
-        "and whether the network's posterior is corrected to the exact one, is said by "
-        "endurance.format and endurance.posterior of the configuration.",
+        "how far the drive may be from the model, and whether the network's posterior is corrected "
+        "to the exact one, is said by endurance.format, endurance.discrepancy and "
+        "endurance.posterior of the configuration.",
     )
     infer.add_argument("model", metavar="MODEL", help="such as results/models/closing.safetensors")
     infer.add_argument("files", metavar="FILE", nargs="+", help="CSV file of one operation")
