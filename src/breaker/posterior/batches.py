@@ -17,6 +17,7 @@ from breaker.posterior.estimator import SCALES, Posterior
 __all__ = ["Batch", "Rows", "freeze_inputs", "split", "truth"]
 
 _ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
+_RIGHT = 0.4  # share of the records of a training for which the model is right
 
 
 def truth(bank: xr.Dataset, posterior: Posterior) -> np.ndarray:
@@ -69,7 +70,7 @@ class Rows:
         z: Standardised outputs, ``(n, q)``.
         noise_sd, zero_sd: Errors of the sensor, mm.
         left_out: What the model leaves out at scale 1: mean and slopes as one, ``(1 + p, t)``, and
-            factor ``(c, t)``, mm; None where it is right. A third of the records have the scale 0,
+            factor ``(c, t)``, mm; None where it is right. Four in ten records have the scale 0,
             the others one that is uniform.
         missing: Largest share of missing samples. Each record has a share of its own, uniform up
             to this, and each of its samples is missing with that probability.
@@ -115,7 +116,7 @@ class Rows:
         if self.left_out is not None:
             mean, factor = self.left_out
             random = torch.rand((n, 1), generator=rng, device=device)
-            scale = SCALES[-1] * (1.5 * random - 0.5).clamp(min=0.0)
+            scale = SCALES[-1] * ((random - _RIGHT) / (1.0 - _RIGHT)).clamp(min=0.0)
             normal = torch.randn((n, len(factor)), generator=rng, device=device)
             known = self.z[rows, : len(mean) - 1]
             measured = measured + scale * (mean[0] + known @ mean[1:] + normal @ factor)
