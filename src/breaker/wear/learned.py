@@ -120,9 +120,11 @@ class Learned:
         for k, (motion, basis) in enumerate(self.basis.items()):
             if motion not in records:
                 continue
-            one = information(
-                *(known[motion], records[motion], centre, onsets[motion]), steps=steps, basis=basis
-            )
+            model, onset = known[motion], onsets[motion]
+            one = information(model, records[motion], centre, onset, steps=steps, basis=basis)
+            if model.sensor.infers_onset:
+                aligned = records[motion] - _late(model, centre, one.onset)
+                one = information(model, aligned, centre, one.onset, steps=1, basis=basis)
             place = np.concatenate([np.arange(p), p + k * c + np.arange(c)])
             matrix[:, place[:, None], place] += one.matrix
             slope[:, place] += one.slope
@@ -164,6 +166,22 @@ class Learned:
             left = curves[1] - curves[0] + part @ self.basis[motion]
             sizes += by_phase(left, curves[0], model.sensor.times, motion).tolist()
         return np.array(sizes)
+
+
+def _late(model: Model, centre: np.ndarray, onset: np.ndarray) -> np.ndarray:
+    """What a motion that starts late changes of the known difference, ``(o, t)``, mm.
+
+    It moves along with the motion, from operation to operation by more than the noise.
+
+    Args:
+        model: Model of the motion that knows the difference.
+        centre, onset: Standardised parameters ``(o, p)`` and onsets ``(o,)``.
+    """
+    times = model.sensor.times
+    shift = model.shift(model.destandardise(np.column_stack([centre, onset])))
+    late = times - model.sensor.onset_sd * onset[:, None]
+    moved = [np.interp(at, times, each) for at, each in zip(late, shift, strict=True)]
+    return np.array(moved) - shift
 
 
 def by_phase(values: np.ndarray, curve: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
