@@ -8,10 +8,12 @@ import xarray as xr
 from breaker.decisions.series import complete, health, join, remaining
 from breaker.decisions.summary import verdict
 from breaker.decisions.table import STATES, decide, states, wearing
+from breaker.decisions.trust import trust_table
 from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.quantities import evaluate
 from breaker.synthetic.failure_times import failures
+from tests.decisions.test_trust import trust_of
 
 NAN, INF = np.nan, np.inf
 LIMITS = from_list(
@@ -72,12 +74,18 @@ def trend_of(motions, operations, **changed):
                 np.tile([-1.0, 1.0], (o, p, 1)),
             ),
             "alarm": ("operation", np.zeros(o, dtype=bool)),
+            "step": ("operation", np.zeros(o, dtype=bool)),
+            "surprise": ("operation", np.full(o, 0.5)),
+            "step_size": (("operation", "phase"), np.full((o, 3 * len(motions)), NAN)),
             "start_interval": (("operation", "quantile"), np.full((o, 3), NAN)),
             "kind_probability": (("operation", "kind"), np.full((o, 8), NAN)),
             "change_alarm": ("change", np.zeros(0)),
             "change_start": ("change", np.zeros(0)),
             "change_interval": (("change", "bound"), np.zeros((0, 2))),
             "change_kind": (("change", "kind"), np.zeros((0, 8))),
+            "jump_noticed": ("jump", np.zeros(0, dtype=int)),
+            "jump_from": ("jump", np.zeros(0, dtype=int)),
+            "jump_words": ("jump", np.zeros(0, dtype=str)),
         },
         {
             "operation": operations,
@@ -90,6 +98,7 @@ def trend_of(motions, operations, **changed):
             "quantile": QUANTILES,
             "parameter": list(NAMES),
             "kind": KINDS,
+            "phase": [f"{m} {each}" for m in motions for each in ("start", "main motion", "end")],
         },
         {"source": "both" if len(motions) == 2 else motions[0], "horizon": 10000},
     )
@@ -122,7 +131,8 @@ def page_of(own, trend, settings=SETTINGS, **more):
     judged = health(condition, left, ALARM)
     curves = more.get("curves") or {"closing": curves_of(trend.operation.values)}
     rows = decide(judged, left, {"both": trend}, curves, settings)
-    return judged, left, rows, verdict(judged, left, {"both": trend}, rows, settings)
+    trust = more.get("trust", trust_table([trust_of(MOTIONS)]))
+    return judged, left, rows, verdict(judged, left, {"both": trend}, rows, trust, settings)
 
 
 QUIET = np.full((4, 3), 0.01)

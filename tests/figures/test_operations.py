@@ -34,6 +34,7 @@ LIMITS = {
     "eroded_contacts": "L below 9 mm",
     "tired_contact_spring": "k_b below 0.03 1/ms²",
 }
+STEPPED = "closing: the end of the stroke changed at operation 1,204 (0.42 mm)"
 
 
 def limits(count):
@@ -66,7 +67,7 @@ def health_data(count=4, operations=200, *, alarms=True, unusable=0.04):
     )
 
 
-def trend_data(operations=200, changes=(0.6,), count=4):
+def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
     """Seven tracked parameters, their changes, and limits of which the second has no trend."""
     rng, operation = generator(32, "test", "trend"), np.arange(1, operations + 1)
     names, words_of = limits(count)
@@ -95,6 +96,9 @@ def trend_data(operations=200, changes=(0.6,), count=4):
             "change_start": ("change", starts),
             "change_interval": (("change", "bound"), starts[:, None] + [-3.0, 2.0]),
             "change_kind": (("change", "kind"), kinds),
+            "jump_noticed": ("jump", np.array(steps, dtype=int) + 1),
+            "jump_from": ("jump", np.array(steps, dtype=int)),
+            "jump_words": ("jump", np.array([STEPPED] * len(steps), dtype=str)),
             "remaining": (("operation", "limit", "quantile"), left * [0.7, 0.9, 1.3] + [0, 1, 4]),
             "toward": (("operation", "limit"), toward * np.where(np.arange(count) == 1, 0.2, 1.0)),
             "words": words_of,
@@ -256,6 +260,30 @@ def test_many_changes_and_the_stand_in():
     np.testing.assert_array_equal(drawn[5][0], truth.sel(parameter="f"))
     assert "stand-in" in words(figure)
     assert_nothing_overlaps(figure)
+
+
+def test_steps_are_drawn_where_they_are_and_told_first():
+    data, _ = trend_data(200, (0.25, 0.5), steps=(120,))
+    figure = changepoint(data, source="both")
+    assert figure.get_suptitle().endswith("\n2 changes found, 1 step")
+    assert_nothing_overlaps(figure)
+    *series, told, ages, probability = figure.axes
+    for axis in (*series, ages, probability):
+        drawn = [line.get_xdata()[0] for line in axis.lines if line.get_linestyle() == ":"]
+        assert drawn == [120]
+    assert line_of(probability, style.MEASURED, "D").get_xdata().tolist() == [121]
+    said = written(told)
+    assert " ".join(said[:2]).split() == STEPPED.split()
+    assert len(said) == 2 + 2 * 2
+    right = max(text.get_window_extent().x1 for text in told.texts)
+    assert right < figure.bbox.width
+    assert "step noticed" in words(figure)
+    assert "step" not in words(changepoint(trend_data(200)[0], source="both"))
+    many = changepoint(
+        trend_data(200, (0.25, 0.5), steps=tuple(range(20, 180, 10)))[0], source="both"
+    )
+    assert written(many.axes[7])[-1] == "and 12 more"
+    assert_nothing_overlaps(many)
 
 
 def test_ages_from_zero_to_infinity_and_operations_without_any():

@@ -34,19 +34,21 @@ def verdict_data(count=4):
             "(5.9 to 9.1), since operation 1761 (1745 to 1772).",
             "left": "Left: 2,130 operations until tired closing (900 to beyond the horizon); "
             "no trend towards the others.",
+            "trust": "Trust: closing differs from the model by 0.4 mm at the start, 0.2 mm in the "
+            "main motion and 1.1 mm at the end, as drives of the family do (0.5, 0.3, 1).",
         },
     )
 
 
 @pytest.mark.parametrize("count", [1, 8])
-def test_verdict_says_it_in_three_sentences_and_rows(count):
+def test_verdict_says_it_in_four_sentences_and_rows(count):
     data = verdict_data(count)
     figure = verdict(data)
     assert_nothing_overlaps(figure)
     text, left, right = figure.axes
     assert figure.get_suptitle() == data.healthy
     said = " ".join(written(text)[0].split())
-    assert said == f"{data.wearing} {data.left}"
+    assert said == f"{data.wearing} {data.left} {data.trust}"
     width = figure.bbox.width
     assert text.texts[0].get_window_extent().x1 < width
     assert figure._suptitle.get_window_extent().x1 < width
@@ -103,7 +105,9 @@ def test_verdict_draws_intervals_and_arrows_where_they_are():
 
 def test_long_sentences_are_broken_and_strange_states_refused():
     data = verdict_data(2)
-    data.attrs |= {name: f"{data.attrs[name]} " * 3 for name in ("healthy", "wearing", "left")}
+    data.attrs |= {
+        name: f"{data.attrs[name]} " * 3 for name in ("healthy", "wearing", "left", "trust")
+    }
     figure = verdict(data)
     assert_nothing_overlaps(figure)
     assert "\n" in figure.get_suptitle()

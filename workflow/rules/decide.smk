@@ -24,7 +24,10 @@ rule condition:
 
 
 rule trend:
-    """The trend of a source through some operations, from the state after those before."""
+    """The trend of a source through some operations, from the state after those before.
+
+    And how far the model can be trusted on the drive, by its first operations.
+    """
     input:
         **CORRECTED,
         state=state_before,
@@ -32,6 +35,7 @@ rule trend:
     output:
         trend=directory("results/trend/{source}/chunk_{chunk}.zarr"),
         state=directory("results/trend/{source}/state_{chunk}.zarr"),
+        trust=directory("results/trend/{source}/trust_{chunk}.zarr"),
     log:
         "logs/trend/{source}_{chunk}.log",
     params:
@@ -68,6 +72,7 @@ rule decide:
         conditions=every_chunk("results/condition/chunk_{chunk}.zarr"),
         trends=expand("results/trend/{source}.zarr", source=SOURCES),
         curves=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
+        trust=trust_of_sources,
         truth=TRUTH,
     output:
         health=directory("results/health.zarr"),
@@ -77,6 +82,7 @@ rule decide:
             "results/decisions.csv", "0 Verdict", "table of decisions", "decisions_table"
         ),
         alarms=page("results/alarms.csv", "0 Verdict", "table of alarms", "alarms_table"),
+        trust=page("results/trust.csv", "0 Verdict", "table of trust", "trust_table"),
     log:
         "logs/decide.log",
     params:

@@ -86,3 +86,9 @@ def state_before(wildcards):
 def medians_of_source(wildcards):
     """What holds the posterior medians of single operations of a motion; of both there are none."""
     return [] if wildcards.source == "both" else [f"results/endurance/{wildcards.source}.zarr"]
+
+
+def trust_of_sources(wildcards):
+    """How far the model can be trusted, of each source, as known after all operations."""
+    last = list(chunks())[-1]
+    return [f"results/trend/{source}/trust_{last}.zarr" for source in SOURCES]

@@ -1,8 +1,18 @@
 """Join single operations and trends into alarms, decisions and the first page."""
 
+import pandas as pd
 import xarray as xr
 
-from breaker.decisions import alarm_table, decide, health, join, remaining, verdict
+from breaker.decisions import (
+    alarm_table,
+    decide,
+    health,
+    join,
+    remaining,
+    step_table,
+    trust_table,
+    verdict,
+)
 from breaker.mechanism import from_list
 from breaker.synthetic import failures
 from breaker.workflow import describe, save, start
@@ -22,8 +32,10 @@ if found.truth:
     left = left.assign(failure=("limit", [truth[limit.name] for limit in limits]))
 judged = health(condition, left, params.alarm)
 rows = decide(judged, left, used, curves, params.wear_model)
-page = verdict(judged, left, used, rows, params.wear_model)
-log.info("%s %s %s", *(page.attrs[name] for name in ("healthy", "wearing", "left")))
+by_source = dict(zip(trends, (xr.open_zarr(file).load() for file in found.trust), strict=True))
+trust = trust_table([by_source[source] for source in used])
+page = verdict(judged, left, used, rows, trust, params.wear_model)
+log.info("%s %s %s %s", *(page.attrs[name] for name in ("healthy", "wearing", "left", "trust")))
 
 settings = {"limits": params.limits, "alarm": params.alarm, "wear_model": params.wear_model}
 save(describe(judged, "health", **settings), snakemake.output.health)
@@ -33,4 +45,6 @@ rows.to_csv(snakemake.output.decisions, index=False, float_format="%.5g")
 alarms = alarm_table(
     limits, judged.operation.values, judged.alarm.values, judged.probability.values
 )
+alarms = pd.concat([alarms, step_table(used)], ignore_index=True)
 alarms.to_csv(snakemake.output.alarms, index=False, float_format="%.5g")
+trust.to_csv(snakemake.output.trust, index=False, float_format="%.3g")

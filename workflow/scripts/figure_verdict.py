@@ -1,4 +1,4 @@
-"""Draw the first page: three sentences and how each limit stands."""
+"""Draw the first page: four sentences and how each limit stands."""
 
 import xarray as xr
 

@@ -5,8 +5,8 @@ import xarray as xr
 
 from breaker.decisions import align, usable
 from breaker.mechanism import from_list
-from breaker.model import Model
-from breaker.wear import Follower, Learned, State, series_of
+from breaker.model import Model, generator
+from breaker.wear import Follower, Learned, State, series_of, trust_in
 from breaker.workflow import describe, save, start
 
 log = start(snakemake)
@@ -39,5 +39,7 @@ if not follower.together(state):
 log.info("%d operations, changes noticed at %s", result.sizes["operation"], list(state.alarms))
 settings = shared | {"limits": params.limits, "wear_model": wear_model, "seed": params.seed}
 settings |= {"discrepancy": params.discrepancy}
+trust = trust_in(follower, state, generator(params.seed, "trust", source))
 save(describe(result, f"trend of {source}", **settings), snakemake.output.trend)
 save(describe(state.to_dataset(), f"state of the trend of {source}"), snakemake.output.state)
+save(describe(trust, f"trust in the model of {source}", **settings), snakemake.output.trust)

@@ -1,7 +1,8 @@
 """Decisions: alarms on limits, the table of what to do, and the summary on the first page.
 
 Combines the posteriors of single operations with the trends of the drive: one row per operation,
-and three sentences that say whether it is healthy, what is wearing and how long it has left.
+and four sentences on the first page: whether it is healthy, what is wearing, how long it has left,
+and how far the model can be trusted.
 """
 
 import lazy_loader
@@ -10,10 +11,12 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "alarms": ["alarm_table", "first", "raised"],
+        "changes": ["step_table"],
         "conditions": ["align", "condition", "usable"],
         "scales": ["over_scales", "spread"],
         "series": ["complete", "health", "join", "remaining"],
         "summary": ["verdict"],
         "table": ["STATES", "decide"],
+        "trust": ["trust_table"],
     },
 )

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.decisions.alarms import first, raised
+from breaker.decisions.changes import with_steps
 from breaker.mechanism import Limit
 
 __all__ = ["complete", "health", "join", "remaining"]
@@ -36,23 +37,28 @@ def complete(trend: xr.Dataset, settings: Mapping, source: str) -> xr.Dataset:
     Returns:
         ``trend`` with, over ``change``: ``change_alarm``, ``change_start``,
         ``change_interval (change, bound)`` and ``change_kind (change, kind)``, as known a hundred
-        operations after its alarm, or before the next.
+        operations after its alarm, or before the next; and, over ``jump``, the steps of
+        ``with_steps``.
     """
     found = np.flatnonzero(trend.alarm.values)
     last = np.append(found[1:] - 1, trend.sizes["operation"] - 1)[: found.size]
     last = np.minimum(last, found + _SETTLED)  # later, its beginning is known less and less
     starts = trend.start_interval.values[last]
-    return trend.assign(
-        change_alarm=("change", trend.operation.values[found]),
-        change_start=("change", starts[:, 1]),
-        change_interval=(("change", "bound"), starts[:, [0, 2]]),
-        change_kind=(("change", "kind"), trend.kind_probability.values[last]),
-    ).assign_attrs(
-        source=source,
-        alarm_level=settings["alarm_level"],
-        horizon=settings["horizon"],
-        notice=settings["notice"],
-        toward_level=settings["toward"],
+    return (
+        with_steps(trend)
+        .assign(
+            change_alarm=("change", trend.operation.values[found]),
+            change_start=("change", starts[:, 1]),
+            change_interval=(("change", "bound"), starts[:, [0, 2]]),
+            change_kind=(("change", "kind"), trend.kind_probability.values[last]),
+        )
+        .assign_attrs(
+            source=source,
+            alarm_level=settings["alarm_level"],
+            horizon=settings["horizon"],
+            notice=settings["notice"],
+            toward_level=settings["toward"],
+        )
     )
 
 

@@ -1,4 +1,4 @@
-"""The first page: is it healthy, what is wearing, how long has it left."""
+"""The first page: is it healthy, what is wearing, how long has it left, is the model close?"""
 
 from collections.abc import Mapping
 
@@ -7,6 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.decisions.table import in_doubt, states, until, wearing
+from breaker.decisions.trust import trust_sentence
 
 __all__ = ["verdict"]
 
@@ -16,19 +17,26 @@ def verdict(
     trend: xr.Dataset,
     trends: Mapping[str, xr.Dataset],
     decisions: pd.DataFrame,
+    trust: pd.DataFrame,
     settings: Mapping,
 ) -> xr.Dataset:
-    """Return the first page: three sentences, and the state of each limit after the last operation.
+    """Return the first page: four sentences, and the state of each limit after the last operation.
+
+    Args:
+        health, trend, trends: As of ``decide``.
+        decisions: What ``decide`` returns.
+        trust: What ``trust_table`` returns.
+        settings: The section ``wear_model`` of the configuration.
 
     Returns:
         Dataset over ``limit`` and ``quantile``: ``way``, percent of the way from the value in the
         baseline to the limit, ``remaining``, ``trend`` (whether one leads there), ``state`` and
-        ``words``; attributes ``healthy``, ``wearing`` and ``left``.
+        ``words``; attributes ``healthy``, ``wearing``, ``left`` and ``trust``.
     """
     every = states(health, trend, settings["toward"])
     last = trend.isel(operation=-1)
     leads = last.toward.values >= settings["toward"]
-    row = decisions.iloc[-1]
+    row, doubts = decisions.iloc[-1], in_doubt(health, trends, settings["notice"])
     return xr.Dataset(
         {
             "way": (("limit", "quantile"), _way(trend, settings["baseline"])),
@@ -42,9 +50,10 @@ def verdict(
         },
         coords={"limit": health.limit.values, "quantile": trend["quantile"].values},
         attrs={
-            "healthy": _healthy(health, every[-1]),
+            "healthy": _healthy(health, every[-1], doubts[-1]),
             "wearing": _wearing(decisions, wearing(trends, [int(row.operation)], most=3)[0], row),
             "left": _left(row),
+            "trust": trust_sentence(trust),
             "operation": int(row.operation),
         },
     )
@@ -70,16 +79,15 @@ def _way(trend: xr.Dataset, baseline: int) -> np.ndarray:
     return np.array(result)
 
 
-def _healthy(health: xr.Dataset, states_now: np.ndarray) -> str:
+def _healthy(health: xr.Dataset, states_now: np.ndarray, doubts: str) -> str:
     over = [str(n) for n, s in zip(health.limit.values, states_now, strict=True) if s == "alarm"]
     operation = int(health.operation.values[-1])
     if over:
         raised = [when for name in over if (when := _raised(health.sel(limit=name))) is not None]
         since = f", since operation {min(raised)}" if raised else ""
         return f"Not healthy at operation {operation}: {', '.join(over)} exceeded{since}."
-    doubt = in_doubt(health)[-1]
-    if doubt:
-        return f"In doubt at operation {operation}: {', '.join(doubt)} may be exceeded."
+    if doubts:
+        return f"In doubt at operation {operation}: {doubts}."
     unknown = [n for n, s in zip(health.limit.values, states_now, strict=True) if s == "unknown"]
     if len(unknown) == health.sizes["limit"]:
         return f"Unknown at operation {operation}: no operation could be used."
@@ -99,11 +107,11 @@ def _raised(one: xr.Dataset) -> int | None:
 def _wearing(decisions: pd.DataFrame, drifts: str, row: pd.Series) -> str:
     if row.state == "unknown":
         return "Wearing: unknown."
+    told = [each for cell in decisions.change for each in cell.split("; ")]
+    noted = [each for each in told if each and "took back" not in each]
+    since = f" Last change noticed: {noted[-1]}." if noted else ""
     if not drifts:
-        return "Wearing: no parameter that a trend could tell from none."
-    told = decisions.change
-    noted = told[(told != "") & ~told.str.contains("took back")]
-    since = f" Last change noticed: {noted.iloc[-1]}." if len(noted) else ""
+        return f"Wearing: no parameter that a trend could tell from none.{since}"
     return f"Wearing, in 1,000 operations: {drifts}.{since}"
 
 

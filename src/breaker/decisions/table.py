@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from breaker.decisions.changes import changes, latest_step
+
 __all__ = [
     "STATES",
     "decide",
@@ -87,12 +89,12 @@ def decide(
             "remaining_median": coming.ends[:, 1],
             "remaining_95": coming.ends[:, 2],
             "wearing": wearing(trends, operations),
-            "change": _changes(trends, operations),
+            "change": changes(trends, operations),
         }
     )
-    doubtful = in_doubt(health)
+    doubts = in_doubt(health, trends, settings["notice"])
     rows["action"] = [
-        _action(row, doubtful[i], coming.soonest[i], coming.earliest[i], settings["notice"])
+        _action(row, doubts[i], coming.soonest[i], coming.earliest[i], settings["notice"])
         for i, row in enumerate(rows.itertuples())
     ]
     rows["not_used"] = [
@@ -137,7 +139,7 @@ def _coming(left: xr.Dataset, toward: float) -> _Coming:
     )
 
 
-def _action(row, doubtful: Sequence[str], soonest: str, earliest: float, notice: float) -> str:
+def _action(row, doubts: str, soonest: str, earliest: float, notice: float) -> str:
     """Say what to do after an operation, from its row of the table and what comes next."""
     if row.state == "alarm":
         return f"service now: {row.limits_exceeded.replace('; ', ', ')} exceeded"
@@ -145,8 +147,8 @@ def _action(row, doubtful: Sequence[str], soonest: str, earliest: float, notice:
         return "cannot tell: no usable operation yet"
     if earliest <= notice:
         return f"plan service within {max(earliest, 0):.0f} operations, before {soonest}"
-    if doubtful:
-        return f"look closer: {', '.join(doubtful)} may be exceeded"
+    if doubts:
+        return f"look closer: {doubts}"
     if row.state == "wearing" and row.next_limit:
         span = f"{row.remaining_5:.0f} to {until(row.remaining_95)}"
         return f"go on; {row.next_limit} in {until(row.remaining_median)} operations ({span})"
@@ -181,24 +183,6 @@ def _percent(value: float) -> str:
     return f"{value:+.0f} %" if abs(value) >= 10 else f"{value:+.2g} %"
 
 
-def _changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[str]:
-    """What changed, noted at the operation of the alarm, ``(o,)``."""
-    noted = {int(operation): [] for operation in operations}
-    for source, trend in trends.items():
-        for k, operation in enumerate(trend.change_alarm.values):
-            kind = trend.change_kind.values[k]
-            low, high = trend.change_interval.values[k]
-            if not np.isfinite(trend.change_start.values[k]):
-                noted[int(operation)].append(f"{source}: a change that later ones took back")
-                continue
-            name = trend.kind.values[kind.argmax()]
-            noted[int(operation)].append(
-                f"{source}: change of {name} at about {trend.change_start.values[k]:.0f} "
-                f"({low:.0f} to {high:.0f})"
-            )
-    return ["; ".join(words) for words in noted.values()]
-
-
 def _unused(data: xr.Dataset, operations: np.ndarray) -> np.ndarray:
     """Why an operation could not be used, ``(o,)``; empty where it was."""
     there = np.isin(operations, data.operation.values)
@@ -210,11 +194,20 @@ def _unused(data: xr.Dataset, operations: np.ndarray) -> np.ndarray:
     )
 
 
-def in_doubt(health: xr.Dataset) -> list[list[str]]:
-    """Limits that may be exceeded by the trend, though it is not certain, of each operation."""
+def in_doubt(health: xr.Dataset, trends: Mapping[str, xr.Dataset], notice: int) -> list[str]:
+    """Say what asks for a closer look after each operation, ``(o,)``; empty if nothing does.
+
+    Limits that may be exceeded by the trend, though it is not certain, and the last step, for
+    ``notice`` operations.
+    """
     beyond = health.trend_probability.transpose("operation", "limit").values
-    names = health.limit.values
-    return [[str(n) for n in names[(row >= MAY_BE) & (row < _IS)]] for row in beyond]
+    names, told = health.limit.values, []
+    steps = latest_step(trends, health.operation.values, within=notice)
+    for row, step in zip(beyond, steps, strict=True):
+        doubtful = ", ".join(names[(row >= MAY_BE) & (row < _IS)])
+        beyond_words = f"{doubtful} may be exceeded" if doubtful else ""
+        told.append("; ".join(filter(None, [beyond_words, step])))
+    return told
 
 
 def until(value: float) -> str:

@@ -1,4 +1,6 @@
-"""Change points of the wear: series, posterior of the run length, alarms."""
+"""Change points of the wear and steps: series, posterior of the run length, alarms."""
+
+from textwrap import wrap
 
 import numpy as np
 import xarray as xr
@@ -12,7 +14,8 @@ __all__ = ["change_words", "changepoint"]
 
 _CHANGE = "#7A35D0"
 _TITLE = "change points of the wear"
-_SHOWN = 6  # changes that are described beside the panels
+_STEP = {"color": style.MEASURED, "ls": ":", "lw": 1.6}
+_LINES, _WIDTH = 12, 46  # lines beside the panels that describe steps and changes; characters
 _KINDS = 3  # likeliest kinds of a change that are named,
 _LEAST = 0.05  # of at least this probability
 
@@ -27,7 +30,8 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
             age)`` with coordinates ``age_lower`` and ``age_upper`` of bins that touch,
             ``change_probability`` and ``alarm`` ``(operation)``; of each change ``change_alarm``,
             ``change_start`` ``(change)``, ``change_interval (change, bound)`` and ``change_kind
-            (change, kind)``; attribute ``alarm_level``.
+            (change, kind)``, of each step ``jump_noticed``, ``jump_from`` and ``jump_words``
+            ``(jump)``; attribute ``alarm_level``.
         source: Where the series come from: "closing", "opening" or "both".
         truth: True parameters of the stand-in, ``(operation, parameter)``; None for real
             measurements.
@@ -61,6 +65,8 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
     _tell(words, trend)
     count = trend.sizes["change"]
     found = ("no change found", "1 change found")[count] if count < 2 else f"{count} changes found"
+    steps = trend.sizes["jump"]
+    found += ("", ", 1 step")[steps] if steps < 2 else f", {steps} steps"
     style.heading(figure, source, _TITLE, found)
     style.legend_below(figure, _handles(trend, truth is not None), columns=5)
     return figure
@@ -109,6 +115,8 @@ def _changes(axis: Axes, trend: xr.Dataset) -> None:
         lower, upper = one["change_interval"].values
         axis.axvspan(lower, upper, color=_CHANGE, alpha=0.15, lw=0)
         axis.axvline(one["change_start"].item(), color=_CHANGE, lw=1.0, zorder=1.6)
+    for operation in trend["jump_from"].values:
+        axis.axvline(operation, **_STEP, zorder=1.7)
 
 
 def _run_lengths(axis: Axes, trend: xr.Dataset) -> None:
@@ -142,22 +150,29 @@ def _probability(axis: Axes, trend: xr.Dataset) -> None:
     axis.axhline(trend.attrs["alarm_level"], color=style.REFERENCE, lw=1.0, ls="--")
     alarms = trend["operation"].values[trend["alarm"].values.astype(bool)]
     axis.plot(alarms, np.full(alarms.shape, 1.1), "v", color=style.WARNING, ms=8, mec="white")
+    steps = trend["jump_noticed"].values
+    axis.plot(steps, np.full(steps.shape, 1.1), "D", color=style.MEASURED, ms=7, mec="white")
     axis.set(ylim=(-0.05, 1.2), yticks=[0.0, 0.5, 1.0], ylabel="probability")
     axis.set_title("changed since the last alarm?", loc="left")
 
 
 def _tell(axis: Axes, trend: xr.Dataset) -> None:
-    """Write the changes in words, the first ones where there are many."""
+    """Write steps and changes in words, the first ones where there are many."""
     axis.set_axis_off()
-    count = trend.sizes["change"]
-    lines = [] if count else [("No change found.", "normal")]
-    for i in range(min(count, _SHOWN)):
+    told = []
+    for words in trend["jump_words"].values:
+        first, *rest = wrap(str(words), _WIDTH)
+        told.append([(first, "bold"), *((f"   {line}", "normal") for line in rest)])
+    for i in range(trend.sizes["change"]):
         one = trend.isel(change=i)
         where, what = change_words(one)
         alarm = f"alarm at {one['change_alarm'].item():.0f}"
-        lines += [(where, "bold"), (f"   {what}; {alarm}" if what else f"   {alarm}", "normal")]
-    if count > _SHOWN:
-        lines.append((f"and {count - _SHOWN} more", "normal"))
+        told.append([(where, "bold"), (f"   {what}; {alarm}" if what else f"   {alarm}", "normal")])
+    lengths = np.cumsum([len(each) for each in told])
+    shown = int((lengths <= _LINES).sum())
+    lines = [line for each in told[:shown] for line in each] or [("No change found.", "normal")]
+    if shown < len(told):
+        lines.append((f"and {len(told) - shown} more", "normal"))
     for i, (text, weight) in enumerate(lines):
         axis.annotate(
             text,
@@ -186,6 +201,9 @@ def _handles(trend: xr.Dataset, with_truth: bool) -> list:
             style.line_key("change", _CHANGE, lw=1.0),
             style.band_key("90 % interval of the change", _CHANGE, 0.15),
         ]
+    if trend.sizes["jump"]:
+        handles.append(style.line_key("step", _STEP["color"], ls=_STEP["ls"], lw=_STEP["lw"]))
+        handles.append(style.dot_key("step noticed", style.MEASURED, "D", ms=7))
     handles += [
         style.line_key("most probable age", style.WARNING, lw=1.3),
         style.line_key(f"alarm level {trend.attrs['alarm_level']:g}", ls="--", lw=1.0),

@@ -1,4 +1,4 @@
-"""The first page: is this breaker healthy, what is wearing, how long has it left."""
+"""The first page: is this breaker healthy, what is wearing, how long has it left; in what trust."""
 
 from textwrap import wrap
 
@@ -25,14 +25,15 @@ _HALF = 0.17  # half the height of a bar, in rows
 
 @style.styled
 def verdict(data: xr.Dataset) -> Figure:
-    """Draw three sentences and one row per limit: how far on the way, how many operations left.
+    """Draw four sentences and one row per limit: how far on the way, how many operations left.
 
     Args:
         data: ``way (limit, quantile)``: percent of the way from the value in new condition, 0, to
             the limit, 100, nan where not known; ``remaining (limit, quantile)``: operations, inf
             beyond the horizon, nan where not known, both at 0.05, 0.5 and 0.95; ``trend``, whether
             it leads to the limit, ``state``, one of ``STATES``, and ``words`` ``(limit)``;
-            coordinate ``limit``; attributes ``healthy``, ``wearing`` and ``left``, the sentences.
+            coordinate ``limit``; attributes ``healthy``, ``wearing``, ``left`` and ``trust``, the
+            sentences.
 
     Raises:
         ValueError: If a state is not one of them.
@@ -42,7 +43,8 @@ def verdict(data: xr.Dataset) -> Figure:
         raise ValueError(f"no state is called {strange[0]!r}; there are {', '.join(STATES)}")
     count = data.sizes["limit"]
     headline = wrap(data.attrs["healthy"], _HEADLINE)
-    sentences = [line for name in ("wearing", "left") for line in wrap(data.attrs[name], _LINE)]
+    names = "wearing", "left", "trust"
+    sentences = [line for name in names for line in wrap(data.attrs[name], _LINE)]
     text_height, rows_height = 0.31 * len(sentences) + 0.15, 0.78 * count + 0.6
     figure = style.new_figure(13.6, text_height + rows_height + 1.5)
     grid = figure.add_gridspec(2, 2, height_ratios=(text_height, rows_height))

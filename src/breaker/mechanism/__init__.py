@@ -22,6 +22,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "prior_sds",
             "split",
         ],
-        "quantities": ["evaluate"],
+        "quantities": ["QUANTITIES", "evaluate"],
     },
 )

@@ -14,5 +14,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "series": ["Series", "likelihood", "series_of"],
         "state": ["State"],
         "trend": ["Follower"],
+        "trust": ["trust_in"],
     },
 )

@@ -41,12 +41,14 @@ class Reference:
         difference: Amplitudes of the difference that they share, ``(n,)``; none where the model
             is held to be right.
         matrix: Information of one of them about parameters and difference, ``(p + n, p + n)``.
+        records: Their number.
     """
 
     centre: np.ndarray
     agreement: float
     difference: np.ndarray
     matrix: np.ndarray
+    records: int
 
     @cached_property
     def root(self) -> np.ndarray:
@@ -73,7 +75,8 @@ def find_reference(
         return _with_difference(models, records, outputs, learned)
     centre, p = pooled(models, records, outputs), len(NAMES)
     agree = agreement(models, records, outputs, centre)
-    return Reference(centre, agree, np.zeros(0), np.zeros((p, p)))
+    count = len(next(iter(records.values())))
+    return Reference(centre, agree, np.zeros(0), np.zeros((p, p)), count)
 
 
 def _with_difference(
@@ -112,7 +115,8 @@ def _with_difference(
         ]
         sums = [(counts * each[0].sum(axis=0), counts * each[1].sum(axis=0)) for each in alone]
         agree = _agreement_with_difference(learned, state[p:], *(split_off(*each) for each in sums))
-    return Reference(state[:p], agree, state[p:], matrix / (counts * len(places)))
+    one_record = matrix / (counts * len(places))
+    return Reference(state[:p], agree, state[p:], one_record, len(places))
 
 
 def _agreement_with_difference(
