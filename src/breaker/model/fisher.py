@@ -179,8 +179,8 @@ def information(
     share = matrix[:, :, p] / matrix[:, p, p, None]
     matrix = matrix - share[:, :, None] * matrix[:, None, p]
     slope = slope - share * slope[:, p, None]
-    others = np.arange(slope.shape[1]) != p
-    return Information(matrix[:, others][:, :, others], slope[:, others], z[:, p])
+    matrix = np.delete(np.delete(matrix, p, axis=1), p, axis=2)
+    return Information(matrix, np.delete(slope, p, axis=1), z[:, p])
 
 
 def _normal_equations(
