@@ -42,9 +42,9 @@ def test_a_step_is_told_from_its_first_operation_on():
     ("sizes", "words"),
     [
         (
-            (0.3, 0.2, 0.1, 0.0, 0.2, 0.1),
+            (0.3, 0.2, 0.1, 0.0, 0.25, 0.1),
             "closing: the start of the motion changed at operation 1,210 (0.3 mm), "
-            "opening: the main motion changed at operation 1,210 (0.2 mm)",
+            "opening: the main motion changed at operation 1,210 (0.25 mm)",
         ),
         (
             (0.0, 0.01, 0.0, 0.0, 0.0, 1.234),

@@ -8,7 +8,7 @@ import xarray as xr
 
 __all__ = ["changes", "latest_step", "step_table", "with_steps"]
 
-_NAMED = 0.5  # share of the largest change of a step, from which that of a motion is named
+_NAMED = 0.7  # share of the largest change of a step, from which that of a motion is named
 _PHASES = {
     "start": "the start of the motion",
     "main motion": "the main motion",

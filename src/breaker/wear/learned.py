@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, eigh
 
 from breaker.mechanism import NAMES
 from breaker.model import Discrepancy, Model, information
@@ -17,6 +17,8 @@ PHASES = ("start", "main motion", "end")
 """Phases of a motion in which a difference is sized."""
 
 _START = 0.15  # share of the way between the rest positions that is the start of a motion
+_SCALES = np.geomspace(0.01, 1.0, 9)  # sizes of steps, of the largest
+_KNOWN = 1e-9  # share of the information, below which nothing is known of a direction
 _UNWORN = 0.05  # prior sd, by which a parameter that no drive of the family wears may change
 
 
@@ -138,15 +140,20 @@ class Learned:
         matrix: np.ndarray,
         change: np.ndarray,
         step_sd: float,
+        *,
+        variance: float,
     ) -> np.ndarray:
         """Return how much a step changes the curve of each motion in each of its ``PHASES``.
+
+        A step can be far smaller than drives differ, so its size is estimated with it.
 
         Args:
             known: What ``models`` returns.
             centre, matrix: Of the ``Reference``: where the trend started, and the information of
                 one record there.
             change: Change of what an operation says of parameters and difference, ``(p + n,)``.
-            step_sd: sd of the step of a parameter, share of it.
+            step_sd: Largest sd of the step of a parameter, share of it.
+            variance: Variance of the noise of ``change``, over that of one operation.
 
         Returns:
             Root mean squares, mm, ``(motions * 3,)``.
@@ -156,7 +163,7 @@ class Learned:
         prior = block_diag(
             np.diag(np.square(first.prior.log_sds / step_sd)), np.linalg.inv(self.new)
         )
-        moved = np.linalg.solve(matrix + prior, change)
+        moved = _step(matrix, prior, change, variance)
         ends = np.stack([centre, centre + moved[:p]])
         sizes = []
         for motion, part in self.parts(moved[p:]).items():
@@ -182,6 +189,25 @@ def _late(model: Model, centre: np.ndarray, onset: np.ndarray) -> np.ndarray:
     late = times - model.sensor.onset_sd * onset[:, None]
     moved = [np.interp(at, times, each) for at, each in zip(late, shift, strict=True)]
     return np.array(moved) - shift
+
+
+def _step(matrix: np.ndarray, prior: np.ndarray, change: np.ndarray, variance: float) -> np.ndarray:
+    """Return the mean of a step, ``(k,)``, by the scale of its prior that explains it best.
+
+    Args:
+        matrix: Information of one operation, ``(k, k)``.
+        prior: Inverse covariance of the largest steps, ``(k, k)``.
+        change: Change of the slope of the log likelihood, ``(k,)``.
+        variance: Variance of its noise, over that of one operation.
+    """
+    told, modes = eigh(matrix, prior)
+    known = told > _KNOWN * told[-1]
+    told, modes = told[known], modes[:, known]
+    said, squares = modes.T @ change, np.square(_SCALES)
+    spread = variance + squares[:, None] * told
+    log_evidence = -0.5 * (np.log(spread) + np.square(said) / (told * spread)).sum(axis=1)
+    best = squares[log_evidence.argmax()]
+    return modes @ (best * said / (best * told + variance))
 
 
 def by_phase(values: np.ndarray, curve: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:

@@ -14,12 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtrc
 
-__all__ = ["Watch"]
+__all__ = ["VARIANCE", "Watch"]
 
 _IN_ROW = 2  # operations beyond the level that make a step
 _WINDOW = 60  # operations of the line
 _MEMORY = 400.0  # operations of the covariance
 _FEWEST = 12  # operations from which the next is judged, after a step
+
+VARIANCE = 1.0 / _IN_ROW + 1.0 / _FEWEST
+"""Variance of the change at a step, over that of what one operation says."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from breaker.wear.lifetime import Horizon, Remaining, remaining_life
 from breaker.wear.reference import find_reference, onset_of
 from breaker.wear.series import Series, likelihood
 from breaker.wear.state import State
-from breaker.wear.steps import Watch
+from breaker.wear.steps import VARIANCE, Watch
 
 __all__ = ["Follower"]
 
@@ -252,6 +252,7 @@ class Follower:
             sizes = self.learned.step_sizes(
                 *(self._known(state), reference.centre, reference.matrix),
                 *(reference.root @ change, self.tracker.step_sd),
+                variance=VARIANCE,
             )
             row |= {"step": ((), True), "step_size": (("phase",), sizes)}
         return replace(state, difference=difference, watch=watch), row
