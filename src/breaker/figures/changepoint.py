@@ -151,8 +151,10 @@ def _probability(axis: Axes, trend: xr.Dataset) -> None:
     alarms = trend["operation"].values[trend["alarm"].values.astype(bool)]
     axis.plot(alarms, np.full(alarms.shape, 1.1), "v", color=style.WARNING, ms=8, mec="white")
     steps = trend["jump_noticed"].values
-    axis.plot(steps, np.full(steps.shape, 1.1), "D", color=style.MEASURED, ms=7, mec="white")
-    axis.set(ylim=(-0.05, 1.2), yticks=[0.0, 0.5, 1.0], ylabel="probability")
+    axis.plot(steps, np.full(steps.shape, 1.32), "D", color=style.MEASURED, ms=7, mec="white")
+    axis.set(
+        ylim=(-0.05, 1.45 if steps.size else 1.2), yticks=[0.0, 0.5, 1.0], ylabel="probability"
+    )
     axis.set_title("changed since the last alarm?", loc="left")
 
 
