@@ -23,6 +23,7 @@ include: "workflow/rules/decide.smk"
 include: "workflow/rules/numbers.smk"
 include: "workflow/rules/networks.smk"
 include: "workflow/rules/lives.smk"
+include: "workflow/rules/judged.smk"
 
 
 FIGURES = [
@@ -70,6 +71,12 @@ rule lives:
     """Change points and remaining life on simulated lives, outside of `all`."""
     input:
         "figures/prognostics.png",
+
+
+rule judged:
+    """Posteriors, trends and alarms on rigs that the model does not fit, outside of `all`."""
+    input:
+        "figures/judged.png",
 
 
 rule second_seed:

@@ -33,6 +33,7 @@ FIGURES = (
     "changepoint",
     "remaining_life",
     "prognostics",
+    "judged",
 )
 PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))
 

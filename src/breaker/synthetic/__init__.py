@@ -2,7 +2,8 @@
 
 A family of drives that are richer than the model, what the model leaves out of them, and the
 simulated endurance test, one of them, which wears out and writes CSV files; simulated lives until
-failure with scores for change points, and control charts beside them.
+failure with scores for change points, and control charts beside them; and drives of the family on
+which posteriors, trends and alarms are judged.
 """
 
 import lazy_loader
@@ -15,6 +16,10 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "evaluation": ["follow_lives"],
         "failure_times": ["failures"],
         "family": ["Family"],
+        "judged": ["Reading", "family_of", "judge_records"],
+        "judged_lives": ["judge_lives"],
+        "judged_power": ["judge_power"],
+        "judged_scores": ["score_lives", "score_power", "score_records"],
         "learning": ["ensemble", "learn"],
         "rigs": ["Rig"],
         "round_trip": ["through_files"],

@@ -141,6 +141,7 @@ _AT_MOST = {  # a key, and the one that it must not exceed
     "wear_model.notice": "wear_model.horizon",
     "wear_model.baseline": "endurance.operations_per_job",
     "lives.operations": "wear_model.horizon",
+    "judged.operations": "wear_model.horizon",
 }
 
 RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
@@ -153,6 +154,8 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("solver.reference", "solver.candidates"), _solver),
     (("validation.second_seed", "validation.seed"), _second_seed),
     *(((f"lives.{name}",), _range) for name in ("ratio", "change", "drift", "scatter")),
+    *(((f"judged.{name}",), _range) for name in ("quantum", "colour", "change", "faster")),
+    (("judged.foreign",), _from_to),
     *(((f"rigs.{name}",), _from_to) for name in ("elements", "wear.change")),
     (("rigs.wear",), _wear),
     *(

@@ -1,0 +1,18 @@
+"""Let faults happen to some followed rigs, and keep whether they are noticed."""
+
+import xarray as xr
+
+from breaker.model import Model, Prior
+from breaker.synthetic import family_of, judge_power
+from breaker.workflow import start
+
+log = start(snakemake)
+params = snakemake.params
+shared = {key: params[key] for key in ("prior", "sensor")}
+models = {each: Model.from_settings({**shared, "motion": each}) for each in params.motions}
+family = family_of("held_back", Prior.from_settings(params.prior), params.rigs, params.judged)
+learned = xr.open_zarr(snakemake.input.discrepancy).load()
+
+rows = judge_power(family, models, learned, params.numbers, params.judged, params.wear_model)
+log.info("rigs %s judged", params.numbers)
+rows.to_csv(snakemake.output[0], index=False)
