@@ -114,3 +114,19 @@ def network_of(wildcards):
         "inference": {**sections["inference"], "kind": inference},
     }
     return configuration.chosen_network(chosen)
+
+
+def jobs(count, size, path):
+    """The files of as many jobs as there are rigs for."""
+    return [path.format(job=job) for job in range(ceil(count / size))]
+
+
+def part_of(count, size):
+    """The numbers of the rigs of a job."""
+
+    def numbers(wildcards):
+        total = count[wildcards.family] if isinstance(count, dict) else count
+        first = int(wildcards.chunk) * size
+        return list(range(first, min(first + size, total)))
+
+    return numbers

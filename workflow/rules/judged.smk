@@ -5,30 +5,12 @@ few, each rig with a generator of its own; an interrupted evaluation goes on wit
 missing.
 """
 
-from math import ceil
-
 JUDGED = config["judged"]
 SINGLE = ["held_back", "foreign"]  # sets of single records
 
 
 wildcard_constraints:
     family="tuning|held_back|foreign",
-
-
-def jobs(count, size, path):
-    """The files of as many jobs as there are rigs for."""
-    return [path.format(job=job) for job in range(ceil(count / size))]
-
-
-def part_of(count, size):
-    """The numbers of the rigs of a job."""
-
-    def numbers(wildcards):
-        total = count[wildcards.family] if isinstance(count, dict) else count
-        first = int(wildcards.chunk) * size
-        return list(range(first, min(first + size, total)))
-
-    return numbers
 
 
 rule judged_records:

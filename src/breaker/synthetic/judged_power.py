@@ -127,20 +127,18 @@ def judge_power(
                 {"rig": number, "fault": "before", "operation": operations[i], "kind": kind}
                 for i, kind in reports
             ]
+        last = operations[-_AFTER:]
         for fault in FAULTS:
+            row = {"rig": number, "fault": fault, "operation": last[0]}
             factors = factors_of(drives[-_AFTER], fault)
             changed = [_times(drive, factors or {}) for drive in drives[-_AFTER:]]
-            row = {"rig": number, "fault": fault, "operation": operations[-_AFTER]}
             if factors is None or not all(drive.holds for drive in changed):
                 rows.append(row | {"kind": "left out"})
                 continue
             row["clear"] = _clear(drives[-_AFTER], changed[0], models)
             new = _records(changed, models, reading, rng)
             outputs = {m: np.tile(each[:1], (_AFTER, 1)) for m, each in series.outputs.items()}
-            last = Series(operations[-_AFTER:], new, outputs)
-            found = [each for watch in watches for each in _through(*watch, last)[1]]
-            first, kind = min(found, key=lambda each: each[0], default=(np.nan, "none"))
-            rows.append(row | {"after": first + 1, "kind": kind})
+            rows.append(row | _first(watches, Series(last, new, outputs)))
     return pd.DataFrame(rows)
 
 
@@ -166,6 +164,13 @@ def _records(
         motion: np.stack([record_of(drive, model.sensor, motion, reading, rng) for drive in drives])
         for motion, model in models.items()
     }
+
+
+def _first(watches: Sequence[tuple[Follower, State]], series: Series) -> dict:
+    """After how many records of a series any source reports a change, and as what."""
+    found = [each for watch in watches for each in _through(*watch, series)[1]]
+    first, kind = min(found, key=lambda each: each[0], default=(np.nan, "none"))
+    return {"after": first + 1, "kind": kind}
 
 
 def _clear(before: Drive, after: Drive, models: Mapping[str, Model]) -> float:
