@@ -92,17 +92,17 @@ def test_batches_have_the_covariance_of_their_scales():
     mean, factor = rows.left_out
     for wrong in ((0 * mean, factor), (mean, 0.9 * factor)):
         rows.left_out = wrong
-        assert p_value_of_batch(rows, posterior) < 1e-6
+        assert p_value_of_batch(rows, posterior) < 1e-4
 
 
-def test_a_third_of_the_scales_is_zero_and_the_others_are_uniform():
+def test_four_in_ten_scales_are_zero_and_the_others_are_uniform():
     posterior = Posterior(settings(), discrepancy=KNOWN)
     rows = Rows.of(bank_of(posterior, 8), posterior, torch.device("cpu"))
     chosen = torch.zeros(6000, dtype=torch.int64)
     scale = rows.draw(chosen, torch.Generator().manual_seed(1)).scale.numpy()[:, 0]
     none = (scale == 0).sum()
-    assert binom.cdf(none, 6000, 1 / 3) > 5e-4  # 1e-3 together
-    assert binom.sf(none - 1, 6000, 1 / 3) > 5e-4
+    assert binom.cdf(none, 6000, 0.4) > 5e-4  # 1e-3 together
+    assert binom.sf(none - 1, 6000, 0.4) > 5e-4
     assert kstest(scale[scale > 0] / SCALES[-1], "uniform").pvalue > 1e-3
 
 
