@@ -11,7 +11,7 @@ from breaker.mechanism.parameters import MOTIONS
 from tests.decisions.test_table import LIMITS, QUIET, SETTINGS, page_of, trend_of
 
 NUMBERS = 10 * np.arange(120, 124)  # 1,200 to 1,230
-ENDED = "closing: the end of the stroke changed at operation 1,210 (0.42 mm)"
+ENDED = "closing: the end of the stroke changed at operation 1,200 (0.42 mm)"
 
 
 def stepped(motions=MOTIONS, sizes=(0.1, 0.2, 0.42, 0.0, 0.2, 0.1), at=2, operations=NUMBERS):
@@ -26,11 +26,13 @@ def stepped(motions=MOTIONS, sizes=(0.1, 0.2, 0.42, 0.0, 0.2, 0.1), at=2, operat
 def test_a_step_is_told_from_its_first_operation_on():
     trend = stepped()
     assert trend.jump_noticed.values.tolist() == [1220]
-    assert trend.jump_from.values.tolist() == [1210]
+    assert trend.jump_from.values.tolist() == [1200]
     assert trend.jump_words.values.tolist() == [ENDED]
     assert changes({"both": trend}, NUMBERS) == ["", "", ENDED, ""]
-    skipped = trend.drop_dims("jump")
-    skipped["surprise"][1] = np.nan  # without a usable record: the one before began it
+    later = stepped(at=3)
+    assert later.jump_from.values.tolist() == [1210]
+    skipped = later.drop_dims("jump")
+    skipped["surprise"][2] = np.nan  # without a usable record: the one before began it
     assert with_steps(skipped).jump_from.values.tolist() == [1200]
     none = trend.drop_dims("jump")
     none["step"][:] = False
@@ -43,12 +45,12 @@ def test_a_step_is_told_from_its_first_operation_on():
     [
         (
             (0.3, 0.2, 0.1, 0.0, 0.25, 0.1),
-            "closing: the start of the motion changed at operation 1,210 (0.3 mm), "
-            "opening: the main motion changed at operation 1,210 (0.25 mm)",
+            "closing: the start of the motion changed at operation 1,200 (0.3 mm), "
+            "opening: the main motion changed at operation 1,200 (0.25 mm)",
         ),
         (
             (0.0, 0.01, 0.0, 0.0, 0.0, 1.234),
-            "opening: the end of the stroke changed at operation 1,210 (1.2 mm)",
+            "opening: the end of the stroke changed at operation 1,200 (1.2 mm)",
         ),
     ],
 )
@@ -71,7 +73,7 @@ def test_a_step_asks_for_a_closer_look_for_a_while():
     }
     assert latest_step(twice, [1220, 1230], within=10) == [
         ENDED,
-        "opening: the main motion changed at operation 1,220 (1 mm)",
+        "opening: the main motion changed at operation 1,210 (1 mm)",
     ]
 
 
@@ -120,6 +122,6 @@ def test_alarms_list_steps():
     assert found.dtypes.tolist() == alarms.dtypes.tolist()
     row = pd.concat([alarms, found], ignore_index=True).iloc[0]
     assert row[["limit", "words", "motion"]].tolist() == ["", ENDED, "both"]
-    assert row[["from_operation", "to_operation"]].tolist() == [1210, 1220]
+    assert row[["from_operation", "to_operation"]].tolist() == [1200, 1220]
     assert np.isnan(row.highest_probability)
     assert len(step_table({"both": trend_of(MOTIONS, NUMBERS)})) == 0

@@ -38,10 +38,10 @@ def test_p_values_are_those_of_a_drive_that_does_not_change():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_step_is_reported_by_its_second_operation_and_once(seed):
+def test_a_step_is_reported_by_its_third_operation_and_once(seed):
     said = quiet(400, generator(seed, "test steps"))
     said[250:] += 8.0 * (np.arange(K) == 2)
-    assert watched(said)[1] == [251]
+    assert watched(said)[1] == [252]
 
 
 def test_neither_a_drift_nor_an_outlier_is_a_step():
@@ -57,4 +57,17 @@ def test_after_a_step_the_watch_goes_on():
     said = quiet(500, generator(6, "test steps"))
     said[200:] += 10.0
     said[400:] -= 10.0
-    assert watched(said)[1] == [201, 401]
+    assert watched(said)[1] == [202, 402]
+
+
+def test_outliers_in_a_row_that_differ_are_no_step():
+    """As a start of the motion that is read wrongly makes them, now early and now late."""
+    said = quiet(400, generator(7, "test steps"))
+    said[300:304] += np.array([12.0, -12.0, 15.0, -9.0])[:, None] * (np.arange(K) == 1)
+    assert watched(said)[1] == []
+
+
+def test_a_drive_that_does_not_come_to_rest_is_another_one():
+    said = quiet(400, generator(8, "test steps"))
+    said[300:] += 30.0 * generator(9, "test steps").standard_normal((100, K))
+    assert watched(said)[1][0] == 311

@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from breaker.wear import IN_ROW
+
 __all__ = ["changes", "latest_step", "step_table", "with_steps"]
 
 _NAMED = 0.7  # share of the largest change of a step, from which that of a motion is named
@@ -30,8 +32,8 @@ def with_steps(trend: xr.Dataset) -> xr.Dataset:
     """
     operations, learnt = trend.operation.values, np.isfinite(trend.surprise.values)
     found = np.flatnonzero(trend.step.values.astype(bool))
-    # Two operations in a row make a step: it lies before the last one that was compared.
-    first = [max(np.flatnonzero(learnt[:i]), default=i) for i in found.tolist()]
+    # So many operations in a row make a step: it lies before the first of them.
+    first = [np.append(np.flatnonzero(learnt[:i]), i)[-IN_ROW:][0] for i in found.tolist()]
     begins = operations[np.array(first, dtype=int)]
     sizes, phases = trend.step_size.values[found], trend.phase.values
     words = [_words(phases, *each) for each in zip(sizes, begins.tolist(), strict=True)]

@@ -13,6 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "lifetime": ["remaining_life"],
         "series": ["Series", "likelihood", "series_of"],
         "state": ["State"],
+        "steps": ["IN_ROW"],
         "trend": ["Follower"],
         "trust": ["trust_in"],
     },

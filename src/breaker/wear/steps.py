@@ -5,8 +5,9 @@ the model has words for it or not. What an operation says of parameters *and* di
 with what the last operations say: a line through them predicts it, and the residuals that came
 before give the covariance, scatter of the drive and colour of the noise included. Under no change
 the squared distance follows Hotelling's distribution (Hotelling, 1931; Montgomery, "Introduction to
-statistical quality control", ch. 11). Two operations in a row beyond a level are a step; one alone
-is an outlier.
+statistical quality control", ch. 11). Real distances have longer tails, so one operation beyond a
+level is an outlier. Three in a row are a step if they agree with each other: a drive that changed
+stays where it is, outliers do not. Twelve in a row are one in any case.
 """
 
 from dataclasses import dataclass, replace
@@ -14,14 +15,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtrc
 
-__all__ = ["VARIANCE", "Watch"]
+__all__ = ["IN_ROW", "VARIANCE", "Watch"]
 
-_IN_ROW = 2  # operations beyond the level that make a step
+IN_ROW = 3
+"""Operations beyond the level that make a step, where they agree."""
+
+_ALIKE = 1e-3  # p-value of the farthest of them from their mean, above which they agree
 _WINDOW = 60  # operations of the line
 _MEMORY = 400.0  # operations of the covariance
 _FEWEST = 12  # operations from which the next is judged, after a step
 
-VARIANCE = 1.0 / _IN_ROW + 1.0 / _FEWEST
+VARIANCE = 1.0 / IN_ROW + 1.0 / _FEWEST
 """Variance of the change at a step, over that of what one operation says."""
 
 
@@ -67,9 +71,18 @@ class Watch:
         design = np.column_stack([np.ones(w), self.operations - operation])
         row = np.linalg.solve(design.T @ design, design.T)[0]  # weights of the line at 0
         residual = (said - row @ self.seen) / np.sqrt(1.0 + row @ row)
+        return self._beyond(residual), residual
+
+    def _beyond(self, residual: np.ndarray) -> float:
+        """p-value of a residual ``(k,)`` under the covariance of those before."""
+        k, free = len(residual), self.freedom - len(residual) + 1.0
         square = residual @ np.linalg.solve(self.square / self.freedom, residual)
-        free = self.freedom - k + 1.0
-        return float(fdtrc(k, free, square * free / (self.freedom * k))), residual
+        return float(fdtrc(k, free, square * free / (self.freedom * k)))
+
+    def _alike(self, said: np.ndarray) -> bool:
+        """Say whether what a few operations say, ``(s, k)``, differs by no more than scatter."""
+        apart = (said - said.mean(axis=0)) / np.sqrt(1.0 - 1.0 / len(said))
+        return min(map(self._beyond, apart)) > _ALIKE / len(said)
 
     def learn(
         self, operation: float, said: np.ndarray, level: float
@@ -88,8 +101,10 @@ class Watch:
         if p_value < level:
             suspects = np.append(self.suspects, operation)
             suspected = np.vstack([self.suspected, said])
-            if len(suspects) < _IN_ROW:
+            agree = len(suspects) >= IN_ROW and self._alike(suspected[-IN_ROW:])
+            if not agree and len(suspects) < _FEWEST:
                 return replace(self, suspects=suspects, suspected=suspected), p_value, None
+            suspects, suspected = suspects[-IN_ROW:], suspected[-IN_ROW:]
             change = suspected.mean(axis=0) - self.seen[-_FEWEST:].mean(axis=0)
             empty, none = self.suspects[:0], self.suspected[:0]
             new = replace(self, operations=suspects, seen=suspected, suspects=empty, suspected=none)
