@@ -44,7 +44,7 @@ def trust_table(parts: Sequence[xr.Dataset]) -> pd.DataFrame:
 
 
 def trust_sentence(table: pd.DataFrame) -> str:
-    """Return the sentence of the first page, from what ``trust_table`` returns.
+    r"""Return the sentence of the first page, from what ``trust_table`` returns.
 
     Example:
         >>> sizes = dict(zip(_SIZES, [0.3, 0.4, 0.5, 0.6, 2.0]))
