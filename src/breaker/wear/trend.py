@@ -127,7 +127,8 @@ class Follower:
             ``outlier``; ``run_length_probability`` over ``age``; ``change_probability``, ``alarm``;
             ``start_interval`` and ``kind_probability`` of the segment's beginning, by now;
             ``remaining``, ``toward`` and ``beyond`` of each limit, and the ``value`` of each of
-            their parts. Motions that differ are not followed: then there is no operation in it.
+            their parts; ``surprise``, ``step`` and ``step_size`` of each phase (see ``steps``).
+            Motions that differ are not followed: then there is no operation in it.
         """
         if state.reference is None:
             state = replace(self.begin(series), first=state.first)
