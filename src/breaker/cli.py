@@ -68,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
 def _infer(options: argparse.Namespace):
     # Imported here, so that --help and wrong options answer at once.
     from breaker.posterior import Posterior, correct_operations, infer, table
-    from breaker.records import read_curves, require_any
+    from breaker.records import Operation, read_curves, require_any
 
     config = _settings(options.config)
     endurance = config["endurance"]
@@ -76,8 +76,14 @@ def _infer(options: argparse.Namespace):
     missing = [file for file in options.files if not Path(file).is_file()]
     if missing:
         raise FileNotFoundError(f"there is no file {', '.join(missing)}")
-    files = list(enumerate(options.files, start=1))
-    curves = read_curves(files, endurance["format"], posterior.sensor.times, posterior.motion)
+    files = [Operation(number, file) for number, file in enumerate(options.files, start=1)]
+    curves = read_curves(
+        files,
+        endurance["format"],
+        posterior.sensor.times,
+        posterior.motion,
+        noise_sd=posterior.sensor.noise_sd,
+    )
     require_any(curves)
     common = {"seed": config["seed"], "misfit_p_value": endurance["misfit_p_value"]}
     result = infer(posterior, curves, draws=endurance["draws"], **common)

@@ -13,7 +13,7 @@ from breaker.posterior.exactness import correct_operations
 from breaker.posterior.predictive import infer, predict_stages
 from breaker.posterior.tables import table
 from breaker.records.reader import read_curves, write_curve
-from breaker.synthetic.round_trip import FORMAT
+from breaker.records.settings import FORMAT
 from tests.networks_fixtures import (
     COMBINATIONS,
     DEEP_SET,

@@ -3,6 +3,7 @@
 import pytest
 
 from breaker.records.files import list_curves, operation_number
+from breaker.records.manifest import Operation
 
 
 def fill(folder, *names):
@@ -47,7 +48,7 @@ def test_operations_are_in_the_order_of_their_numbers(tmp_path):
 def test_only_csv_files_of_the_folder_itself_count(tmp_path):
     (tmp_path / "old").mkdir()
     fill(tmp_path, "op_1.csv", "op_2.txt", "notes 3.md", "old/op_4.csv")
-    assert list_curves(str(tmp_path)) == [(1, tmp_path / "op_1.csv")]
+    assert list_curves(str(tmp_path)) == [Operation(1, tmp_path / "op_1.csv")]
 
 
 def test_two_files_of_one_operation_are_refused_and_both_named(tmp_path):
@@ -66,4 +67,4 @@ def test_a_folder_without_csv_is_refused(tmp_path, folder):
 def test_endings_in_capitals_count_and_hidden_files_do_not(tmp_path):
     for name in ("op_2.CSV", "op_1.csv", "._op_1.csv", "op_3.txt"):
         (tmp_path / name).write_text("")
-    assert [number for number, _ in list_curves(tmp_path)] == [1, 2]
+    assert [each.number for each in list_curves(tmp_path)] == [1, 2]

@@ -16,7 +16,7 @@ from breaker.records.reader import (
     require_any,
     write_curve,
 )
-from breaker.synthetic.round_trip import FORMAT
+from breaker.records.settings import FORMAT
 from breaker.workflow.stores import describe, save
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid

@@ -10,7 +10,8 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
-from breaker.synthetic.round_trip import FORMAT, through_files
+from breaker.records.settings import FORMAT
+from breaker.synthetic.round_trip import through_files
 
 CURVES = 60
 # Each record's chi-square has t degrees of freedom at the truth. Two-sided, over all records of a

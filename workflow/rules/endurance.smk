@@ -47,6 +47,7 @@ rule read_curves:
         format=config["endurance"]["format"],
         operations=operations,
         grid=GRID,
+        noise_sd=config["sensor"]["noise_sd"],
     script:
         "../scripts/read_curves.py"
 

@@ -21,7 +21,7 @@ def numbers(motion):
     """The numbers of the operations of a motion."""
     if OWN_CURVES is None:
         return range(1, config["rig"]["operations"] + 1)
-    return [number for number, _ in files_in(f"{OWN_CURVES}/{motion}")]
+    return [each.number for each in files_in(f"{OWN_CURVES}/{motion}")]
 
 
 @cache
@@ -54,7 +54,7 @@ def curve_files(wildcards):
     if OWN_CURVES is None:
         return folder
     wanted = set(operations(wildcards))
-    return [str(file) for number, file in files_in(folder) if number in wanted]
+    return [str(each.file) for each in files_in(folder) if each.number in wanted]
 
 
 def corrected(motion):

@@ -7,9 +7,9 @@ from breaker.workflow import describe, save, start
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 wanted = set(params.operations)
-files = [(number, file) for number, file in list_curves(params.folder) if number in wanted]
+files = [each for each in list_curves(params.folder) if each.number in wanted]
 
-curves = read_curves(files, params.format, grid(**params.grid), motion)
+curves = read_curves(files, params.format, grid(**params.grid), motion, noise_sd=params.noise_sd)
 log.info("%d of %d operations rejected", (~curves.accepted).sum(), len(files))
 settings = {"format": params.format, "grid": params.grid}
 save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])

@@ -10,7 +10,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "files": ["csv_files", "list_curves"],
+        "manifest": ["ABOUT", "Operation"],
         "reader": ["open_curves", "read_curves", "require_any", "write_curve"],
         "landmarks": ["main_motion", "raw_time"],
+        "settings": ["FORMAT"],
     },
 )

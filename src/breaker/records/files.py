@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+from breaker.records.manifest import Operation
+
 __all__ = ["csv_files", "list_curves", "operation_number"]
 
 
@@ -35,7 +37,7 @@ def operation_number(file: str | Path) -> int:
     return int(numbers[-1])
 
 
-def list_curves(folder: str | Path) -> list[tuple[int, Path]]:
+def list_curves(folder: str | Path) -> list[Operation]:
     """List the curve files of one motion, ``folder/*.csv``, in the order of their operations.
 
     Raises:
@@ -56,4 +58,4 @@ def list_curves(folder: str | Path) -> list[tuple[int, Path]]:
                 f"{file} and {listed[number]} are both operation {number}; rename one of them"
             )
         listed[number] = file
-    return sorted(listed.items())
+    return [Operation(number, listed[number]) for number in sorted(listed)]

@@ -11,22 +11,16 @@ missing, NaN, where its cell is empty or NaN, or its line is: where time makes a
 
 Example:
     >>> import tempfile
-    >>> settings = {
-    ...     "encoding": "utf-8", "delimiter": ",", "decimal": ".", "skip_rows": 4,
-    ...     "units_row": True, "time_column": "time", "time_unit": "s", "zero": 0.0,
-    ...     "travel_column": "travel", "travel_unit": "mm", "sign": 1, "missing": 0.2,
-    ... }
     >>> time = 0.1 * np.arange(800)
     >>> travel = 16 / (1 + np.exp(22 - time))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = f"{folder}/operation_7.csv"
     ...     write_curve(file, time, travel, motion="closing", operation=7)
-    ...     curves = read_curves([(7, file)], settings, np.arange(-2.0, 30.0), "closing")
+    ...     curves = read_curves([Operation(7, file)], {}, np.arange(-2.0, 30.0), "closing")
     >>> curves.accepted.values, curves.missing.values, curves.travel.shape
     (array([ True]), array([0]), (1, 32))
 """
 
-import codecs
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -35,6 +29,8 @@ import numpy as np
 import xarray as xr
 
 from breaker.records.landmarks import NoMotionError, first_motion
+from breaker.records.manifest import ABOUT, Operation
+from breaker.records.settings import TO_MM, TO_MS, complete
 from breaker.records.text import RejectedCurveError, read_columns
 
 __all__ = [
@@ -46,62 +42,71 @@ __all__ = [
     "write_curve",
 ]
 
-_TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
-_TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
 _STROKES = (4.0, 60.0)  # mm, between the rest positions of any medium-voltage breaker
 _REST = 2.0  # mm, farthest that the open breaker may rest from zero
-_SETTINGS = (
-    *("encoding", "delimiter", "decimal", "skip_rows", "units_row", "zero", "sign"),
-    *("time_column", "time_unit", "travel_column", "travel_unit", "missing"),
-)
 _PREAMBLE = ("travel record", "motion: {motion}", "operation: {operation}", "zero: open position")
 
 
 def read_curves(
-    files: Sequence[tuple[int, str | Path]],
+    operations: Sequence[Operation],
     settings: Mapping,
     times: np.ndarray,
     motion: str,
+    *,
+    noise_sd: float | None = None,
 ) -> xr.Dataset:
-    """Read the files of several operations.
+    """Read the records of several operations.
 
     Args:
-        files: Number of the operation and file of each.
-        settings: The section ``endurance.format`` of the configuration.
+        operations: The operations, and where their records are.
+        settings: The section ``endurance.format`` of the configuration; what it lacks has its
+            default.
         times: The model's grid, ``(t,)``, ms around the first motion.
         motion: "closing" or "opening".
+        noise_sd: Standard deviation of the noise that the model takes for granted, mm; a record
+            whose own is another has a remark. None compares nothing.
 
     Returns:
         Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
         all are, where the file was rejected), ``missing``: the number of these samples,
-        ``accepted``, ``reason``, ``file``, and ``first_motion``: the file's time that is 0 on the
-        grid, ms.
+        ``accepted``, ``reason``, ``file``, ``first_motion``: the file's time that is 0 on the
+        grid, ms; ``remarks``: what is doubtful about an accepted record, in words, empty if
+        nothing is; ``masked``: doubtful samples left out; ``noise`` (mm) and ``colour``: standard
+        deviation and correlation from one sample to the next at rest; and what is known of each
+        operation, ``ABOUT``.
 
     Raises:
         ValueError: If the settings lack something, or name an unknown unit or encoding.
 
     """
-    _check_settings(settings)
-    travel = np.full((len(files), len(times)), np.nan)
-    start, reasons = np.full(len(files), np.nan), [""] * len(files)
-    for i, (_, file) in enumerate(files):
+    settings = complete(settings)
+    travel = np.full((len(operations), len(times)), np.nan)
+    start, reasons = np.full(len(operations), np.nan), [""] * len(operations)
+    for i, operation in enumerate(operations):
         try:
-            travel[i], start[i] = read_curve(file, settings, times, motion)
+            travel[i], start[i] = read_curve(operation.file, settings, times, motion)
         except RejectedCurveError as error:
             reasons[i] = str(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
     accepted = np.array([not reason for reason in reasons], dtype=bool)
+    about = {name: [getattr(each, name) for each in operations] for name in ABOUT}
+    number = np.zeros(len(operations))
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
             "missing": ("operation", np.isnan(travel).sum(axis=1)),
             "accepted": ("operation", accepted),
             "reason": ("operation", np.array(reasons, dtype=str)),
-            "file": ("operation", np.array([str(file) for _, file in files], dtype=str)),
+            "file": ("operation", np.array([str(each.file) for each in operations], dtype=str)),
             "first_motion": ("operation", start, {"unit": "ms"}),
+            "remarks": ("operation", np.array([""] * len(operations), dtype=str)),
+            "masked": ("operation", number.astype(int)),
+            "noise": ("operation", number + np.nan, {"unit": "mm"}),
+            "colour": ("operation", number + np.nan),
+            **{name: ("operation", np.array(values)) for name, values in about.items()},
         },
         coords={
-            "operation": ("operation", [operation for operation, _ in files]),
+            "operation": ("operation", [each.number for each in operations]),
             "time": ("time", times, {"unit": "ms"}),
         },
         attrs={"motion": motion},
@@ -202,8 +207,8 @@ def write_curve(
 def _samples(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray, float]:
     """Time in ms, travel in mm towards closed, NaN where missing, and the time of a step, ms."""
     time, travel, lines = read_columns(file, settings)
-    time = time * _TO_MS[settings["time_unit"]]
-    travel = settings["sign"] * _TO_MM[settings["travel_unit"]] * (travel - settings["zero"])
+    time = time * TO_MS[settings["time_unit"]]
+    travel = settings["sign"] * TO_MM[settings["travel_unit"]] * (travel - settings["zero"])
     if (count := np.isfinite(travel).sum()) < 2:
         raise RejectedCurveError(file, f"has {count} samples")
     place = np.append(0, np.cumsum(_whole_steps(file, time, lines)))
@@ -217,27 +222,6 @@ def _samples(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarra
         even[place], some[place] = time, travel
         time, travel = even, some
     return time, travel, step
-
-
-def _check_settings(settings: Mapping) -> None:
-    """Refuse settings with which no file can be read, rather than reject every file."""
-    lacking = [key for key in _SETTINGS if key not in settings]
-    if lacking:
-        raise ValueError(f"endurance.format lacks {', '.join(lacking)}")
-    for key, known in (("time_unit", _TO_MS), ("travel_unit", _TO_MM)):
-        if settings[key] not in known:
-            raise ValueError(
-                f"endurance.format.{key} is {settings[key]!r}, but must be one of "
-                f"{', '.join(known)}"
-            )
-    if len(settings["delimiter"]) != 1:
-        raise ValueError(
-            f"endurance.format.delimiter is {settings['delimiter']!r}, but must be one sign"
-        )
-    try:
-        codecs.lookup(settings["encoding"])
-    except LookupError as error:
-        raise ValueError(f"endurance.format.encoding: {error}; utf-8, for example") from error
 
 
 def _whole_steps(file: str | Path, time: np.ndarray, lines: np.ndarray) -> np.ndarray:
@@ -257,8 +241,8 @@ def _whole_steps(file: str | Path, time: np.ndarray, lines: np.ndarray) -> np.nd
 
 def _check_duration(file: str | Path, duration: float, settings: Mapping) -> None:
     """Reject a duration, ms, that another unit of time would make likely."""
-    for unit, factor in _TO_MS.items():
-        likely = duration / _TO_MS[settings["time_unit"]] * factor
+    for unit, factor in TO_MS.items():
+        likely = duration / TO_MS[settings["time_unit"]] * factor
         if not 10.0 <= duration <= 1e4 and 10.0 <= likely <= 1e4:
             raise RejectedCurveError(
                 file,
@@ -273,8 +257,8 @@ def _check_travel(file: str | Path, travel: np.ndarray, settings: Mapping, motio
     begins, ends = float(np.median(travel[:edge])), float(np.median(travel[-edge:]))
     stroke = abs(ends - begins)
     if not _STROKES[0] <= stroke <= _STROKES[1]:
-        here = stroke / _TO_MM[settings["travel_unit"]]
-        likely = [u for u, mm in _TO_MM.items() if _STROKES[0] <= here * mm <= _STROKES[1]]
+        here = stroke / TO_MM[settings["travel_unit"]]
+        likely = [u for u, mm in TO_MM.items() if _STROKES[0] <= here * mm <= _STROKES[1]]
         still = "did the breaker not move, or " if stroke < _STROKES[0] else ""
         hint = f"; {still}is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
         raise RejectedCurveError(

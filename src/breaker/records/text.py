@@ -31,6 +31,7 @@ def read_columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.nd
         RejectedCurveError: If the file cannot be read, lacks a column, states another unit, or
             has a cell that is no number.
     """
+    settings = {**settings, **_head(file, settings)}
     table = _cells(Path(file), settings)
     kinds = ("time", "travel")
     places = [_place(file, table[0], settings[f"{kind}_column"], settings) for kind in kinds]
@@ -41,6 +42,20 @@ def read_columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.nd
     time, travel = (_numbers(file, table, place, settings) for place in places)
     timed = np.flatnonzero(~np.isnan(time))
     return time[timed], travel[timed], timed + head_lines(settings) + 1
+
+
+def _head(file: str | Path, settings: Mapping) -> dict:
+    """Where the names are, and whether units follow them, as far as the settings leave it open."""
+    skip, units = settings["skip_rows"], settings["units_row"]
+    table = _cells(Path(file), {**settings, "skip_rows": skip or 0, "units_row": False})
+    if skip is None:
+        wanted = {settings["time_column"], settings["travel_column"]}
+        skip = next((i for i, row in enumerate(table) if wanted <= set(row)), 0)
+        table = table[skip:]
+    if units is None:
+        place = _place(file, table[0], settings["travel_column"], {**settings, "skip_rows": skip})
+        units = len(table) > 1 and np.isnan(_number("".join(table[1][place : place + 1]), "."))
+    return {"skip_rows": skip, "units_row": bool(units)}
 
 
 def head_lines(settings: Mapping) -> int:

@@ -11,25 +11,9 @@ import numpy as np
 
 from breaker.mechanism import travel
 from breaker.model import Model
-from breaker.records import read_curves, write_curve
+from breaker.records import Operation, read_curves, write_curve
 
-__all__ = ["FORMAT", "through_files"]
-
-FORMAT = {
-    "encoding": "utf-8",
-    "delimiter": ",",
-    "decimal": ".",
-    "skip_rows": 4,
-    "units_row": True,
-    "time_column": "time",
-    "time_unit": "s",
-    "travel_column": "travel",
-    "travel_unit": "mm",
-    "zero": 0.0,
-    "sign": 1,
-    "missing": 0.2,
-}
-"""What ``records.write_curve`` writes, in the terms of ``endurance.format``."""
+__all__ = ["through_files"]
 
 _FASTER = 4  # samples of the instrument for one of the model's grid
 _MARGIN = 8.0  # ms that a record is longer than the grid, at each end
@@ -64,10 +48,10 @@ def through_files(model: Model, n: int, rng: np.random.Generator) -> tuple[np.nd
     moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
     records = sensor.corrupt(travel(theta, time, motion, onset=moves).travel, rng)
     with tempfile.TemporaryDirectory() as folder:
-        files = [(i, Path(folder, f"{motion}_{i:05d}.csv")) for i in range(n)]
-        for (i, file), record in zip(files, records, strict=True):
-            write_curve(file, time, record, motion=motion, operation=i)
-        curves = read_curves(files, FORMAT, sensor.times, motion)
+        files = [Operation(i, Path(folder, f"{motion}_{i:05d}.csv")) for i in range(n)]
+        for each, record in zip(files, records, strict=True):
+            write_curve(each.file, time, record, motion=motion, operation=each.number)
+        curves = read_curves(files, {}, sensor.times, motion)
     if not curves.accepted.all():
         rejected = curves.reason.values[~curves.accepted.values]
         raise RuntimeError(f"{rejected.size} of {n} curves of the model rejected: {rejected[0]}")

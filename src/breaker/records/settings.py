@@ -1,0 +1,67 @@
+"""The section ``endurance.format`` of the configuration: what is in a curve file."""
+
+import codecs
+from collections.abc import Mapping
+
+__all__ = ["FORMAT", "TO_MM", "TO_MS", "complete"]
+
+TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
+TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
+
+FORMAT = {
+    "encoding": "utf-8",
+    "delimiter": ",",
+    "decimal": ".",
+    "skip_rows": None,
+    "units_row": None,
+    "time_column": "time",
+    "time_unit": "s",
+    "rate": None,
+    "travel_column": "travel",
+    "travel_unit": "mm",
+    "ratio": None,
+    "table": None,
+    "zero": 0.0,
+    "sign": 1,
+    "quantum": None,
+    "stroke": [4.0, 60.0],
+    "doubtful": "mask",
+    "missing": 0.5,
+}
+"""The default of every setting; so is ``endurance.format`` in config/config.yaml."""
+
+
+def complete(settings: Mapping) -> dict:
+    """Return settings with the defaults of those that are not given.
+
+    Raises:
+        ValueError: If a setting is unknown, or one with which no file can be read.
+    """
+    unknown = [key for key in settings if key not in FORMAT]
+    if unknown:
+        raise ValueError(f"endurance.format has no {', '.join(unknown)}; see config/config.yaml")
+    settings = {**FORMAT, **settings}
+    if settings["time_unit"] not in TO_MS:
+        raise ValueError(
+            f"endurance.format.time_unit is {settings['time_unit']!r}, but must be one of "
+            f"{', '.join(TO_MS)}"
+        )
+    if settings["travel_unit"] not in TO_MM and not (settings["ratio"] or settings["table"]):
+        raise ValueError(
+            f"endurance.format.travel_unit is {settings['travel_unit']!r}, not one of "
+            f"{', '.join(TO_MM)}; endurance.format.ratio (mm for one of it) or table must be given"
+        )
+    if settings["time_column"] is None and settings["rate"] is None:
+        raise ValueError(
+            "endurance.format.time_column is null, so endurance.format.rate is needed: the samples "
+            "in a ms (kHz)"
+        )
+    if len(settings["delimiter"]) != 1:
+        raise ValueError(
+            f"endurance.format.delimiter is {settings['delimiter']!r}, but must be one sign"
+        )
+    try:
+        codecs.lookup(settings["encoding"])
+    except LookupError as error:
+        raise ValueError(f"endurance.format.encoding: {error}; utf-8, for example") from error
+    return settings
