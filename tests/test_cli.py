@@ -1,4 +1,4 @@
-"""`breaker infer`: what it prints and writes, and what it says where nothing can be inferred."""
+"""The command `breaker`, and `breaker infer`: what it prints, writes, and where it fails."""
 
 import re
 import shutil
@@ -21,6 +21,7 @@ from breaker.posterior.batches import freeze_inputs
 from breaker.posterior.estimator import Posterior
 from breaker.posterior.predictive import infer
 from breaker.posterior.tables import table
+from breaker.records.manifest import Operation
 from breaker.records.reader import read_curves, write_curve
 from tests.networks_fixtures import MARKS, NETWORK, left_out, one_thread  # noqa: F401
 
@@ -87,7 +88,8 @@ def test_medians_intervals_and_units_are_printed_for_each_file(capsys, defaults,
     out = capsys.readouterr().out
     settings = defaults["endurance"]
     posterior = Posterior.load("closing.safetensors").at(settings["discrepancy"])
-    read = read_curves([(1, "a.csv"), (2, "b 2.csv")], settings["format"], sensor.times, "closing")
+    operations = [Operation(1, "a.csv"), Operation(2, "b 2.csv")]
+    read = read_curves(operations, settings["format"], sensor.times, "closing")
     seed, p_value = defaults["seed"], settings["misfit_p_value"]
     expected = table(infer(posterior, read, draws=DRAWS, seed=seed, misfit_p_value=p_value))
     blocks = re.split(r"\n(?=a\.csv\n|b 2\.csv\n)", out)
@@ -242,7 +244,7 @@ def test_elsewhere_the_configuration_can_be_named(project, capsys, monkeypatch):
     assert call(*arguments, "../config/config.yaml", "../few.yaml") == 0
     assert "../a.csv" in capsys.readouterr().out
     message = failed(capsys, *arguments, "../few.yaml")
-    assert "../few.yaml: without seed, correction, endurance.format, " in message
+    assert "../few.yaml: seed, correction, endurance.format, " in message
     overlay = {"endurance": {"format": {"travel_unit": "foot"}}}
     Path("foot.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
     message = failed(capsys, *arguments, "../config/config.yaml", "foot.yaml")

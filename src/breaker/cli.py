@@ -1,4 +1,7 @@
-"""The command `breaker`: infer single curve files with a trained model, without the workflow."""
+"""The command `breaker`: what one wants of files without the workflow.
+
+Each command is one function that prints, and returns the exit status: 0, or 1 where it failed.
+"""
 
 import argparse
 import sys
@@ -12,31 +15,17 @@ __all__ = ["main"]
 
 _DEFAULTS = Path("config/config.yaml")
 _SCHEMA = Path("workflow/schemas/config.schema.yaml")
-_NEEDED = (
-    "seed",
-    "correction",
-    "endurance.format",
-    "endurance.draws",
-    "endurance.discrepancy",
-    "endurance.misfit_p_value",
-    "endurance.posterior",
-)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns the exit status: 0, or 1 where nothing could be inferred."""
+    """Run the command; returns the exit status: 0, or 1 where it failed."""
     options = _parser().parse_args(arguments)
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     try:
-        result = _infer(options)
-        _show(result)
-        if options.output:
-            result.to_csv(options.output, index=False, float_format="%.6g")
-            print(f"written to {options.output}")
+        return options.run(options)
     except (ConfigurationError, OSError, ValueError) as error:
         print(f"breaker: {error}", file=sys.stderr)
         return 1
-    return 0
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -44,33 +33,69 @@ def _parser() -> argparse.ArgumentParser:
         prog="breaker", description="From a breaker's travel curve to the state of its drive."
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    infer = commands.add_parser(
-        "infer",
-        help="infer curve files with a trained model",
-        description="Infer curve files of one motion with a trained model. How the files are read, "
-        "how far the drive may be from the model, and whether the network's posterior is corrected "
-        "to the exact one, is said by endurance.format, endurance.discrepancy and "
-        "endurance.posterior of the configuration.",
-    )
-    infer.add_argument("model", metavar="MODEL", help="such as results/models/closing.safetensors")
-    infer.add_argument("files", metavar="FILE", nargs="+", help="CSV file of one operation")
-    infer.add_argument(
-        "--config",
-        nargs="+",
-        default=[],
-        metavar="YAML",
-        help=f"configuration files, laid over {_DEFAULTS} where there is one",
-    )
-    infer.add_argument("--output", metavar="CSV", help="write the table there, with all columns")
+    for add in (_add_infer,):  # in the order of --help
+        command = add(commands)
+        command.add_argument(
+            "--config",
+            nargs="+",
+            default=[],
+            metavar="YAML",
+            help=f"configuration files, laid over {_DEFAULTS} where there is one",
+        )
     return parser
 
 
-def _infer(options: argparse.Namespace):
+def _settings(overlays: Sequence[str], needed: Sequence[str]) -> dict:
+    """The configuration, as far as a command needs it: keys with their section, dotted."""
+    paths = [*([_DEFAULTS] if _DEFAULTS.exists() else []), *overlays]
+    if not paths:
+        raise ConfigurationError(
+            f"there is no {_DEFAULTS} here; start the command from the project's folder, or name "
+            "your configuration with --config"
+        )
+    if _DEFAULTS.exists() and _SCHEMA.exists():
+        return load(paths, schema=_SCHEMA)
+    config = reduce(merge, map(read, paths), {})
+    section = config.get("endurance")
+    found = {
+        *config,
+        *(f"endurance.{key}" for key in (section if isinstance(section, dict) else ())),
+    }
+    lacking = [key for key in needed if key not in found]
+    if lacking:
+        raise ConfigurationError(
+            f"{', '.join(map(str, paths))}: {', '.join(lacking)} must be given; "
+            "start the command from the project's folder, or name its config/config.yaml first"
+        )
+    return config
+
+
+# ---- breaker infer ------------------------------------------------------------------------------
+
+
+def _add_infer(commands) -> argparse.ArgumentParser:
+    infer = commands.add_parser(
+        "infer",
+        help="infer curve files with a trained model",
+        description="Infer curve files of one motion with a trained model. The configuration sets "
+        "how files are read (endurance.format), how far the drive may be from the model "
+        "(endurance.discrepancy), and whether the network's posterior is corrected to the exact "
+        "one (endurance.posterior).",
+    )
+    infer.set_defaults(run=_infer)
+    infer.add_argument("model", metavar="MODEL", help="such as results/models/closing.safetensors")
+    infer.add_argument("files", metavar="FILE", nargs="+", help="CSV file of one operation")
+    infer.add_argument("--output", metavar="CSV", help="write the table there, with all columns")
+    return infer
+
+
+def _infer(options: argparse.Namespace) -> int:
     # Imported here, so that --help and wrong options answer at once.
     from breaker.posterior import Posterior, correct_operations, infer, table
     from breaker.records import Operation, read_curves, require_any
 
-    config = _settings(options.config)
+    needed = ("format", "draws", "discrepancy", "misfit_p_value", "posterior")
+    config = _settings(options.config, ["seed", "correction", *(f"endurance.{n}" for n in needed)])
     endurance = config["endurance"]
     posterior = Posterior.load(options.model).at(endurance["discrepancy"])
     missing = [file for file in options.files if not Path(file).is_file()]
@@ -89,32 +114,12 @@ def _infer(options: argparse.Namespace):
     result = infer(posterior, curves, draws=endurance["draws"], **common)
     if endurance["posterior"] == "corrected":
         result = correct_operations(posterior.model, result, config["correction"], **common)
-    return table(result)
-
-
-def _settings(overlays: Sequence[str]) -> dict:
-    """The configuration, as far as the command needs it."""
-    paths = [*([_DEFAULTS] if _DEFAULTS.exists() else []), *overlays]
-    if not paths:
-        raise ConfigurationError(
-            f"there is no {_DEFAULTS} here; start the command from the project's folder, or name "
-            "your configuration with --config"
-        )
-    if _DEFAULTS.exists() and _SCHEMA.exists():
-        return load(paths, schema=_SCHEMA)
-    config = reduce(merge, map(read, paths), {})
-    section = config.get("endurance")
-    found = {
-        *config,
-        *(f"endurance.{key}" for key in (section if isinstance(section, dict) else ())),
-    }
-    lacking = [key for key in _NEEDED if key not in found]
-    if lacking:
-        raise ConfigurationError(
-            f"{', '.join(map(str, paths))}: without {', '.join(lacking)} nothing can be inferred; "
-            "start the command from the project's folder, or name its config/config.yaml first"
-        )
-    return config
+    result = table(result)
+    _show(result)
+    if options.output:
+        result.to_csv(options.output, index=False, float_format="%.6g")
+        print(f"written to {options.output}")
+    return 0
 
 
 def _show(result) -> None:
