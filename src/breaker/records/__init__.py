@@ -9,7 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "files": ["csv_files", "list_curves"],
+        "files": ["RejectedCurveError", "csv_files", "list_curves", "printable", "read_bytes"],
         "manifest": ["ABOUT", "Operation"],
         "reader": ["open_curves", "read_curves", "require_any", "write_curve"],
         "landmarks": ["main_motion", "raw_time"],

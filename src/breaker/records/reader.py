@@ -28,10 +28,11 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from breaker.records.files import RejectedCurveError, printable
 from breaker.records.landmarks import NoMotionError, first_motion
 from breaker.records.manifest import ABOUT, Operation
 from breaker.records.settings import TO_MM, TO_MS, complete
-from breaker.records.text import RejectedCurveError, read_columns
+from breaker.records.text import read_columns
 
 __all__ = [
     "RejectedCurveError",
@@ -97,7 +98,7 @@ def read_curves(
             "missing": ("operation", np.isnan(travel).sum(axis=1)),
             "accepted": ("operation", accepted),
             "reason": ("operation", np.array(reasons, dtype=str)),
-            "file": ("operation", np.array([str(each.file) for each in operations], dtype=str)),
+            "file": ("operation", np.array([printable(o.file) for o in operations], dtype=str)),
             "first_motion": ("operation", start, {"unit": "ms"}),
             "remarks": ("operation", np.array([""] * len(operations), dtype=str)),
             "masked": ("operation", number.astype(int)),

@@ -9,15 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.records.files import RejectedCurveError, read_bytes
+
 __all__ = ["RejectedCurveError", "head_lines", "read_columns"]
-
-
-class RejectedCurveError(ValueError):
-    """A curve file that cannot be used; the message names file, line and reason."""
-
-    def __init__(self, file: str | Path, reason: str, *, line: int | None = None) -> None:
-        place = f"{file}, line {line}" if line else f"{file}"
-        super().__init__(f"{place}: {reason}")
 
 
 def read_columns(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -66,13 +60,14 @@ def head_lines(settings: Mapping) -> int:
 def _cells(file: Path, settings: Mapping) -> list[list[str]]:
     """Cells of each line, from the one with the names on; empty lines at the end are left out."""
     try:
-        lines = file.read_text(encoding=settings["encoding"]).split("\n")
+        text = read_bytes(file).decode(settings["encoding"])
+        lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         # Each line for itself: an odd quotation mark must not join lines, or their numbers shift.
         table = [_split(line, settings["delimiter"]) for line in lines[settings["skip_rows"] :]]
     except UnicodeError as error:
         reason = f"cannot be read: {error}; is it a text file, endurance.format.encoding right?"
         raise RejectedCurveError(file, reason) from error
-    except (OSError, csv.Error) as error:
+    except csv.Error as error:
         raise RejectedCurveError(file, f"cannot be read: {error}") from error
     while table and not any(table[-1]):
         table.pop()
