@@ -36,7 +36,7 @@ def imports(script: Path) -> str:
     """Return the import statements of a script, as one text."""
     text = script.read_text(encoding="utf-8")
     nodes = [node for node in ast.parse(text).body if isinstance(node, ast.Import | ast.ImportFrom)]
-    stores = "import zarr\n" if "zarr" in text or "save(" in text else ""
+    stores = "import zarr\n" if "open_store(" in text or "save(" in text else ""
     return "\n".join(map(ast.unparse, nodes)) + "\n" + stores
 
 

@@ -16,7 +16,7 @@ from breaker.model.bank import open_bank, simulate
 from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
-from breaker.workflow.stores import describe, save
+from breaker.stores import describe, save
 
 
 @pytest.fixture

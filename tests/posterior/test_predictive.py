@@ -17,7 +17,7 @@ from breaker.posterior.predictive import (
 )
 from breaker.posterior.tables import table
 from breaker.records.reader import open_curves
-from breaker.workflow.stores import save
+from breaker.stores import save
 from tests.networks_fixtures import (
     DEEP_SET,
     MARKS,

@@ -17,7 +17,7 @@ from breaker.records.reader import (
     write_curve,
 )
 from breaker.records.settings import FORMAT
-from breaker.workflow.stores import describe, save
+from breaker.stores import describe, save
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
 HEAD = 6  # lines before the first sample of what write_curve writes

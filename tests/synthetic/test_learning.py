@@ -7,9 +7,9 @@ import xarray as xr
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.discrepancy import Discrepancy, open_discrepancy
+from breaker.stores import save
 from breaker.synthetic.family import Family
 from breaker.synthetic.learning import ensemble, learn
-from breaker.workflow.stores import save
 
 N = 4000
 COMPONENTS = 3

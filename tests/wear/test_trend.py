@@ -10,12 +10,12 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.fisher import climb
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
+from breaker.stores import describe, save
 from breaker.wear.changepoint import KINDS
 from breaker.wear.rows import age_bins
 from breaker.wear.series import Series, likelihood, series_of
 from breaker.wear.state import State
 from breaker.wear.trend import Follower
-from breaker.workflow.stores import describe, save
 
 P = len(NAMES)
 MU, GAMMA_A, GAP = (NAMES.index(name) for name in ("mu", "gamma_a", "L"))

@@ -1,9 +1,9 @@
 """Collect the numbers that texts state, and say which of them differ from the stated ones."""
 
 import pandas as pd
-import xarray as xr
 
 from breaker.posterior import choose
+from breaker.stores import open_store
 from breaker.validation import (
     numbers_of_all,
     numbers_of_decisions,
@@ -21,10 +21,10 @@ for i, motion in enumerate(params.motions):
     numbers = numbers_of_motion(
         tables[i],
         pd.read_csv(files.exactness[i]),
-        *(xr.open_zarr(files[kind][i]) for kind in ("prior", "validation")),
-        choose(xr.open_zarr(files.operations[i]), "corrected"),
-        *(xr.open_zarr(files[kind][i]) for kind in ("predictive", "trend")),
-        xr.open_zarr(files.truth).sel(motion=motion) if files.truth else None,
+        *(open_store(files[kind][i]) for kind in ("prior", "validation")),
+        choose(open_store(files.operations[i]), "corrected"),
+        *(open_store(files[kind][i]) for kind in ("predictive", "trend")),
+        open_store(files.truth).sel(motion=motion) if files.truth else None,
     )
     found |= {f"{motion}.{name}": value for name, value in numbers.items()}
 for i, setting in enumerate(params.scaled):  # such as closing_s1
@@ -33,7 +33,7 @@ for i, setting in enumerate(params.scaled):  # such as closing_s1
     prefix = setting.replace("_", ".", 1)
     found |= {f"{prefix}.{name}": value for name, value in numbers.items()}
 
-remaining = xr.open_zarr(files.remaining)
+remaining = open_store(files.remaining)
 failures = remaining.failure.to_series().to_dict() if "failure" in remaining else {}
 found |= numbers_of_decisions(pd.read_csv(files.decisions), pd.read_csv(files.alarms), failures)
 

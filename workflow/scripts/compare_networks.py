@@ -1,9 +1,9 @@
 """Put all networks of one motion into a table."""
 
 import pandas as pd
-import xarray as xr
 
 from breaker.posterior import Posterior
+from breaker.stores import open_store
 from breaker.validation import network_row
 from breaker.workflow import start
 
@@ -14,9 +14,9 @@ rows = [
     network_row(
         network,
         Posterior.load(inputs.models[i]),
-        xr.open_zarr(inputs.validations[i]).load(),
+        open_store(inputs.validations[i]).load(),
         pd.read_csv(inputs.judged[i]),
-        xr.open_zarr(inputs.histories[i]),
+        open_store(inputs.histories[i]),
         pd.read_csv(inputs.trainings[i], sep="\t"),
     )
     for i, network in enumerate(snakemake.params.networks)

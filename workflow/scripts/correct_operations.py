@@ -1,10 +1,9 @@
 """Correct the posteriors of some operations of the endurance test."""
 
-import xarray as xr
-
 from breaker.model import Model, open_discrepancy
 from breaker.posterior import correct_operations
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, open_store, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
@@ -12,7 +11,7 @@ names = ("prior", "sensor", "discrepancy", "correction", "misfit_p_value")
 settings = {key: params[key] for key in names}
 left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
 model = Model.from_settings({**settings, "motion": motion}, left_out, params.discrepancy)
-inferred = xr.open_zarr(snakemake.input.inferred).load()
+inferred = open_store(snakemake.input.inferred).load()
 
 result = correct_operations(
     model, inferred, params.correction, seed=params.seed, misfit_p_value=params.misfit_p_value

@@ -1,17 +1,16 @@
 """Correct the posteriors of simulated records of one motion."""
 
-import xarray as xr
-
 from breaker.model import Model, open_discrepancy
 from breaker.posterior import correct_validation
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, open_store, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards
 settings = {key: params[key] for key in ("prior", "sensor", "discrepancy", "correction")}
 left_out = open_discrepancy(snakemake.input.get("discrepancy"), wildcards.motion)
 model = Model.from_settings({**settings, "motion": wildcards.motion}, left_out, params.discrepancy)
-data = xr.open_zarr(snakemake.input.validation).load()
+data = open_store(snakemake.input.validation).load()
 
 result = correct_validation(model, data, params.correction, seed=int(wildcards.seed))
 log.info(

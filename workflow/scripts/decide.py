@@ -1,7 +1,6 @@
 """Join single operations and trends into alarms, decisions and the first page."""
 
 import pandas as pd
-import xarray as xr
 
 from breaker.decisions import (
     alarm_table,
@@ -14,25 +13,26 @@ from breaker.decisions import (
     verdict,
 )
 from breaker.mechanism import from_list
+from breaker.stores import describe, open_store, save
 from breaker.synthetic import failures
-from breaker.workflow import describe, save, start
+from breaker.workflow import start
 
 log = start(snakemake)
 params, found = snakemake.params, snakemake.input
 limits = from_list(params.limits, params.motions)
-condition = join([xr.open_zarr(file).load() for file in found.conditions])
-trends = {data.attrs["source"]: data for data in (xr.open_zarr(f).load() for f in found.trends)}
-curves = dict(zip(params.motions, (xr.open_zarr(file) for file in found.curves), strict=True))
+condition = join([open_store(file).load() for file in found.conditions])
+trends = {data.attrs["source"]: data for data in (open_store(f).load() for f in found.trends)}
+curves = dict(zip(params.motions, (open_store(file) for file in found.curves), strict=True))
 together = "both" in trends and trends["both"].sizes["operation"] > 0
 used = {source: trends[source] for source in (["both"] if together else params.motions)}
 
 left = remaining(used, limits)
 if found.truth:
-    truth = failures(xr.open_zarr(found.truth).value.load(), limits)
+    truth = failures(open_store(found.truth).value.load(), limits)
     left = left.assign(failure=("limit", [truth[limit.name] for limit in limits]))
 judged = health(condition, left, params.alarm)
 rows = decide(judged, left, used, curves, params.wear_model)
-by_source = dict(zip(trends, (xr.open_zarr(file).load() for file in found.trust), strict=True))
+by_source = dict(zip(trends, (open_store(file).load() for file in found.trust), strict=True))
 trust = trust_table([by_source[source] for source in used])
 page = verdict(judged, left, used, rows, trust, params.wear_model)
 log.info("%s %s %s %s", *(page.attrs[name] for name in ("healthy", "wearing", "left", "trust")))

@@ -1,8 +1,9 @@
 """Learn what the model leaves out from drives of a family that it does not fit."""
 
 from breaker.model import Prior, Sensor, generator
+from breaker.stores import describe, save
 from breaker.synthetic import Family, ensemble, learn
-from breaker.workflow import describe, save, start
+from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params

@@ -1,8 +1,9 @@
 """Compute what each error of a record costs, what the model leaves out among them."""
 
 from breaker.model import Model, open_discrepancy, seed_integer
+from breaker.stores import describe, save
 from breaker.synthetic import contraction_by_error
-from breaker.workflow import describe, save, start
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -1,17 +1,16 @@
 """Predict the records at a few stages of the endurance test from their own posteriors."""
 
-import xarray as xr
-
 from breaker.model import Model, open_discrepancy
 from breaker.posterior import choose, predict_stages
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, open_store, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 settings = {"prior": params.prior, "sensor": params.sensor, "motion": motion}
 left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
 model = Model.from_settings(settings, left_out, params.discrepancy)
-inferred = choose(xr.open_zarr(snakemake.input.inferred), params.posterior)
+inferred = choose(open_store(snakemake.input.inferred), params.posterior)
 
 result = predict_stages(model, inferred, stages=params.stages, seed=params.seed)
 shares = ", ".join(f"{share:.1%}" for share in result.share_inside.values)

@@ -1,16 +1,15 @@
 """Draw z-score against contraction of one motion (Fig. 5)."""
 
-import xarray as xr
-
 from breaker.figures.validation import contraction
 from breaker.mechanism import is_logarithmic, prior_sds
+from breaker.stores import open_store
 from breaker.validation import scores
 from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params
-data = xr.open_zarr(snakemake.input.validation)
-limit = xr.open_zarr(snakemake.input.limit)
+data = open_store(snakemake.input.validation)
+limit = open_store(snakemake.input.limit)
 names = data.output.values
 
 judged = scores(

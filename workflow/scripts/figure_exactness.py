@@ -1,15 +1,14 @@
 """Draw how far the network's posteriors are from the exact ones."""
 
-import xarray as xr
-
 from breaker.figures.exactness import exactness
 from breaker.posterior import summary
+from breaker.stores import open_store
 from breaker.validation import examples
 from breaker.workflow import start
 
 start(snakemake)
 judged, amortised, corrected = (
-    xr.open_zarr(snakemake.input[name]).load() for name in ("judged", "amortised", "corrected")
+    open_store(snakemake.input[name]).load() for name in ("judged", "amortised", "corrected")
 )
 figure = exactness(
     judged,

@@ -1,9 +1,8 @@
 """Draw how probably each limit is exceeded, over the operations."""
 
-import xarray as xr
-
 from breaker.figures.health import health
+from breaker.stores import open_store
 from breaker.workflow import start
 
 log = start(snakemake)
-health(xr.open_zarr(snakemake.input.health).load()).savefig(snakemake.output[0])
+health(open_store(snakemake.input.health).load()).savefig(snakemake.output[0])

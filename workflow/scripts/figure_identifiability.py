@@ -1,9 +1,8 @@
 """Draw how well a curve determines each parameter, and how much of it posteriors reach."""
 
-import xarray as xr
-
 from breaker.figures.identifiability import identifiability
 from breaker.mechanism import is_logarithmic, prior_sds
+from breaker.stores import open_store
 from breaker.validation import contraction, first_operations, reached
 from breaker.workflow import start
 
@@ -11,7 +10,7 @@ start(snakemake)
 params = snakemake.params
 files = snakemake.input
 limit, amortised, corrected = (
-    xr.open_zarr(files[name]) for name in ("limit", "amortised", "corrected")
+    open_store(files[name]) for name in ("limit", "amortised", "corrected")
 )
 corrected = corrected.isel(curve=corrected.resolved.values)  # of the others, no width is known
 names = amortised.output.values
@@ -24,7 +23,7 @@ sources = {
     "corrected": corrected.draws.values,
 }
 if files.drive:
-    sources["drive"] = first_operations(xr.open_zarr(files.drive))
+    sources["drive"] = first_operations(open_store(files.drive))
 found = {name: contraction(draws, **scale) for name, draws in sources.items() if len(draws)}
 figure = identifiability(
     reached({"limit": limit.contraction.values} | found, names),

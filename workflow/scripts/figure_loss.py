@@ -1,13 +1,12 @@
 """Draw the loss over the training and the convergence of the solver."""
 
-import xarray as xr
-
 from breaker.figures.loss import loss
+from breaker.stores import open_store
 from breaker.workflow import start
 
 log = start(snakemake)
-history = xr.open_zarr(snakemake.input.history)
-solver = xr.open_zarr(snakemake.input.solver)
+history = open_store(snakemake.input.history)
+solver = open_store(snakemake.input.solver)
 if not solver.attrs["solves"]:
     solver = None  # nothing converges, so nothing is shown
 

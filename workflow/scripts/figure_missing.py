@@ -1,14 +1,13 @@
 """Draw calibration and widths of posteriors from records with missing samples."""
 
-import xarray as xr
-
 from breaker.figures.networks import missing
 from breaker.posterior import widening
+from breaker.stores import open_store
 from breaker.validation import judge_draws, over_curves
 from breaker.workflow import start
 
 start(snakemake)
-data = {key: xr.open_zarr(path) for key, path in snakemake.input.items() if key != "code"}
+data = {key: open_store(path) for key, path in snakemake.input.items() if key != "code"}
 names = data["missing"].output.values
 
 figure = missing(

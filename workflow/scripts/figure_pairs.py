@@ -1,16 +1,16 @@
 """Draw prior, posterior and truth of one simulated curve, pair by pair (Fig. 7)."""
 
 import numpy as np
-import xarray as xr
 
 from breaker.figures.pairs import pairs
 from breaker.mechanism import is_logarithmic
+from breaker.stores import open_store
 from breaker.validation import correlation
 from breaker.workflow import start
 
 log = start(snakemake)
-data = xr.open_zarr(snakemake.input.validation)
-prior = xr.open_zarr(snakemake.input.prior)
+data = open_store(snakemake.input.validation)
+prior = open_store(snakemake.input.prior)
 names = data.output.values
 
 # The first record, whichever it is: the seed chose it, nobody else.

@@ -1,15 +1,15 @@
 """Draw what the prior holds possible beside three operations of the endurance test (Fig. 3)."""
 
 import numpy as np
-import xarray as xr
 
 from breaker.figures.predictive import prior_predictive
 from breaker.records import open_curves
+from breaker.stores import open_store
 from breaker.validation import prior_check
 from breaker.workflow import start
 
 log = start(snakemake)
-prior = xr.open_zarr(snakemake.input.prior)
+prior = open_store(snakemake.input.prior)
 measured = open_curves(snakemake.input.curves)
 measured = measured.isel(operation=np.flatnonzero(measured.accepted.values))
 

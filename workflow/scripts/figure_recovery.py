@@ -1,13 +1,12 @@
 """Draw what was inferred against the truth, for one motion (Fig. 6)."""
 
-import xarray as xr
-
 from breaker.figures.validation import recovery as recovery_figure
+from breaker.stores import open_store
 from breaker.validation import recovery
 from breaker.workflow import start
 
 log = start(snakemake)
-data = xr.open_zarr(snakemake.input.validation)
+data = open_store(snakemake.input.validation)
 
 summary = recovery(data.draws.values, data.truth.values)
 figure = recovery_figure(summary, data.output.values, motion=snakemake.wildcards.motion)

@@ -1,13 +1,12 @@
 """Draw the calibration of one motion (Fig. 4)."""
 
-import xarray as xr
-
 from breaker.figures.validation import sbc
+from breaker.stores import open_store
 from breaker.validation import judge_draws
 from breaker.workflow import start
 
 log = start(snakemake)
-data = xr.open_zarr(snakemake.input.validation)
+data = open_store(snakemake.input.validation)
 
 figure = sbc(
     judge_draws(data.draws.values, data.truth.values),

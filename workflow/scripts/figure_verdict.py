@@ -1,9 +1,8 @@
 """Draw the first page: four sentences and how each limit stands."""
 
-import xarray as xr
-
 from breaker.figures.verdict import verdict
+from breaker.stores import open_store
 from breaker.workflow import start
 
 log = start(snakemake)
-verdict(xr.open_zarr(snakemake.input.verdict).load()).savefig(snakemake.output[0])
+verdict(open_store(snakemake.input.verdict).load()).savefig(snakemake.output[0])

@@ -1,8 +1,9 @@
 """Simulate some lives, infer their records and follow them."""
 
 from breaker.posterior import Posterior
+from breaker.stores import describe, save
 from breaker.synthetic import follow_lives
-from breaker.workflow import describe, save, start
+from breaker.workflow import start
 
 log = start(snakemake)
 params, seed = snakemake.params, int(snakemake.wildcards.seed)

@@ -2,7 +2,8 @@
 
 from breaker.posterior import beside, table_of_both
 from breaker.records import open_curves
-from breaker.workflow import save, start
+from breaker.stores import save
+from breaker.workflow import start
 
 log = start(snakemake)
 motion = snakemake.wildcards.motion

@@ -1,7 +1,8 @@
 """Compute the contraction that an exact posterior reaches, over draws from the prior."""
 
 from breaker.model import Model, generator, limit_over_prior, open_discrepancy
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -1,15 +1,14 @@
 """Infer some operations of the endurance test."""
 
-import xarray as xr
-
 from breaker.posterior import Posterior, infer
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, open_store, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
 posterior = Posterior.load(snakemake.input.model).at(params.discrepancy)
-curves = xr.open_zarr(snakemake.input.curves).load()
+curves = open_store(snakemake.input.curves).load()
 settings = {key: params[key] for key in ("seed", "draws", "misfit_p_value")}
 result = infer(posterior, curves, **settings)
 log.info(

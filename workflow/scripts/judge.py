@@ -1,14 +1,13 @@
 """Hold the network's own density against the exact posterior, curve by curve."""
 
-import xarray as xr
-
 from breaker.posterior import Posterior, judge, summary
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, open_store, save
+from breaker.workflow import start
 
 log = start(snakemake)
 posterior = Posterior.load(snakemake.input.model).at(snakemake.params.discrepancy)
-data = xr.open_zarr(snakemake.input.validation).isel(curve=slice(snakemake.params.curves)).load()
-corrected = xr.open_zarr(snakemake.input.corrected)
+data = open_store(snakemake.input.validation).isel(curve=slice(snakemake.params.curves)).load()
+corrected = open_store(snakemake.input.corrected)
 
 judged = judge(posterior, data, corrected)
 table = summary(judged, corrected)

@@ -1,8 +1,7 @@
 """Let faults happen to some followed rigs, and keep whether they are noticed."""
 
-import xarray as xr
-
 from breaker.model import Model, Prior
+from breaker.stores import open_store
 from breaker.synthetic import family_of, judge_power
 from breaker.workflow import start
 
@@ -11,7 +10,7 @@ params = snakemake.params
 shared = {key: params[key] for key in ("prior", "sensor")}
 models = {each: Model.from_settings({**shared, "motion": each}) for each in params.motions}
 family = family_of("held_back", Prior.from_settings(params.prior), params.rigs, params.judged)
-learned = xr.open_zarr(snakemake.input.discrepancy).load()
+learned = open_store(snakemake.input.discrepancy).load()
 
 rows = judge_power(family, models, learned, params.numbers, params.judged, params.wear_model)
 log.info("rigs %s judged", params.numbers)

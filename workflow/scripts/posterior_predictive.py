@@ -1,15 +1,14 @@
 """Predict a few simulated records from their own posteriors."""
 
-import xarray as xr
-
 from breaker.model import Model
 from breaker.posterior import predict
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, open_store, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 model = Model.from_settings({"prior": params.prior, "sensor": params.sensor, "motion": motion})
-data = xr.open_zarr(snakemake.input.validation)
+data = open_store(snakemake.input.validation)
 data = data.isel(curve=slice(0, params.curves))
 
 result = predict(model, data.measured.values, data.draws.values, seed=params.seed)

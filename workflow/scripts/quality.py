@@ -1,18 +1,18 @@
 """Put the quality of one motion's posteriors into a table: one row an output and posterior."""
 
 import pandas as pd
-import xarray as xr
 
 from breaker.mechanism import is_logarithmic, prior_sds
+from breaker.stores import open_store
 from breaker.validation import quality, quality_words
 from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params
 amortised, corrected, limit = (
-    xr.open_zarr(snakemake.input[name]) for name in ("validation", "corrected", "limit")
+    open_store(snakemake.input[name]) for name in ("validation", "corrected", "limit")
 )
-reader = xr.open_zarr(snakemake.input.reader) if snakemake.input.reader else None
+reader = open_store(snakemake.input.reader) if snakemake.input.reader else None
 names = amortised.output.values
 
 tables = []

@@ -2,7 +2,8 @@
 
 from breaker.model import grid
 from breaker.records import list_curves, read_curves
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

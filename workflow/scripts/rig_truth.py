@@ -1,8 +1,9 @@
 """Write down the true parameters of the stand-in, operation by operation."""
 
 from breaker.model import grid
+from breaker.stores import describe, save
 from breaker.synthetic import Rig, truth_of
-from breaker.workflow import describe, save, start
+from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params

@@ -2,11 +2,12 @@
 
 import xarray as xr
 
+from breaker.stores import describe, open_store, save
 from breaker.synthetic import score
-from breaker.workflow import describe, save, start
+from breaker.workflow import start
 
 log = start(snakemake)
-lives = xr.concat([xr.open_zarr(file).load() for file in snakemake.input.lives], "life")
+lives = xr.concat([open_store(file).load() for file in snakemake.input.lives], "life")
 
 params = snakemake.params
 scores, table = score(lives, toward=params.toward, settle=params.settle)

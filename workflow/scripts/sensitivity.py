@@ -1,18 +1,17 @@
 """Infer a few operations at several scales of what the model leaves out."""
 
-import xarray as xr
-
 from breaker.decisions import over_scales, spread
 from breaker.mechanism import from_list
 from breaker.posterior import Posterior
 from breaker.records import open_curves
+from breaker.stores import open_store
 from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
 posterior = Posterior.load(snakemake.input.model)
-truth = xr.open_zarr(snakemake.input.truth).value if snakemake.input.truth else None
+truth = open_store(snakemake.input.truth).value if snakemake.input.truth else None
 table = over_scales(
     posterior,
     spread(open_curves(snakemake.input.curves), params.operations).load(),

@@ -1,7 +1,8 @@
 """Simulate operations of one motion from the prior: for a bank, or to look at."""
 
 from breaker.model import Model, Prior, Sensor, generator, simulate
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion

@@ -16,7 +16,8 @@ from breaker.posterior import (
     records,
     split,
 )
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion, output = snakemake.params, snakemake.wildcards.motion, snakemake.output

@@ -1,13 +1,13 @@
 """Follow a source through some operations, from the state after those before."""
 
 import numpy as np
-import xarray as xr
 
 from breaker.decisions import align, usable
 from breaker.mechanism import from_list
 from breaker.model import Model, generator
+from breaker.stores import describe, open_store, save
 from breaker.wear import Follower, Learned, State, series_of, trust_in
-from breaker.workflow import describe, save, start
+from breaker.workflow import start
 
 log = start(snakemake)
 params, source = snakemake.params, snakemake.wildcards.source
@@ -17,7 +17,7 @@ motions = params.motions if source == "both" else [source]
 models = {motion: Model.from_settings({**shared, "motion": motion}) for motion in motions}
 store = snakemake.input.get("discrepancy")
 learned = store and Learned.from_dataset(
-    xr.open_zarr(store),
+    open_store(store),
     motions,
     params.discrepancy,
     rough_sd=wear_model["rough_sd"],
@@ -27,12 +27,12 @@ follower = Follower.from_settings(
     models, from_list(params.limits, motions), wear_model, params.seed, learned or None
 )
 data = {
-    motion: align([xr.open_zarr(file) for file in snakemake.input[motion]], operations).load()
+    motion: align([open_store(file) for file in snakemake.input[motion]], operations).load()
     for motion in motions
 }
 series = series_of(models, data, {motion: usable(each) for motion, each in data.items()})
 before = snakemake.input.get("state")
-state = State.from_dataset(xr.open_zarr(before[0])) if before else follower.begin(series)
+state = State.from_dataset(open_store(before[0])) if before else follower.begin(series)
 state, result = follower.follow(state, series)
 if not follower.together(state):
     log.info("the motions have different parameters, or no operation in common: not followed")

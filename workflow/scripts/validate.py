@@ -1,7 +1,8 @@
 """Infer simulated records of one motion whose truth is known."""
 
 from breaker.posterior import Posterior, validate
-from breaker.workflow import describe, save, start
+from breaker.stores import describe, save
+from breaker.workflow import start
 
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards

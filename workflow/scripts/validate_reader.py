@@ -2,8 +2,9 @@
 
 from breaker.model import generator
 from breaker.posterior import Posterior, sample_records
+from breaker.stores import describe, save
 from breaker.synthetic import through_files
-from breaker.workflow import describe, save, start
+from breaker.workflow import start
 
 log = start(snakemake)
 params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakemake.wildcards.seed)

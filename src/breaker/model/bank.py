@@ -13,6 +13,7 @@ import xarray as xr
 
 from breaker.mechanism import NAMES, PARAMETERS, Motion, blocks, travel
 from breaker.model.joint import Model
+from breaker.stores import open_store
 
 __all__ = ["open_bank", "simulate"]
 
@@ -73,7 +74,7 @@ def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
     """
     if not shards:
         raise ValueError("a bank needs at least one shard")
-    parts = [xr.open_zarr(shard, chunks=None) for shard in shards]
+    parts = [open_store(shard) for shard in shards]
     for shard, part in zip(shards, parts, strict=True):
         for key in ("motion", "settings"):
             if part.attrs[key] != parts[0].attrs[key]:

@@ -21,6 +21,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from breaker.stores import open_store
+
 __all__ = ["Discrepancy", "Modes", "modes", "open_discrepancy"]
 
 
@@ -100,7 +102,7 @@ def open_discrepancy(store: str | Path | None, motion: str) -> Discrepancy | Non
     """
     if not store:
         return None
-    return Discrepancy.from_dataset(xr.open_zarr(store).sel(motion=motion))
+    return Discrepancy.from_dataset(open_store(store).sel(motion=motion))
 
 
 class Modes(NamedTuple):

@@ -33,6 +33,7 @@ from breaker.records.landmarks import NoMotionError, first_motion
 from breaker.records.manifest import ABOUT, Operation
 from breaker.records.settings import TO_MM, TO_MS, complete
 from breaker.records.text import read_columns
+from breaker.stores import open_store
 
 __all__ = [
     "RejectedCurveError",
@@ -120,7 +121,7 @@ def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
     Raises:
         RejectedCurveError: If not one operation was accepted.
     """
-    parts = [xr.open_zarr(store, chunks=None) for store in stores]
+    parts = [open_store(store) for store in stores]
     curves = xr.concat(parts, dim="operation", join="exact", combine_attrs="override").load()
     require_any(curves)
     return curves

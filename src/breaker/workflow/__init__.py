@@ -1,7 +1,7 @@
-"""What rules and scripts of the workflow share: configuration, start of a job, Zarr stores.
+"""What rules and scripts of the workflow share: configuration and start of a job.
 
 Also which modules a script depends on, so that a change runs the right steps again. Snakemake
-imports this room before every job, so it imports torch, numba and xarray only when they are used.
+imports this room before every job, so it imports torch and numba only when they are used.
 """
 
 import lazy_loader
@@ -13,6 +13,5 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "configuration": ["ConfigurationError", "chosen_network", "load", "merge", "read"],
         "jobs": ["set_threads", "start"],
         "operations": ["chunks_of"],
-        "stores": ["describe", "save"],
     },
 )

@@ -1,0 +1,100 @@
+"""Write a dataset as a Zarr store, and open it only if it is as it was written.
+
+Zarr takes a chunk without a file for a chunk of fill values, so a lost file would turn into numbers
+without a word. ``save`` therefore lists every file of a store with its size and checksum, and
+``open_store`` compares. Any other program can open the same store without the list.
+"""
+
+import json
+import zlib
+from importlib.metadata import version
+from pathlib import Path
+
+import xarray as xr
+
+__all__ = ["StoreError", "describe", "open_store", "save"]
+
+_CHECKSUMS = "checksums.json"
+
+
+class StoreError(ValueError):
+    """A store that is not as it was written; the text names file, fault and remedy."""
+
+    def __init__(self, path: str | Path, fault: str) -> None:
+        super().__init__(
+            f"{path}: {fault}. Delete this store (rm -r {path}) and run the same command again: "
+            "it is made anew"
+        )
+
+
+def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
+    """Return the dataset with what made it in its attributes: title, settings, version."""
+    return dataset.assign_attrs(
+        title=title,
+        settings=json.dumps(settings, sort_keys=True),
+        breaker_version=version("breaker"),
+    )
+
+
+def save(dataset: xr.Dataset, path: str | Path) -> None:
+    """Write a dataset as one Zarr store, in place of what is there.
+
+    The time of writing is not stored, so the same dataset gives the same bytes. Format 2,
+    as format 3 does not specify text yet. How an array was stored where it was read from is
+    forgotten: a text would keep the length that it had there. The checksums are written last, so a
+    store whose writing was interrupted has none.
+    """
+    dataset.drop_encoding().to_zarr(path, mode="w", consolidated=True, zarr_format=2)
+    checksums = {name: _checksum(file) for name, file in _files(Path(path)).items()}
+    (Path(path) / _CHECKSUMS).write_text(json.dumps(checksums, indent=0), encoding="utf-8")
+
+
+def open_store(path: str | Path) -> xr.Dataset:
+    """Open a store that ``save`` has written, after a comparison of all its files.
+
+    Values are read when they are used.
+
+    Raises:
+        StoreError: If there is no such store, its writing was interrupted, or a file of it is lost
+            or has changed.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     save(xr.Dataset({"travel": ("time", [0.0, 1.5])}), f"{folder}/curve.zarr")
+        ...     open_store(f"{folder}/curve.zarr").travel.values.tolist()
+        [0.0, 1.5]
+    """
+    path = Path(path)
+    if not path.is_dir():
+        raise StoreError(path, "there is no such store")
+    try:
+        expected = dict(json.loads((path / _CHECKSUMS).read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise StoreError(
+            path,
+            f"it has no {_CHECKSUMS}: its writing was interrupted, or an older version wrote it",
+        ) from None
+    except (OSError, ValueError, TypeError) as error:
+        raise StoreError(path, f"{_CHECKSUMS} cannot be read: {error}") from error
+    found = _files(path)
+    for name, checksum in expected.items():
+        if name not in found:
+            raise StoreError(path, f"its file {name} is lost")
+        if _checksum(found[name]) != checksum:
+            raise StoreError(path, f"its file {name} has changed since it was written")
+    return xr.open_zarr(path, chunks=None)
+
+
+def _files(store: Path) -> dict[str, Path]:
+    """Files of a store but its checksums, by their names inside it, sorted."""
+    files = {file.relative_to(store).as_posix(): file for file in store.rglob("*")}
+    return {
+        name: file for name, file in sorted(files.items()) if file.is_file() and name != _CHECKSUMS
+    }
+
+
+def _checksum(file: Path) -> list[int]:
+    """Size in bytes and CRC-32 of a file: it is accidents that are to be noticed, not intent."""
+    content = file.read_bytes()
+    return [len(content), zlib.crc32(content)]
