@@ -32,7 +32,7 @@ from breaker.records.files import RejectedCurveError, printable
 from breaker.records.landmarks import NoMotionError, first_motion
 from breaker.records.manifest import ABOUT, Operation
 from breaker.records.settings import TO_MM, TO_MS, complete
-from breaker.records.text import read_columns
+from breaker.records.sources import read_columns
 from breaker.stores import open_store
 
 __all__ = [
@@ -208,8 +208,12 @@ def write_curve(
 
 def _samples(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray, float]:
     """Time in ms, travel in mm towards closed, NaN where missing, and the time of a step, ms."""
-    time, travel, lines = read_columns(file, settings)
-    time = time * TO_MS[settings["time_unit"]]
+    columns = read_columns(file, settings)
+    travel, lines = columns.travel, columns.lines
+    if columns.time is None:
+        time = np.arange(travel.size) / settings["rate"]
+    else:
+        time = columns.time * TO_MS[settings["time_unit"]]
     travel = settings["sign"] * TO_MM[settings["travel_unit"]] * (travel - settings["zero"])
     if (count := np.isfinite(travel).sum()) < 2:
         raise RejectedCurveError(file, f"has {count} samples")

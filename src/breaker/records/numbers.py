@@ -1,0 +1,88 @@
+"""Cells as numbers, strictly: what is not a plain decimal number is none, and is said to be none.
+
+Python's ``float`` takes ``1_000``, digits of any script and ``inf``; an instrument writes none of
+these, but a damaged file may.
+"""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+__all__ = ["LARGEST_READING", "MISSING", "is_number", "strict_numbers"]
+
+LARGEST_READING = 1e9
+"""Beyond it is no reading of a sensor, in any unit."""
+
+MISSING = frozenset(["", "nan", "na", "n/a", "#n/a", "-", "--", "---"])
+"""What stands in the cell of a missing sample, in lower case."""
+
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_HINTS = {
+    r"[-+]?0[xX].*": "export decimal numbers, not hexadecimal ones",
+    r"[-+]?[0-9][0-9.,]*(?:[_'’\s][0-9.,]+)+": "export without separators of thousands",
+    r"[-+]?[0-9.,]*[.,][0-9.,]*(?:[eE].*)?": (
+        "see endurance.format.decimal, and export without separators of thousands"
+    ),
+    r"[-+]?inf(?:inity)?": "leave the cell empty where the instrument overflowed",
+    r"(?s).*[0-9]:[0-9]{2}.*": (
+        "export seconds, or set endurance.format.time_column: null and the rate"
+    ),
+    r"[-+−﹣－]?[\d.,٫]+": "write it with the digits 0 to 9 and the sign -",
+}
+_REMEDY = "leave the cell empty where a sample is missing; a line of remarks begins with #"
+
+
+def strict_numbers(
+    cells: Sequence[str], decimal: str, largest: float
+) -> tuple[np.ndarray, dict[int, str]]:
+    """Return cells as numbers, ``(t,)``, NaN where missing, and why others are none, by place.
+
+    Args:
+        cells: Cells of one column.
+        decimal: Decimal sign.
+        largest: Magnitude beyond which a number is no reading.
+
+    Example:
+        >>> values, wrong = strict_numbers(["1,5", "", "1_000"], ",", 1e9)
+        >>> values.tolist(), wrong
+        ([1.5, nan, nan], {2: 'which is not a number: export without separators of thousands'})
+    """
+    joined = "\n".join(cells)
+    plain = joined.isascii() and "_" not in joined and (decimal == "." or "." not in joined)
+    same = cells if decimal == "." else joined.replace(decimal, ".").split("\n")
+    if plain and len(same) == len(cells):
+        try:
+            values = np.fromiter(map(float, same), float, len(cells))
+        except ValueError:
+            pass  # a missing sample, or no number
+        else:
+            if not (np.abs(values) > largest).any():
+                return values, {}
+    values, wrong = np.full(len(cells), np.nan), {}
+    for i, cell in enumerate(map(str.strip, cells)):
+        if cell.lower() in MISSING:
+            continue
+        if not is_number(cell, decimal):
+            wrong[i] = f"which is not a number: {_hint(cell)}"
+        elif abs(number := float(cell.replace(decimal, "."))) > largest:
+            wrong[i] = f"which is no reading: it is beyond {largest:.0e}"
+        else:
+            values[i] = number
+    return values, wrong
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    """Say whether a cell is a plain decimal number. A point that is not the decimal sign makes it
+    none: it may separate thousands.
+    """
+    if decimal != "." and "." in cell:
+        return False
+    return bool(_NUMBER.fullmatch(cell.strip().replace(decimal, ".")))
+
+
+def _hint(cell: str) -> str:
+    """What to do about a cell that is no number."""
+    cell = cell[:100]
+    hints = (hint for like, hint in _HINTS.items() if re.fullmatch(like, cell, re.IGNORECASE))
+    return next(hints, _REMEDY)
