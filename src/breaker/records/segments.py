@@ -1,0 +1,211 @@
+"""Which part of a record is the motion asked for.
+
+A record may hold a closing and an opening, or more, and go on for seconds. The breaker has moved
+where the travel crosses from one third of its range to the opposite one: overtravel, rebound,
+bounces and a drifting rest stay within a third. All is relative to the record's own range, noise
+and speed, so neither unit nor stroke nor rate matters.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+__all__ = ["Segment", "SegmentError", "find_segment"]
+
+_FEWEST = 20  # samples of a record
+_WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
+_CLEAR = 12.0  # sd of the noise, least range of a record in which something moves
+_BEGUN, _WELL = 0.1, 0.4  # of the way: at even force, 0 to 0.1 takes as long as 0.1 to 0.4
+_NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
+_SPAN = 0.3  # of the way, over which speeds are compared
+_SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
+_STILL = 0.1  # of the greatest speed: below, the drive has arrived
+
+
+class SegmentError(ValueError):
+    """A record in which the motion asked for is not, or more than once, or not enough of it."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """The part of a record that belongs to one motion.
+
+    Attributes:
+        begin: First sample: that of the record, or the first after an earlier motion.
+        end: The sample after the last: the end of the record, or before the travel goes back.
+        before: Median travel at rest before the motion, mm.
+        after: Median travel after the motion, mm; of a drive that does not arrive, the farthest.
+        arrived: Whether the drive comes to rest before the end.
+        back: About when the travel goes back, ms; nan if it does not.
+    """
+
+    begin: int
+    end: int
+    before: float
+    after: float
+    arrived: bool
+    back: float
+
+    @property
+    def stroke(self) -> float:
+        """Way between the rest positions, mm."""
+        return abs(self.after - self.before)
+
+
+def find_segment(
+    time: np.ndarray,
+    travel: np.ndarray,
+    motion: str,
+    *,
+    begin: float = float("nan"),
+    end: float = float("nan"),
+) -> Segment:
+    """Return where in a record the motion asked for is.
+
+    Args:
+        time: Times of a record, ``(t,)``, ms, evenly spaced.
+        travel: Travel towards closed, ``(t,)``, mm; NaN where a sample is missing.
+        motion: "closing" or "opening".
+        begin, end: Part of the record to look in, ms; nan for its beginning and end.
+
+    Raises:
+        SegmentError: If nothing moves, the motion is not in the record or more than once, or the
+            record ends before the drive slows down. One that ends later is enough: the forces that
+            drive it have been seen up to the touch or the damper.
+
+    Example:
+        >>> time = np.arange(0.0, 300.0, 0.1)
+        >>> travel = np.interp(time, [50, 60, 200, 215], [0.0, 14.0, 14.0, 0.0])
+        >>> closing = find_segment(time, travel, "closing")
+        >>> closing.stroke, closing.begin, bool(190 < time[closing.end] <= 200)
+        (14.0, 0, True)
+        >>> opening = find_segment(time, travel, "opening")
+        >>> bool(58 <= time[opening.begin] < 62), opening.end == len(time)
+        (True, True)
+    """
+    first = 0 if np.isnan(begin) else int(np.searchsorted(time, begin))
+    last = len(time) if np.isnan(end) else int(np.searchsorted(time, end, side="right"))
+    time, sign = time[first:last], 1.0 if motion == "closing" else -1.0
+    smooth, half = _smooth(time, travel[first:last])
+    done = sign * smooth
+    crossings, forward = _crossings(done)
+    if forward.sum() != 1:
+        raise SegmentError(_none_or_several(time[crossings], forward, smooth, motion))
+    place = int(forward.argmax())
+    bounds = [0, *crossings.tolist(), done.size][place : place + 3]
+    goes_back = bounds[2] < done.size
+    start, middle, stop = _between(done, *bounds)
+    speed = 0.0 if goes_back else _end_speed(done[start : stop - half])
+    if speed > _SLOW:
+        raise SegmentError(
+            f"ends in the middle of the {motion}, at {time[-1]:.1f} ms and {speed:.0%} of the "
+            "greatest speed; record longer"
+        )
+    before, after = _rests(done[start:middle], done[middle:stop], arrived=speed <= _STILL)
+    return Segment(
+        begin=first + start,
+        end=first + stop,
+        before=sign * before,
+        after=sign * after,
+        arrived=speed <= _STILL,
+        back=float(time[stop]) if goes_back else float("nan"),
+    )
+
+
+def _smooth(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
+    """Travel without noise and bursts, ``(t,)``, and half the samples of the running median.
+
+    Missing samples are filled by straight lines.
+
+    Raises:
+        SegmentError: If there are too few samples, or nothing moves.
+    """
+    there = np.flatnonzero(~np.isnan(travel))
+    if there.size < _FEWEST:
+        raise SegmentError(f"only {there.size} samples of travel in the part to look in")
+    # Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
+    noise = np.median(np.abs(np.diff(travel[there], n=2))) / (0.6745 * np.sqrt(6.0))
+    half = max(2, round(0.5 * _WINDOW / (time[1] - time[0])))
+    filled = np.interp(np.arange(travel.size), there, travel[there])
+    smooth = median_filter(filled, 2 * half + 1, mode="reflect")
+    if np.ptp(smooth) <= _CLEAR * noise:
+        raise SegmentError(
+            f"nothing moves: the travel ranges over {np.ptp(smooth):.3g} mm, with noise of "
+            f"{noise:.2g} mm; is it the right column?"
+        )
+    return smooth, half
+
+
+def _crossings(done: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sample in the middle of each motion, and whether the motion goes forward, ``(m,)`` each."""
+    thirds = 3.0 * (done - done.min()) / np.ptp(done)
+    outer = np.flatnonzero((thirds <= 1.0) | (thirds >= 2.0))
+    high = thirds[outer] >= 2.0
+    last = np.flatnonzero(high[1:] != high[:-1])
+    return (outer[last] + outer[last + 1] + 1) // 2, high[last + 1]
+
+
+def _none_or_several(at: np.ndarray, forward: np.ndarray, travel: np.ndarray, motion: str) -> str:
+    """Why a motion is refused that is not in the record, or more than once."""
+    if not forward.any():
+        return (
+            f"the travel goes from {travel[0]:.1f} to {travel[-1]:.1f} mm, which is no {motion}; "
+            "is it in the wrong folder, or endurance.format.sign wrong?"
+        )
+    times = ", ".join(f"{each:.0f}" for each in at[forward])
+    return (
+        f"has {forward.sum()} motions of {motion}, at {times} ms; say which one is meant by from "
+        "and to in operations.csv"
+    )
+
+
+def _first(flags: np.ndarray, start: int) -> int:
+    """First sample from one on at which a flag is set."""
+    return start + int(flags[start:].argmax())
+
+
+def _last(flags: np.ndarray, stop: int) -> int:
+    """Last sample up to one at which a flag is set."""
+    return stop - int(flags[stop::-1].argmax())
+
+
+def _between(done: np.ndarray, start: int, middle: int, stop: int) -> tuple[int, int, int]:
+    """Bounds of a motion about its middle, from those of the motions before and after it.
+
+    It begins once the one before has arrived, and ends no later than the one after begins: where
+    that has begun, and back by twice as long as it takes from there to be well under way, for a
+    force that builds up begins before an even one.
+    """
+    low, rest = done[start : middle + 1].min(), np.median(done[middle:stop])
+    if start:
+        start = _first(done <= low + _BEGUN * (rest - low), start)
+    if stop < done.size:
+        begun, well = (
+            _last(done >= rest - share * (rest - low), stop) for share in (_BEGUN, _WELL)
+        )
+        stop = max(middle + 1, begun - 2 * (well - begun))
+    return start, middle, stop
+
+
+def _rests(first: np.ndarray, second: np.ndarray, *, arrived: bool) -> tuple[float, float]:
+    """Travel at rest before and after a motion, from what leads to its middle and what follows.
+
+    Close to the motion, since the rest may drift: as far as a few times as long as it lasts.
+    """
+    low, high = first.min(), second.max()
+    begun = _last(first <= low + _BEGUN * (high - low), first.size - 1)
+    done = _first(second >= high - _BEGUN * (high - low), 0)
+    near = _NEAR * (first.size - begun + done)
+    before = np.median(first[max(0, begun - near) : begun + 1])
+    there = second[done : done + near]
+    return float(before), float(np.median(there[there.size // 2 :]) if arrived else high)
+
+
+def _end_speed(done: np.ndarray) -> float:
+    """Speed at the end of a record, over the greatest one."""
+    low, way = done.min(), np.ptp(done)
+    shares = np.linspace(_BEGUN, 1.0 - _BEGUN, 17)  # the sixth on is a span away
+    reached = np.array([_first(done >= low + share * way, 0) for share in shares])
+    span = max(1, int((reached[6:] - reached[:-6]).min()))
+    return float((done[-1] - done[max(0, done.size - 1 - span)]) / (_SPAN * way))

@@ -1,0 +1,172 @@
+"""Which part of a record is the motion asked for: found, cut where it goes back, or refused."""
+
+import numpy as np
+import pytest
+
+from breaker.mechanism.parameters import MOTIONS
+from breaker.model.randomness import generator
+from breaker.records.segments import SegmentError, find_segment
+from breaker.synthetic.drive import Drive, Elements, Stop
+
+# A damper at the open end, so that the opening has a rebound and a rest.
+DRIVE = Drive(
+    (2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0),
+    Elements(opening_stop=Stop(reach=4.0, damping=0.3, stiffness=0.2)),
+)
+# Stroke and speed of the drive above; a long stroke, slow; and a long one, fast: factors on length
+# and time.
+SIZES = {"small": (1.0, 1.0), "slow": (11.0, 20.0), "fast": (40.0, 8.0)}
+
+
+def record(events, length, *, rate=10.0, size=(1.0, 1.0), noise=0.007, seed=1):
+    """A record ``(time, travel)``: motions ``{start in ms: motion}``, noise a share of 14 mm."""
+    far, slow = size
+    time = np.arange(0.0, length * slow, slow * 10.0 / rate / 10.0)
+    travel = np.full(time.size, np.nan)
+    for start, motion in sorted(events.items()):
+        moved = DRIVE.travel(motion, np.maximum(time / slow - start, 0.0))
+        travel = np.where((time >= slow * start) | np.isnan(travel), moved, travel)
+    rng = generator(seed, "test segments")
+    return time, far * (travel + 14.0 * noise * rng.standard_normal(time.size))
+
+
+@pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
+@pytest.mark.parametrize("rate", [2.0, 10.0, 40.0])
+@pytest.mark.parametrize("noise", [0.0, 0.007, 0.02])
+def test_close_and_open_in_one_record_are_both_found(size, rate, noise):
+    """The old reading took the rest positions from the ends: no motion at all in this record."""
+    time, travel = record(
+        {30.0: "closing", 130.0: "opening"}, 220.0, size=size, rate=rate, noise=noise
+    )
+    closing, opening = (find_segment(time, travel, motion) for motion in MOTIONS)
+    far, slow = size
+    assert closing.begin == 0
+    assert 115 * slow <= time[closing.end] <= 131 * slow
+    assert opening.end == time.size
+    assert 38 * slow <= time[opening.begin] <= 60 * slow
+    assert closing.stroke == pytest.approx(opening.stroke, rel=0.03)
+    assert closing.before == pytest.approx(0.0, abs=0.02 * far * 14)
+    assert opening.after == pytest.approx(0.0, abs=0.02 * far * 14)
+    assert np.isnan(opening.back)
+    assert closing.back == time[closing.end]
+
+
+@pytest.mark.parametrize("after", [14.0, 18.0, 25.0, 60.0])
+def test_a_closing_that_is_tripped_at_once_is_cut_before_it_goes_back(after):
+    time, travel = record({20.0: "closing", 20.0 + after: "opening"}, 150.0)
+    segment = find_segment(time, travel, "closing")
+    assert 31.0 <= time[segment.end] <= 20.5 + after
+    # What is left is what the record of the closing alone has there.
+    alone = record({20.0: "closing"}, 150.0)[1]
+    np.testing.assert_array_equal(travel[: segment.end], alone[: segment.end])
+
+
+def test_of_several_motions_of_a_kind_none_is_chosen():
+    time, travel = record({20.0: "opening", 120.0: "closing", 170.0: "opening"}, 260.0)
+    assert find_segment(time, travel, "closing").stroke == pytest.approx(13.5, abs=0.3)
+    with pytest.raises(
+        SegmentError, match=r"2 motions of opening, at 2\d, 17\d ms; .* from and to"
+    ):
+        find_segment(time, travel, "opening")
+    second = find_segment(time, travel, "opening", begin=140.0)
+    assert 140.0 <= time[second.begin] < 170.0
+    assert second.end == time.size
+    first = find_segment(time, travel, "opening", end=110.0)
+    assert first.begin == 0
+    assert time[first.end - 1] == pytest.approx(110.0)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_other_motion_alone_is_refused(motion):
+    time, travel = record({20.0: motion}, 100.0)
+    other = {"closing": "opening", "opening": "closing"}[motion]
+    with pytest.raises(SegmentError, match=f"which is no {other}; .*wrong folder.*sign wrong"):
+        find_segment(time, travel, other)
+    with pytest.raises(SegmentError, match=f"which is no {motion}"):
+        find_segment(time, -travel, motion)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
+def test_a_record_at_rest_is_refused(motion, scale):
+    time, travel = record({500.0: motion}, 200.0)
+    with pytest.raises(SegmentError, match="nothing moves"):
+        find_segment(time, scale * travel, motion)
+    with pytest.raises(SegmentError, match="nothing moves"):
+        find_segment(time, np.full(time.size, 3.0), motion)
+
+
+def test_overtravel_rebound_and_bounces_are_not_moving_back():
+    """A swing of a third of the stroke about the end, as no damper that works leaves."""
+    time = np.arange(0.0, 200.0, 0.1)
+    tau = np.maximum(time - 20.0, 0.0)
+    swing = 1.0 - np.exp(-tau / 12.0) * np.cos(2 * np.pi * tau / 20.0)
+    assert swing.max() > 1.3
+    for motion, travel in (("closing", 14.0 * swing), ("opening", 14.0 - 14.0 * swing)):
+        segment = find_segment(time, travel, motion)
+        assert (segment.begin, segment.end) == (0, time.size)
+        assert segment.arrived
+        assert segment.stroke == pytest.approx(14.0, abs=0.3)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_truncated_record_is_taken_once_the_drive_has_slowed_down(motion):
+    time, travel = record({20.0: motion}, 100.0, noise=0.002)
+    speed = np.abs(np.gradient(DRIVE.travel(motion, time - 20.0), time))
+    fastest = int(speed.argmax())
+    slow = time[fastest + int((speed[fastest:] < 0.5 * speed.max()).argmax())]
+    # The mean speed over a fifth of the way, which ends half a running median before the record.
+    for end in (slow + 2.0, slow + 5.0, slow + 40.0):
+        segment = find_segment(time[time < end], travel[time < end], motion)
+        assert segment.end == (time < end).sum()
+        assert np.isnan(segment.back)
+    assert segment.arrived
+    for end in np.arange(23.0, time[fastest] + 0.5, 0.5):
+        with pytest.raises(SegmentError, match=f"ends in the middle of the {motion}"):
+            find_segment(time[time < end], travel[time < end], motion)
+
+
+def test_a_rest_that_is_not_reached_is_said():
+    time = np.arange(0.0, 50.0, 0.1)
+    creeping = 14.0 * np.maximum(1.0 - np.exp(-np.maximum(time - 20.0, 0.0) / 15.0), 0.0)
+    segment = find_segment(time, creeping, "closing")
+    assert not segment.arrived
+    assert segment.stroke == pytest.approx(creeping.max(), abs=0.3)
+
+
+@pytest.mark.parametrize("drift", [-3.0, 3.0])
+def test_a_drift_of_the_rest_and_an_over_long_record(drift):
+    time, travel = record({2000.0: "closing", 2200.0: "opening"}, 4000.0, rate=4.0)
+    travel += drift * time / time[-1]
+    for motion in MOTIONS:
+        assert find_segment(time, travel, motion).stroke == pytest.approx(13.5, abs=0.3)
+
+
+def test_single_samples_and_bursts_and_gaps_do_not_matter():
+    time, travel = record({30.0: "closing", 130.0: "opening"}, 220.0)
+    clean = [find_segment(time, travel, motion) for motion in MOTIONS]
+    travel[100:108] += 8.0
+    travel[700] = -30.0
+    travel[900:905] = 0.0
+    travel[1000:1080] = np.nan
+    travel[380:385] = np.nan
+    for before, motion in zip(clean, MOTIONS, strict=True):
+        segment = find_segment(time, travel, motion)
+        assert abs(segment.begin - before.begin) < 10
+        assert abs(segment.end - before.end) < 10
+        assert segment.stroke == pytest.approx(before.stroke, abs=0.05)
+
+
+def test_a_counter_whose_rest_has_no_spread():
+    time, travel = record({30.0: "closing", 130.0: "opening"}, 220.0, noise=0.0)
+    for motion in MOTIONS:
+        segment = find_segment(time, 0.3 * np.round(travel / 0.3), motion)
+        assert segment.stroke == pytest.approx(13.5, abs=0.4)
+
+
+def test_nothing_to_look_in():
+    time, travel = record({30.0: "closing"}, 100.0)
+    with pytest.raises(SegmentError, match="only 0 samples"):
+        find_segment(time, travel, "closing", begin=200.0)
+    with pytest.raises(SegmentError, match="only 10 samples"):
+        find_segment(time, np.where(np.arange(time.size) < 10, travel, np.nan), "closing")
