@@ -1,5 +1,6 @@
 # make all    the whole paper: environment, then snakemake -c$(CORES) all
 # make test   the same environment: lint, unit tests, the whole workflow at a small size
+# make test-faults   100,000 damaged files before the reader
 
 PYTHON ?= python3
 CORES ?= 2
@@ -19,12 +20,13 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test lint format environment numbers lock clean distclean
+.PHONY: help all test test-faults lint format environment numbers lock clean distclean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make all          environment, then the whole workflow on $(CORES) cores (CORES=...)"
 	@echo "make test         environment, lint, unit tests, the whole workflow at a small size"
+	@echo "make test-faults  100,000 damaged files before the reader, half an hour of two cores"
 	@echo "make lint         the lint of make test alone"
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
@@ -41,6 +43,10 @@ all: $(INSTALLED)
 test: lint
 	@echo "== tests, whole files side by side; the first is the whole workflow with config/test.yaml"
 	$(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
+
+test-faults: $(INSTALLED)
+	@echo "== damaged files before the reader: results/faults.csv, half an hour of two cores"
+	$(BIN)/python -m breaker.synthetic.fault_runs --cores $(CORES)
 
 lint: $(INSTALLED)
 	@echo "== lint: ruff, snakefmt, snakemake --lint"

@@ -1,0 +1,94 @@
+"""The judge of damaged files: what it calls right, masked, flagged, silent, and a defect."""
+
+import contextlib
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from breaker.synthetic import faults
+from breaker.synthetic.fault_runs import defects, run, tabulate
+from breaker.synthetic.faults import KINDS, good_file, is_right, judge, try_kind
+
+SEED = 5
+
+
+@pytest.fixture(scope="module", params=["closing", "opening"])
+def good(request):
+    return good_file("plain", request.param, 0, SEED)
+
+
+def test_what_is_near_enough_is_right(good):
+    assert is_right(good, good.record)
+    assert is_right(good, good.record + 0.29)
+    assert is_right(good, np.where(np.arange(151) % 3, good.record, np.nan))
+    grid = good.first + np.linspace(-2.0, 58.0, 151)
+    assert is_right(good, np.interp(grid + 0.2, good.time, good.travel))  # 0.2 ms late
+
+
+@pytest.mark.parametrize("by", [0.31, -0.31])
+def test_what_is_far_off_is_wrong(good, by):
+    assert not is_right(good, good.record + by)
+    assert not is_right(good, good.record + by * (np.arange(151) == 0))
+    grid = good.first + np.linspace(-2.0, 58.0, 151)
+    assert not is_right(good, np.interp(grid + by, good.time, good.travel))  # ms
+
+
+def test_outcomes(good, monkeypatch, tmp_path):
+    def outcome(*, shift=0.0, **values):
+        found = {"accepted": True, "reason": "", "remarks": "", "masked": 0, **values}
+        curves = xr.Dataset(
+            {"travel": (("operation", "time"), good.record[None] + shift)}
+            | {name: ("operation", [value]) for name, value in found.items()}
+        )
+        monkeypatch.setattr(faults, "read_curves", lambda *args, **kwargs: curves)
+        return judge(tmp_path / "a.csv", good)[0]
+
+    assert outcome() == "right"
+    assert outcome(remarks="noise") == "right"
+    assert outcome(masked=3) == "masked"
+    assert outcome(shift=1.0, remarks="noise") == "flagged"
+    assert outcome(shift=1.0) == "silent"
+    assert outcome(shift=1.0, masked=3) == "silent"
+    assert outcome(accepted=False, reason="too short") == "rejected"
+    assert outcome(accepted=False) == "exception"  # a rejection without a reason
+
+
+def test_another_error_and_a_hang_are_defects(good, monkeypatch, tmp_path):
+    def fails(*_, **__):
+        raise KeyError("travel")
+
+    def hangs(*_, **__):
+        while True:
+            with contextlib.suppress(Exception):  # what a reader must not do
+                time.sleep(0.01)
+
+    monkeypatch.setattr(faults, "SECONDS", 0.02)
+    monkeypatch.setattr(faults, "read_curves", fails)
+    outcome, words, _ = judge(tmp_path / "a.csv", good)
+    assert (outcome, words) == ("exception", "KeyError: 'travel'")
+    monkeypatch.setattr(faults, "read_curves", hangs)
+    outcome, _, seconds = judge(tmp_path / "a.csv", good)
+    assert outcome == "exception"
+    assert seconds >= 0.1
+
+
+def test_a_seed_repeats_its_trials():
+    first, second = (run(len(KINDS), SEED) for _ in range(2))
+    assert [each[:-1] for each in first] == [each[:-1] for each in second]
+    assert [each.kind for each in first] == KINDS
+
+
+def test_what_is_wrong_with_a_table():
+    trial = try_kind("nothing", 0, SEED)
+    assert trial.outcome == "right"
+    right = [trial._replace(seconds=0.1)] * 999
+    assert defects(tabulate([*right, trial._replace(outcome="silent", seconds=0.1)])) == []
+    for wrong, words in (
+        ([trial._replace(outcome="silent", seconds=0.1)] * 2, "wrong in silence"),
+        ([trial._replace(outcome="exception", seconds=0.1)], "no rejection"),
+        ([trial._replace(seconds=2.1)], "takes 2.1 s"),
+    ):
+        (defect,) = defects(tabulate([*right, *wrong]))
+        assert words in defect
