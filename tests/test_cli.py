@@ -21,8 +21,9 @@ from breaker.posterior.batches import freeze_inputs
 from breaker.posterior.estimator import Posterior
 from breaker.posterior.predictive import infer
 from breaker.posterior.tables import table
+from breaker.records.export import write_curve
 from breaker.records.manifest import Operation
-from breaker.records.reader import read_curves, write_curve
+from breaker.records.reader import read_curves
 from tests.networks_fixtures import MARKS, NETWORK, left_out, one_thread  # noqa: F401
 
 pytestmark = MARKS

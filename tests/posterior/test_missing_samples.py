@@ -12,7 +12,8 @@ from breaker.posterior.batches import Rows
 from breaker.posterior.exactness import correct_operations
 from breaker.posterior.predictive import infer, predict_stages
 from breaker.posterior.tables import table
-from breaker.records.reader import read_curves, write_curve
+from breaker.records.export import write_curve
+from breaker.records.reader import read_curves
 from breaker.records.settings import FORMAT
 from tests.networks_fixtures import (
     COMBINATIONS,

@@ -8,15 +8,12 @@ import pytest
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
-from breaker.records.reader import (
-    RejectedCurveError,
-    open_curves,
-    read_curve,
-    read_curves,
-    require_any,
-    write_curve,
-)
-from breaker.records.settings import FORMAT
+from breaker.records.export import write_curve
+from breaker.records.files import RejectedCurveError
+from breaker.records.manifest import Operation
+from breaker.records.reader import open_curves, read_curves, read_record, require_any
+from breaker.records.scale import Scale
+from breaker.records.settings import FORMAT, complete
 from breaker.stores import describe, save
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
@@ -68,6 +65,14 @@ def written(file, prior, motion="closing", **more):
     time, x = record(prior, motion, **more)
     write_curve(file, time, x, motion=motion, operation=12)
     return time, x
+
+
+def read_curve(file, settings, times, motion):
+    """Travel on the grid, ``(t,)``, and the file's time that is 0 on it."""
+    settings = complete(settings)
+    scale = Scale.from_settings(settings)
+    gridded = read_record(Operation(12, file), settings, scale, times, motion).gridded
+    return gridded.travel, gridded.start
 
 
 def rejection(file, settings, times, motion="closing"):
@@ -578,11 +583,12 @@ def test_a_file_that_is_not_there_or_a_folder_is_rejected(file, tmp_path, times)
 @pytest.fixture
 def folder(tmp_path, prior):
     """Five files: 1 is good, 4 lacks a sample, 2 has a text, 3 is an opening, 5 is not there."""
-    files = [(k, tmp_path / f"op_{k}.csv") for k in (1, 2, 3, 4, 5)]
-    for k, file in files[:4]:
-        written(file, prior, "opening" if k == 3 else "closing", seed=k)
-    edit(files[1][1], replace_cell(1, "?"), 50)
-    edit(files[3][1], delete(EVERY), HEAD + 400)
+    files = [Operation(k, tmp_path / f"op_{k}.csv") for k in (1, 2, 3, 4, 5)]
+    for each in files[:4]:
+        motion = "opening" if each.number == 3 else "closing"
+        written(each.file, prior, motion, seed=each.number)
+    edit(files[1].file, replace_cell(1, "?"), 50)
+    edit(files[3].file, delete(EVERY), HEAD + 400)
     return files
 
 
@@ -595,10 +601,10 @@ def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
     assert curves.missing.values.tolist() == [0, times.size, times.size, 1, times.size]
     np.testing.assert_array_equal(np.isnan(curves.travel.values).sum(axis=1), curves.missing)
     np.testing.assert_array_equal(np.isnan(curves.first_motion.values), ~curves.accepted)
-    assert curves.file.values.tolist() == [str(file) for _, file in folder]
+    assert curves.file.values.tolist() == [str(each.file) for each in folder]
     reasons = curves.reason.values.tolist()
     assert reasons[0] == reasons[3] == ""
-    assert reasons[1] == f"{folder[1][1]}, line 50: 'travel' is '?', which is not a number"
+    assert reasons[1] == f"{folder[1].file}, line 50: 'travel' is '?', which is not a number"
     assert "which is no closing" in reasons[2]
     assert "cannot be read" in reasons[4]
     assert [r.getMessage() for r in caplog.records] == [f"rejected: {r}" for r in reasons if r]
@@ -610,7 +616,7 @@ def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
 def test_many_files_are_read_as_each_for_itself(folder, times):
     curves = read_curves(folder, FORMAT, times, "closing")
     for k in (1, 4):
-        alone, start = read_curve(folder[k - 1][1], FORMAT, times, "closing")
+        alone, start = read_curve(folder[k - 1].file, FORMAT, times, "closing")
         np.testing.assert_array_equal(curves.travel.sel(operation=k), alone)
         assert curves.first_motion.sel(operation=k) == start
 

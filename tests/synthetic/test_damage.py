@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.model.randomness import generator
-from breaker.records.reader import write_curve
+from breaker.records.export import write_curve
 from breaker.synthetic.damage import PHYSICAL
 from breaker.synthetic.file_damage import TEXT
 

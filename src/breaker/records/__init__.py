@@ -11,7 +11,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "files": ["RejectedCurveError", "csv_files", "list_curves", "printable", "read_bytes"],
         "manifest": ["ABOUT", "Operation"],
-        "reader": ["open_curves", "read_curves", "require_any", "write_curve"],
+        "export": ["write_curve"],
+        "reader": ["open_curves", "read_curves", "require_any"],
         "landmarks": ["main_motion", "raw_time"],
         "settings": ["FORMAT"],
     },

@@ -1,16 +1,25 @@
-"""Measured curves from CSV files: checked, and put on the model's grid.
+"""Measured curves: each record from its file to the model's grid, or a reason why not.
 
-A file holds one operation of one motion. Explicit settings describe it (columns, units, delimiter,
-the reading of the open breaker at rest); nothing is guessed. A file that cannot be used is rejected
-with its name, the line where there is one, and the reason. It remains in the result as a missing
-curve, and the other files are read.
+A file holds one operation of one motion, or a table says which part of it does. Explicit settings
+describe it; nothing is guessed, and nothing repaired. The steps, each in a module of its own:
 
-Whole samples are kept: averaging or interpolating would change their noise. What is left of the
-first motion's time after rounding to a sample is part of the onset, which is inferred. A sample is
-missing, NaN, where its cell is empty or NaN, or its line is: where time makes a gap of whole steps.
+1. ``sources``: the columns of the file, numbers in its own units.
+2. ``clock``: even times, ms; missing samples are NaN.
+3. ``scale``: travel, mm towards closed.
+4. ``doubtful``: samples that no sensor of this stroke can give become NaN.
+5. ``segments``: the part of the record that is the motion; ``stroke``: whether it is a breaker's.
+6. ``landmarks``: the first motion. ``noise``: that of the rest before it.
+7. ``grid``: the model's times, around the first motion.
+
+A record that a step cannot use is rejected with its file's name, the line where there is one, and
+the reason. It remains in the result as a missing curve, and the other files are read.
+
+Whole samples are kept where the rates allow: averaging would change their noise. What is left of
+the first motion's time after rounding to a sample is part of the onset, which is inferred.
 
 Example:
     >>> import tempfile
+    >>> from breaker.records.export import write_curve
     >>> time = 0.1 * np.arange(800)
     >>> travel = 16 / (1 + np.exp(22 - time))
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -23,30 +32,74 @@ Example:
 
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from tqdm import tqdm
 
+from breaker.records.clock import even_times
+from breaker.records.doubtful import doubtful_samples, told
+from breaker.records.errors import UnusableError
 from breaker.records.files import RejectedCurveError, printable
+from breaker.records.grid import Gridded, check_missing, grid_remarks, on_grid
 from breaker.records.landmarks import NoMotionError, first_motion
 from breaker.records.manifest import ABOUT, Operation
-from breaker.records.settings import TO_MM, TO_MS, complete
+from breaker.records.noise import Noise, noise_at_rest, noise_remark
+from breaker.records.scale import Scale, seen_quantum
+from breaker.records.segments import Segment, SegmentError, find_segment
+from breaker.records.settings import complete
 from breaker.records.sources import read_columns
+from breaker.records.stroke import check_stroke, rest_of_open
 from breaker.stores import open_store
 
-__all__ = [
-    "RejectedCurveError",
-    "open_curves",
-    "read_curve",
-    "read_curves",
-    "require_any",
-    "write_curve",
-]
+__all__ = ["Record", "open_curves", "read_curves", "read_record", "require_any"]
 
-_STROKES = (4.0, 60.0)  # mm, between the rest positions of any medium-voltage breaker
-_REST = 2.0  # mm, farthest that the open breaker may rest from zero
-_PREAMBLE = ("travel record", "motion: {motion}", "operation: {operation}", "zero: open position")
+_MANY = 100  # files, from which the progress is shown
+# Of a record that is rejected.
+_NUMBERS = {"first_motion": np.nan, "masked": 0, "noise": np.nan, "colour": np.nan, "rate": np.nan}
+# Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
+# an earlier motion may still ring.
+_REST = (50.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Record:
+    """A record, and what was found on the way to the grid.
+
+    Attributes:
+        time: Times of the whole record, ``(n,)``, ms.
+        whole: Its travel, ``(n,)``, mm towards closed, doubtful samples among them.
+        doubts: Kind of each doubtful sample, ``(n,)`` of text; "" where nothing is doubtful.
+        segment: The part that is the motion.
+        moves: Time of the first motion, ms.
+        quantum: Step of the reading, mm; 0 where it is fine.
+        noise: Noise at rest.
+        gridded: The record on the model's grid.
+        remarks: What is doubtful, in words.
+    """
+
+    time: np.ndarray
+    whole: np.ndarray
+    doubts: np.ndarray
+    segment: Segment
+    moves: float
+    quantum: float
+    noise: Noise
+    gridded: Gridded
+    remarks: tuple[str, ...]
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """What the dataset of ``read_curves`` has of it, beside the travel."""
+        return {
+            "first_motion": self.gridded.start,
+            "masked": int((self.doubts[self.segment.begin : self.segment.end] != "").sum()),
+            "noise": self.noise.sd,
+            "colour": self.noise.colour,
+            "rate": (len(self.time) - 1) / float(self.time[-1] - self.time[0]),
+        }
 
 
 def read_curves(
@@ -74,37 +127,58 @@ def read_curves(
         ``accepted``, ``reason``, ``file``, ``first_motion``: the file's time that is 0 on the
         grid, ms; ``remarks``: what is doubtful about an accepted record, in words, empty if
         nothing is; ``masked``: doubtful samples left out; ``noise`` (mm) and ``colour``: standard
-        deviation and correlation from one sample to the next at rest; and what is known of each
-        operation, ``ABOUT``.
+        deviation and correlation from one sample to the next at rest; ``rate``: samples of the
+        file in a ms, kHz; and what is known of each operation, ``ABOUT``.
 
     Raises:
         ValueError: If the settings lack something, or name an unknown unit or encoding.
 
     """
     settings = complete(settings)
-    travel = np.full((len(operations), len(times)), np.nan)
-    start, reasons = np.full(len(operations), np.nan), [""] * len(operations)
-    for i, operation in enumerate(operations):
+    scale = Scale.from_settings(settings)
+    records: list[Record | RejectedCurveError] = []
+    bar = {"mininterval": 5, "unit": "file", "disable": len(operations) < _MANY}
+    for operation in tqdm(operations, desc=f"read {motion}", **bar):
         try:
-            travel[i], start[i] = read_curve(operation.file, settings, times, motion)
+            records.append(
+                read_record(operation, settings, scale, times, motion, noise_sd=noise_sd)
+            )
         except RejectedCurveError as error:
-            reasons[i] = str(error)
+            records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
-    accepted = np.array([not reason for reason in reasons], dtype=bool)
+    return _dataset(operations, records, times, motion)
+
+
+def _dataset(
+    operations: Sequence[Operation],
+    records: Sequence[Record | RejectedCurveError],
+    times: np.ndarray,
+    motion: str,
+) -> xr.Dataset:
+    """Records, or why there is none, as the dataset of ``read_curves``."""
+    accepted = [isinstance(record, Record) for record in records]
+    found = [record.numbers if isinstance(record, Record) else _NUMBERS for record in records]
+    rows = [record.gridded.travel for record in records if isinstance(record, Record)]
+    travel = np.full((len(records), len(times)), np.nan)
+    travel[accepted] = np.reshape(rows, (-1, len(times)))
+    texts = {
+        "reason": ["" if isinstance(record, Record) else str(record) for record in records],
+        "remarks": ["; ".join(getattr(record, "remarks", ())) for record in records],
+        "file": [printable(each.file) for each in operations],
+    }
+    units = {"first_motion": "ms", "noise": "mm", "rate": "kHz"}
+    numbers = {name: np.array([each[name] for each in found]) for name in _NUMBERS}
     about = {name: [getattr(each, name) for each in operations] for name in ABOUT}
-    number = np.zeros(len(operations))
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
             "missing": ("operation", np.isnan(travel).sum(axis=1)),
-            "accepted": ("operation", accepted),
-            "reason": ("operation", np.array(reasons, dtype=str)),
-            "file": ("operation", np.array([printable(o.file) for o in operations], dtype=str)),
-            "first_motion": ("operation", start, {"unit": "ms"}),
-            "remarks": ("operation", np.array([""] * len(operations), dtype=str)),
-            "masked": ("operation", number.astype(int)),
-            "noise": ("operation", number + np.nan, {"unit": "mm"}),
-            "colour": ("operation", number + np.nan),
+            "accepted": ("operation", np.array(accepted, dtype=bool)),
+            **{name: ("operation", np.array(values, dtype=str)) for name, values in texts.items()},
+            **{
+                name: ("operation", values, {"unit": units[name]} if name in units else {})
+                for name, values in numbers.items()
+            },
             **{name: ("operation", np.array(values)) for name, values in about.items()},
         },
         coords={
@@ -142,146 +216,71 @@ def require_any(curves: xr.Dataset) -> None:
         )
 
 
-def read_curve(
-    file: str | Path, settings: Mapping, times: np.ndarray, motion: str
-) -> tuple[np.ndarray, float]:
-    """Read one file.
-
-    Returns:
-        Travel on the grid, ``(t,)``, mm, NaN where a sample is missing, and the file's time that
-        is 0 on the grid, ms.
-
-    Raises:
-        RejectedCurveError: If the file cannot be used.
-    """
-    time, travel, step = _samples(file, settings)
-    _check_travel(file, travel[~np.isnan(travel)], settings, motion)
-    every = (times[1] - times[0]) / step
-    if every < 0.999 or abs(every - round(every)) > 1e-3:
-        raise RejectedCurveError(
-            file,
-            f"one sample every {step:.4g} ms does not fit the model's {times[1] - times[0]:.4g} ms "
-            "a whole number of times; export at another rate, or change sensor.samples",
-        )
-    try:
-        moves = first_motion(time, travel, 1.0 if motion == "closing" else -1.0)
-    except NoMotionError as error:
-        raise RejectedCurveError(file, str(error)) from error
-    first = round((moves + times[0] - time[0]) / step)
-    last = first + round(every) * (len(times) - 1)
-    if first < 0 or last >= len(time):
-        short, side = (-first, "before") if first < 0 else (last - len(time) + 1, "after")
-        raise RejectedCurveError(
-            file,
-            f"too short: {short * step:.1f} ms are missing {side} the motion, which starts at "
-            f"{moves:.2f} ms; record longer, or change sensor.start or sensor.stop",
-        )
-    record = travel[first : last + 1 : round(every)]
-    missing = np.isnan(record).sum()
-    if missing > settings["missing"] * len(times):
-        raise RejectedCurveError(
-            file,
-            f"{missing} of the {len(times)} samples of the model's grid are missing, more than the "
-            f"share of {settings['missing']:g} that endurance.format.missing allows",
-        )
-    return record, float(time[first] - times[0])
-
-
-def write_curve(
-    file: str | Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
-) -> None:
-    """Write a record as the stand-in's instrument does: preamble, names, units, rows.
+def read_record(
+    operation: Operation,
+    settings: Mapping,
+    scale: Scale,
+    times: np.ndarray,
+    motion: str,
+    *,
+    noise_sd: float | None = None,
+) -> Record:
+    """Read the record of one operation.
 
     Args:
-        file: Where to write.
-        time: Times, ``(t,)``, ms; written in s.
-        travel: Travel, ``(t,)``, mm, zero at the open position.
-        motion: Motion named in the preamble.
-        operation: Operation named in the preamble.
+        operation: Where it is.
+        settings: The section ``endurance.format``, complete.
+        scale: Of these settings.
+        times, motion, noise_sd: As for ``read_curves``.
+
+    Raises:
+        RejectedCurveError: If the record cannot be used.
     """
-    preamble = [line.format(motion=motion, operation=operation) for line in _PREAMBLE]
-    rows = [f"{t:.7f},{x:.3f}" for t, x in zip((time / 1e3).tolist(), travel.tolist(), strict=True)]
-    Path(file).write_text(
-        "\n".join([*preamble, "time,travel", "s,mm", *rows, ""]), encoding="utf-8"
+    columns = read_columns(operation.file, settings, operation.channel)
+    try:
+        time, place, uneven = even_times(columns.time, columns.lines, settings)
+        whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
+        whole[place], lines[place] = scale.travel(columns.travel), columns.lines
+        doubts, quantum = _doubts(time, whole, lines, settings)
+        left = np.where(doubts == "", whole, np.nan)
+        part = {"begin": operation.begin, "end": operation.end}
+        segment = find_segment(time, left, motion, **part)
+        check_stroke(segment.stroke, settings)
+        rest, off = rest_of_open(segment, settings, motion)
+        inside = slice(segment.begin, segment.end)
+        moves = first_motion(time[inside], left[inside], 1.0 if motion == "closing" else -1.0)
+        gridded = on_grid(time[inside], left[inside] - rest, times, moves)
+        check_missing(gridded, settings["missing"])
+    except (UnusableError, SegmentError, NoMotionError) as error:
+        line = getattr(error, "line", None)
+        raise RejectedCurveError(operation.file, str(error), line=line) from error
+    before = (time[inside] >= moves - _REST[0]) & (time[inside] <= moves - _REST[1])
+    every = max(1, round((times[1] - times[0]) / (time[1] - time[0])))
+    noise = noise_at_rest(left[inside][before], every, quantum)
+    remarks = (
+        *(*columns.remarks, uneven, off),
+        told(time, doubts),
+        *grid_remarks(gridded, time[inside], times, back=not np.isnan(segment.back)),
+        noise_remark(noise, noise_sd) if noise_sd is not None else "",
     )
+    said = tuple(remark for remark in remarks if remark)
+    return Record(time, whole, doubts, segment, moves, quantum, noise, gridded, said)
 
 
-def _samples(file: str | Path, settings: Mapping) -> tuple[np.ndarray, np.ndarray, float]:
-    """Time in ms, travel in mm towards closed, NaN where missing, and the time of a step, ms."""
-    columns = read_columns(file, settings)
-    travel, lines = columns.travel, columns.lines
-    if columns.time is None:
-        time = np.arange(travel.size) / settings["rate"]
-    else:
-        time = columns.time * TO_MS[settings["time_unit"]]
-    travel = settings["sign"] * TO_MM[settings["travel_unit"]] * (travel - settings["zero"])
-    if (count := np.isfinite(travel).sum()) < 2:
-        raise RejectedCurveError(file, f"has {count} samples")
-    place = np.append(0, np.cumsum(_whole_steps(file, time, lines)))
-    _check_duration(file, time[-1] - time[0], settings)
-    total = int(place[-1]) + 1
-    if total > 2 * count:
-        raise RejectedCurveError(file, f"{total - count} of {total} samples are missing")
-    step = (time[-1] - time[0]) / (total - 1)
-    if total > time.size:
-        even, some = time[0] + step * np.arange(total), np.full(total, np.nan)
-        even[place], some[place] = time, travel
-        time, travel = even, some
-    return time, travel, step
+def _doubts(
+    time: np.ndarray, whole: np.ndarray, lines: np.ndarray, settings: Mapping
+) -> tuple[np.ndarray, float]:
+    """Kinds of doubtful samples, ``(n,)``, and the quantum, mm.
 
-
-def _whole_steps(file: str | Path, time: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    """Steps from each sample to the next, ``(t - 1,)``; rejects times that are not on a grid."""
-    steps = np.diff(time)
-    if (back := np.flatnonzero(steps <= 0)).size:
-        raise RejectedCurveError(file, "the time does not increase", line=int(lines[back[0] + 1]))
-    # A tenth of a step is allowed to times that were printed with few digits.
-    single = np.abs(steps - np.median(steps)) <= 0.1 * np.median(steps)
-    step = steps[single].mean() if single.any() else np.median(steps)
-    whole = np.maximum(np.rint(steps / step), 1)
-    if (odd := np.flatnonzero(~single & (np.abs(steps - whole * step) > 0.1 * step))).size:
-        reason = "the time steps are uneven before this line"
-        raise RejectedCurveError(file, reason, line=int(lines[odd[0] + 1]))
-    return whole.astype(int)
-
-
-def _check_duration(file: str | Path, duration: float, settings: Mapping) -> None:
-    """Reject a duration, ms, that another unit of time would make likely."""
-    for unit, factor in TO_MS.items():
-        likely = duration / TO_MS[settings["time_unit"]] * factor
-        if not 10.0 <= duration <= 1e4 and 10.0 <= likely <= 1e4:
-            raise RejectedCurveError(
-                file,
-                f"lasts {duration:.4g} ms; is endurance.format.time_unit {unit!r} rather than "
-                f"{settings['time_unit']!r}?",
-            )
-
-
-def _check_travel(file: str | Path, travel: np.ndarray, settings: Mapping, motion: str) -> None:
-    """Reject a stroke of wrong magnitude or direction, and a wrong zero; all samples are there."""
-    edge = max(1, min(20, travel.size // 20))
-    begins, ends = float(np.median(travel[:edge])), float(np.median(travel[-edge:]))
-    stroke = abs(ends - begins)
-    if not _STROKES[0] <= stroke <= _STROKES[1]:
-        here = stroke / TO_MM[settings["travel_unit"]]
-        likely = [u for u, mm in TO_MM.items() if _STROKES[0] <= here * mm <= _STROKES[1]]
-        still = "did the breaker not move, or " if stroke < _STROKES[0] else ""
-        hint = f"; {still}is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
-        raise RejectedCurveError(
-            file,
-            f"the stroke is {stroke:.4g} mm, not between {_STROKES[0]:g} and {_STROKES[1]:g} mm"
-            + hint,
-        )
-    if (ends > begins) != (motion == "closing"):
-        raise RejectedCurveError(
-            file,
-            f"the travel goes from {begins:.1f} to {ends:.1f} mm, which is no {motion}; is it in "
-            "the wrong folder, or endurance.format.sign wrong?",
-        )
-    open_rest = begins if motion == "closing" else ends
-    if abs(open_rest) > _REST:
-        raise RejectedCurveError(
-            file,
-            f"the open breaker rests at {open_rest:.2f} mm, not near 0; set endurance.format.zero "
-            "to its reading, or record the whole motion",
-        )
+    Raises:
+        UnusableError: If there is hardly a sample, or a doubtful one where these are refused.
+    """
+    if (count := int((~np.isnan(whole)).sum())) < 2:
+        raise UnusableError(f"has {count} samples")
+    given = settings["quantum"]
+    quantum = seen_quantum(whole) if given is None else given
+    doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
+    found = np.flatnonzero(doubts)
+    if found.size and settings["doubtful"] == "reject":
+        raise UnusableError(told(time, doubts), line=int(lines[found[0]]))
+    return doubts, quantum

@@ -1,0 +1,64 @@
+"""Whether a record's way between its rest positions is that of a breaker, and starts at zero."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from breaker.records.errors import UnusableError
+from breaker.records.segments import Segment
+from breaker.records.settings import TO_MM
+
+__all__ = ["check_stroke", "rest_of_open"]
+
+# Rest of the open breaker, in strokes: further from zero the record is refused, or has a remark.
+_FAR = 0.15
+_OFF = 0.04  # 4 sd of a zero of 0.1 mm, and a stroke of 10 mm
+
+
+def check_stroke(stroke: float, settings: Mapping) -> None:
+    """Refuse a stroke, mm, that is not between those of ``endurance.format.stroke``."""
+    least, most = settings["stroke"]
+    if least <= stroke <= most:
+        return
+    still = "did the breaker not move, or " if stroke < least else ""
+    if settings["table"] is not None or settings["ratio"] is not None:
+        given = "table" if settings["table"] is not None else "ratio"
+        hint = f"; {still}is endurance.format.{given} wrong?"
+    else:
+        here = stroke / TO_MM[settings["travel_unit"]]
+        likely = [unit for unit, mm in TO_MM.items() if least <= here * mm <= most]
+        hint = f"; {still}is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
+    raise UnusableError(
+        f"the stroke is {stroke:.4g} mm, not between {least:g} and {most:g} mm, which "
+        f"endurance.format.stroke allows{hint}"
+    )
+
+
+def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> tuple[float, str]:
+    """Return the reading to subtract for an open breaker at rest, mm, and a remark, "" if none.
+
+    Raises:
+        UnusableError: If the open breaker is far from zero, or its rest is needed and not seen.
+    """
+    if motion == "closing":
+        seen, rest = True, segment.before
+    else:
+        seen, rest = segment.arrived and np.isnan(segment.back), segment.after
+    if settings["zero"] == "rest":
+        if not seen:
+            raise UnusableError(
+                "ends before the open breaker rests, so endurance.format.zero: rest finds no zero; "
+                "record longer, or give its reading"
+            )
+        return rest, ""
+    if not seen:
+        return 0.0, ""
+    share = abs(rest) / segment.stroke
+    remedy = "set endurance.format.zero to its reading, or to rest"
+    if share > _FAR:
+        raise UnusableError(
+            f"the open breaker rests at {rest:.2f} mm, not near 0; {remedy}, or record the whole "
+            "motion"
+        )
+    off = f"the open breaker rests at {rest:.2f} mm: {remedy}, if sensor.zero_sd is less"
+    return 0.0, off if share > _OFF else ""
