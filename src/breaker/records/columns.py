@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from breaker.records.files import RejectedCurveError
-from breaker.records.head import Head, find_head, is_remark
-from breaker.records.numbers import LARGEST_READING, strict_numbers
+from breaker.records.head import Head, Table, find_head, is_remark
+from breaker.records.numbers import LARGEST_NUMBER, strict_numbers
 
 __all__ = ["Columns", "columns_of"]
-
-_LARGEST = {"time": 1e16, "travel": LARGEST_READING}  # microseconds since 1970 are 2e15
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ def columns_of(
     """
     blocks = iter(blocks)
     lines, rows = next(blocks, ([], []))
-    head = find_head(file, lines, rows, settings, channel)
+    head = find_head(Table(file, lines, rows, settings), channel)
     samples = chain([(lines[head.first :], rows[head.first :])], blocks)
     parts = [_part(file, *block, head, settings) for block in samples]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -94,7 +92,7 @@ def _part(
             cells = [row[place] for row in rows]
         except IndexError:
             cells = ["".join(row[place : place + 1]) for row in rows]
-        columns[kind], odd = strict_numbers(cells, settings["decimal"], _LARGEST[kind])
+        columns[kind], odd = strict_numbers(cells, settings["decimal"], LARGEST_NUMBER[kind])
         for i, reason in odd.items():
             text = f"{head.labels[kind]} is {cells[i].strip()[:40]!r}, {reason}"
             more = f" ({len(odd)} such samples)" if len(odd) > 1 else ""

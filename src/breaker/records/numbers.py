@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["LARGEST_READING", "MISSING", "is_number", "strict_numbers"]
+__all__ = ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"]
 
-LARGEST_READING = 1e9
-"""Beyond it is no reading of a sensor, in any unit."""
+LARGEST_NUMBER = {"time": 1e16, "travel": 1e9}
+"""Beyond it is no time (those since 1970 are 2e15 microseconds), and no reading of a sensor."""
 
 MISSING = frozenset(["", "nan", "na", "n/a", "#n/a", "-", "--", "---"])
 """What stands in the cell of a missing sample, in lower case."""

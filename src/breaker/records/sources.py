@@ -1,12 +1,30 @@
 """The kinds of curve files, by their ending: whatever the kind, one form comes out."""
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
 from breaker.records.columns import Columns
+from breaker.records.files import RejectedCurveError
+from breaker.records.grids import read_netcdf, read_zarr
+from breaker.records.recorders import read_comtrade
 from breaker.records.text import read_text
+from breaker.records.workbooks import read_workbook
 
-__all__ = ["read_columns"]
+__all__ = ["OTHER_KINDS", "read_columns"]
+
+OTHER_KINDS = {
+    ".xlsx": (read_workbook, "an Excel workbook", "excel"),
+    ".xlsm": (read_workbook, "an Excel workbook", "excel"),
+    ".cfg": (read_comtrade, "a COMTRADE record", "comtrade"),
+    ".cff": (read_comtrade, "a COMTRADE record", "comtrade"),
+    ".nc": (read_netcdf, "a NetCDF file", "netcdf"),
+    ".nc4": (read_netcdf, "a NetCDF file", "netcdf"),
+    ".zarr": (read_zarr, "a Zarr store", "netcdf"),
+}
+"""What is no text, by ending: its reader, its name, and the extra of this package that it needs."""
+
+_OLD = {".xls": "save it as .xlsx", ".xlsb": "save it as .xlsx", ".ods": "save it as .xlsx"}
 
 
 def read_columns(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
@@ -20,4 +38,22 @@ def read_columns(file: str | Path, settings: Mapping, channel: str = "") -> Colu
     Raises:
         RejectedCurveError: If the file cannot be used.
     """
-    return read_text(file, settings, channel)
+    ending = Path(file).suffix.lower()
+    if ending in _OLD:
+        raise RejectedCurveError(file, f"is of a kind that cannot be read; {_OLD[ending]}")
+    if ending not in OTHER_KINDS:
+        return read_text(file, settings, channel)
+    read, kind, extra = OTHER_KINDS[ending]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of packages, about what is not read here
+            return read(file, settings, channel)
+    except RejectedCurveError:
+        raise
+    except ModuleNotFoundError as error:
+        reason = f'is {kind}, which needs {error.name}: pip install "breaker[{extra}]"'
+        raise RejectedCurveError(file, reason) from error
+    except Exception as error:  # a damaged file raises anything in the package that reads it
+        said = f"{type(error).__name__}: {error}"[:200]
+        reason = f"is {kind} that cannot be read ({said}); is it whole? Export it again"
+        raise RejectedCurveError(file, reason) from error

@@ -1,0 +1,96 @@
+"""Curve files that hold labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``)
+and Zarr.
+"""
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from breaker.records.columns import Columns
+from breaker.records.files import RejectedCurveError, read_bytes
+from breaker.records.names import check_unit, label_of, place_of, wanted_columns
+from breaker.records.numbers import LARGEST_NUMBER
+
+__all__ = ["read_netcdf", "read_zarr"]
+
+_LARGEST = 10_000_000  # samples
+_UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
+
+
+def read_netcdf(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+    """Read a variable of a NetCDF file, and its coordinate of time.
+
+    Args:
+        file: A file of version 3 or 4.
+        settings: The section ``endurance.format``, complete; columns are variables.
+        channel: Variable of the travel, where it is not that of the settings.
+
+    Raises:
+        RejectedCurveError: If there is no such variable, it is none of one record, or states
+            another unit.
+        ModuleNotFoundError: If a package for this version is not installed.
+    """
+    import xarray as xr
+
+    content = read_bytes(file)
+    if content.startswith(b"\x89HDF"):
+        import h5netcdf  # noqa: F401 - xarray would not say which package is missing
+
+        engine = "h5netcdf"
+    else:
+        engine = "scipy"
+    with xr.open_dataset(io.BytesIO(content), engine=engine, **_UNTOUCHED) as dataset:
+        return _columns(file, dataset, settings, channel)
+
+
+def read_zarr(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+    """Read a variable of a Zarr store, and its coordinate of time; otherwise as a NetCDF file."""
+    import xarray as xr
+
+    if not Path(file).is_dir():
+        raise RejectedCurveError(file, "is no Zarr store: it is not a folder")
+    with xr.open_zarr(file, **_UNTOUCHED) as dataset:
+        return _columns(file, dataset, settings, channel)
+
+
+def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:
+    """The columns of a dataset, in which the variable of the travel lies along one dimension."""
+    names = list(map(str, dataset.variables))
+    wanted = wanted_columns([names], settings, channel)
+    travel = dataset[names[place_of(file, names, wanted["travel"])]]
+    along = [name for name, size in travel.sizes.items() if size > 1]
+    if len(along) != 1 or travel.size > _LARGEST:
+        reason = f"{label_of(wanted['travel'])} is no single record: its sizes are "
+        raise RejectedCurveError(file, reason + ", ".join(map(str, travel.sizes.items())))
+    remarks = _unit(file, "travel", travel, settings)
+    readings = _numbers(file, "travel", travel)
+    lines = np.arange(1, readings.size + 1)
+    if "time" not in wanted:
+        return Columns(None, readings, lines, remarks)
+    # The time by its name, or else the coordinate along which the travel lies.
+    named = [name for name in names if name in (wanted["time"], along[0])]
+    named.sort(key=lambda name: name != wanted["time"])
+    place = place_of(file, names, named[0] if named else wanted["time"])
+    time = dataset[names[place]]
+    if time.size != readings.size:
+        reason = f"{names[place]!r} has {time.size} times for {readings.size} samples"
+        raise RejectedCurveError(file, reason)
+    remarks += _unit(file, "time", time, settings)
+    return Columns(_numbers(file, "time", time), readings, lines, remarks)
+
+
+def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:
+    text = str(variable.attrs.get("units", "")).split(" since ")[0]
+    return check_unit(file, kind, repr(variable.name), text, settings)
+
+
+def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
+    """The values of a variable, ``(t,)``, NaN where missing."""
+    if variable.dtype.kind not in "iuf":
+        raise RejectedCurveError(file, f"{variable.name!r} is not of numbers")
+    values = variable.values.reshape(-1).astype(float)
+    if not (np.abs(values[~np.isnan(values)]) <= LARGEST_NUMBER[kind]).all():
+        raise RejectedCurveError(file, f"{variable.name!r} has values that are no readings")
+    return values

@@ -1,0 +1,302 @@
+"""Ten ways in which instruments write a record, each with the settings that read it.
+
+They differ in all that files differ in: kind, encoding, signs between and in numbers, preambles,
+units, a rate for the times, channels side by side, blank cells, steps, sign, zero and mechanics.
+"""
+
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from breaker.records import FORMAT, TO_MM, TO_MS, write_curve
+
+__all__ = ["ANGLES", "DIALECTS", "Dialect"]
+
+ANGLES = Path(__file__).with_name("angles.csv")
+"""Table of a transducer on a lever of 40 mm: degrees and mm, open at -50 degrees."""
+
+_RATE = 10.0  # kHz, of all of these instruments
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How one kind of instrument writes.
+
+    Attributes:
+        ending: Of its files.
+        settings: The section ``endurance.format`` that reads them, but for what has its default.
+        digits: Digits of a reading after the decimal sign.
+        rest: Reading of the open breaker, in the unit of the travel.
+        channels: Names, in its files, of the columns of travel.
+        preamble: Least and most lines above the names; how many differs from file to file.
+        names: Pattern of a name with its unit; nothing where there are no names.
+        units: Pattern of a unit in a line below the names; nothing where there is no such line.
+        currents: Columns of current before those of travel.
+        trailing: Blank cells at the end of a line.
+        eol: End of a line.
+        kind: "text", or what else its files are.
+        rate: kHz, of its samples.
+    """
+
+    ending: str = ".csv"
+    settings: Mapping = field(default_factory=dict)
+    digits: int = 3
+    rest: float = 0.0
+    channels: tuple[str, ...] = ("travel",)
+    preamble: tuple[int, int] = (3, 12)
+    names: str = "{name}"
+    units: str = ""
+    currents: int = 0
+    trailing: int = 0
+    eol: str = "\n"
+    kind: str = "text"
+    rate: float = _RATE
+
+    def file_name(self, motion: str, operation: int) -> str:
+        """Return the name of a file."""
+        return f"{motion}_{operation:05d}{self.ending}"
+
+    @property
+    def step(self) -> float:
+        """The step of a reading, in the unit of the travel."""
+        return self.settings.get("quantum") or 10.0**-self.digits
+
+    def reading(self, travel: np.ndarray) -> np.ndarray:
+        """Return what the instrument shows for travel in mm, in its unit and its steps."""
+        complete = {**FORMAT, **self.settings}
+        if complete["table"]:
+            degrees, mm = np.loadtxt(complete["table"], delimiter=",", skiprows=1).T
+            fine = np.linspace(degrees[0], degrees[-1], 100_001)
+            from scipy.interpolate import PchipInterpolator
+
+            exact = np.interp(travel, PchipInterpolator(degrees, mm)(fine), fine)
+        else:
+            exact = travel / (complete["ratio"] or TO_MM[complete["travel_unit"]])
+        return self.step * np.rint((complete["sign"] * exact + self.rest) / self.step)
+
+    def write(
+        self, file: str | Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
+    ) -> None:
+        """Write a record.
+
+        Args:
+            file: Where to write.
+            time: Times, ``(t,)``, ms; evenly spaced where the dialect has a rate instead.
+            travel: Travel of the first channels, ``(t,)`` or ``(channels, t)``, mm, zero at the
+                open position; NaN where a sample is missing. Other channels end early.
+            motion: Named in the preamble.
+            operation: Named in the preamble.
+
+        Example:
+            >>> import tempfile
+            >>> time, file = np.arange(3.0), Path(tempfile.mkdtemp(), "a.txt")
+            >>> DIALECTS["tab"].write(file, time, 0.1 * time, motion="closing", operation=1)
+            >>> file.read_text().splitlines()[-1].split()
+            ['2.000', '0.200']
+        """
+        readings = self.reading(np.atleast_2d(travel))
+        _WRITERS[self.kind](self, Path(file), time, readings, motion, operation)
+
+
+def _stand_in(
+    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
+) -> None:
+    write_curve(file, time, readings[0], motion=motion, operation=number)
+
+
+def _rows(
+    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
+) -> tuple[list[list[str]], list[list[float]]]:
+    """Rows of text above the samples, and the samples."""
+    settings = {**FORMAT, **dialect.settings}
+    low, high = dialect.preamble
+    lines = low + zlib.crc32(f"{motion} {number}".encode()) % (high - low + 1)
+    above = [["Gerät", "Prüfstand 7"], [f"{motion}: {number}"], ["Temp", "21 °C"]]
+    above = [*above, *([f"channel {i}", f"{i:d}"] for i in range(lines))][:lines]
+    units = [settings["time_unit"]] if settings["time_column"] else []
+    units += ["kA"] * dialect.currents + [settings["travel_unit"]] * len(dialect.channels)
+    columns = [settings["time_column"]] if settings["time_column"] else []
+    columns += [f"I{i + 1}" for i in range(dialect.currents)] + list(dialect.channels)
+    if dialect.names:
+        named = zip(columns, units, strict=True)
+        above.append([dialect.names.format(name=name, unit=unit) for name, unit in named])
+    if dialect.units:
+        above.append([dialect.units.format(unit=_SPELT.get(unit, unit)) for unit in units])
+    shown = [time / TO_MS[settings["time_unit"]]] if settings["time_column"] else []
+    shown += [0.01 * np.sin(time + i) for i in range(dialect.currents)]
+    short = np.where(np.arange(time.size) < 0.9 * time.size, dialect.rest, np.nan)
+    shown += [*readings, *[short] * (len(dialect.channels) - len(readings))]
+    return above, np.column_stack(shown).tolist()
+
+
+_SPELT = {"ms": "msec", "deg": "°"}
+
+
+def _text(
+    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
+) -> None:
+    settings = {**FORMAT, **dialect.settings}
+    above, samples = _rows(dialect, file, time, readings, motion, number)
+    digits = [dialect.digits] * len(samples[0])
+    if settings["time_column"]:
+        digits[0] = {"s": 7, "ms": 3, "us": 0}[settings["time_unit"]]
+    end = [""] * dialect.trailing
+    rows = [
+        [f"{x:.{n}f}" if x == x else "" for x, n in zip(row, digits, strict=True)]
+        for row in samples
+    ]
+    numbers = [
+        settings["delimiter"].join([*row, *end]).replace(".", settings["decimal"]) for row in rows
+    ]
+    lines = [settings["delimiter"].join([*row, *end]) for row in above] + numbers
+    file.write_bytes(dialect.eol.join([*lines, ""]).encode(settings["encoding"]))
+
+
+def _excel(
+    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
+) -> None:
+    import openpyxl
+
+    above, samples = _rows(dialect, file, time, readings, motion, number)
+    book = openpyxl.Workbook(write_only=True)
+    book.create_sheet("Info").append(["made by", "Prüfstand 7"])
+    sheet = book.create_sheet("Data")
+    for row in above:
+        sheet.append(row)
+    for row in samples:
+        sheet.append([None if x != x else x for x in row])
+    book.save(file)
+
+
+def _comtrade(
+    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
+) -> None:
+    """A pair of files, with 32 bits for a value."""
+    rate = 1e3 * (time.size - 1) / (time[-1] - time[0])
+    described = [
+        f"{i + 1},{name},,,mm,{dialect.step},0,0,-2147483647,2147483647,1,1,P"
+        for i, name in enumerate(dialect.channels[: len(readings)])
+    ]
+    start = "20/11/2024,15:13:07.000000"
+    count = len(described)
+    head = ["Prüfstand,7,2013", f"{count},{count}A,0D", *described, "50", "1"]
+    head += [f"{rate:.6f},{time.size}", start, start, "BINARY32", "1", "0,0", "0,0", ""]
+    file.write_text("\r\n".join(head), encoding="utf-8", newline="")
+    rows = np.zeros(time.size, [("n", "<u4"), ("t", "<u4"), ("x", "<i4", count)])
+    rows["n"], rows["t"] = np.arange(1, time.size + 1), np.rint(1e3 * (time - time[0]))
+    missing = -(2**31)
+    steps = np.rint(readings / dialect.step)
+    rows["x"] = np.where(np.isnan(steps), missing, steps).T
+    file.with_suffix(".dat").write_bytes(rows.tobytes())
+
+
+def _netcdf(
+    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
+) -> None:
+    import xarray as xr
+
+    unit = {"units": "millimeter"}
+    named = zip(dialect.channels, readings, strict=False)
+    xr.Dataset(
+        {name: ("time", reading, unit) for name, reading in named},
+        coords={"time": ("time", time, {"units": "msec"})},
+        attrs={"motion": motion, "operation": number},
+    ).to_netcdf(file, engine="scipy")
+
+
+_WRITERS: Mapping[str, Callable] = {
+    "stand-in": _stand_in,
+    "text": _text,
+    "excel": _excel,
+    "comtrade": _comtrade,
+    "netcdf": _netcdf,
+}
+
+
+def _phases(names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(f"{name} {i}" for name in names for i in (1, 2, 3))
+
+
+DIALECTS: dict[str, Dialect] = {
+    "stand-in": Dialect(kind="stand-in"),
+    "semicolon": Dialect(
+        settings={
+            "encoding": "latin-1",
+            "delimiter": ";",
+            "decimal": ",",
+            "time_column": "Zeit",
+            "time_unit": "ms",
+            "travel_column": "Weg °",
+        },
+        channels=("Weg °",),
+        names="{name} ({unit})",
+        eol="\r\n",
+    ),
+    "tab": Dialect(
+        ending=".txt",
+        settings={"delimiter": "\t", "time_unit": "ms"},
+        units="[{unit}]",
+    ),
+    # Close and open, six currents and six travels, no times, coarse steps.
+    "wide": Dialect(
+        settings={
+            "delimiter": ";",
+            "time_column": None,
+            "rate": _RATE,
+            "travel_column": "S 1",
+            "quantum": 0.08,
+        },
+        digits=2,
+        channels=_phases(["S", "R"]),
+        preamble=(4, 45),
+        currents=6,
+        trailing=2,
+        eol="\r\n",
+    ),
+    "degrees": Dialect(
+        ending=".txt",
+        settings={
+            "delimiter": " ",
+            "time_column": 1,
+            "travel_column": 2,
+            "travel_unit": "deg",
+            "ratio": 0.25,
+        },
+        names="",
+    ),
+    "angles": Dialect(
+        settings={
+            "delimiter": "|",
+            "time_unit": "us",
+            "travel_unit": "deg",
+            "table": str(ANGLES),
+        },
+        names='"{name}"',
+        units="({unit})",
+    ),
+    "inverted": Dialect(
+        ending=".txt",
+        settings={"encoding": "utf-16", "delimiter": "\t", "sign": -1, "zero": "rest"},
+        rest=87.5,
+        units="{unit}",
+        eol="\r",
+    ),
+    "excel": Dialect(
+        ending=".xlsx",
+        settings={"time_unit": "ms", "travel_column": "travel 2"},
+        channels=("travel 2",),
+        names="{name} [{unit}]",
+        kind="excel",
+    ),
+    "comtrade": Dialect(
+        ending=".cfg",
+        settings={"travel_column": "Travel A"},
+        channels=("Travel A",),
+        kind="comtrade",
+    ),
+    "netcdf": Dialect(ending=".nc", settings={"time_unit": "ms"}, kind="netcdf"),
+}
+"""The ten dialects, by name."""
