@@ -64,6 +64,15 @@ def parts(part: dict, above: tuple = ()) -> dict[tuple, dict]:
     return found
 
 
+def all_parts(part: dict, above: tuple = ()):
+    """Yield every part of the schema with its key, the entries of lists as ``[]``."""
+    yield above, part
+    for name, inner in part.get("properties", {}).items():
+        yield from all_parts(inner, (*above, name))
+    if "items" in part:
+        yield from all_parts(part["items"], (*above, "[]"))
+
+
 # ---- what is in the repository
 
 
@@ -82,10 +91,11 @@ def test_every_missing_default_is_noticed():
         return {key: emptied(value) for key, value in config.items() if isinstance(value, dict)}
 
     defaults = read(DEFAULTS)
-    with pytest.raises(ConfigurationError) as caught:
+    found = dict(schema.problems(emptied(defaults), read(SCHEMA)))
+    missing = [key for key, text in found.items() if text.startswith("is missing; it must be")]
+    assert set(missing) == set(leaves(defaults))
+    with pytest.raises(ConfigurationError, match=rf"  and {len(missing) - 20} more\n"):
         check(emptied(defaults), schema=SCHEMA)
-    missing = set(re.findall(r"^  (\S+) is missing; it must be", str(caught.value), re.MULTILINE))
-    assert missing == {schema.dotted(key) for key in leaves(defaults)}
     assert len(missing) > 150
 
 
@@ -120,6 +130,17 @@ def test_overlays_are_valid_and_hold_only_what_differs(name):
 def test_both_overlays_fit_together():
     config = load([DEFAULTS, *(ROOT / "config" / name for name in OVERLAYS)], schema=SCHEMA)
     assert config["sensor"]["onset_sd"] == 0
+
+
+def test_every_number_list_and_text_is_bounded():
+    """A magnitude that nobody means ends in a message, not in a traceback hours later."""
+    for key, part in all_parts(read(SCHEMA)):
+        kinds = {part["type"]} if isinstance(part.get("type"), str) else {*part.get("type", ())}
+        if kinds & {"number", "integer"}:
+            assert {"minimum", "exclusiveMinimum"} & set(part), key
+            assert {"maximum", "exclusiveMaximum"} & set(part), key
+        assert "maxItems" in part or "array" not in kinds, key
+        assert "maxLength" in part or "string" not in kinds, key
 
 
 # ---- merging
@@ -191,7 +212,7 @@ network: {closing: {summary: {kind: deep_set, channels: [8]}}}
 network: {opening: {inference: {kind: coupling_flow, width: 64}}}
     width is not a known key. Did you mean network.opening.inference.flow_matching.width?
 network: {closing: {inference: {coupling_flow: {hidden: 64}}}}
-    hidden is 64, but must be a list of 1 or more entries, each a whole number, at least 1
+    hidden is 64, but must be a list of 1 to 16 entries, each a whole number, at least 1 and
 network: {closing: {summary: {deep_set: {missing: 1.0}}}}
     missing is 1.0, but must be a number, at least 0 and at most 0.95 (Largest share of missing
 # types
@@ -205,23 +226,23 @@ bank: {shards: true}
 bank:
     bank is empty, but must be a section with the keys shards, curves_per_shard
 motions: closing
-    motions is "closing", but must be a list of 1 or more entries
+    motions is "closing", but must be a list of 1 to 2 entries
 sensor: {stop: .inf}
-    sensor.stop is Infinity, but must be a number, greater than 0
+    sensor.stop is Infinity, but must be a number, at least 1 and at most 10000
 sensor: {zero_sd: .nan}
     sensor.zero_sd is NaN, but must be a number, at least 0
 # ranges
 sensor: {noise_sd: -0.1}
-    sensor.noise_sd is -0.1, but must be a number, greater than 0
+    sensor.noise_sd is -0.1, but must be a number, at least 0.0001 and at most 10
     one sample, mm
 sensor: {start: 2}
-    sensor.start is 2, but must be a number, less than 0
+    sensor.start is 2, but must be a number, at least -1000 and less than 0
 training: {opening: {ema: 1.0}}
     training.opening.ema is 1.0, but must be a number, at least 0 and less than 1
 training: {opening: {device: gpu}}
     device is "gpu", but must be one of auto, cpu, cuda
 motions: []
-    motions is [], but must be a list of 1 or more entries, none twice
+    motions is [], but must be a list of 1 to 2 entries, none twice
 motions: [closing, closing]
     motions is ["closing", "closing"], but
 motions: [closed]
@@ -304,6 +325,53 @@ discrepancy: {components: 0}
 discrepancy: {components: 40}
 sensor: {samples: 39}
     discrepancy.components is 40, but must not exceed sensor.samples (39)
+# what would end without memory, in a traceback, or not at all
+sensor: {stop: 5.8e+7}
+    sensor.stop is 58000000.0, but must be a number, at least 1 and at most 10000
+prior: {mu: {median: 1.0e+300, log_sd: 50}, k_a: {median: 1.0e-06}}
+    prior.mu.median is 1e+300, but must be a number, at least 0.0001 and at most 1000
+    prior.mu.log_sd is 50
+    prior.k_a.median is 1e-06
+prior: {f: {median: 0.01}}
+    prior leaves the contact pressed (f > k_a L) in
+prior: {gamma_b: {median: 900.0, log_sd: 0.5}}
+    prior has drives with a rate of 1.38e+05 / ms (6 log_sd above the medians), too fast to follow
+bank: {shards: 1000, curves_per_shard: 10000000}
+    bank.curves_per_shard is 1e+07, which makes 1.51e+12 times bank.shards (1000) times
+    sensor.samples (151): more than 1e+09
+validation: {draws: 100000}
+    validation.draws is 100000, which makes 1e+08 times validation.curves (1000): more than 2e+07
+endurance: {draws: 1000000000}
+    endurance.draws is 1000000000, but must be a whole number, at least 10 and at most 100000
+rig: {operations: 1000000000}
+    rig.operations is 1000000000, but must be a whole number, at least 2 and at most 100000
+rig: {operations: 90000}
+endurance: {operations_per_job: 1}
+    rig.operations makes more than 2000 jobs. Lower it, or raise endurance.operations_per_job to 45
+rig: {sensor: {rate: 1000.0, length: 9000.0}}
+    rig.sensor makes 9.01e+06 samples of a record, (lead + length) times rate, but must not make
+rig: {operations: 100000, sensor: {length: 9000.0}}
+    rig.sensor makes 9.01e+04 samples of a record, and rig.operations (100000) as many files
+rig: {parameters: {f: 0.4}}
+    rig does not press its contact in new condition: f is 0.4, and k_a L 0.418 mm/ms^2. Raise f
+rig: {wear: {change: {k_a: 1.5}}}
+    rig does not press its contact at the end of its life
+rig: {elements: {linkage: 0.01}}
+    rig.elements.linkage is 0.01, but must be 0 (off) or at least 0.1
+rigs: {elements: {linkage: [0.0, 2.0]}}
+    rigs.elements has linkage: [0, 2], times the strength 1, but a period must be 0 throughout
+sensor: {onset_sd: 1.0e-30}
+    sensor.onset_sd is 1e-30, but must be 0 (off) or at least 0.001
+network: {closing: {summary: {time_series: {width: 2048, blocks: 16}}}}
+    network.closing.summary.time_series has 1.3e+08 weights in its residual blocks, more than
+network: {opening: {inference: {coupling_flow: {hidden: [2048, 2048, 2048]}}}}
+    network.opening.inference.coupling_flow has 3.6e+07 weights, more than 2e+07. Lower hidden
+endurance: {format: {encoding: base64}}
+    endurance.format cannot be used: endurance.format.encoding: base64 is no encoding of text
+endurance: {format: {encoding: klingon}}
+    endurance.format cannot be used: endurance.format.encoding: unknown encoding: klingon
+sensor: {samples: 19}
+    discrepancy.components is 20, but must not exceed sensor.samples (19)
 endurance: {curves: nowhere}
     endurance.curves is nowhere, but there is no CSV file in nowhere/closing/ nor in
     nowhere/opening/. Name a folder
@@ -418,10 +486,18 @@ def test_a_key_that_yaml_does_not_read_as_text_is_unknown_too(complaint):
 
 def test_files_that_cannot_be_read_are_named(tmp_path):
     for name, content, reason in (
-        ("none.yaml", None, "cannot be read"),
+        ("none.yaml", None, "is not there"),
         ("broken.yaml", "seed: [1", "is not valid YAML"),
         ("list.yaml", "- 1", "must hold keys and values"),
-        ("latin.yaml", "seed: é".encode("latin-1"), "is not valid YAML"),
+        ("latin.yaml", "\n# é".encode("latin-1"), "is not UTF-8 text in line 2; save it as UTF-8"),
+        ("wide.yaml", "seed: 2".encode("utf-16"), "is UTF-16 text; save it as UTF-8"),
+        ("large.yaml", f"seed: 2 #{' ' * 2**21}", "has 2.0 MiB, but a configuration needs no more"),
+        ("month.yaml", "seed: 2001-13-01", "has a value that YAML cannot read: month must be"),
+        ("tag.yaml", "seed: !!int x", "has a value that YAML cannot read"),
+        ("bool.yaml", "seed: !!bool x", "has a value that YAML cannot read"),
+        ("digits.yaml", f"seed: {'9' * 5000}", "has a value that YAML cannot read"),
+        ("code.yaml", "seed: !!python/object/apply:os.getpid []", "is not valid YAML"),
+        ("template.yaml", "__use_yte__: true\n?print(1): 2", "is a template"),
     ):
         path = tmp_path / name
         if content is not None:
@@ -442,5 +518,5 @@ def test_snakemake_shows_the_message_and_no_traceback(tmp_path):
     )
     output = result.stdout + result.stderr
     assert result.returncode == 1
-    assert "mine.yaml, line 1: sensor.noise_sd is -0.1, but must be a number, greater" in output
+    assert "mine.yaml, line 1: sensor.noise_sd is -0.1, but must be a number, at" in output
     assert "Traceback" not in output

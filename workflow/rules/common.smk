@@ -4,16 +4,16 @@ import os
 import re
 from pathlib import Path
 
-from breaker.workflow import configuration, modules_of
+from breaker.workflow import ConfigurationError, configuration, modules_of
 
 if workflow.is_main_process:  # jobs run on what was checked before the first one
     try:
         configuration.check(
             config,
             schema=Path(workflow.basedir) / "workflow/schemas/config.schema.yaml",
-            files=workflow.configfiles,
+            files=[*reversed(workflow.configfiles[:-1]), workflow.configfiles[-1]],
         )
-    except configuration.ConfigurationError as error:
+    except ConfigurationError as error:
         raise WorkflowError(str(error)) from None
 
 

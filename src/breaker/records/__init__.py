@@ -14,6 +14,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "export": ["write_curve"],
         "reader": ["open_curves", "read_curves", "require_any"],
         "landmarks": ["main_motion", "raw_time"],
-        "settings": ["FORMAT", "TO_MM", "TO_MS"],
+        "settings": ["FORMAT", "TO_MM", "TO_MS", "complete"],
     },
 )

@@ -61,7 +61,12 @@ def complete(settings: Mapping) -> dict:
             f"endurance.format.delimiter is {settings['delimiter']!r}, but must be one sign"
         )
     try:
-        codecs.lookup(settings["encoding"])
-    except LookupError as error:
+        is_text = codecs.lookup(settings["encoding"])._is_text_encoding  # base64 is not
+    except (LookupError, ValueError) as error:
         raise ValueError(f"endurance.format.encoding: {error}; utf-8, for example") from error
+    if not is_text:
+        raise ValueError(
+            f"endurance.format.encoding: {settings['encoding']} is no encoding of text; utf-8, for "
+            "example"
+        )
     return settings

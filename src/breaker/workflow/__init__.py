@@ -10,8 +10,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "code": ["modules_of"],
-        "configuration": ["ConfigurationError", "chosen_network", "load", "merge", "read"],
+        "configuration": ["chosen_network", "load", "merge", "read"],
         "jobs": ["set_threads", "start"],
         "operations": ["chunks_of"],
+        "sources": ["ConfigurationError", "refuse"],
     },
 )

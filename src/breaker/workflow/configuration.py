@@ -5,21 +5,17 @@ Every default stands in ``config/config.yaml``; an overlay holds only what diffe
 ``breaker.workflow.rules`` defines which keys must be consistent with each other.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 from operator import getitem
 from pathlib import Path
 from typing import Any
 
-import yaml
+from breaker.workflow.sources import ConfigurationError, Sources, parse, place, repeated, short
 
-__all__ = ["ConfigurationError", "check", "chosen_network", "load", "merge", "read"]
+__all__ = ["check", "chosen_network", "load", "merge", "read"]
 
-_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where PyYAML has it
-
-
-class ConfigurationError(ValueError):
-    """What is wrong with a configuration; the text has one line for each problem."""
+_SHOWN = 20  # problems that a message lists
 
 
 def load(paths: Sequence[str | Path], *, schema: str | Path) -> dict[str, Any]:
@@ -48,7 +44,7 @@ def read(path: str | Path) -> dict[str, Any]:
     Raises:
         ConfigurationError: If there is no such file, or it is not YAML with keys at top level.
     """
-    content, _ = _parse(path)
+    content, _ = parse(path)
     if not isinstance(content, dict):
         raise ConfigurationError(f"{path}: must hold keys and values, such as 'seed: 1'")
     return content
@@ -109,88 +105,24 @@ def check(
     from breaker.workflow.rules import RULES
     from breaker.workflow.schema import dotted, problems
 
-    sources = {_short(path): _parse(path) for path in files}
-    found = list(problems(config, read(schema)))
-    wrong = [key for key, _ in found]
+    sources: Sources = {short(path): parse(path) for path in files}
+    lines, wrong = [], []
+    for key, text in problems(config, read(schema)):
+        lines.append(f"{place(config, [key], sources)}{dotted(key)} {text}")
+        wrong.append(key)
     for names, complaint in RULES:
         keys = [tuple(name.split(".")) for name in names]
         if any(bad[: len(key)] == key[: len(bad)] for key in keys for bad in wrong):
             continue  # a rule is about keys that are right by themselves
         if text := complaint(*(reduce(getitem, key, config) for key in keys)):
-            found.append((keys[0], text))
-    lines = [f"{_place(config, key, sources)}{dotted(key)} {text}" for key, text in found]
+            lines.append(f"{place(config, keys, sources)}{names[0]} {text}")
     for path, (_, node) in sources.items():
-        lines += [f"{path}, {text}" for text in _repeated(node)]
+        lines += [f"{path}, {text}" for text in repeated(node)]
     lines = list(dict.fromkeys(lines))  # both motions may have the same to say of the bank
     if lines:
         count = "a problem" if len(lines) == 1 else f"{len(lines)} problems"
+        more = [f"and {len(lines) - _SHOWN} more"] if len(lines) > _SHOWN else []
         raise ConfigurationError(
-            "\n  ".join([f"The configuration has {count}:", *lines])
+            "\n  ".join([f"The configuration has {count}:", *lines[:_SHOWN], *more])
             + "\nEvery key is explained in config/config.yaml."
         )
-
-
-# ---- files and lines ---------------------------------------------------------------------------
-
-
-def _short(path: str | Path) -> Path:
-    """Return a path from where we are: Snakemake gives whole paths, messages stay short."""
-    path = Path(path)
-    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
-
-
-def _parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
-    """Return what a YAML file holds, and the nodes it is made of, which know their lines."""
-    path = _short(path)
-    try:
-        loader = _Loader(path.read_text(encoding="utf-8"))
-        node = loader.get_single_node()
-        return (None if node is None else loader.construct_document(node)), node
-    except OSError as error:
-        raise ConfigurationError(f"{path}: cannot be read: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = " ".join(str(error).split())
-        raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error
-
-
-def _entries(node: yaml.Node | None) -> list[tuple[str, int, yaml.Node]]:
-    """Return key or number, line from 1, and node of each entry of a section or list."""
-    if isinstance(node, yaml.MappingNode):
-        return [(name.value, name.start_mark.line + 1, value) for name, value in node.value]
-    if isinstance(node, yaml.SequenceNode):
-        return [(str(i), value.start_mark.line + 1, value) for i, value in enumerate(node.value)]
-    return []
-
-
-def _repeated(node: yaml.Node | None) -> Iterator[str]:
-    """Yield a complaint for every key that stands twice in one section."""
-    lines: dict[str, int] = {}
-    for name, line, value in _entries(node):
-        if name in lines:
-            yield f"line {line}: {name} stands in line {lines[name]} already. Remove one of them."
-        lines[name] = line
-        yield from _repeated(value)
-
-
-def _place(
-    config: Mapping[str, Any], key: Sequence, sources: Mapping[Path, tuple[Any, yaml.Node]]
-) -> str:
-    """Return the file and line that a value comes from, as the start of a message."""
-    try:
-        value = reduce(getitem, key, config)
-    except (KeyError, IndexError):
-        return _place(config, key[:-1], sources)  # a key that is missing: that of its section
-    for path, (content, node) in sources.items():
-        try:
-            own = reduce(getitem, key, content)
-        except (KeyError, IndexError, TypeError):
-            continue
-        # As text: NaN is not equal to itself, and True is equal to 1.
-        if not (isinstance(value, Mapping) or repr(own) == repr(value)):
-            continue
-        line = None
-        for part in key:
-            below = {name: (line, value) for name, line, value in _entries(node)}
-            line, node = below.get(str(part), (None, None))
-        return f"{path}, line {line}: " if line else f"{path}: "
-    return "command line: " if sources else ""

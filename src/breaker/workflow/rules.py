@@ -11,6 +11,7 @@ from typing import Any
 
 from breaker.mechanism import MOTIONS, NAMES, Limit
 from breaker.records import csv_files
+from breaker.workflow.magnitudes import MAGNITUDES
 
 __all__ = ["RULES"]
 
@@ -164,4 +165,5 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     ),
     (("limits", "motions"), _limits),
     (("endurance.curves", "motions"), _curves),
+    *MAGNITUDES,
 )

@@ -119,7 +119,10 @@ def _unknown(key: Key, name: Any, root: _Schema, siblings: Sequence[str]) -> str
 
 def _wrong(value: Any, schema: _Schema) -> str:
     """Say which value is wrong, what is allowed, what the key means, and how to mend it."""
-    shown = "empty" if value is None else json.dumps(value, ensure_ascii=False, default=str)
+    try:
+        shown = "empty" if value is None else json.dumps(value, ensure_ascii=False, default=str)
+    except TypeError:  # a section with a key that JSON does not know, such as a date
+        shown = str(value)
     if len(shown) > 60:
         shown = shown[:57] + "..."
     meaning = f" ({schema['description'].rstrip('.')})" if "description" in schema else ""
@@ -140,14 +143,19 @@ def _allowed(schema: _Schema) -> str:
     bounds = [f"{words} {schema[bound]}" for bound, words in _BOUNDS.items() if bound in schema]
     text += ", " + " and ".join(bounds) if bounds else ""
     text += ", not empty" if "minLength" in schema else ""
+    text += f", of {schema['maxLength']} signs at most" if "maxLength" in schema else ""
     if "items" in schema:
-        least = schema.get("minItems", 0)
-        text += f" of {least} or more entries" if least else ""
+        least, most = schema.get("minItems", 0), schema.get("maxItems")
+        text += f" of {least} or more entries" if most is None else f" of {_between(least, most)}"
         text += ", none twice" if schema.get("uniqueItems") else ""
         text += f", each {_allowed(schema['items'])}"
     if "properties" in schema:
         text += f" with the keys {', '.join(schema['properties'])}"
     return text
+
+
+def _between(least: int, most: int) -> str:
+    return f"{most} entries" if least == most else f"{least} to {most} entries"
 
 
 def _hint(value: Any, schema: _Schema) -> str:

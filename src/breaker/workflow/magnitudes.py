@@ -1,0 +1,190 @@
+"""Conditions that keep a configuration finite: memory, jobs, files, and drives that can move.
+
+The schema bounds every number by itself. These rules bound what several of them make together, and
+come with ``breaker.workflow.rules``. The bounds are far above what is of use; what they exclude
+would end in a traceback, without memory, or not at all.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from breaker.mechanism import MOTIONS, NAMES
+from breaker.records import complete
+
+__all__ = ["MAGNITUDES"]
+
+_JOBS = 2000  # of a rule: Snakemake plans them in a minute
+_SAMPLES = 200_000  # of a simulated record
+_ROWS = 200_000_000  # of all files of the stand-in and a motion: some 4 GB
+_WEIGHTS = 20_000_000  # of a part of a network: 80 MB
+_RATE = 1e6  # fastest rate times length of a record; breaker.mechanism follows no more
+_FAR = 6.0  # prior sd at which a drive still has to be that slow
+_SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
+_LINKAGE = 0.1  # ms, least period that the simulation of a drive follows
+
+
+def _product(names: tuple[str, ...], most: float, *values: float) -> str | None:
+    product = math.prod(values)
+    if product <= most:
+        return None
+    listed = " times ".join(
+        f"{n} ({value:g})" for n, value in zip(names[1:], values[1:], strict=True)
+    )
+    return (
+        f"is {values[0]:g}, which makes {product:.3g} times {listed}: more than {most:.3g}, for "
+        "which the memory is meant. Lower one of them."
+    )
+
+
+def _jobs(
+    size_name: str, count: int | Mapping[str, int], size: int, *curves: str | None
+) -> str | None:
+    most = max(count.values()) if isinstance(count, Mapping) else count
+    if most / size <= _JOBS or any(curves):
+        return None
+    least = math.ceil(most / _JOBS)
+    return f"makes more than {_JOBS} jobs. Lower it, or raise {size_name} to {least} or more."
+
+
+def _files(sensor: Mapping[str, float], operations: int) -> str | None:
+    samples = (sensor["lead"] + sensor["length"]) * sensor["rate"]
+    if samples > _SAMPLES:
+        return (
+            f"makes {samples:.3g} samples of a record, (lead + length) times rate, but must not "
+            f"make more than {_SAMPLES}. Lower one of them."
+        )
+    if samples * operations > _ROWS:
+        return (
+            f"makes {samples:.3g} samples of a record, and rig.operations ({operations}) as many "
+            f"files: more than {_ROWS:.0e} lines. Lower one of them."
+        )
+    return None
+
+
+def _support(prior: Mapping[str, Mapping[str, float]]) -> str | None:
+    """The closing force has to exceed that of the opening spring, f > k_a L, now and then."""
+    offset, *others = (math.log(prior[name]["median"]) for name in ("f", "k_a", "L"))
+    spread = math.hypot(*(prior[name]["log_sd"] for name in ("f", "k_a", "L")))
+    share = 0.5 * math.erfc(-(offset - sum(others)) / spread / math.sqrt(2))
+    if share >= _SUPPORT:
+        return None
+    return (
+        f"leaves the contact pressed (f > k_a L) in {share:.1e} of its draws, but must in "
+        f"{_SUPPORT:g} of them at least. Raise prior.f.median, or lower that of k_a or L."
+    )
+
+
+def _rate(prior: Mapping[str, Mapping[str, float]], sensor: Mapping[str, float]) -> str | None:
+    """The fastest rate of a drive far out in the prior, as in ``breaker.mechanism``."""
+    mu, k_a, k_b, gamma_a, gamma_b, _, _ = (
+        prior[name]["median"] * math.exp(_FAR * prior[name]["log_sd"]) for name in NAMES
+    )
+    rate = math.sqrt(k_a + k_b * (1 + mu)) + gamma_a + gamma_b * (1 + mu)
+    length = sensor["stop"] - sensor["start"]
+    if rate * length <= _RATE:
+        return None
+    return (
+        f"has drives with a rate of {rate:.3g} / ms ({_FAR:g} log_sd above the medians), too fast "
+        f"to follow over the {length:g} ms of sensor.start and sensor.stop. Lower a median or "
+        "log_sd of mu, k_b, gamma_a or gamma_b."
+    )
+
+
+def _pressed(rig: Mapping[str, Any]) -> str | None:
+    """The rig closes in new condition and at the end of its life."""
+    new = rig["parameters"]
+    worn = {
+        name: value * (1.0 + rig["wear"]["change"].get(name, 0.0)) for name, value in new.items()
+    }
+    for condition, at in (("in new condition", new), ("at the end of its life", worn)):
+        if at["f"] <= at["k_a"] * at["L"]:
+            return (
+                f"does not press its contact {condition}: f is {at['f']:.3g}, and k_a L "
+                f"{at['k_a'] * at['L']:.3g} mm/ms^2. Raise f, or lower k_a or L."
+            )
+    return None
+
+
+def _off_or_above(least: float, value: float) -> str | None:
+    if value == 0 or value >= least:
+        return None
+    return f"is {value:g}, but must be 0 (off) or at least {least:g}."
+
+
+def _linkages(elements: Mapping[str, Any], strength: float = 1.0) -> str | None:
+    low, high = elements["linkage"]
+    if high == 0 or strength == 0 or low * strength >= _LINKAGE:
+        return None
+    return (
+        f"has linkage: [{low:g}, {high:g}], times the strength {strength:g}, but a period must be "
+        f"0 throughout (rigid) or at least {_LINKAGE:g} ms."
+    )
+
+
+def _residual(what: str, network: Mapping[str, int]) -> str | None:
+    weights = 2 * network["width"] ** 2 * network["blocks"]
+    if weights <= _WEIGHTS:
+        return None
+    return f"has {weights:.1e} weights in {what}, more than {_WEIGHTS:.0e}. Lower width or blocks."
+
+
+def _couplings(network: Mapping[str, Any]) -> str | None:
+    hidden = network["hidden"]
+    pairs = zip(hidden, [*hidden[1:], 30 * network["bins"]], strict=True)  # to splines at the end
+    weights = network["transforms"] * sum(math.prod(pair) for pair in pairs)
+    if weights <= _WEIGHTS:
+        return None
+    return f"has {weights:.1e} weights, more than {_WEIGHTS:.0e}. Lower hidden or transforms."
+
+
+def _format(settings: Mapping[str, Any]) -> str | None:
+    try:
+        complete(settings)
+    except ValueError as error:
+        return f"cannot be used: {error}"
+    return None
+
+
+_PRODUCTS = {
+    ("bank.curves_per_shard", "bank.shards", "sensor.samples"): 1e9,
+    ("prior_predictive.curves", "sensor.samples"): 1e8,
+    ("discrepancy.drives", "sensor.samples"): 1e8,
+    **{(f"training.{motion}.batch", "sensor.samples"): 1e8 for motion in MOTIONS},
+    ("solver.draws", "solver.curves"): 1e6,
+    ("validation.draws", "validation.curves"): 2e7,
+    ("correction.draws", "sensor.samples"): 5e7,
+    ("correction.round_draws", "sensor.samples"): 5e7,
+    ("endurance.draws", "endurance.operations_per_job"): 2e7,
+    ("endurance.draws", "sensor.samples"): 5e7,
+    ("wear_model.lines", "wear_model.horizon"): 2e7,
+    ("lives.draws", "lives.operations"): 1e8,
+}
+_IN_JOBS = (  # what, and how much of it is in a job
+    ("rig.operations", "endurance.operations_per_job", "endurance.curves"),
+    ("lives.lives", "lives.lives_per_job"),
+    ("judged.rigs", "judged.rigs_per_job"),
+    ("judged.lives", "judged.lives_per_job"),
+    ("judged.faults", "judged.faults_per_job"),
+)
+
+MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
+    *((names, partial(_product, names, most)) for names, most in _PRODUCTS.items()),
+    *((names, partial(_jobs, names[1])) for names in _IN_JOBS),
+    (("rig.sensor", "rig.operations"), _files),
+    (("rig",), _pressed),
+    (("prior",), _support),
+    (("prior", "sensor"), _rate),
+    (("sensor.onset_sd",), partial(_off_or_above, 0.001)),
+    (("rig.elements.linkage",), partial(_off_or_above, _LINKAGE)),
+    (("rigs.elements", "rigs.strength"), _linkages),
+    (("judged.foreign",), _linkages),
+    *(
+        ((f"network.{motion}.{part}",), partial(_residual, "its residual blocks"))
+        for motion in MOTIONS
+        for part in ("summary.time_series", "summary.deep_set", "inference.flow_matching")
+    ),
+    *((((f"network.{motion}.inference.coupling_flow"),), _couplings) for motion in MOTIONS),
+    (("endurance.format",), _format),
+)
