@@ -395,6 +395,7 @@ def test_chunks_through_stores_are_the_whole(inferred, operations, tmp_path):
 # ---- both posteriors -----------------------------------------------------------------------------
 
 DRAWN = ["draws", "median", "interval_50", "interval_95", "p_value", "misfit", "outside_support"]
+DRAWN += ["far_onset"]
 
 
 @pytest.fixture(scope="module")
@@ -448,7 +449,7 @@ def test_table_of_both_is_tidy(inferred, operations, both):
         *("operation", "posterior", "output", "unit", "median"),
         *("interval_50_lower", "interval_50_upper", "interval_95_lower", "interval_95_upper"),
         *("p_value", "misfit", "outside_prior", "outside_support", "accepted", "reason", "file"),
-        *("resolved", "effective_size", "pareto_k"),
+        *("far_onset", "resolved", "effective_size", "pareto_k"),
     ]
     assert rows.operation.tolist() == np.repeat(OPERATIONS, 2 * Q).tolist()
     assert rows.posterior.tolist() == 6 * (Q * ["amortised"] + Q * ["corrected"])

@@ -6,7 +6,16 @@ import xarray as xr
 from scipy.stats import chi2, norm
 
 from breaker.model.randomness import generator
-from breaker.posterior.missing import remove, widening
+from breaker.posterior.missing import completed, expected, remove, widening
+from tests.networks_fixtures import (
+    MARKS,
+    frozen,
+    left_out,
+    one_thread,  # noqa: F401
+    simulated,
+)
+
+pytestmark = MARKS
 
 
 def removed(share, *, n=40, t=10, name="remove"):
@@ -71,6 +80,43 @@ def test_what_is_missing_already_stays_missing():
     found = remove(measured, 0.5, generator(1, "test missing", "already"))
     assert np.isnan(found[1, 2])
     assert np.isnan(found).sum() >= 9
+
+
+# ---- completed records ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("discrepancy", [None, left_out(size=0.5)])
+def test_completed_records_are_those_of_the_prior(discrepancy):
+    """Completed samples have the moments of records that lost nothing.
+
+    Of 400 records, each sample of which is about normal; the mean of their standardised squared
+    errors has an sd of sqrt(2 / 400), and half as many samples are independent as there are. False
+    alarm 1e-3 for the mean over samples; records are not quite normal, so 0.1 more is allowed.
+    Planted fault: the covariance that is left is forgotten.
+    """
+    posterior = frozen(discrepancy=discrepancy, curves=64).at(1.0 if discrepancy else 0.0)
+    model, (values, exact, _) = posterior.model, simulated(posterior, 400)
+    records = model.sensor.corrupt(exact + model.shift(values), generator(1, "test missing", "c"))
+    lost = np.zeros(31, bool)
+    lost[[3, 8, 9, 10, 11, 20]] = True
+    squares = {"drawn": [], "expected": []}
+    for record in records:
+        lacking = np.where(lost, np.nan, record)
+        many, middle = completed(model, lacking, 60), expected(model, lacking)
+        np.testing.assert_array_equal(many[:, ~lost], np.tile(record[~lost], (60, 1)))
+        sd = many[:, lost].std(axis=0)
+        squares["drawn"].append(np.square((record - middle)[lost] / sd))
+        squares["expected"].append(np.square((record - middle)[lost] / model.sensor.noise_sd))
+    assert abs(np.mean(squares["drawn"]) - 1.0) < 3.3 * np.sqrt(2 / 400) + 0.1
+    assert np.mean(squares["expected"]) > 2.0
+
+
+def test_completion_depends_on_the_record_alone():
+    model = frozen(curves=64).model
+    record = np.where(np.arange(31) % 2, np.nan, 5.0)
+    np.testing.assert_array_equal(completed(model, record, 5), completed(model, record, 9)[:5])
+    other = frozen(curves=64).model
+    np.testing.assert_array_equal(completed(model, record, 5), completed(other, record, 5))
 
 
 # ---- widening ------------------------------------------------------------------------------------

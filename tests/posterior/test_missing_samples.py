@@ -1,20 +1,23 @@
-"""Records with missing samples: in batches, and through a posterior."""
+"""Records with missing samples: in batches, and through a posterior, of the default network too."""
 
 import numpy as np
 import pytest
 import torch
-from scipy.stats import kstest
+import xarray as xr
+from scipy.stats import chi2, kstest
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
 from breaker.posterior.batches import Rows
+from breaker.posterior.corrections import correct
 from breaker.posterior.exactness import correct_operations
-from breaker.posterior.predictive import infer, predict_stages
+from breaker.posterior.missing import completed
+from breaker.posterior.predictive import infer, predict_stages, summaries
 from breaker.posterior.tables import table
 from breaker.records.export import write_curve
+from breaker.records.manifest import Operation
 from breaker.records.reader import read_curves
-from breaker.records.settings import FORMAT
 from tests.networks_fixtures import (
     COMBINATIONS,
     DEEP_SET,
@@ -22,9 +25,13 @@ from tests.networks_fixtures import (
     NETWORK,
     bank_of,
     curved_model,
+    frozen,
+    left_out,
     new_trainer,
     noise_of,
     one_thread,  # noqa: F401
+    pin,
+    simulated,
 )
 
 pytestmark = MARKS
@@ -34,7 +41,7 @@ SETS = {"summary": DEEP_SET, "inference": NETWORK["inference"]}
 
 @pytest.fixture(scope="module")
 def curved():
-    """A model that accepts missing samples, and whole records."""
+    """A model that takes missing samples, and whole records."""
     return curved_model(SETS)
 
 
@@ -117,32 +124,66 @@ def test_draws_and_density_are_those_of_the_networks(curved):
 
 
 @pytest.mark.parametrize("method", ["sample", "log_prob", "distance"])
-def test_records_that_a_network_does_not_answer_for_are_refused(curved, series, method):
+def test_records_that_nothing_is_known_of_are_refused(curved, series, method):
     def ask(posterior, records):
         values, noise = np.ones((5, 1, 8)), noise_of(posterior, 5, 2)
         more = {"sample": [records, noise], "log_prob": [values, records], "distance": [records]}
         return getattr(posterior, method)(*more[method])
 
-    posterior, whole = curved
-    infinite, few = whole.copy(), lose(whole, 0.5)
-    infinite[2, 3] = -np.inf
-    just = few.copy()
+    _, whole = curved
+    infinite, empty = whole.copy(), whole.copy()
+    infinite[2, 3], empty[1] = -np.inf, np.nan
+    for posterior in (curved[0], series[0]):
+        for records, message in (
+            (infinite, "1 of 5 records have infinite samples"),
+            (empty, "1 of 5 records have no sample"),
+            (whole[:, ::2], r"shape \(o, 31\), not \(5, 16\)"),
+        ):
+            with pytest.raises(ValueError, match=message):
+                ask(posterior, records)
+    assert np.isfinite(ask(curved[0], lose(whole, 0.5))).all()
+
+
+def test_there_is_no_density_of_completed_records(curved, series):
+    """The message has the remedy."""
+    whole, values = curved[1], np.ones((5, 1, 8))
+    few = lose(whole, 0.5)
     few[3, np.flatnonzero(~np.isnan(few[3]))[:2]] = np.nan
-    train_with = "train it with (a larger )?network.closing.summary"
-    for model, records, message in (
-        (posterior, infinite, "1 of 5 records have infinite samples"),
-        (posterior, few, rf"17 of 31 samples .* at most 15; {train_with}.deep_set.missing"),
-        (posterior, whole[:, ::2], r"shape \(o, 31\), not \(5, 16\)"),
-        (series[0], infinite, "1 of 5 records have infinite samples"),
-        (
-            series[0],
-            lose(whole, 0.1),
-            rf"3 of 31 .* at most 0; {train_with}.kind: deep_set",
-        ),
+    train = "has no density; train it with (a larger )?network.closing.summary"
+    for posterior, records, message in (
+        (curved[0], few, rf"1 of 5 records miss more than 50% .* {train}.deep_set.missing"),
+        (series[0], lose(whole, 0.1), rf"5 of 5 .* more than 0% .* {train}.kind: deep_set"),
     ):
         with pytest.raises(ValueError, match=message):
-            ask(model, records)
-    assert np.isfinite(ask(posterior, just)).all()
+            posterior.log_prob(values, records)
+
+
+@pytest.mark.parametrize("draws", [7, 250])
+def test_a_network_of_whole_records_draws_from_completed_ones(series, draws):
+    """As many draws from each, whatever their number; those of whole records stay as they are."""
+    posterior, whole = series
+    records, noise = whole.copy(), noise_of(posterior, 5, draws)
+    records[1, 4:20:3] = np.nan
+    found = posterior.sample(records, noise)
+    assert posterior.completes(records).tolist() == [False, True, False, False, False]
+    others = [0, 2, 3, 4]
+    np.testing.assert_array_equal(found[others], posterior.sample(whole, noise)[others])
+    each = completed(posterior.model, records[1], 100)
+    for k in range(draws):
+        alone = posterior.sample(each[k % 100][None], noise[1:2, k : k + 1])[0]
+        np.testing.assert_allclose(found[1, k], alone[0], rtol=1e-4)
+        if k == 12:
+            break
+
+
+def test_a_deep_set_beyond_its_training_draws_from_completed_records(curved):
+    posterior, whole = curved
+    records = lose(whole, 0.8)
+    assert posterior.completes(records).all()
+    found = posterior.sample(records, noise_of(posterior, 5, 3))
+    each = completed(posterior.model, records[0], 100)[:1]
+    alone = posterior.sample(each, noise_of(posterior, 5, 3)[:1, :1])
+    np.testing.assert_allclose(found[0, 0], alone[0, 0], rtol=1e-4)
 
 
 def test_distance_of_records_with_missing_samples(curved, series):
@@ -187,27 +228,25 @@ def files(tmp_path_factory, curved):
         write_curve(
             folder / f"{k}.csv", time[keep], (exact + noise)[keep], motion="closing", operation=k
         )
-    return [(k, folder / f"{k}.csv") for k in (1, 2)]
+    return [Operation(k, folder / f"{k}.csv") for k in (1, 2)]
 
 
 def read(files, posterior):
-    return read_curves(files, FORMAT | {"missing": 0.5}, posterior.sensor.times, "closing")
+    return read_curves(files, {}, posterior.sensor.times, "closing")
 
 
-def test_a_network_of_whole_records_rejects_the_others_with_the_remedy(files, series):
+def test_a_network_of_whole_records_answers_and_says_that_it_approximates(files, series):
     posterior, _ = series
     curves = read(files, posterior)
     found = infer(posterior, curves, draws=30, seed=1, misfit_p_value=1e-3)
-    assert curves.accepted.all(), curves.reason.values
     assert curves.missing.values.tolist() == [0, 12]
-    assert found.accepted.values.tolist() == [True, False]
-    assert np.isnan(found.draws.values[1]).all()
-    assert found.reason.values[1] == (
-        f"{files[1][1]}: no posterior: 12 of 31 samples are missing, and the network of closing "
-        "takes at most 0; train it with network.closing.summary.kind: deep_set"
-    )
+    assert found.accepted.all(), found.reason.values
+    assert found.completed.values.tolist() == [False, True]
+    assert np.isfinite(found.draws.values).all()
     rows = table(found)
     assert rows.missing.tolist() == [0] * 8 + [12] * 8
+    assert rows.completed.tolist() == [False] * 8 + [True] * 8
+    assert {"remarks", "masked", "far_onset"} <= set(rows.columns)
 
 
 def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(files, curved):
@@ -232,6 +271,128 @@ def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(files, curved):
     assert np.isfinite(stages.lower.values).all()
     assert np.isnan(stages.travel.values).sum(axis=1).tolist() == [0, 12]
     assert (stages.share_inside.values > 0.7).all()
+
+
+# ---- exact posteriors ---------------------------------------------------------------------------
+
+SETTINGS = {"round_draws": 500, "draws": 2000, "rounds": 20, "efficiency": 0.6}
+SETTINGS |= {"fit_size": 100, "smallest_size": 400, "largest_k": 0.7}
+
+
+def smallest_p_value(draws, values):
+    """Of the truth's rank among draws being uniform, by five bins; the smallest of all outputs."""
+    shares = [(each < true).mean(axis=0) for each, true in zip(draws, values, strict=True)]
+    counts = [np.histogram(column, np.linspace(0.0, 1.0, 6))[0] for column in np.transpose(shares)]
+    expected = len(shares) / 5
+    return chi2(4).sf(np.square(np.subtract(counts, expected)).sum(axis=1) / expected).min()
+
+
+@pytest.mark.parametrize("discrepancy", [False, True])
+def test_corrected_posteriors_of_records_with_missing_samples_are_calibrated(discrepancy):
+    """Of records cut off in their middle or with samples lost, from draws of the prior.
+
+    The smallest of eight p-values is below 1e-3 / 8 with a probability of at most 1e-3. Planted
+    fault: posteriors that are too narrow.
+    """
+    known = left_out(size=0.1) if discrepancy else None
+    posterior = pin(frozen(discrepancy=known, curves=256), 0.0, 1.0).at(float(discrepancy))
+    values, exact, _ = simulated(posterior, 40)
+    exact = exact + posterior.model.shift(values)
+    records = posterior.sensor.corrupt(exact, generator(4, "test records"))
+    lacking = lose(records, 0.5)
+    lacking[::2] = np.where(posterior.sensor.times < 12.0, records[::2], np.nan)
+    draws = posterior.sample(lacking, noise_of(posterior, 40, 300))
+
+    def found(given, start, i):
+        return correct(posterior.model, given, start, SETTINGS, np.random.default_rng(i))
+
+    exact = [found(*each, i) for i, each in enumerate(zip(lacking, draws, strict=True))]
+    assert np.mean([each.resolved for each in exact]) >= 0.95
+    assert smallest_p_value([each.draws for each in exact], values) > 1e-3 / 8
+    narrow = [
+        each.draws.mean(axis=0) + 0.3 * (each.draws - each.draws.mean(axis=0)) for each in exact
+    ]
+    assert smallest_p_value(narrow, values) < 1e-4
+
+
+def odd_records(record):
+    """Records that a reader might let through, one by one."""
+    at = np.arange(record.size)
+    return {
+        "zeros": 0.0 * record,
+        "constant": np.full(record.size, 10.0),
+        "huge": np.full(record.size, 1e6),
+        "huge times": 1e30 * record,
+        "two samples": np.where(np.isin(at, [3, 20]), record, np.nan),
+        "one sample": np.where(at == 20, record, np.nan),
+        "one huge sample": np.where(at == 20, 1e12, np.nan),
+        "no sample": np.full(record.size, np.nan),
+        "infinite": np.where(at == 5, np.inf, record),
+        "backwards": record[::-1],
+        "spike": np.where(at == 9, 1e5, record),
+    }
+
+
+@pytest.mark.parametrize("scale", [0.0, 1.0])
+def test_no_odd_record_stops_the_others(scale):
+    """Each has a posterior, or a reason; the ones beside it are as without it."""
+    posterior, whole = curved_model(discrepancy=left_out())
+    posterior = posterior.at(scale)
+    odd = odd_records(whole[0])
+    travel = np.array([whole[1], *odd.values(), whole[2]])
+    n = len(travel)
+    curves = xr.Dataset(
+        {
+            "travel": (("operation", "time"), travel),
+            "accepted": ("operation", np.ones(n, bool)),
+            "reason": ("operation", np.array([""] * n)),
+            "file": ("operation", ["first", *odd, "last"]),
+        },
+        {"operation": np.arange(n)},
+    )
+    settings = SETTINGS | {"rounds": 3, "round_draws": 200, "draws": 500}
+    common = {"seed": 1, "misfit_p_value": 1e-3}
+    found = infer(posterior, curves, draws=60, **common)
+    exact = correct_operations(posterior.model, found, settings, **common)
+    for i, name in enumerate(found.file.values):
+        answered = np.isfinite(found.draws.values[i]).all()
+        assert answered == found.accepted.values[i] == (found.reason.values[i] == "")
+        if answered:
+            assert exact.resolved.values[i] == (exact.why_unresolved.values[i] == ""), name
+        else:
+            assert found.reason.values[i].startswith(f"{name}: no posterior: ")
+    assert found.accepted.values[[0, 5, 6, -1]].all()
+    assert not found.accepted.values[[8, 9]].any()
+    ends = infer(posterior, curves.isel(operation=[0, -1]), draws=60, **common)
+    np.testing.assert_array_equal(found.draws[[0, -1]], ends.draws)
+    predict_stages(posterior.model, exact, stages=n, seed=1)
+
+
+def test_an_error_in_the_correction_is_its_reason(files, series, monkeypatch):
+    posterior, _ = series
+    found = infer(posterior, read(files, posterior), draws=30, seed=1, misfit_p_value=1e-3)
+
+    def fails(model, record, *rest):
+        if np.isnan(record).any():
+            raise ZeroDivisionError("a planted fault")
+        return correct(model, record, *rest)
+
+    monkeypatch.setattr("breaker.posterior.exactness.correct", fails)
+    exact = correct_operations(posterior.model, found, SETTINGS, seed=1, misfit_p_value=1e-3)
+    assert not exact.resolved.values[1]
+    assert exact.why_unresolved.values[1] == (
+        "no exact posterior: ZeroDivisionError: a planted fault"
+    )
+    assert np.isfinite(exact.draws.values[0]).all()
+
+
+def test_an_onset_far_from_the_time_that_was_read_is_a_flag(series):
+    """Beyond 4 prior sd, early or late."""
+    posterior, _ = series
+    values = np.tile(np.append(posterior.prior.medians, 0.0), (4, 20, 1))
+    values[:, :, 7] = 0.3 * np.array([-4.1, -3.9, 3.9, 4.1])[:, None]
+    found = summaries(posterior.model, values, np.full(4, 0.5), 1e-3)
+    assert found["far_onset"].values.tolist() == [True, False, False, True]
 
 
 # ---- training -----------------------------------------------------------------------------------

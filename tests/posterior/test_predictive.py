@@ -248,9 +248,10 @@ def test_validation_with_samples_missing():
     assert not np.array_equal(other, lost)
 
 
-def test_a_network_that_takes_no_missing_samples_says_so(posterior):
-    with pytest.raises(ValueError, match=r"samples are missing.*deep_set"):
-        validate(posterior, 3, 5, seed=11, missing=0.3)
+def test_a_network_of_whole_records_is_validated_with_missing_samples(posterior):
+    found = validate(posterior, 3, 5, seed=11, missing=0.3)
+    assert np.isnan(found.measured.values).sum(axis=1).tolist() == [9, 9, 9]
+    assert np.isfinite(found.draws.values).all()
 
 
 # ---- stages ----------------------------------------------------------------------------------
@@ -300,7 +301,7 @@ def test_share_inside_counts_the_main_motion_alone(posterior, curves):
 
 def test_no_accepted_operation_has_no_stages(posterior, inferred):
     rejected = inferred.sel(operation=[6, 21])
-    with pytest.raises(ValueError, match="no operation was accepted"):
+    with pytest.raises(ValueError, match="no operation has a posterior"):
         predict_stages(posterior.model, rejected, stages=2, seed=1)
 
 
@@ -315,6 +316,7 @@ def test_table_is_tidy(inferred):
         *("operation", "output", "unit", "median"),
         *("interval_50_lower", "interval_50_upper", "interval_95_lower", "interval_95_upper"),
         *("p_value", "misfit", "outside_prior", "outside_support", "accepted", "reason", "file"),
+        *("completed", "far_onset"),
     ]
     assert rows.operation.tolist() == [k for k in range(3, 24, 3) for _ in range(8)]
     assert rows.output.tolist()[:8] == [*NAMES, "onset"]

@@ -123,7 +123,7 @@ def test_pointwise_band():
 def test_share_inside():
     values = np.array([[0.0, 1.0, 2.0, np.nan], [5.0, 1.0, 1.0, 1.0]])
     lower, upper = np.full(4, 0.5), np.full(4, 2.0)
-    assert share_inside(values, lower, upper).tolist() == [0.5, 0.75]
+    assert share_inside(values, lower, upper).tolist() == [2 / 3, 0.75]  # NaN does not count
     where = [False, True, True, False]
     assert share_inside(values, lower, upper, where=where).tolist() == [1.0, 1.0]
 

@@ -37,9 +37,10 @@ def prior_predictive(
     axis.plot(curves["time"], check.median, color=style.MODEL, lw=2)
     handles = [style.line_key("single curves of the prior", style.PRIOR, lw=1), _MEDIAN, _BAND]
     for i, operation in enumerate(measured["operation"].values):
-        curve, dashes = measured["travel"].sel(operation=operation), _DASHES[i % len(_DASHES)]
+        curve = measured["travel"].sel(operation=operation).dropna("time")
+        dashes = _DASHES[i % len(_DASHES)]
         label = f"endurance test, operation {operation}"
-        handles += axis.plot(measured["time"], curve, color=style.MEASURED, ls=dashes, label=label)
+        handles += axis.plot(curve["time"], curve, color=style.MEASURED, ls=dashes, label=label)
     axis.set(xlabel=style.TIME, ylabel=style.TRAVEL)
     axis.margins(x=0)
     few = int(np.sum(check.inside < check.least))

@@ -119,7 +119,7 @@ class Modes(NamedTuple):
     variances: np.ndarray
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=512)
 def modes(sensor, present: bytes) -> Modes:
     """Return the modes of a ``Sensor``'s discrepancy.
 

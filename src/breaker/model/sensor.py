@@ -138,11 +138,15 @@ class Sensor:
         """Yield which residuals ``(..., t)`` miss the same samples, and the modes of these."""
         there = ~np.isnan(residual)
         rows = there.reshape(-1, self.samples)
-        if (rows == rows[0]).all():
+        if len(rows) and (rows == rows[0]).all():
             yield ..., modes(self, rows[0].tobytes())
             return
-        for pattern in np.unique(rows, axis=0):
-            yield (there == pattern).all(axis=-1), modes(self, pattern.tobytes())
+        # Every record may miss samples of its own, so rows are compared with no other row.
+        alike: dict[bytes, list[int]] = {}
+        for i, row in enumerate(rows):
+            alike.setdefault(row.tobytes(), []).append(i)
+        for present, numbers in alike.items():
+            yield np.unravel_index(numbers, there.shape[:-1]), modes(self, present)
 
     def _precision(self, residual: np.ndarray) -> np.ndarray:
         """Multiply ``(..., t)`` by the inverse of a record's covariance; missing samples give 0."""

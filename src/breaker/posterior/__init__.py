@@ -20,6 +20,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "predict_stages",
             "predictive_p_value",
             "sample_records",
+            "share_inside",
             "validate",
         ],
         "solver": ["convergence", "held_out_log_density", "records"],

@@ -115,7 +115,9 @@ def correct(
     drawn: list[_Draws] = []  # all so far, adaptation and result
     result, rounds, failure = None, 0, ""
     try:
-        proposal = TriangularMap.fit(model.standardise(draws))
+        with np.errstate(divide="ignore"):  # a draw of 0 makes no map
+            z = model.standardise(draws)
+        proposal = TriangularMap.fit(z)
         while rounds < settings["rounds"] and (not result or _reason(result.weights, settings)):
             drawn.append(_Draws.of(proposal, settings["round_draws"], model, record, rng))
             proposal = _refit(drawn, settings["fit_size"])

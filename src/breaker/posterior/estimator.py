@@ -5,7 +5,7 @@ The one place where networks meet the breaker. Networks see the standardised out
 what the model leaves out.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import copy
 from pathlib import Path
 from typing import Self
@@ -17,7 +17,7 @@ from torch import Tensor, nn
 from breaker.mechanism import Parameter
 from breaker.model import Discrepancy, Model, Sensor, distance, excess, seed_integer
 from breaker.networks import build
-from breaker.posterior.missing import check
+from breaker.posterior.missing import check, completed, expected, lacking
 from breaker.posterior.model_files import read, write
 
 __all__ = ["SCALES", "Posterior"]
@@ -28,6 +28,7 @@ them it is interpolated; a network takes scales up to the last."""
 
 _CONDITIONS = 2  # numbers that say the scale: itself, and a logarithm that tells small ones apart
 _SMALL = 0.03
+_COMPLETED = 100  # records in place of one that is completed
 
 
 class Posterior(nn.Module):
@@ -186,6 +187,13 @@ class Posterior(nn.Module):
     def _features(self, measured: Tensor, scale: Tensor) -> Tensor:
         return self.summary(measured, *self.conditions(scale))
 
+    def completes(self, measured: np.ndarray) -> np.ndarray:
+        """Say which records ``(o, t)`` miss more samples than any in its training, ``(o,)``.
+
+        ``sample`` draws for them from completed records, which is an approximation.
+        """
+        return lacking(measured, self.summary.missing)
+
     @torch.no_grad()
     def sample(self, measured: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Draw from the posterior.
@@ -193,8 +201,7 @@ class Posterior(nn.Module):
         Curves are processed one at a time, so that their draws do not depend on each other.
 
         Args:
-            measured: Records, ``(o, t)``, mm; NaN where a sample is missing, which some summary
-                networks take.
+            measured: Records, ``(o, t)``, mm; NaN where a sample is missing: see ``completes``.
             noise: Standard normal numbers, ``(o, d, q)``.
 
         Returns:
@@ -205,10 +212,19 @@ class Posterior(nn.Module):
             ValueError: If the model does not answer for such a record.
             FloatingPointError: If a draw is not finite.
         """
+        check(measured, self.sensor.samples, self.motion)
         draws = np.empty(noise.shape)
-        for i, (features, start) in enumerate(zip(self._summaries(measured), noise, strict=True)):
-            z = self.inference.sample(self._tensor(start[None]), features, steps=self.steps)
-            draws[i] = self.destandardise(z[0].cpu().numpy())
+        for i, (record, start) in enumerate(zip(measured, noise, strict=True)):
+            records = record[None]
+            if self.completes(records)[0]:
+                records = completed(self.model, record, _COMPLETED)
+            # Draws go round the records; of the last round, some may be superfluous.
+            rounds = -(-len(start) // len(records))
+            turns = np.resize(start, (rounds, len(records), start.shape[1])).swapaxes(0, 1)
+            z = self.inference.sample(self._tensor(turns), self._summary(records), steps=self.steps)
+            z = z.transpose(0, 1).flatten(0, 1)[: len(start)]
+            with np.errstate(over="ignore"):  # counted below
+                draws[i] = self.destandardise(z.cpu().numpy())
         bad = ~np.isfinite(draws).all(axis=(1, 2))
         if bad.any():
             raise FloatingPointError(
@@ -221,14 +237,14 @@ class Posterior(nn.Module):
         """Return the network's log density in physical units, ``(o, d, q), (o, t) -> (o, d)``.
 
         Raises:
-            ValueError: If the model does not answer for such a record.
+            ValueError: If the network does not take such a record: see ``completes``.
         """
+        check(measured, self.sensor.samples, self.motion, taken=self.summary.missing)
         density = np.empty(values.shape[:2])
-        for i, (features, points) in enumerate(zip(self._summaries(measured), values, strict=True)):
-            z = self._tensor(self.standardise(points[None]))
-            density[i] = (
-                self.inference.log_prob(z, features, steps=self.density_steps)[0].cpu().numpy()
-            )
+        for i, points in enumerate(values):
+            z, record = self._tensor(self.standardise(points[None])), measured[i : i + 1]
+            found = self.inference.log_prob(z, self._summary(record), steps=self.density_steps)
+            density[i] = found[0].cpu().numpy()
         return density + self.log_scaling(values)
 
     @torch.no_grad()
@@ -236,43 +252,33 @@ class Posterior(nn.Module):
         """Return how unlike the bank's curves records are, ``(o, t) -> (o,)``.
 
         In units of the farthest that the prior produces, so that above 1 is unlike anything in
-        the bank: the larger of two distances, from its centre and from its envelope. Of a record
-        with missing samples, the centre's is that of the components' regression on the samples
-        that are there, which stays closer the fewer they are.
+        the bank: the larger of two distances, from its centre and from its envelope. A record with
+        missing samples is completed by those expected, so it is closer the fewer there are.
 
         Raises:
             ValueError: If the model does not answer for such a record.
         """
         names = ("curve_mean", "curve_weights", "lowest", "highest")
         mean, weights, lowest, highest = (getattr(self, name).cpu().numpy() for name in names)
-        self._check(measured)
-        missing = np.isnan(measured)
-        if missing.any():
-            scores, _, _ = self.summary.highway(torch.as_tensor(measured, device=self._device))
-            far = scores.abs().amax(1).cpu().numpy()
-            measured = np.where(missing, lowest, measured)  # what is missing leaves no envelope
-        else:
-            far = distance(measured, mean, weights)
+        check(measured, self.sensor.samples, self.motion)
+        missing, whole = np.isnan(measured), np.array(measured, dtype=np.float64)
+        for i in np.flatnonzero(missing.any(axis=1)):
+            whole[i] = expected(self.model, whole[i])
+        far = distance(whole, mean, weights)
+        measured = np.where(missing, lowest, measured)  # what is missing leaves no envelope
         farthest, margin = (
             np.interp(self.scale, SCALES, each.cpu().numpy())
             for each in (self.farthest, self.margin)
         )
         return np.maximum(far / farthest, excess(measured, lowest, highest) / margin)
 
-    def _check(self, measured: np.ndarray) -> None:
-        """Refuse records that the network does not answer for."""
-        taken = self.summary.missing
-        check(measured, self.sensor.samples, missing=taken, motion=self.motion)
-
     def _tensor(self, values: np.ndarray) -> Tensor:
         return torch.as_tensor(values, dtype=torch.float32, device=self._device)
 
-    def _summaries(self, measured: np.ndarray) -> Iterator[Tensor]:
-        """Check all records, then yield the features ``(1, s)`` of one after the other."""
-        self._check(measured)
-        scale = self._tensor(np.full((1, 1), self.scale))
-        for record in measured:
-            yield self._features(self._tensor(record[None]), scale)
+    def _summary(self, measured: np.ndarray) -> Tensor:
+        """Features ``(n, s)`` of records ``(n, t)``."""
+        scale = self._tensor(np.full((len(measured), 1), self.scale))
+        return self._features(self._tensor(measured), scale)
 
     # Model files.
 

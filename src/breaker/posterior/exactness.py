@@ -112,7 +112,12 @@ def _correct(
     present = np.flatnonzero(np.isfinite(draws).all(axis=(1, 2)))
     for i in tqdm(present, desc=f"correcting {model.motion}", mininterval=5, unit="record"):
         rng = generator(seed, "correction", model.motion, int(keys[i]))
-        found = correct(model, measured[i], draws[i], settings, rng)
+        try:
+            found = correct(model, measured[i], draws[i], settings, rng)
+        except (ArithmeticError, ValueError) as error:
+            # One strange record must not end the job of all others.
+            rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"
+            continue
         values[i], weights = found.draws, found.importance
         rows[i] = {
             "resolved": found.resolved,

@@ -25,9 +25,12 @@ __all__ = [
     "predict_stages",
     "predictive_p_value",
     "sample_records",
+    "share_inside",
     "summaries",
     "validate",
 ]
+
+_FAR_ONSET = 4.0  # prior sd
 
 
 def _noise(posterior: "Posterior", seed: int, purpose: str, keys: np.ndarray, draws: int):
@@ -125,8 +128,10 @@ def infer(
 
     Returns:
         ``curves`` with ``draws`` (operation, draw, output), ``median``, ``interval_50`` and
-        ``interval_95`` (operation, output, bound), ``p_value``, the flags ``misfit`` and
-        ``outside_prior``, and ``outside_support``, the fraction of draws that the prior excludes.
+        ``interval_95`` (operation, output, bound), ``p_value``, the flags ``misfit``,
+        ``outside_prior``, ``far_onset`` (inferred beyond 4 prior sd) and ``completed`` (missing
+        samples were drawn for the network, so its draws approximate), and ``outside_support``, the
+        fraction of draws that the prior excludes.
     """
     o, q = curves.sizes["operation"], len(posterior.outputs)
     accepted = np.flatnonzero(curves.accepted.values)
@@ -143,7 +148,7 @@ def infer(
             distance[i] = posterior.distance(measured[i : i + 1])[0]
             found = posterior.sample(measured[i : i + 1], noise)[0]
             p_value[i] = predictive_p_value(posterior.model, measured[i], found)
-        except (FloatingPointError, ValueError) as error:
+        except (ArithmeticError, RuntimeError, ValueError) as error:
             # So unlike the bank that the network's answer is no posterior; the rest goes on.
             reasons[i] = f"{curves.file.values[i]}: no posterior: {error}"
             continue
@@ -151,6 +156,7 @@ def infer(
     flags = {
         "distance": ("operation", distance),
         "outside_prior": ("operation", distance > 1.0),
+        "completed": ("operation", (reasons == "") & posterior.completes(measured)),
         "reason": ("operation", reasons.astype(str)),
         "accepted": ("operation", reasons == ""),
     }
@@ -170,16 +176,19 @@ def summaries(
         misfit_p_value: The one below which a record counts as misfit.
 
     Returns:
-        ``draws``, ``median``, ``interval_50``, ``interval_95``, ``p_value``, ``misfit`` and
-        ``outside_support``, as ``infer`` returns them.
+        ``draws``, ``median``, ``interval_50``, ``interval_95``, ``p_value``, ``misfit``,
+        ``far_onset`` and ``outside_support``, as ``infer`` returns them.
     """
-    outside = 1.0 - model.prior.supported(values[..., : len(NAMES)]).mean(axis=1)
+    p = len(NAMES)
+    outside = 1.0 - model.prior.supported(values[..., :p]).mean(axis=1)
     median, *intervals = quantiles(values, axis=1).items()
+    onset = np.abs(median[1][:, p:]).sum(axis=1)  # of seven outputs there is none
     bounds = {"dims": ("operation", "output", "bound"), "coords": {"bound": ["lower", "upper"]}}
     found = {
         "median": (("operation", "output"), median[1]),
         "p_value": (("operation",), p_value),
         "misfit": (("operation",), p_value < misfit_p_value),
+        "far_onset": (("operation",), onset > _FAR_ONSET * model.sensor.onset_sd),
         "outside_support": (("operation",), np.where(np.isnan(p_value), np.nan, outside)),
         "draws": (("operation", "draw", "output"), values.astype(np.float32)),
     }
@@ -232,7 +241,7 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     Args:
         model: Joint model.
         inferred: What ``infer`` returns, all operations.
-        stages: Number of stages, evenly spread over the accepted operations, ends included.
+        stages: Number of stages, evenly spread over the operations with draws, ends included.
         seed: Seed of the replicates.
 
     Returns:
@@ -241,12 +250,12 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
         the share of samples of the main motion, as far as they are not missing, inside the band.
 
     Raises:
-        ValueError: If no operation was accepted.
+        ValueError: If no operation has draws.
     """
-    accepted = np.flatnonzero(inferred.accepted.values)
-    if accepted.size == 0:
-        raise ValueError("no operation was accepted, so nothing can be predicted")
-    chosen = accepted[np.unique(np.linspace(0, accepted.size - 1, stages).astype(int))]
+    known = np.flatnonzero(np.isfinite(inferred.draws.values).all(axis=(1, 2)))
+    if known.size == 0:
+        raise ValueError("no operation has a posterior, so nothing can be predicted")
+    chosen = known[np.unique(np.linspace(0, known.size - 1, stages).astype(int))]
     part = inferred.isel(operation=chosen).load()
     result = predict(model, part.travel.values, part.draws.values, seed=seed)
     main = np.stack(
@@ -256,7 +265,7 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
         ]
     )
     band = (result.measured.values, result.lower.values, result.upper.values)
-    share = share_inside(*band, where=main & ~np.isnan(band[0]))
+    share = share_inside(*band, where=main)
     return (
         result.rename(curve="stage", measured="travel")
         .assign(share_inside=("stage", share))
@@ -270,11 +279,15 @@ def share_inside(
     """Return the share of the last axis on which values lie in their band, ``(..., t) -> (...)``.
 
     Args:
-        values: Measured curves; a value that is not a number counts as outside.
+        values: Measured curves; NaN where a sample is missing, which does not count.
         lower: Lower bound, same shape.
         upper: Upper bound, same shape.
         where: Samples that count, such as those of the main motion; all of them by default.
+
+    Returns:
+        The shares; NaN where no sample counts.
     """
     values = np.asarray(values)
-    inside = (values >= lower) & (values <= upper)
-    return np.mean(inside, axis=-1, where=np.broadcast_to(where, inside.shape))
+    inside, counts = (values >= lower) & (values <= upper), ~np.isnan(values) & where
+    with np.errstate(invalid="ignore"):
+        return (inside & counts).sum(axis=-1) / counts.sum(axis=-1)

@@ -32,7 +32,20 @@ _FROM_DRAWS = (
     "interval_95",
     "p_value",
     "misfit",
+    "far_onset",
     "outside_support",
+)
+
+# Columns of a table that not every result has: of the reader, of the network, of the correction.
+_WHERE_THERE = (
+    "remarks",
+    "missing",
+    "masked",
+    "completed",
+    "far_onset",
+    "resolved",
+    "effective_size",
+    "pareto_k",
 )
 
 
@@ -107,7 +120,7 @@ def table(result: xr.Dataset) -> pd.DataFrame:
         "accepted",
         "reason",
         "file",
-        *(n for n in ("missing", "resolved", "effective_size", "pareto_k") if n in result),
+        *(name for name in _WHERE_THERE if name in result),
     ]
     return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
 

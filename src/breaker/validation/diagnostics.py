@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from breaker.posterior import quantiles
+from breaker.posterior import quantiles, share_inside
 from breaker.validation.calibration import checked_draws
 
 __all__ = [
@@ -179,16 +179,14 @@ class PriorCheck:
 def prior_check(curves: ArrayLike, measured: ArrayLike) -> PriorCheck:
     """Hold measured curves ``(o, t)`` against curves ``(n, t)`` of the prior (paper, Fig. 3).
 
+    Missing samples of measured curves, NaN, do not count.
+
     Raises:
         ValueError: If a value of the curves is not finite.
     """
     median, lower, upper = pointwise_band(curves)
-
-    def inside(values: ArrayLike) -> np.ndarray:
-        return np.mean((values >= lower) & (values <= upper), axis=-1)
-
-    least = float(np.quantile(inside(curves), 0.05))
-    return PriorCheck(median, lower, upper, inside(measured), least)
+    least = float(np.quantile(share_inside(curves, lower, upper), 0.05))
+    return PriorCheck(median, lower, upper, share_inside(measured, lower, upper), least)
 
 
 def _scaled(values: np.ndarray, log: ArrayLike) -> np.ndarray:
