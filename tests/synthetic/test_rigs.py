@@ -11,8 +11,8 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.quantities import evaluate
 from breaker.model.fisher import information, pool
 from breaker.model.joint import Model
-from breaker.records.files import list_curves
 from breaker.records.landmarks import main_motion
+from breaker.records.listing import list_operations
 from breaker.records.reader import read_curves
 from breaker.synthetic.drive import Drive, Elements
 from breaker.synthetic.failure_times import failures
@@ -145,9 +145,9 @@ def test_a_record_depends_on_seed_motion_and_operation_alone(rig):
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_its_files_are_read_by_the_reader(rig, motion, tmp_path, defaults):
-    settled(rig, operations=3).run(motion, tmp_path)
-    files = list_curves(tmp_path)
-    assert [number for number, _ in files] == [1, 2, 3]
+    settled(rig, operations=3).run(motion, tmp_path / motion)
+    files = list_operations(tmp_path, motion)
+    assert [each.number for each in files] == [1, 2, 3]
     curves = read_curves(files, defaults["endurance"]["format"], TIMES, motion)
     assert curves.accepted.all(), curves.reason.values
     assert np.abs(curves.first_motion.values - rig.settings["sensor"]["lead"]).max() < 3.0

@@ -373,8 +373,11 @@ endurance: {format: {encoding: klingon}}
 sensor: {samples: 19}
     discrepancy.components is 20, but must not exceed sensor.samples (19)
 endurance: {curves: nowhere}
-    endurance.curves is nowhere, but there is no CSV file in nowhere/closing/ nor in
-    nowhere/opening/. Name a folder
+    endurance.curves cannot be used: nowhere/closing/ has no file of a record (.csv
+    nowhere/opening/ has no file of a record
+    must name a folder with a subfolder for each motion
+endurance: {breaker: A}
+    endurance.breaker is A, but the stand-in is one breaker
 """
 CASES = re.findall(r"((?:^[^\s#].*\n)+)((?:^    .*\n)+)", WRONG, re.MULTILINE)
 

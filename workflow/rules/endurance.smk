@@ -43,7 +43,9 @@ rule read_curves:
     log:
         "logs/read_curves/{motion}_{chunk}.log",
     params:
-        folder=curve_folder,
+        folder=CURVE_FOLDER,
+        chosen=CHOSEN,
+        source=source,
         format=config["endurance"]["format"],
         operations=operations,
         grid=GRID,

@@ -6,22 +6,26 @@ no other. Trends go through the chunks one after the other.
 
 from functools import cache
 
-from breaker.records import list_curves
-from breaker.workflow import chunks_of
+from breaker.records import fingerprint, list_operations
+from breaker.workflow import chunks_of, recorded_source
 
-files_in = cache(list_curves)  # a folder is listed once, however many chunks there are
+STAND_IN = "stand-in"
+CURVE_FOLDER = OWN_CURVES or "results/rig/curves"
+# Which of the operations in a table of one's own.
+CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_CURVES}
 
 
-def curve_folder(wildcards):
-    """Where the curve files of a motion are: the stand-in's own, or the user's."""
-    return f"{OWN_CURVES or 'results/rig/curves'}/{wildcards.motion}"
+@cache  # a folder is listed once, however many chunks there are
+def listed(motion):
+    """The operations of a motion in a folder of one's own."""
+    return list_operations(OWN_CURVES, motion, **CHOSEN)
 
 
 def numbers(motion):
     """The numbers of the operations of a motion."""
     if OWN_CURVES is None:
         return range(1, config["rig"]["operations"] + 1)
-    return [each.number for each in files_in(f"{OWN_CURVES}/{motion}")]
+    return [each.number for each in listed(motion)]
 
 
 @cache
@@ -45,16 +49,28 @@ def every_chunk(pattern):
     return files
 
 
-def curve_files(wildcards):
-    """What the curves of a chunk are read from: the stand-in's folder, or the chunk's own files.
+def source(wildcards):
+    """What the curves of a chunk come from: the stand-in, or files of given names, sizes and times.
 
-    A file each, so that appended operations run their own chunk again and no other.
+    Of the chunk's own files alone, so that appended operations run their own chunk and no other.
     """
-    folder = curve_folder(wildcards)
     if OWN_CURVES is None:
-        return folder
+        return STAND_IN
     wanted = set(operations(wildcards))
-    return [str(each.file) for each in files_in(folder) if each.number in wanted]
+    return fingerprint(each for each in listed(wildcards.motion) if each.number in wanted)
+
+
+def curve_files(wildcards):
+    """The folder of the stand-in's curves, which the workflow makes.
+
+    Files of one's own are no inputs: Snakemake would take signs in their names for patterns, and
+    would leave standing what it finds if one of them is gone. Curves of another source are read
+    again, even where Snakemake's own notes on the last run are lost.
+    """
+    store = f"results/endurance/{wildcards.motion}/curves_{wildcards.chunk}.zarr"
+    if workflow.is_main_process and recorded_source(store) != source(wildcards):
+        workflow.dag.forcefiles.add(store)
+    return [] if OWN_CURVES else f"{CURVE_FOLDER}/{wildcards.motion}"
 
 
 def corrected(motion):

@@ -9,8 +9,9 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "files": ["RejectedCurveError", "csv_files", "list_curves", "printable", "read_bytes"],
-        "manifest": ["ABOUT", "Operation"],
+        "files": ["RejectedCurveError", "printable", "read_bytes"],
+        "listing": ["ENDINGS", "fingerprint", "list_operations", "record_files"],
+        "manifest": ["ABOUT", "MANIFEST", "Operation"],
         "export": ["write_curve"],
         "reader": ["open_curves", "read_curves", "require_any"],
         "landmarks": ["main_motion", "raw_time"],

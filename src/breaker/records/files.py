@@ -1,25 +1,11 @@
-"""The curve files of a folder and their operation numbers, and how any file is opened.
-
-Light to import.
-"""
+"""How any file is opened, and what is said of one that cannot be. Light to import."""
 
 import errno
 import os
-import re
 import stat
 from pathlib import Path
 
-from breaker.records.manifest import Operation
-
-__all__ = [
-    "LARGEST",
-    "RejectedCurveError",
-    "csv_files",
-    "list_curves",
-    "operation_number",
-    "printable",
-    "read_bytes",
-]
+__all__ = ["LARGEST", "RejectedCurveError", "no_file", "printable", "read_bytes"]
 
 LARGEST = 64 * 2**20
 """Bytes of the largest file that is read; a record of 10 s at 100 kHz has a quarter of it."""
@@ -64,6 +50,19 @@ def printable(text: str | Path) -> str:
     )
 
 
+def no_file(file: str | Path) -> str:
+    """Say why there is no regular file of a name; empty if there is one. It is not opened."""
+    try:
+        found = os.stat(file)
+    except OSError as error:
+        return _why(error)
+    return "" if stat.S_ISREG(found.st_mode) else _kind(found)
+
+
+def _why(error: OSError) -> str:
+    return _WHY.get(error.errno, f"cannot be read: {error.strerror}")
+
+
 def read_bytes(file: str | Path) -> bytes:
     """Return the content of a file, at once or never: it waits for nothing.
 
@@ -77,8 +76,7 @@ def read_bytes(file: str | Path) -> bytes:
             _require_regular(file, os.fstat(stream.fileno()))
             content = stream.read(LARGEST + 1)
     except OSError as error:
-        reason = _WHY.get(error.errno, f"cannot be read: {error.strerror}")
-        raise RejectedCurveError(file, reason) from error
+        raise RejectedCurveError(file, _why(error)) from error
     except ValueError as error:
         if isinstance(error, RejectedCurveError):
             raise
@@ -95,10 +93,13 @@ def _without_waiting(file: str, flags: int) -> int:
 def _require_regular(file: str | Path, found: os.stat_result) -> None:
     """Reject what is no regular file, or too large a one."""
     if not stat.S_ISREG(found.st_mode):
-        kind = _KINDS.get(stat.S_IFMT(found.st_mode), "something else")
-        raise RejectedCurveError(file, f"is {kind}, not a file")
+        raise RejectedCurveError(file, _kind(found))
     if found.st_size > LARGEST:
         raise RejectedCurveError(file, _too_large(f"{found.st_size / 2**20:.0f} MiB"))
+
+
+def _kind(found: os.stat_result) -> str:
+    return f"is {_KINDS.get(stat.S_IFMT(found.st_mode), 'something else')}, not a file"
 
 
 def _too_large(size: str) -> str:
@@ -106,56 +107,3 @@ def _too_large(size: str) -> str:
         f"has {size}, but no record of one operation needs more than {LARGEST // 2**20} MiB; "
         "export it alone, with fewer channels or at a lower rate"
     )
-
-
-def csv_files(folder: str | Path) -> list[Path]:
-    """List the CSV files of a folder by name, ending in any case, without hidden files.
-
-    The list is empty if there is no such folder.
-    """
-    if not Path(folder).is_dir():
-        return []
-    return sorted(
-        file
-        for file in Path(folder).iterdir()
-        if file.suffix.lower() == ".csv" and not file.name.startswith(".")
-    )
-
-
-def operation_number(file: str | Path) -> int:
-    """Return the number of the operation in a file, the last whole number in the file's name.
-
-    Raises:
-        ValueError: If the name has no number.
-    """
-    numbers = re.findall(r"\d+", Path(file).stem)
-    if not numbers:
-        raise ValueError(
-            f"{file}: the name has no number, so it does not say which operation it is; rename it, "
-            "to operation_0001.csv for example"
-        )
-    return int(numbers[-1])
-
-
-def list_curves(folder: str | Path) -> list[Operation]:
-    """List the curve files of one motion, ``folder/*.csv``, in the order of their operations.
-
-    Raises:
-        FileNotFoundError: If there is no such folder or no CSV file in it.
-        ValueError: If a name has no number, or two files have the same one.
-    """
-    files = csv_files(folder)
-    if not files:
-        raise FileNotFoundError(
-            f"{folder} has no CSV file: endurance.curves must name a folder with a subfolder of "
-            "curve files for each motion"
-        )
-    listed: dict[int, Path] = {}
-    for file in files:
-        number = operation_number(file)
-        if number in listed:
-            raise ValueError(
-                f"{file} and {listed[number]} are both operation {number}; rename one of them"
-            )
-        listed[number] = file
-    return [Operation(number, listed[number]) for number in sorted(listed)]

@@ -12,7 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "code": ["modules_of"],
         "configuration": ["chosen_network", "load", "merge", "read"],
         "jobs": ["set_threads", "start"],
-        "operations": ["chunks_of"],
+        "operations": ["chunks_of", "recorded_source"],
         "sources": ["ConfigurationError", "refuse"],
     },
 )

@@ -6,11 +6,10 @@ hold and returns what is wrong and the remedy, or None.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from breaker.mechanism import MOTIONS, NAMES, Limit
-from breaker.records import csv_files
+from breaker.records import list_operations
 from breaker.workflow.magnitudes import MAGNITUDES
 
 __all__ = ["RULES"]
@@ -120,15 +119,25 @@ def _limits(entries: Sequence[Mapping[str, Any]], motions: Sequence[str]) -> str
     return None
 
 
-def _curves(curves: str | None, motions: Sequence[str]) -> str | None:
-    folders = [Path(curves, motion) for motion in motions] if curves else []
-    empty = [f"{folder}/" for folder in folders if not csv_files(folder)]
-    if not empty:
+def _choice(choice: str | None, curves: str | None) -> str | None:
+    if choice is None or curves is not None:
         return None
-    return (
-        f"is {curves}, but there is no CSV file in {' nor in '.join(empty)}. Name a folder with a "
-        "subfolder of CSV files for each motion, or null for the synthetic stand-in."
-    )
+    return f"is {choice}, but the stand-in is one breaker with one phase. Set it to null."
+
+
+def _curves(
+    curves: str | None, motions: Sequence[str], breaker: str | None, phase: str | None
+) -> str | None:
+    if curves is None:
+        return None
+    wrong = []
+    for motion in motions:
+        try:
+            list_operations(curves, motion, breaker=breaker, phase=phase)
+        except (OSError, ValueError) as error:
+            wrong.append(str(error))
+    # A table is wrong for both motions alike.
+    return f"cannot be used: {'. '.join(dict.fromkeys(wrong))}." if wrong else None
 
 
 _AT_MOST = {  # a key, and the one that it must not exceed
@@ -164,6 +173,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
         for name in ("endurance.discrepancy", "validation.discrepancies")
     ),
     (("limits", "motions"), _limits),
-    (("endurance.curves", "motions"), _curves),
+    *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
+    (("endurance.curves", "motions", "endurance.breaker", "endurance.phase"), _curves),
     *MAGNITUDES,
 )
