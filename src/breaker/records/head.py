@@ -48,6 +48,13 @@ class Table:
         cells = ("".join(row[place : place + 1]) for place in places.values())
         return all(is_number(cell, self.settings["decimal"]) for cell in cells)
 
+    def texts(self, row: Row) -> tuple[bool, ...]:
+        """Say which cells of a row are neither blank nor numbers."""
+        decimal = self.settings["decimal"]
+        return tuple(
+            not is_number(cell, decimal) and not cell.isspace() and cell != "" for cell in row
+        )
+
 
 @dataclass(frozen=True)
 class Head:
@@ -162,9 +169,9 @@ def _first_run(table: Table, places: Mapping[str, int]) -> int:
         if not table.numeric(row, places):
             continue
         run = table.rows[i : i + _RUN]
-        usual = Counter(map(len, run)).most_common(1)[0][0]
+        usual = Counter(map(table.texts, run)).most_common(1)[0][0]
         numeric = sum(table.numeric(below, places) for below in run)
-        if len(row) == usual and numeric >= 0.75 * len(run):
+        if table.texts(row) == usual and numeric >= 0.75 * len(run):
             return i
     columns = " and ".join(str(place + 1) for place in places.values())
     reason = f"has no numbers in column {columns}; see endurance.format, also delimiter and decimal"
