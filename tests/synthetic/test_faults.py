@@ -16,7 +16,7 @@ SEED = 5
 
 @pytest.fixture(scope="module", params=["closing", "opening"])
 def good(request):
-    return good_file("plain", request.param, 0, SEED)
+    return good_file("stand-in", request.param, 0, SEED)
 
 
 def test_what_is_near_enough_is_right(good):

@@ -20,15 +20,16 @@ import warnings
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from breaker.mechanism import MOTIONS, travel
 from breaker.model import Prior, Sensor, generator
-from breaker.records import Operation, read_curves, write_curve
+from breaker.records import Operation, read_curves
 from breaker.synthetic.damage import PHYSICAL
+from breaker.synthetic.dialects import DIALECTS
 from breaker.synthetic.file_damage import TEXT
 
 __all__ = ["KINDS", "OUTCOMES", "SECONDS", "Good", "Trial", "good_file", "judge", "try_kind"]
@@ -49,24 +50,6 @@ _PRIOR = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.2, 0.15, 0.2, 0.2
 _SENSOR = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
 
 
-class Plain:
-    """The layout of the stand-in's files."""
-
-    rate = 10.0  # kHz
-    settings: ClassVar[dict] = {}
-
-    def file_name(self, motion: str, operation: int) -> str:
-        return f"{motion}_{operation:05d}.csv"
-
-    def write(
-        self, file: Path, time: np.ndarray, travel: np.ndarray, *, motion: str, operation: int
-    ) -> None:
-        write_curve(file, time, travel, motion=motion, operation=operation)
-
-
-DIALECTS = {"plain": Plain()}
-
-
 @dataclass(frozen=True)
 class Good:
     """A good record, and what the reader makes of its file.
@@ -78,6 +61,7 @@ class Good:
         settings: The format, with what is known of the drive.
         first: The file's time that is 0 on the grid, ms.
         record: The reading on the grid, mm.
+        files: Content of its files, by name, that to be read first.
     """
 
     layout: str
@@ -87,6 +71,7 @@ class Good:
     settings: dict
     first: float
     record: np.ndarray
+    files: dict[str, bytes]
 
     def write(self, file: Path, time: np.ndarray, travel: np.ndarray) -> None:
         """Write a record, damaged or not, in this one's layout."""
@@ -139,15 +124,20 @@ def good_file(layout: str, motion: str, number: int, seed: int) -> Good:
         record = _SENSOR.corrupt(curve, rng)[0]
         stroke = abs(np.median(record[-20:]) - np.median(record[:20]))
         known = {"rate": dialect.rate, "stroke": [(1 - _STROKE) * stroke, (1 + _STROKE) * stroke]}
-        good = Good(layout, motion, time, record, {**dialect.settings, **known}, 0.0, record)
+        good = Good(layout, motion, time, record, {**dialect.settings, **known}, 0.0, record, {})
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, dialect.file_name(motion, 1))
             good.write(file, time, record)
             curves = good.read(file)
+            names = [
+                file.name,
+                *sorted({each.name for each in Path(folder).iterdir()} - {file.name}),
+            ]
+            files = {name: Path(folder, name).read_bytes() for name in names}
         words = curves.reason.item() + curves.remarks.item()
         if not words and not curves.masked.item():
             first = float(curves.first_motion.item())
-            return replace(good, first=first, record=curves.travel.values[0])
+            return replace(good, first=first, record=curves.travel.values[0], files=files)
     raise RuntimeError(f"no good {motion} in the layout {layout} is read: {words}")
 
 
@@ -209,10 +199,12 @@ def try_kind(kind: str, number: int, seed: int) -> Trial:
     motion = MOTIONS[rng.integers(len(MOTIONS))]
     good = good_file(layout, motion, int(rng.integers(_GOOD)), seed)
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, DIALECTS[layout].file_name(motion, 1))
+        file = Path(folder, next(iter(good.files)))
         if kind in PHYSICAL:
             good.write(file, *PHYSICAL[kind](good.time, good.travel, rng))
         else:
-            good.write(file, good.time, good.travel)
-            file.write_bytes(TEXT[kind](file.read_bytes(), rng))
+            damaged = str(rng.choice(list(good.files)))
+            for name, content in good.files.items():
+                new = TEXT[kind](content, rng) if name == damaged else content
+                Path(folder, name).write_bytes(new)
         return Trial(kind, number, layout, motion, *judge(file, good))

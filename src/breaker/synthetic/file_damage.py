@@ -1,8 +1,8 @@
 """Damage to the text of a curve file: what goes wrong between an instrument and the reader.
 
 Each kind is a function of the bytes of a good file and a generator, ``(content, rng) -> bytes``.
-How much is damaged is drawn. The text is taken apart at line feeds, and at the sign that most lines
-have between their cells; a file in UTF-16 is damaged like any other.
+How much is damaged is drawn. The text is taken apart where lines end, and at the sign that most of
+them have between their cells. What is no text is damaged like any other file.
 """
 
 import re
@@ -26,8 +26,10 @@ _ODD = [
 ]  # fmt: skip
 
 
-def _lines(content: bytes) -> list[bytes]:
-    return content.split(b"\n")
+def _lines(content: bytes) -> tuple[list[bytes], bytes]:
+    """Lines, and what ends them; a byte order or its zeros stay with the lines."""
+    end = next((each for each in (b"\r\n", b"\n") if each in content), b"\r")
+    return content.split(end), end
 
 
 def _one(rng: np.random.Generator, options: Sequence[Any]) -> Any:
@@ -42,16 +44,17 @@ def _some(rng: np.random.Generator, total: int) -> np.ndarray:
 
 def _delimiter(content: bytes) -> bytes:
     """The sign between the cells of the last lines."""
-    tail = b"\n".join(_lines(content)[-20:])
-    return next((sign for sign in (b";", b"\t", b"|", b",") if tail.count(sign) > 5), b" ")
+    return next(
+        (sign for sign in (b";", b"\t", b"|", b",") if content[-600:].count(sign) > 5), b" "
+    )
 
 
-def _columns(content: bytes) -> tuple[list[bytes], bytes, int, int]:
-    """Lines, the sign between cells, how many a line has, and the first line of samples."""
-    lines, sign = _lines(content), _delimiter(content)
+def _columns(content: bytes) -> tuple[list[bytes], bytes, bytes, int, int]:
+    """Lines, what ends them, the sign between cells, their number, the first line of samples."""
+    (lines, end), sign = _lines(content), _delimiter(content)
     width = Counter(line.count(sign) for line in lines).most_common(1)[0][0]
     first = (i for i, line in enumerate(lines) if re.match(rb"\W*\d", line))
-    return lines, sign, width + 1, next(first, 0)
+    return lines, end, sign, width + 1, next(first, 0)
 
 
 def _in_cells(change: Callable[[bytes, np.random.Generator], bytes]) -> Damage:
@@ -59,8 +62,6 @@ def _in_cells(change: Callable[[bytes, np.random.Generator], bytes]) -> Damage:
 
     def damage(content: bytes, rng: np.random.Generator) -> bytes:
         found = list(_CELL.finditer(content))
-        if not found:
-            return content
         parts, end = [], 0
         for i in _some(rng, len(found)) if rng.random() < 0.3 else [rng.integers(len(found))]:
             parts += [content[end : found[i].start()], change(found[i].group(), rng)]
@@ -124,26 +125,26 @@ def bytes_zeroed(content: bytes, rng: np.random.Generator) -> bytes:
 
 def lines_deleted(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines are missing, of the head or of the samples."""
-    lines = _lines(content)
+    lines, end = _lines(content)
     gone = set(_some(rng, len(lines)).tolist())
-    return b"\n".join(line for i, line in enumerate(lines) if i not in gone)
+    return end.join(line for i, line in enumerate(lines) if i not in gone)
 
 
 def lines_repeated(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines come twice, or all of the file is appended to itself."""
-    lines = _lines(content)
+    lines, end = _lines(content)
     if rng.random() < 0.1:
-        return content + content
+        return content * 2
     twice = set(_some(rng, len(lines)).tolist())
-    return b"\n".join(line for i, line in enumerate(lines) for _ in range(1 + (i in twice)))
+    return end.join(line for i, line in enumerate(lines) for _ in range(1 + (i in twice)))
 
 
 def lines_moved(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines change places."""
-    lines = _lines(content)
+    lines, end = _lines(content)
     where = _some(rng, len(lines))
     moved = dict(zip(where.tolist(), rng.permutation(where).tolist(), strict=True))
-    return b"\n".join(lines[moved.get(i, i)] for i in range(len(lines)))
+    return end.join(lines[moved.get(i, i)] for i in range(len(lines)))
 
 
 def truncated(content: bytes, rng: np.random.Generator) -> bytes:
@@ -155,18 +156,18 @@ def truncated(content: bytes, rng: np.random.Generator) -> bytes:
 def other_delimiter(content: bytes, rng: np.random.Generator) -> bytes:
     """Another sign separates the columns, in the whole file or from some line on."""
     new = _one(rng, [b";", b"\t", b"|", b",", b" ", b"::", b", "])
-    lines = _lines(content)
+    lines, end = _lines(content)
     first = 0 if rng.random() < 0.5 else int(rng.integers(len(lines)))
     sign = _delimiter(content)
-    return b"\n".join(lines[:first] + [line.replace(sign, new) for line in lines[first:]])
+    return end.join(lines[:first] + [line.replace(sign, new) for line in lines[first:]])
 
 
 def other_decimal(content: bytes, rng: np.random.Generator) -> bytes:
     """Decimal points become commas or the other way round, in the whole file or from a line on."""
-    lines = _lines(content)
+    lines, end = _lines(content)
     first = 0 if rng.random() < 0.5 else int(rng.integers(len(lines)))
     swap = bytes.maketrans(b".,", b",.") if rng.random() < 0.5 else bytes.maketrans(b".", b",")
-    return b"\n".join(lines[:first] + [line.translate(swap) for line in lines[first:]])
+    return end.join(lines[:first] + [line.translate(swap) for line in lines[first:]])
 
 
 def other_encoding(content: bytes, rng: np.random.Generator) -> bytes:
@@ -180,19 +181,19 @@ def other_encoding(content: bytes, rng: np.random.Generator) -> bytes:
 def line_ends(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines end in another way, all or some of them."""
     new = _one(rng, [b"\r\n", b"\r", b"\n\n", b"\r\r\n", b"\n\r", b"\x0b", b"\x85", b"\x1e"])
-    lines = _lines(content)
+    lines, end = _lines(content)
     every = rng.random() < 0.5
     where = set(range(len(lines)) if every else _some(rng, len(lines)).tolist())
-    return b"".join(line + (new if i in where else b"\n") for i, line in enumerate(lines))
+    return b"".join(line + (new if i in where else end) for i, line in enumerate(lines))
 
 
 def long_line(content: bytes, rng: np.random.Generator) -> bytes:
     """One line has up to 300,000 signs more: digits, delimiters, blanks or quotation marks."""
-    lines = _lines(content)
+    lines, end = _lines(content)
     i = int(rng.integers(len(lines)))
     more = _one(rng, [b"9", _delimiter(content), b" ", b'"', b"x", b"1" + _delimiter(content)])
     lines[i] += more * round(size(rng, 10, 300_000))
-    return b"\n".join(lines)
+    return end.join(lines)
 
 
 def quotation_marks(content: bytes, rng: np.random.Generator) -> bytes:
@@ -214,24 +215,24 @@ def other_units(content: bytes, rng: np.random.Generator) -> bytes:
 
 def columns_swapped(content: bytes, rng: np.random.Generator) -> bytes:
     """Two columns change places, with their names or without them, in all lines or from one on."""
-    lines, sign, width, samples = _columns(content)
+    lines, end, sign, width, samples = _columns(content)
     i, j = rng.integers(0, width, 2)
     for n in range(_one(rng, [0, samples, int(rng.integers(len(lines)))]), len(lines)):
         cells = lines[n].split(sign)
         if len(cells) > max(i, j):
             cells[i], cells[j] = cells[j], cells[i]
             lines[n] = sign.join(cells)
-    return b"\n".join(lines)
+    return end.join(lines)
 
 
 def column_lost(content: bytes, rng: np.random.Generator) -> bytes:
     """A column is missing, with its name or without it."""
-    lines, sign, width, samples = _columns(content)
+    lines, end, sign, width, samples = _columns(content)
     i = int(rng.integers(0, width))
     for n in range(_one(rng, [0, samples]), len(lines)):
         cells = lines[n].split(sign)
         lines[n] = sign.join(cells[:i] + cells[i + 1 :])
-    return b"\n".join(lines)
+    return end.join(lines)
 
 
 def names_changed(content: bytes, rng: np.random.Generator) -> bytes:
@@ -240,8 +241,8 @@ def names_changed(content: bytes, rng: np.random.Generator) -> bytes:
     if not words:
         return content
     word = _one(rng, words)
-    text, twice = word.group(), _delimiter(content).join([word.group()] * 2)
-    new = [text.upper(), text.title(), text + b" 1", b"", text[::-1], twice]
+    text = word.group()
+    new = [text.upper(), text.title(), text + b" 1", b"", text[::-1], text + b"\t" + text]
     return content[: word.start()] + _one(rng, new) + content[word.end() :]
 
 
@@ -249,27 +250,27 @@ def trailing_cells(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines have cells more at their end: blank ones, or a remark."""
     more = _one(rng, [b"", b"", b" ", b"0", b"ok", b"1.5"])
     cells = (_delimiter(content) + more) * round(size(rng, 1, 20))
-    lines = _lines(content)
+    lines, end = _lines(content)
     where = set(range(len(lines)) if rng.random() < 0.5 else _some(rng, len(lines)).tolist())
-    return b"\n".join(line + cells * (i in where and line != b"") for i, line in enumerate(lines))
+    return end.join(line + cells * (i in where and line != b"") for i, line in enumerate(lines))
 
 
 def junk_lines(content: bytes, rng: np.random.Generator) -> bytes:
     """Lines of something else between the lines: page heads, remarks, blanks, the head again."""
-    lines, sign = _lines(content), _delimiter(content)
-    junk = [b"", b"   ", b"# remark", b"Page 2", b"-----", sign * 3, lines[0], lines[-2][:5]]
+    (lines, end), sign = _lines(content), _delimiter(content)
+    junk = [b"", b"   ", b"# remark", b"Page 2", b"-----", sign * 3, lines[0], lines[-1][:5]]
     for i in _some(rng, len(lines))[:20][::-1]:
         lines.insert(int(i), _one(rng, junk))
-    return b"\n".join(lines)
+    return end.join(lines)
 
 
 def preamble(content: bytes, rng: np.random.Generator) -> bytes:
     """1 to 100 lines more before all others, some of which look like names, units or samples."""
-    sign, lines = _delimiter(content), _lines(content)
-    words = [b"Report", b"Time", b"mm", b"", b'"', lines[-2], sign * 5]
+    (lines, end), sign = _lines(content), _delimiter(content)
+    words = [b"Report", b"Time", b"mm", b"", b'"', lines[len(lines) // 2], sign * 5]
     words += [sign.join(cells) for cells in ([b"travel", b"time"], [b"1", b"2"])]
     more = [_one(rng, words) for _ in range(round(size(rng, 1, 100)))]
-    return b"\n".join(more + lines)
+    return end.join(more + lines)
 
 
 def binary(content: bytes, rng: np.random.Generator) -> bytes:
@@ -283,8 +284,7 @@ def binary(content: bytes, rng: np.random.Generator) -> bytes:
 
 def empty(content: bytes, rng: np.random.Generator) -> bytes:
     """Nothing, blanks, or the head alone."""
-    some = [b"", b"\n", b"\n" * 5000, b" " * 5000, b"\0" * 5000, b"\n".join(_lines(content)[:8])]
-    return _one(rng, some)
+    return _one(rng, [b"", b"\n", b"\n" * 5000, b" " * 5000, b"\0" * 5000, content[:100]])
 
 
 TEXT: dict[str, Damage] = {
