@@ -335,7 +335,9 @@ prior: {mu: {median: 1.0e+300, log_sd: 50}, k_a: {median: 1.0e-06}}
 prior: {f: {median: 0.01}}
     prior leaves the contact pressed (f > k_a L) in
 prior: {gamma_b: {median: 900.0, log_sd: 0.5}}
-    prior has drives with a rate of 1.38e+05 / ms (6 log_sd above the medians), too fast to follow
+    prior has drives with a rate of
+rig: {parameters: {gamma_b: 386.0}}
+    rig has a rate of 1.24e+03 / ms in new condition, too fast to follow. Lower mu, k_b, gamma_a
 bank: {shards: 1000, curves_per_shard: 10000000}
     bank.curves_per_shard is 1e+07, which makes 1.51e+12 times bank.shards (1000) times
     sensor.samples (151): more than 1e+09

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from breaker.mechanism import MOTIONS, NAMES
+from breaker.mechanism import MOTIONS
 from breaker.records import complete
 
 __all__ = ["MAGNITUDES"]
@@ -19,8 +19,9 @@ _JOBS = 2000  # of a rule: Snakemake plans them in a minute
 _SAMPLES = 200_000  # of a simulated record
 _ROWS = 200_000_000  # of all files of the stand-in and a motion: some 4 GB
 _WEIGHTS = 20_000_000  # of a part of a network: 80 MB
-_RATE = 1e6  # fastest rate times length of a record; breaker.mechanism follows no more
-_FAR = 6.0  # prior sd at which a drive still has to be that slow
+_FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
+_TURNS = 1e6  # rate times length of a record: breaker.mechanism follows no more
+_FAR = 5.0  # prior sd at which a drive still has to be that slow
 _SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
 _LINKAGE = 0.1  # ms, least period that the simulation of a drive follows
 
@@ -76,33 +77,41 @@ def _support(prior: Mapping[str, Mapping[str, float]]) -> str | None:
     )
 
 
-def _rate(prior: Mapping[str, Mapping[str, float]], sensor: Mapping[str, float]) -> str | None:
-    """The fastest rate of a drive far out in the prior, as in ``breaker.mechanism``."""
-    mu, k_a, k_b, gamma_a, gamma_b, _, _ = (
-        prior[name]["median"] * math.exp(_FAR * prior[name]["log_sd"]) for name in NAMES
-    )
-    rate = math.sqrt(k_a + k_b * (1 + mu)) + gamma_a + gamma_b * (1 + mu)
-    length = sensor["stop"] - sensor["start"]
-    if rate * length <= _RATE:
+def _rate(theta: Mapping[str, float]) -> float:
+    """Bound of the fastest rate of a drive, 1/ms, as in ``breaker.mechanism``: light to import."""
+    moved = 1.0 + theta["mu"]
+    springs = math.sqrt(theta["k_a"] + theta["k_b"] * moved)
+    return springs + theta["gamma_a"] + theta["gamma_b"] * moved
+
+
+def _followed(prior: Mapping[str, Mapping[str, float]], sensor: Mapping[str, float]) -> str | None:
+    """Drives far out in the prior can be followed to the end of a record."""
+    far = {n: each["median"] * math.exp(_FAR * each["log_sd"]) for n, each in prior.items()}
+    rate, length = _rate(far), sensor["stop"] - sensor["start"]
+    if rate <= _FASTEST and rate * length <= _TURNS:
         return None
     return (
         f"has drives with a rate of {rate:.3g} / ms ({_FAR:g} log_sd above the medians), too fast "
-        f"to follow over the {length:g} ms of sensor.start and sensor.stop. Lower a median or "
+        f"to follow over the {length:g} ms from sensor.start to sensor.stop. Lower a median or "
         "log_sd of mu, k_b, gamma_a or gamma_b."
     )
 
 
-def _pressed(rig: Mapping[str, Any]) -> str | None:
-    """The rig closes in new condition and at the end of its life."""
-    new = rig["parameters"]
-    worn = {
-        name: value * (1.0 + rig["wear"]["change"].get(name, 0.0)) for name, value in new.items()
-    }
+def _moves(rig: Mapping[str, Any]) -> str | None:
+    """The rig closes, and can be followed, in new condition and at the end of its life."""
+    new, change = rig["parameters"], rig["wear"]["change"]
+    worn = {name: value * (1.0 + change.get(name, 0.0)) for name, value in new.items()}
     for condition, at in (("in new condition", new), ("at the end of its life", worn)):
-        if at["f"] <= at["k_a"] * at["L"]:
+        spring = at["k_a"] * at["L"]
+        if at["f"] <= spring:
             return (
                 f"does not press its contact {condition}: f is {at['f']:.3g}, and k_a L "
-                f"{at['k_a'] * at['L']:.3g} mm/ms^2. Raise f, or lower k_a or L."
+                f"{spring:.3g} mm/ms^2. Raise f, or lower k_a or L."
+            )
+        if (rate := _rate(at)) > _FASTEST:
+            return (
+                f"has a rate of {rate:.3g} / ms {condition}, too fast to follow. Lower mu, k_b, "
+                "gamma_a or gamma_b."
             )
     return None
 
@@ -173,9 +182,9 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     *((names, partial(_product, names, most)) for names, most in _PRODUCTS.items()),
     *((names, partial(_jobs, names[1])) for names in _IN_JOBS),
     (("rig.sensor", "rig.operations"), _files),
-    (("rig",), _pressed),
+    (("rig",), _moves),
     (("prior",), _support),
-    (("prior", "sensor"), _rate),
+    (("prior", "sensor"), _followed),
     (("sensor.onset_sd",), partial(_off_or_above, 0.001)),
     (("rig.elements.linkage",), partial(_off_or_above, _LINKAGE)),
     (("rigs.elements", "rigs.strength"), _linkages),

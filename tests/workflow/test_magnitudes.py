@@ -1,0 +1,85 @@
+"""Whatever stands at one key of the configuration: refused with a message, or it can be used."""
+
+import math
+import time
+from copy import deepcopy
+from functools import cache, reduce
+from operator import getitem
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from breaker.mechanism import MOTIONS
+from breaker.model import Model, generator
+from breaker.networks import build
+from breaker.synthetic import Family, Rig
+from breaker.workflow import chosen_network, configuration
+from breaker.workflow.sources import ConfigurationError
+from tests.networks_fixtures import built
+
+ROOT = Path(__file__).resolve().parents[2]
+SCHEMA = ROOT / "workflow" / "schemas" / "config.schema.yaml"
+DEFAULTS = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+ANY = [math.nan, math.inf, -math.inf, 1e300, -1e300, 1e-300, 10**30, 2**63, 0, -1, True, None]
+ANY += ["", "x", "1e3", "base64", "\0", "a" * 10**5, [], [[]], [1e300] * 1000, {}, {"a": 1}]
+MUTATIONS = 300
+
+
+def leaves(value, above=()):
+    """Keys of everything that is no section, entries of lists too."""
+    if isinstance(value, dict) or (isinstance(value, list) and value):
+        pairs = value.items() if isinstance(value, dict) else enumerate(value)
+        return [key for name, part in pairs for key in leaves(part, (*above, name))]
+    return [above]
+
+
+def mutated(rng: np.random.Generator) -> tuple[tuple, object, dict]:
+    """The defaults with another value at one key: any at all, or the same times a power of ten."""
+    config = deepcopy(DEFAULTS)
+    keys = leaves(config)
+    *above, last = key = keys[rng.integers(len(keys))]
+    section = reduce(getitem, above, config)
+    value, scale = section[last], 10.0 ** rng.uniform(-8, 8)
+    if type(value) in (int, float) and rng.random() < 0.7:
+        section[last] = type(value)(value * scale)
+    else:
+        section[last] = ANY[rng.integers(len(ANY))]
+    return key, section[last], config
+
+
+def use(config: dict) -> None:
+    """Build what is quickly built, and simulate a little."""
+    rng = np.random.default_rng(1)
+    for motion in MOTIONS:
+        model = Model.from_settings({**config, "motion": motion})
+        values = np.zeros((4, len(model.outputs)))
+        values[:, :7] = model.prior.sample(4, rng)
+        assert np.isfinite(model.curves(values)).all()
+        chosen = chosen_network(config["network"][motion])
+        built(build, chosen, samples=config["sensor"]["samples"], dims=8)
+        rig = Rig.from_settings(config["rig"], config["seed"])
+        for operation in (1, config["rig"]["operations"]):
+            times, travel = rig.record(motion, operation)
+            assert times.shape == travel.shape
+    family = Family(model.prior, config["rigs"])
+    family.worn(family.new(rng), rng)
+    generator(config["seed"], "a purpose")
+
+
+def test_every_mutation_is_refused_or_can_be_used(monkeypatch):
+    monkeypatch.setattr(configuration, "read", cache(configuration.read))  # the schema, once
+    rng = np.random.default_rng(11)
+    accepted = 0
+    use(DEFAULTS)  # compiles
+    for _ in range(MUTATIONS):
+        key, value, config = mutated(rng)
+        try:
+            configuration.check(config, schema=SCHEMA)
+        except ConfigurationError:
+            continue
+        accepted += 1
+        start = time.process_time()
+        use(config)
+        assert time.process_time() - start < 1.0, (key, value)
+    assert 20 <= accepted <= 0.5 * MUTATIONS
