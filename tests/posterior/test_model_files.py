@@ -2,6 +2,8 @@
 
 import json
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -11,13 +13,14 @@ from safetensors.torch import save_file
 
 from breaker.mechanism.parameters import NAMES
 from breaker.posterior.estimator import Posterior
-from breaker.posterior.model_files import ModelFileError
+from breaker.posterior.model_files import ModelFileError, write
 from tests.networks_fixtures import (
     COMBINATIONS,
     MARKS,
     SENSOR,
     Trap,
     curved_model,
+    left_out,
     noise_of,
     one_thread,  # noqa: F401
     settings,
@@ -84,6 +87,24 @@ def test_equal_models_are_equal_bytes(curved, model_file, tmp_path):
         assert (tmp_path / "again.safetensors").read_bytes() == model_file.read_bytes()
 
 
+def test_the_order_of_tensors_does_not_matter(curved, model_file, tmp_path):
+    posterior, _ = curved
+    tensors = dict(reversed(posterior.state_dict().items()))
+    settings_of = dict(reversed(posterior.settings.items()))
+    write(tmp_path / "m.safetensors", settings_of, tensors, None)
+    assert (tmp_path / "m.safetensors").read_bytes() == model_file.read_bytes()
+
+
+def test_a_model_stays_as_it_was_when_its_file_is_written_over(curved, model_file, tmp_path):
+    target = tmp_path / "m.safetensors"
+    target.write_bytes(model_file.read_bytes())
+    loaded = Posterior.load(target)
+    with target.open("r+b") as file:  # in place, as a copy over it does
+        file.write(bytes(target.stat().st_size))
+    for name, value in curved[0].state_dict().items():
+        torch.testing.assert_close(loaded.state_dict()[name], value, rtol=0, atol=0)
+
+
 def test_settings_beyond_the_model_are_kept(tmp_path):
     posterior = Posterior({**settings(), "seed": 5, "training": {"steps": 7}})
     posterior.save(tmp_path / "m.safetensors")
@@ -145,6 +166,32 @@ def summary_with(**changes):
     return with_settings(change)
 
 
+def with_value(name, value):
+    def change(tensors):
+        tensors[name] = tensors[name].clone()
+        tensors[name].view(-1)[0] = value
+
+    return with_tensors(change)
+
+
+def with_discrepancy(**changes):
+    """A model trained with a discrepancy, of which some tensors are others."""
+
+    def fault(_, target):
+        Posterior(settings(), discrepancy=left_out()).save(target)
+        tensors, header = parts(target)
+        tensors |= {f"discrepancy.{name}": change for name, change in changes.items()}
+        save_file(tensors, target, metadata=header)
+
+    return fault
+
+
+def raw(header, size=None):
+    """A file of a header of any bytes, and of a size that it only claims."""
+    length = len(header) if size is None else size
+    return lambda _, target: target.write_bytes(length.to_bytes(8, "little") + header)
+
+
 SHAPE = "has the shape"
 DESCRIBE = "do not describe a model"
 NOT_A_MODEL = "is not a model file of breaker"
@@ -186,6 +233,49 @@ FAULTS = {
     "stride of zero": (summary_with(strides=[0, 1]), DESCRIBE),
     "skip of zero": (summary_with(skip=0), SHAPE),
     "unknown motion": (with_settings(lambda s: s | {"motion": "sideways"}), DESCRIBE),
+    "weight nan": (with_value("inference.head.bias", torch.nan), "bias has numbers that are not"),
+    "component infinite": (with_value("curve_weights", -torch.inf), "not finite"),
+    "other type": (
+        with_tensors(lambda t: t.update({"curve_mean": t["curve_mean"].float()})),
+        "curve_mean is of torch.float32, not torch.float64",
+    ),
+    "steps of text": (
+        with_tensors(lambda t: t.update(solver_steps=torch.ones(()))),
+        "solver_steps is of torch.float32",
+    ),
+    "no steps": (with_value("solver_steps", 0), "solver_steps is 0, but must be from 1 to 1000"),
+    "header with more": (with_header(lambda h: {**h, "more": "x"}), "its header has 'more'"),
+    "number infinite": (with_settings(lambda s: s | {"seed": float("inf")}), "seed is inf"),
+    "number nan": (
+        with_settings(lambda s: s | {"sensor": s["sensor"] | {"noise_sd": float("nan")}}),
+        "sensor.noise_sd is nan",
+    ),
+    "discrepancy nan": (with_discrepancy(mean=torch.full((31,), torch.nan).double()), "not finite"),
+    "discrepancy of six": (with_discrepancy(slopes=torch.zeros(6, 31).double()), DESCRIBE),
+    "discrepancy of others": (with_discrepancy(mean=torch.zeros(30).double()), DESCRIBE),
+    "discrepancy single": (with_discrepancy(factor=torch.zeros(2, 31)), "of torch.float32"),
+    "discrepancy a number": (with_discrepancy(mean=torch.ones(()).double()), DESCRIBE),
+}
+
+# What took forever, or all memory.
+HEAVY = {
+    "many steps": (with_value("solver_steps", 10**12), "solver_steps is 1000000000000"),
+    "density steps": (with_value("density_solver_steps", 10**18), "density_solver_steps is 1000"),
+    "many samples": (with_settings(lambda s: s | {"sensor": s["sensor"] | {"samples": 10**8}}), ""),
+    "samples to 1e300": (
+        with_settings(lambda s: s | {"sensor": s["sensor"] | {"samples": 1e300}}),
+        DESCRIBE,
+    ),
+    "wide": (summary_with(width=99_999), SHAPE),
+    "wider": (summary_with(width=10**9), "network.summary.width is 1e+09"),
+    "deep": (summary_with(blocks=10**9), "network.summary.blocks is 1e+09, more than 100"),
+    "long": (summary_with(channels=[4] * 10**5), "network.summary.channels has more than 100"),
+    "nested": (with_settings(lambda _: "[" * 200_000 + "]" * 200_000), "RecursionError"),
+    "digits": (with_settings(lambda _: '{"seed": ' + "9" * 300_000 + "}"), DESCRIBE),
+    "header claimed": (raw(b"{}", 2**62), "header is too long"),
+    "header long": (raw(b" " * 5_000_000), "header is too long"),
+    "header nested": (raw(b"[" * 900_000), NOT_A_MODEL),
+    "header of one text": (raw(b'{"__metadata__": {"a": "' + b"x" * 900_000 + b'"}}'), "is None"),
 }
 
 
@@ -199,6 +289,44 @@ def test_a_file_that_does_not_fit_is_refused(name, model_file, tmp_path):
     assert str(target) in str(caught.value)
     assert message in str(caught.value)
     assert str(caught.value).endswith("train it anew")
+
+
+LOAD_ALL = """
+import json, resource, sys, time
+from breaker.posterior import Posterior
+Posterior.load(sys.argv[1])  # what is loaded once
+pages = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (pages + 2**28, pages + 2**28))
+for path in sys.argv[2:]:
+    before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
+    try:
+        Posterior.load(path)
+        message = "loaded"
+    except Exception as error:
+        message = f"{type(error).__name__}: {error}"
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    print(json.dumps([message[:3000], time.process_time() - start, used / 1024]))
+"""
+
+
+def test_no_model_file_takes_time_or_memory(model_file, tmp_path):
+    """Two seconds of a processor and 100 MB each, under a limit of 256 MB."""
+    files = []
+    for i, (fault, _) in enumerate(HEAVY.values()):
+        files.append(tmp_path / f"{i}.safetensors")
+        fault(model_file, files[-1])
+    command = [sys.executable, "-c", LOAD_ALL, model_file, *files]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    found = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(found) == len(HEAVY)
+    for path, (name, (_, message)), (said, seconds, megabytes) in zip(
+        files, HEAVY.items(), found, strict=True
+    ):
+        assert said.startswith(f"ModelFileError: {path}"), (name, said)
+        assert message in said, (name, said)
+        assert said.endswith("train it anew"), (name, said)
+        assert seconds < 2.0, name
+        assert megabytes < 100.0, name
 
 
 def test_no_file_is_said(tmp_path):

@@ -168,5 +168,6 @@ def _mask(dims: int, k: int) -> Tensor:
     both ways round, so that after two couplings a digit any two dimensions have met.
     """
     digits = (dims - 1).bit_length()
-    digit = torch.arange(dims) >> (k // 2 % digits) & 1
+    # On the CPU: sizes of layers follow from it, also where a module is built without memory.
+    digit = torch.arange(dims, device="cpu") >> (k // 2 % digits) & 1
     return digit == k % 2
