@@ -114,6 +114,8 @@ def _check_widths(
     """Reject a line with more cells than names, as decimal commas make where commas separate; and
     where blanks do, also one with fewer: nobody knows which cell is blank.
     """
+    if {len(row) for row in rows} <= {width}:
+        return
     for line, row in zip(lines, rows, strict=True):
         if len(row) != width and (exact or any(map(str.strip, row[width:]))):
             raise RejectedCurveError(

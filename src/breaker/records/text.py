@@ -3,7 +3,7 @@
 import codecs
 import csv
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from breaker.records.columns import Columns, columns_of
@@ -59,26 +59,27 @@ def _blocks(
         end = len(text) if end < 0 else end
         block = text[begin:end]
         every = block.split("\n")
+        if max(map(len, every)) > _LONGEST_LINE:
+            long = next(i for i, one in enumerate(every) if len(one) > _LONGEST_LINE)
+            reason = f"has {len(every[long])} signs; is it a table, endurance.format right?"
+            raise RejectedCurveError(file, reason, line=line + long)
         kept = [i for i, one in enumerate(every) if one and not one.isspace()]
-        if (longest := max(kept, key=lambda i: len(every[i]), default=None)) is not None and (
-            len(every[longest]) > _LONGEST_LINE
-        ):
-            reason = f"has {len(every[longest])} signs; is it a table, endurance.format right?"
-            raise RejectedCurveError(file, reason, line=line + longest)
-        split = _splitter(block, delimiter)
-        yield [line + i for i in kept], [split(every[i]) for i in kept]
+        there = every if len(kept) == len(every) else [every[i] for i in kept]
+        yield [line + i for i in kept], _split(there, delimiter, quoted='"' in block)
         begin, line = end + 1, line + len(every)
 
 
-def _splitter(block: str, delimiter: str) -> Callable[[str], list[str]]:
-    """What splits a line of a block into cells: as quick as its signs allow."""
+def _split(lines: list[str], delimiter: str, *, quoted: bool) -> list[list[str]]:
+    """Cells of each line."""
     if delimiter == " ":
-        if "[" in block or "(" in block:
-            return lambda line: _quoted(_BEFORE_UNIT.sub("", line).strip(), " ")
-        return lambda line: _quoted(line.strip(), " ")
-    if '"' in block:
-        return lambda line: _quoted(line, delimiter)
-    return lambda line: line.split(delimiter)
+        lines = [
+            _BEFORE_UNIT.sub("", one).strip() if "(" in one or "[" in one else one.strip()
+            for one in lines
+        ]
+    if quoted:
+        return [_quoted(one, delimiter) for one in lines]
+    plain = None if delimiter == " " else delimiter
+    return [one.split(plain) for one in lines]
 
 
 def _quoted(line: str, delimiter: str) -> list[str]:
