@@ -15,6 +15,7 @@ import xarray as xr
 
 from breaker.model.randomness import generator
 from breaker.records.files import LARGEST, RejectedCurveError
+from breaker.records.listing import ENDINGS
 from breaker.records.settings import complete
 from breaker.records.sources import OTHER_KINDS, read_columns
 from breaker.synthetic.dialects import DIALECTS
@@ -290,6 +291,10 @@ def test_extras_are_tested():
     needed = {extra for _, _, extra in OTHER_KINDS.values()}
     assert needed == set(extras) - {"test"}
     assert all(set(extras[extra]) <= set(extras["test"]) for extra in needed)
+
+
+def test_every_kind_is_looked_for_in_a_folder():
+    assert set(OTHER_KINDS) <= set(ENDINGS)
 
 
 def test_texts_need_none_of_these_packages():

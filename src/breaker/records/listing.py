@@ -16,7 +16,7 @@ from breaker.records.naming import numbers_in
 
 __all__ = ["ENDINGS", "fingerprint", "list_operations", "record_files"]
 
-ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".cfg", ".cff", ".nc", ".zarr")
+ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".cfg", ".cff", ".nc", ".nc4", ".zarr")
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
 
 _SHOWN = 3  # files in a message

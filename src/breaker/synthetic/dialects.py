@@ -4,14 +4,14 @@ They differ in all that files differ in: kind, encoding, signs between and in nu
 units, a rate for the times, channels side by side, blank cells, steps, sign, zero and mechanics.
 """
 
-import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from breaker.records import FORMAT, TO_MM, TO_MS, write_curve
+from breaker.records import FORMAT, TO_MM
+from breaker.synthetic.instruments import WRITERS
 
 __all__ = ["ANGLES", "DIALECTS", "Dialect"]
 
@@ -98,122 +98,7 @@ class Dialect:
             ['2.000', '0.200']
         """
         readings = self.reading(np.atleast_2d(travel))
-        _WRITERS[self.kind](self, Path(file), time, readings, motion, operation)
-
-
-def _stand_in(
-    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
-    write_curve(file, time, readings[0], motion=motion, operation=number)
-
-
-def _rows(
-    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> tuple[list[list[str]], list[list[float]]]:
-    """Rows of text above the samples, and the samples."""
-    settings = {**FORMAT, **dialect.settings}
-    low, high = dialect.preamble
-    lines = low + zlib.crc32(f"{motion} {number}".encode()) % (high - low + 1)
-    above = [["Gerät", "Prüfstand 7"], [f"{motion}: {number}"], ["Temp", "21 °C"]]
-    above = [*above, *([f"channel {i}", f"{i:d}"] for i in range(lines))][:lines]
-    units = [settings["time_unit"]] if settings["time_column"] else []
-    units += ["kA"] * dialect.currents + [settings["travel_unit"]] * len(dialect.channels)
-    columns = [settings["time_column"]] if settings["time_column"] else []
-    columns += [f"I{i + 1}" for i in range(dialect.currents)] + list(dialect.channels)
-    if dialect.names:
-        named = zip(columns, units, strict=True)
-        above.append([dialect.names.format(name=name, unit=unit) for name, unit in named])
-    if dialect.units:
-        above.append([dialect.units.format(unit=_SPELT.get(unit, unit)) for unit in units])
-    shown = [time / TO_MS[settings["time_unit"]]] if settings["time_column"] else []
-    shown += [0.01 * np.sin(time + i) for i in range(dialect.currents)]
-    short = np.where(np.arange(time.size) < 0.9 * time.size, dialect.rest, np.nan)
-    shown += [*readings, *[short] * (len(dialect.channels) - len(readings))]
-    return above, np.column_stack(shown).tolist()
-
-
-_SPELT = {"ms": "msec", "deg": "°"}
-
-
-def _text(
-    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
-    settings = {**FORMAT, **dialect.settings}
-    above, samples = _rows(dialect, file, time, readings, motion, number)
-    digits = [dialect.digits] * len(samples[0])
-    if settings["time_column"]:
-        digits[0] = {"s": 7, "ms": 3, "us": 0}[settings["time_unit"]]
-    end = [""] * dialect.trailing
-    rows = [
-        [f"{x:.{n}f}" if x == x else "" for x, n in zip(row, digits, strict=True)]
-        for row in samples
-    ]
-    numbers = [
-        settings["delimiter"].join([*row, *end]).replace(".", settings["decimal"]) for row in rows
-    ]
-    lines = [settings["delimiter"].join([*row, *end]) for row in above] + numbers
-    file.write_bytes(dialect.eol.join([*lines, ""]).encode(settings["encoding"]))
-
-
-def _excel(
-    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
-    import openpyxl
-
-    above, samples = _rows(dialect, file, time, readings, motion, number)
-    book = openpyxl.Workbook(write_only=True)
-    book.create_sheet("Info").append(["made by", "Prüfstand 7"])
-    sheet = book.create_sheet("Data")
-    for row in above:
-        sheet.append(row)
-    for row in samples:
-        sheet.append([None if x != x else x for x in row])
-    book.save(file)
-
-
-def _comtrade(
-    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
-    """A pair of files, with 32 bits for a value."""
-    rate = 1e3 * (time.size - 1) / (time[-1] - time[0])
-    described = [
-        f"{i + 1},{name},,,mm,{dialect.step},0,0,-2147483647,2147483647,1,1,P"
-        for i, name in enumerate(dialect.channels[: len(readings)])
-    ]
-    start = "20/11/2024,15:13:07.000000"
-    count = len(described)
-    head = ["Prüfstand,7,2013", f"{count},{count}A,0D", *described, "50", "1"]
-    head += [f"{rate:.6f},{time.size}", start, start, "BINARY32", "1", "0,0", "0,0", ""]
-    file.write_text("\r\n".join(head), encoding="utf-8", newline="")
-    rows = np.zeros(time.size, [("n", "<u4"), ("t", "<u4"), ("x", "<i4", count)])
-    rows["n"], rows["t"] = np.arange(1, time.size + 1), np.rint(1e3 * (time - time[0]))
-    missing = -(2**31)
-    steps = np.rint(readings / dialect.step)
-    rows["x"] = np.where(np.isnan(steps), missing, steps).T
-    file.with_suffix(".dat").write_bytes(rows.tobytes())
-
-
-def _netcdf(
-    dialect: Dialect, file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
-    import xarray as xr
-
-    unit = {"units": "millimeter"}
-    named = zip(dialect.channels, readings, strict=False)
-    xr.Dataset(
-        {name: ("time", reading, unit) for name, reading in named},
-        coords={"time": ("time", time, {"units": "msec"})},
-        attrs={"motion": motion, "operation": number},
-    ).to_netcdf(file, engine="scipy")
-
-
-_WRITERS: Mapping[str, Callable] = {
-    "stand-in": _stand_in,
-    "text": _text,
-    "excel": _excel,
-    "comtrade": _comtrade,
-    "netcdf": _netcdf,
-}
+        WRITERS[self.kind](self, Path(file), time, readings, motion, operation)
 
 
 def _phases(names: Sequence[str]) -> tuple[str, ...]:
