@@ -505,3 +505,20 @@ def test_a_limit_of_which_nothing_is_known_is_not_passed_over():
     own = QUIET.copy()
     own[:, 2] = NAN
     assert "wide" in page_of(own, trend)[3].attrs["healthy"]
+
+
+def test_decisions_name_what_is_known_of_an_operation_in_any_motion():
+    """A date of closing 1, and of opening 3, which closing has no record of."""
+    closing = {"date": ["2024-11-20", "", ""], "event": ["", "", ""], "breaker": ["Q0"] * 3}
+    opening = {"date": ["2024-11-21", "", "2024-11-23"], "temperature": [NAN, 21.5, NAN]}
+    curves = {
+        "closing": curves_of([1, 2, 4], **closing),
+        "opening": curves_of([1, 2, 3], **opening),
+    }
+    trend = trend_of(MOTIONS, NUMBERS)
+    rows = page_of(QUIET, trend, curves=curves)[2]
+    added = [name for name in rows.columns if name not in page_of(QUIET, trend)[2].columns]
+    assert added == ["breaker", "date", "temperature"]
+    assert rows.date.fillna("").tolist() == ["2024-11-20", "", "2024-11-23", ""]
+    assert rows.breaker.fillna("").tolist() == ["Q0", "Q0", "", "Q0"]
+    assert rows.temperature.tolist()[1] == 21.5

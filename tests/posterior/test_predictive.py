@@ -339,3 +339,19 @@ def test_table_is_tidy(inferred):
     assert (rejected.reason == "line 40: travel is missing").all()
     assert not rejected.accepted.any()
     assert not rejected.misfit.any()
+
+
+def test_what_is_known_of_operations_is_in_the_table_and_nothing_empty(inferred):
+    known = {
+        "breaker": [""] * 7,
+        "date": ["2024-11-20", *[""] * 6],
+        "temperature": [np.nan, 21.5, *[np.nan] * 5],
+        "event": [*[""] * 6, "greased"],
+    }
+    rows = table(inferred.assign({name: ("operation", each) for name, each in known.items()}))
+    added = [name for name in rows.columns if name not in table(inferred).columns]
+    assert added == ["date", "temperature", "event"]
+    first = rows.drop_duplicates("operation")
+    assert first.event.tolist() == known["event"]
+    assert first.date.tolist() == known["date"]
+    np.testing.assert_array_equal(first.temperature, known["temperature"])

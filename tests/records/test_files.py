@@ -5,9 +5,23 @@ import socket
 import threading
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
-from breaker.records.files import LARGEST, RejectedCurveError, no_file, printable, read_bytes
+from breaker.records.export import write_curve
+from breaker.records.files import (
+    LARGEST,
+    RejectedCurveError,
+    no_file,
+    printable,
+    read_bytes,
+    require_folder,
+)
+from breaker.records.manifest import Operation
+from breaker.records.reader import read_curves
+from breaker.stores import open_store, save
 
 
 def a_pipe(file: Path) -> None:
@@ -116,3 +130,66 @@ def test_a_file_is_read_as_it_is(tmp_path):
 def test_what_cannot_be_printed_is_escaped(text, shown):
     assert printable(text) == shown
     assert str(RejectedCurveError(text, "why", line=3)) == f"{shown}, line 3: why"
+
+
+# ---- what becomes of such files ------------------------------------------------------------------
+
+
+def test_a_file_that_cannot_be_read_is_one_row_that_can_be_stored(tmp_path):
+    """Whatever stands in a folder: a row with its reason, which a store and a table can hold."""
+    time = np.arange(0.0, 100.0, 0.1)
+    travel = 14.0 / (1.0 + np.exp(25.0 - time))
+    made = {
+        "pipe.csv": a_pipe,
+        "folder.csv": a_folder,
+        "device.csv": a_device,
+        "loop.csv": a_loop,
+        "broken.csv": a_broken_link,
+        "large.csv": a_large_file,
+        "empty.csv": lambda file: file.write_bytes(b""),
+        "binary.csv": lambda file: file.write_bytes(bytes(range(256)) * 40),
+        "a\n\t\x1b[2J.csv": a_folder,
+        "pipe.xlsx": a_pipe,
+        "binary.xlsx": lambda file: file.write_bytes(b"PK\3\4" + bytes(100)),
+        "pipe.cfg": a_pipe,
+        "pipe.nc": a_pipe,
+        "pipe.zarr": a_pipe,
+        "empty.zarr": a_folder,
+        "no\0name.csv": lambda file: None,
+        "x" * 300 + ".csv": lambda file: None,
+    }
+    for name, make in made.items():
+        make(tmp_path / name)
+    (tmp_path / "within.zarr").mkdir()
+    a_pipe(tmp_path / "within.zarr/0")
+    odd = Path(os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9.csv"))
+    fine = odd.with_name("fine" + odd.name)
+    odd.write_bytes(b"?")
+    write_curve(fine, time, travel, motion="closing", operation=1)
+    files = [tmp_path / name for name in (*made, "within.zarr")] + [odd, fine]
+    operations = [Operation(i, file) for i, file in enumerate(files, start=1)]
+
+    curves = read_curves(operations, {}, np.arange(-2.0, 58.0, 0.4), "closing")
+    assert curves.accepted.values.tolist() == [False] * (len(files) - 1) + [True]
+    save(curves, tmp_path / "curves.zarr")
+    read = open_store(tmp_path / "curves.zarr").load()
+    xr.testing.assert_identical(read.drop_attrs(), curves.drop_attrs())
+    curves[["file", "reason"]].to_dataframe().to_csv(tmp_path / "curves.csv")
+    rows = pd.read_csv(tmp_path / "curves.csv", keep_default_na=False)
+    assert rows.reason.tolist() == curves.reason.values.tolist()
+    assert rows.file.values[-1].endswith(r"finecaf\udce9.csv")
+    for text in (*rows.reason, *rows.file):
+        assert text.isprintable()
+        text.encode("utf-8")
+
+
+def test_a_folder_of_a_record_has_bounds(tmp_path, monkeypatch):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a/0").write_bytes(b"1234")
+    require_folder(tmp_path)
+    monkeypatch.setattr("breaker.records.files.LARGEST", 3)
+    with pytest.raises(RejectedCurveError, match="but no record"):
+        require_folder(tmp_path)
+    monkeypatch.setattr("breaker.records.files._MOST_PARTS", 1)
+    with pytest.raises(RejectedCurveError, match=r"has \d+ (parts|MiB)"):
+        require_folder(tmp_path)

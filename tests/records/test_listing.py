@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from breaker.records.listing import fingerprint, list_operations, record_files
+from breaker.records.listing import ENDINGS, fingerprint, list_operations, record_files
 from breaker.records.manifest import Operation
+from breaker.records.sources import OTHER_KINDS
 
 
 def fill(folder, *names):
@@ -37,6 +38,10 @@ def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
     (tmp_path / "8.zarr").mkdir()
     assert [file.name for file in record_files(tmp_path)] == [*readable, "8.zarr"]
     assert record_files(tmp_path / "nowhere") == []
+
+
+def test_every_kind_that_has_a_reader_counts():
+    assert set(OTHER_KINDS) < set(ENDINGS)
 
 
 @pytest.mark.parametrize(

@@ -46,5 +46,8 @@ alarms = alarm_table(
     limits, judged.operation.values, judged.alarm.values, judged.probability.values
 )
 alarms = pd.concat([alarms, step_table(used)], ignore_index=True)
+if "date" in rows:
+    dates = rows.set_index("operation").date
+    alarms = alarms.assign(from_date=alarms.from_operation.map(dates))
 alarms.to_csv(snakemake.output.alarms, index=False, float_format="%.5g")
 trust.to_csv(snakemake.output.trust, index=False, float_format="%.3g")

@@ -11,6 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.decisions.changes import changes, latest_step
+from breaker.records import ABOUT, known_about
 
 __all__ = [
     "STATES",
@@ -68,6 +69,8 @@ def decide(
 ) -> pd.DataFrame:
     """Return one row per operation: what is known, what changed, what to do when.
 
+    And what is known of the operation, such as its date, where anything is.
+
     Args:
         health: What ``health`` returns.
         trend: What ``remaining`` returns.
@@ -101,7 +104,23 @@ def decide(
         "; ".join(f"{motion}: {each[i]}" for motion, each in reasons.items() if each[i])
         for i in range(len(operations))
     ]
-    return rows
+    return rows.assign(**_about(curves, operations))
+
+
+def _about(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> dict[str, list]:
+    """What is known of each operation, ``(o,)``, by its name: of the first motion that knows it."""
+    known: dict[str, dict] = {}
+    for data in curves.values():
+        for name in known_about(data):
+            of = known.setdefault(name, {})
+            for number, value in zip(data.operation.values, data[name].values, strict=True):
+                if value == value and value != "":
+                    of.setdefault(int(number), value)
+    return {
+        name: [known[name].get(int(number)) for number in operations]
+        for name in ABOUT
+        if name in known
+    }
 
 
 class _Coming(NamedTuple):

@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from breaker.records import known_about
+
 __all__ = ["ABSENT", "beside", "choose", "quantiles", "summary", "table", "table_of_both"]
 
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
@@ -121,6 +123,7 @@ def table(result: xr.Dataset) -> pd.DataFrame:
         "reason",
         "file",
         *(name for name in _WHERE_THERE if name in result),
+        *known_about(result),
     ]
     return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
 

@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "files": ["RejectedCurveError", "printable", "read_bytes"],
         "listing": ["ENDINGS", "fingerprint", "list_operations", "record_files"],
-        "manifest": ["ABOUT", "MANIFEST", "Operation"],
+        "manifest": ["ABOUT", "MANIFEST", "Operation", "known_about"],
         "export": ["write_curve"],
         "reader": ["open_curves", "read_curves", "require_any"],
         "landmarks": ["main_motion", "raw_time"],

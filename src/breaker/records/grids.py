@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.records.columns import Columns
-from breaker.records.files import RejectedCurveError, read_bytes
+from breaker.records.files import RejectedCurveError, read_bytes, require_folder
 from breaker.records.names import check_unit, label_of, place_of, wanted_columns
 from breaker.records.numbers import LARGEST_NUMBER
 
@@ -49,8 +49,7 @@ def read_zarr(file: str | Path, settings: Mapping, channel: str = "") -> Columns
     """Read a variable of a Zarr store, and its coordinate of time; otherwise as a NetCDF file."""
     import xarray as xr
 
-    if not Path(file).is_dir():
-        raise RejectedCurveError(file, "is no Zarr store: it is not a folder")
+    require_folder(file)
     with xr.open_zarr(file, **_UNTOUCHED) as dataset:
         return _columns(file, dataset, settings, channel)
 

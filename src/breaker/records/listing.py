@@ -137,7 +137,7 @@ def _require_files(operations: Iterable[Operation]) -> None:
             shown = " ".join(sorted(map(printable, odd)))
             wrong.append(f"{file} has {shown} in its name; rename it")
         elif not (file.suffix.lower() == ".zarr" and file.is_dir()) and (why := no_file(file)):
-            wrong.append(f"{file} {why}")
+            wrong.append(f"{file} {why}; put the file there, or leave it out")
     if wrong:
         raise ValueError(_first(wrong))
 

@@ -10,12 +10,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import TYPE_CHECKING
 
 from breaker.records.dates import iso_date
 from breaker.records.files import RejectedCurveError, printable, read_bytes
 from breaker.records.naming import LARGEST_COUNTER
 
-__all__ = ["ABOUT", "COLUMNS", "MANIFEST", "Operation", "read_manifest"]
+if TYPE_CHECKING:  # xarray takes longer to load than all of this
+    import xarray as xr
+
+__all__ = ["ABOUT", "COLUMNS", "MANIFEST", "Operation", "known_about", "read_manifest"]
 
 MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
@@ -58,6 +62,15 @@ class Operation:
     date: str = ""
     temperature: float = math.nan
     event: str = ""
+
+
+def known_about(data: "xr.Dataset") -> list[str]:
+    """Return which of ``ABOUT`` a dataset of operations has a value of, for any operation."""
+    return [
+        name
+        for name in ABOUT
+        if name in data and any(value == value and value != "" for value in data[name].values)
+    ]
 
 
 def read_manifest(file: str | Path) -> list[tuple[str, Operation]]:
