@@ -10,9 +10,9 @@ from breaker.records.landmarks import NoMotionError, first_motion, raw_time
 
 CURVES = 500
 DIRECTION = {"closing": 1.0, "opening": -1.0}
-# Bias and sd over 4,000 curves of each motion are 0.042 and 0.097 ms. With 500 curves the bias has
-# a standard error of 0.0043 ms and the sd one of 0.003 ms: false alarms below 1e-4 and 1e-9.
-LARGEST_BIAS, LARGEST_SD = 0.06, 0.12
+# Bias and sd over 3,000 curves of each motion are at most 0.056 and 0.123 ms. With 500 curves the
+# bias has a standard error of 0.0055 ms and the sd one of 0.004 ms: false alarms below 1e-4.
+LARGEST_BIAS, LARGEST_SD = 0.08, 0.14
 
 
 def by_threshold(time, record, direction):
@@ -38,37 +38,41 @@ def errors(find, records):
     return np.array([find(time, record, direction) for record in measured]) - moves
 
 
-def test_it_is_nearly_unbiased_and_precise(records):
-    error = errors(first_motion, records)
+@pytest.fixture(scope="module")
+def error(records):
+    """What is found of all records, less the truth, ms."""
+    return errors(first_motion, records)
+
+
+def test_it_is_nearly_unbiased_and_precise(error):
     assert abs(error.mean()) <= LARGEST_BIAS
     assert error.std() <= LARGEST_SD
-    assert np.abs(error).max() < 0.6
+    assert np.abs(error).max() < 0.8
 
 
 def test_a_threshold_would_fail_that(records):
     assert errors(by_threshold, records).mean() > 0.5
 
 
-def test_it_is_no_later_for_a_weak_drive(records):
+def test_it_is_no_later_for_a_weak_drive(records, error):
     # Difference of the means of two groups of 250, each of sd 0.1 ms: standard error 0.009 ms, so
     # that chance alone reaches 0.1 ms with a probability below 1e-10.
     theta = records[3]
     f, k_a, length = (theta[:, NAMES.index(name)] for name in ("f", "k_a", "L"))
     force = f - k_a * length if records[4] > 0 else k_a * length
     weak = force < np.median(force)
-    error = errors(first_motion, records)
     assert abs(error[weak].mean() - error[~weak].mean()) < 0.1
 
 
-@pytest.mark.parametrize("step", [0.02, 0.05, 0.1, 0.2, 0.4])
+@pytest.mark.parametrize("step", [0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 1.0])
 @pytest.mark.parametrize("start", [0.0, -7.3, 0.37, 1000.0])
-def test_it_does_not_depend_on_the_grid(step, start):
-    """Also where a start that is tried falls on the last sample, after which nothing has moved."""
-    for moves in start + 11.0 + step * np.linspace(0.0, 1.0, 12):
-        time = start + step * np.arange(round(30.0 / step))
-        tau = np.maximum(time - moves, 0.0)
-        record = 0.35 * tau**2 * (1.0 - 0.12 * np.minimum(tau, 5.0))
-        assert first_motion(time, record, 1.0) == pytest.approx(moves, abs=0.1)
+def test_it_does_not_depend_on_the_grid(prior, step, start):
+    """From 1 to 100 kHz, wherever the samples fall."""
+    for moves in 11.0 + step * np.linspace(0.0, 1.0, 4):
+        time = step * np.arange(round(60.0 / step))
+        record = travel(prior.medians[None], time, "closing", onset=np.array([moves])).travel[0]
+        found = first_motion(start + time, record, 1.0)
+        assert found - start == pytest.approx(moves, abs=0.15 + 0.15 * step)
 
 
 def test_shift_and_sign_and_rest_do_not_matter():
@@ -78,8 +82,7 @@ def test_shift_and_sign_and_rest_do_not_matter():
     found = first_motion(time, rise, 1.0)
     assert found == pytest.approx(12.34, abs=0.3)
     assert first_motion(time, 18.0 - rise, -1.0) == pytest.approx(found, abs=1e-9)
-    # The starts that are tried lie on a grid of 0.01 ms, which moves with the samples.
-    assert first_motion(time + 5000.0, rise, 1.0) - 5000.0 == pytest.approx(found, abs=0.011)
+    assert first_motion(time + 5000.0, rise, 1.0) - 5000.0 == pytest.approx(found, abs=1e-6)
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -103,6 +106,132 @@ def test_a_record_that_begins_in_the_motion_is_refused(records, late):
         inside = time > start + late
         with pytest.raises(NoMotionError, match="no rest before the motion"):
             first_motion(time[inside], record[inside], direction)
+
+
+# ---- any drive, any record ---------------------------------------------------------------------
+
+FEW = 30  # records
+
+
+def changed(records, change, n=FEW):
+    """Errors of records after a change of ``(time, record, start)``, ms; nan where refused."""
+    time, measured, moves, _, direction = records
+    found = []
+    for record, start in zip(measured[:n], moves[:n], strict=True):
+        try:
+            found.append(first_motion(*change(time, record.copy(), start), direction) - start)
+        except NoMotionError:
+            found.append(np.nan)
+    return np.array(found)
+
+
+def raised(after, height, samples):
+    """A change: samples from a time after the first motion on read too much, mm."""
+
+    def change(time, record, start):
+        first = np.searchsorted(time, start + after)
+        record[first : first + samples] += height
+        return time, record
+
+    return change
+
+
+@pytest.mark.parametrize("after", [-5.0, -0.5, 0.0, 0.5, 1.5])
+@pytest.mark.parametrize(("height", "samples"), [(8.0, 1), (-8.0, 1), (8.0, 8), (-2.0, 8)])
+def test_wrong_samples_do_not_move_it(records, after, height, samples):
+    """8 mm too much on one sample before the motion was 1.7 ms, on 0.8 ms of samples 40 ms."""
+    plain = changed(records, lambda time, record, start: (time, record))
+    wrong = changed(records, raised(after, height, samples))
+    # Of a burst within the rise, a quarter of what is fitted is gone; of the fastest, too much.
+    assert np.isnan(wrong).mean() <= (0.1 if samples > 1 else 0.0)
+    assert np.nanmax(np.abs(wrong - plain)) < (0.8 if samples > 1 else 0.4)
+    assert abs(np.nanmean(wrong)) < 0.25
+
+
+@pytest.mark.parametrize("after", [-40.0, -5.0])
+def test_a_burst_long_before_does_not_move_it(records, after):
+    def change(time, record, start):
+        first = max(0, np.searchsorted(time, start + after))
+        record[first : first + 8] += 8.0
+        return time, record
+
+    assert np.abs(changed(records, change)).max() < 0.6
+
+
+@pytest.mark.parametrize(("far", "slow"), [(11.0, 4.8), (1.0, 5.0), (1.0, 0.4), (70.0, 50.0)])
+def test_it_is_as_good_for_any_stroke_and_speed(records, far, slow):
+    """The old fit, of 1.5 mm in 5 ms, was 9 ms late for a drive five times as slow."""
+    time, measured, moves, _, direction = records
+    found = [first_motion(slow * time, far * each, direction) for each in measured[:FEW]]
+    error = np.array(found) / slow - moves[:FEW]
+    assert abs(error.mean()) < 0.1
+    assert np.abs(error).max() < 0.8
+
+
+@pytest.mark.parametrize(("power", "late"), [(2.0, 0.3), (2.5, 0.9), (3.0, 1.4), (4.0, 2.2)])
+def test_a_gradual_start_is_found(power, late):
+    """Of 13 mm in 12 ms with 0.1 mm of noise; the old fit was 0.4, 1.5, 2.4 and 3.9 ms late."""
+    rng = generator(5, "test gradual")
+    time = 0.1 * np.arange(800)
+    rise = 13.0 * np.clip((time - 30.0) / 12.0, 0.0, 1.0) ** power
+    found = [first_motion(time, rise + 0.1 * rng.standard_normal(800), 1.0) for _ in range(FEW)]
+    assert abs(np.mean(found) - 30.0) < late
+
+
+@pytest.mark.parametrize("quantum", [0.02, 0.08, 0.127, 0.32])
+@pytest.mark.parametrize("every", [1, 2, 4])
+def test_a_counter_at_any_rate(records, quantum, every):
+    """Its noise at rest has no spread."""
+    time, _, moves, theta, direction = records
+    motion = {1.0: "closing", -1.0: "opening"}[direction]
+    exact = travel(theta[:FEW], time, motion, onset=moves[:FEW]).travel[:, ::every]
+    counted = quantum * np.round(exact / quantum)
+    error = [first_motion(time[::every], each, direction) for each in counted] - moves[:FEW]
+    assert abs(error.mean()) < 0.25
+    assert np.abs(error).max() < 1.2
+
+
+@pytest.mark.parametrize("every", [2, 4, 10])
+def test_slow_rates(records, every):
+    """A tenth of the samples, so noise of three times its effect."""
+    error = changed(records, lambda time, record, start: (time[::every], record[::every]))
+    assert np.isfinite(error).all()
+    assert abs(error.mean()) < (0.3 if every < 10 else 0.6)
+    assert np.abs(error).max() < 1.3
+
+
+@pytest.mark.parametrize("gap", [(0.0, 5.0), (-1.0, 1.4), (0.5, 3.0), (-100.0, 0.5)])
+def test_a_start_in_a_gap_is_refused(records, gap):
+    def change(time, record, start):
+        inside = (time > start + gap[0]) & (time < start + gap[1])
+        return time, np.where(inside, np.nan, record)
+
+    error = changed(records, change)
+    assert np.isnan(error).mean() > 0.95
+    assert np.nanmax(np.abs(np.append(error, 0.0))) < 0.7
+
+
+def test_a_gap_before_or_after_does_not_matter(records):
+    def change(time, record, start):
+        return time, np.where(
+            (np.abs(time - start + 4.0) < 2.0) | (time > start + 9), np.nan, record
+        )
+
+    assert np.abs(changed(records, change)).max() < 0.8
+
+
+@pytest.mark.parametrize("drift", [-3.0, 3.0])
+def test_the_rest_may_drift(records, drift):
+    """By a fifth of the stroke in 0.8 s before the motion."""
+
+    def change(time, record, start):
+        step = time[1] - time[0]
+        time = np.concatenate([time[0] - step * np.arange(8000, 0, -1), time])
+        rng = generator(6, "test drift", round(start * 1000))
+        record = np.concatenate([record[:20].mean() + 0.1 * rng.standard_normal(8000), record])
+        return time, record + drift * (time - time[0]) / np.ptp(time)
+
+    assert np.abs(changed(records, change, 10)).max() < 0.8
 
 
 # ---- raw times -------------------------------------------------------------------------------

@@ -1,10 +1,11 @@
 """Landmarks of a record: its first motion, its main motion, and the operating time.
 
-First motion: from rest, under a constant force and friction, travel begins as
-``A tau^2 (1 - kappa tau)``, ``tau`` the time since the first motion and ``kappa`` about a third of
-the friction. Fitting that to the rest and the first rise, rather than waiting for a threshold,
-makes the time nearly free of bias and of the force: a threshold alone is late by milliseconds, and
-later for a weak drive.
+First motion: from rest, travel begins as ``A tau^p``, ``tau`` the time since the first motion. An
+even force makes ``p`` 2, friction somewhat less, a force that builds up more. That is fitted to the
+rest and the first rise, for many starts and a few ``p``; the time is the mean of the starts, each
+weighted by how likely it is. A threshold alone would be late by milliseconds, and later for a weak
+drive. Each length is a share of the record's own stroke, noise or time of rise, so that neither
+unit nor stroke, speed or rate matters. Samples far from the running median count as missing.
 
 Main motion: the part of a record that the model describes (paper, Sec. 7). The model does not
 describe the rest of the stroke, where stops and dampers act.
@@ -15,15 +16,30 @@ Operating time: what an engineer reads off a travel curve.
 import numpy as np
 from numpy.typing import ArrayLike
 
+from breaker.records.segments import white_noise, without_bursts
+
 __all__ = ["NoMotionError", "first_motion", "main_motion", "raw_time"]
 
-_RISE = 1.5  # mm, rise up to which the start is fitted
-_EARLIEST = 5.0  # ms, longest time that the rise may take
-_STEP = 0.01  # ms, of the times tried
-_KAPPA = 0.12  # 1/ms, the median over the default prior: right to 0.01 ms on average there
-_TOGETHER = 5  # samples whose mean has to rise, so that noise does not
+_RISE = (0.03, 0.2)  # of the way, least and largest rise that is fitted,
+_CLEAR = 30.0  # and in between this many sd of the noise: low enough to see the start
+_ON = 2.25  # times that rise: at even force half as late again
+_APART = 12  # samples, least time between the two; if not, both are higher
+_HIGHER, _HIGHEST = 1.25, 0.4
+_REST = 8  # times as long as from the one to the other, back to where the fit begins
+_POWERS = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])
+_USUAL, _SPREAD = 1.85, 0.15  # their prior: Student's t with 3 degrees of freedom
+_MOST_COLOUR = 0.5  # correlation of neighbours that counts; a counter's steps are more correlated
+_STARTS = 60  # tried at first, and as many again between the likely ones
+_UNLIKELY = 1e-4  # times the greatest likelihood
+_SAMPLES = 250  # of the fit; of more, means of neighbours
+_WRONG = 5.0  # sd of the noise from the running median, from which a sample counts as missing
+_FLAT = 1e-3  # of the way, least noise: a counter has none at rest
+_FEWEST = 8  # samples of the fit
+_VAGUE = 0.25  # of the time of that rise, largest uncertainty of its start
+_MOVES = 12.0  # sd of the noise, least way of a motion
 _SHARE = {"closing": 0.75, "opening": 0.85}  # of the way between the rest positions
-_SEEN = 0.6  # least share of the samples of the first rise
+_BEFORE = 0.1  # of the time of that rise, least rest before it
+_GAP = 0.3  # of that time, longest gap in it
 _LEAST_WAY = 2.0  # mm, below which a record has no motion: noise is far below it
 
 
@@ -40,8 +56,8 @@ def first_motion(time: np.ndarray, travel: np.ndarray, direction: float) -> floa
         direction: 1 if the travel grows, -1 if it falls.
 
     Raises:
-        NoMotionError: If the travel does not leave its rest position by 1.5 mm, has left it when
-            the record begins, or too many samples of this rise are missing.
+        NoMotionError: If the travel stays within its noise, has left its rest position when the
+            record begins, or samples are missing or noisy where the start must be.
 
     Example:
         >>> time = np.arange(0.0, 30.0, 0.1)
@@ -49,41 +65,92 @@ def first_motion(time: np.ndarray, travel: np.ndarray, direction: float) -> floa
         >>> f"{first_motion(time, travel, 1.0):.1f} ms"
         '12.1 ms'
     """
+    travel = direction * travel
     there = ~np.isnan(travel)
-    risen = direction * (travel - np.median(travel[there][:_TOGETHER]))
-    filled = risen if there.all() else np.interp(time, time[there], risen[there])
-    mean = np.convolve(filled, np.full(_TOGETHER, 1 / _TOGETHER), mode="valid")
-    above = np.flatnonzero(mean >= _RISE)
-    if above.size == 0:
-        raise NoMotionError(f"no motion: the travel rises by no more than {mean.max():.2f} mm")
-    last = above[0] + _TOGETHER // 2
-    step = (time[-1] - time[0]) / (time.size - 1)
-    first = max(0, last - round(2 * _EARLIEST / step))
-    seen = np.flatnonzero(there)
-    before, after = seen[seen < last][-1:], seen[seen >= last][:1]
-    # At least one sample moves after each of them; of none, the misfit would be 0 / 0.
-    end = time[last] - 1.5 * step - (time[last - 1] - time[before]).sum()
-    candidates = np.arange(max(time[first], time[last] - _EARLIEST), end, _STEP)
-    if candidates.size == 0 or not (risen[after] - risen[before] <= _RISE).any():
+    for _ in range(2):  # once more, since a burst in the rise moves the running median
+        smooth, _ = without_bursts(time, np.where(there, travel, np.nan))
+        off = np.abs(travel - smooth)
+        noise = max(white_noise(travel), 1.4826 * np.median(off[there]))
+        first, last, way = _rise(smooth, noise)
+        noise = max(noise, _FLAT * way, _quantum(travel[first : last + 1], way) / np.sqrt(12.0))
+        there = off <= _WRONG * noise
+    end, part = time[last], first + np.flatnonzero(there[first : last + 1])
+    if part.size < _FEWEST:
         raise NoMotionError("the first motion is not seen: its samples are missing")
-    known = seen[(seen >= first) & (seen < last)]
-    best = candidates[_misfit(time[known], risen[known], candidates).argmin()]
-    rise = there[(time >= best) & (time <= time[last])]
-    if rise.mean() < _SEEN:
-        missing = f"{(~rise).sum()} of the {rise.size} samples of its rise are missing"
-        raise NoMotionError(f"the first motion is not seen: {missing}")
-    if best <= time[seen[0]]:
+    best, sd = _start(time[part], travel[part], noise * _colour(travel[part] - smooth[part]))
+    known = np.append(time[part], end)
+    gap = np.diff(known[max(0, np.searchsorted(known, best) - 1) :]).max() - (time[1] - time[0])
+    if gap > _GAP * (end - best):
+        raise NoMotionError(f"the first motion is not seen: {gap:.1f} ms of its rise are missing")
+    if sd > _VAGUE * (end - best):
+        raise NoMotionError(f"the first motion is not seen: its time is uncertain by {sd:.1f} ms")
+    if best - known[0] < _BEFORE * (end - best):
         raise NoMotionError("no rest before the motion: the record begins too late")
-    return float(best)
+    return best
 
 
-def _misfit(time: np.ndarray, risen: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Sum of squares that the best rise from each start leaves, the rest position fitted along."""
-    tau = np.maximum(time - starts[:, None], 0.0)
-    shape = tau**2 * (1.0 - _KAPPA * tau)
-    shape -= shape.mean(axis=1, keepdims=True)
-    risen = risen - risen.mean()
-    return risen @ risen - (shape @ risen) ** 2 / np.einsum("st,st->s", shape, shape)
+def _rise(smooth: np.ndarray, noise: float) -> tuple[int, int, float]:
+    """First and last sample of the rest and the rise that are fitted, and the way, mm."""
+    lowest = np.minimum.accumulate(smooth)
+    top = int((smooth - lowest).argmax())
+    way, low = smooth[top] - lowest[top], lowest[top]
+    if way <= _MOVES * noise:
+        raise NoMotionError(f"no motion: the travel rises by no more than {way:.2f} mm")
+
+    def last_below(height: float, before: int) -> int:
+        return before - int((smooth[before::-1] < height).argmax())
+
+    # The rest may drift: it is that shortly before the motion, not the lowest of the record.
+    early, late = (last_below(low + share * way, top) for share in (0.3, 0.6))
+    low = np.quantile(smooth[max(0, early - 20 * max(1, late - early)) : late + 1], 0.25)
+    way = smooth[top] - low
+    share, last, on = float(np.clip(_CLEAR * noise / way, *_RISE)), 0, 0
+    while on - last < _APART and share < _HIGHEST:
+        last, on = (last_below(low + each * way, top) for each in (share, _ON * share))
+        share *= _HIGHER
+    return max(0, last - _REST * max(2, on - last)), last, way
+
+
+def _colour(off: np.ndarray) -> float:
+    """Factor on the noise by which correlated samples count as fewer independent ones."""
+    rho = off[1:] @ off[:-1] / max(off @ off, np.finfo(float).tiny)
+    rho = np.clip(rho, 0.0, _MOST_COLOUR)
+    return float(np.sqrt((1.0 + rho) / (1.0 - rho)))
+
+
+def _quantum(travel: np.ndarray, way: float) -> float:
+    """Step of a counter, mm: the least that two samples differ by if they do."""
+    steps = np.abs(np.diff(travel[~np.isnan(travel)]))
+    return float(steps[steps > 1e-6 * way].min(initial=way))
+
+
+def _start(time: np.ndarray, travel: np.ndarray, noise: float) -> tuple[float, float]:
+    """Mean and sd of the likely starts of a rise, ms, from its samples and those of the rest."""
+    every = -(-time.size // _SAMPLES)
+    whole = time.size // every * every  # from the end, where the rise is
+    time, travel = (each[-whole:].reshape(-1, every).mean(axis=1) for each in (time, travel))
+    starts = np.linspace(time[0], time[-2], _STARTS)
+    likely = np.flatnonzero(_likelihood(time, travel, starts, noise / np.sqrt(every)) > _UNLIKELY)
+    ends = [max(likely[0] - 1, 0), min(likely[-1] + 1, _STARTS - 1)]
+    starts = np.linspace(*starts[ends], _STARTS)
+    weights = _likelihood(time, travel, starts, noise / np.sqrt(every))
+    best = weights @ starts / weights.sum()
+    return float(best), float(np.sqrt(weights @ (starts - best) ** 2 / weights.sum()))
+
+
+def _likelihood(
+    time: np.ndarray, travel: np.ndarray, starts: np.ndarray, noise: float
+) -> np.ndarray:
+    """Likelihood of each start ``(s,)``, the greatest of a power 1; rest and height are fitted."""
+    tau = np.maximum(time - starts[:, None], 0.0) / (time[-1] - starts[:, None])
+    with np.errstate(divide="ignore"):
+        shapes = np.exp(_POWERS[:, None, None] * np.log(tau))
+    shapes -= shapes.mean(axis=-1, keepdims=True)
+    risen = travel - travel.mean()
+    explained = np.maximum(shapes @ risen, 0.0) ** 2 / np.einsum("pst,pst->ps", shapes, shapes)
+    log = explained / (2.0 * noise**2)
+    log -= 2.0 * np.log1p(((_POWERS[:, None] - _USUAL) / _SPREAD) ** 2 / 3.0)
+    return np.exp(log - log.max()).sum(axis=0)
 
 
 def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import median_filter
 
-__all__ = ["Segment", "SegmentError", "find_segment"]
+__all__ = ["Segment", "SegmentError", "find_segment", "white_noise", "without_bursts"]
 
 _FEWEST = 20  # samples of a record
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
@@ -113,10 +113,32 @@ def find_segment(
     )
 
 
-def _smooth(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
-    """Travel without noise and bursts, ``(t,)``, and half the samples of the running median.
+def white_noise(travel: np.ndarray) -> float:
+    """Return the sd of the noise of a record, mm, if its samples are independent.
 
-    Missing samples are filled by straight lines.
+    Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
+    """
+    second = np.diff(travel[~np.isnan(travel)], n=2)
+    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0)))
+
+
+def without_bursts(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the running median of a record, ``(t,)``, and half the samples of its window.
+
+    Missing samples are filled by straight lines. Half a window from the ends it goes on as it is
+    there: mirrored, a burst at the end would fill the window.
+    """
+    there = np.flatnonzero(~np.isnan(travel))
+    filled = np.interp(np.arange(travel.size), there, travel[there])
+    half = max(2, round(0.5 * _WINDOW / (time[1] - time[0])))
+    smooth = median_filter(filled, 2 * half + 1)
+    if smooth.size > 2 * half:
+        smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
+    return smooth, half
+
+
+def _smooth(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
+    """Check that something moves; then as ``without_bursts``.
 
     Raises:
         SegmentError: If there are too few samples, or nothing moves.
@@ -124,11 +146,8 @@ def _smooth(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
     there = np.flatnonzero(~np.isnan(travel))
     if there.size < _FEWEST:
         raise SegmentError(f"only {there.size} samples of travel in the part to look in")
-    # Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
-    noise = np.median(np.abs(np.diff(travel[there], n=2))) / (0.6745 * np.sqrt(6.0))
-    half = max(2, round(0.5 * _WINDOW / (time[1] - time[0])))
-    filled = np.interp(np.arange(travel.size), there, travel[there])
-    smooth = median_filter(filled, 2 * half + 1, mode="reflect")
+    noise = white_noise(travel)
+    smooth, half = without_bursts(time, travel)
     if np.ptp(smooth) <= _CLEAR * noise:
         raise SegmentError(
             f"nothing moves: the travel ranges over {np.ptp(smooth):.3g} mm, with noise of "
