@@ -33,7 +33,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="breaker", description="From a breaker's travel curve to the state of its drive."
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for add in (_add_infer,):  # in the order of --help
+    for add in (_add_manifest, _add_infer):  # in the order of --help
         command = add(commands)
         command.add_argument(
             "--config",
@@ -68,6 +68,41 @@ def _settings(overlays: Sequence[str], needed: Sequence[str]) -> dict:
             "start the command from the project's folder, or name its config/config.yaml first"
         )
     return config
+
+
+# ---- breaker manifest ---------------------------------------------------------------------------
+
+
+def _add_manifest(commands) -> argparse.ArgumentParser:
+    manifest = commands.add_parser(
+        "manifest",
+        help="propose a table of the operations in a folder",
+        description="Propose the table operations.csv of a folder: which file is which operation. "
+        "What to check in it is printed beside it.",
+    )
+    manifest.set_defaults(run=_manifest)
+    manifest.add_argument("folder", metavar="FOLDER", help="folder of the curve files")
+    manifest.add_argument("--output", metavar="CSV", help="write the table there, if nothing is")
+    return manifest
+
+
+def _manifest(options: argparse.Namespace) -> int:
+    from breaker.records import propose_manifest
+
+    text, remarks = propose_manifest(options.folder)
+    if options.output:
+        try:
+            with open(options.output, "x", encoding="utf-8", newline="") as stream:
+                stream.write(text)
+        except FileExistsError:
+            raise FileExistsError(
+                f"{options.output} is there already, and is not overwritten; name another file"
+            ) from None
+    else:
+        print(text, end="")
+    for remark in remarks:
+        print(f"check: {remark}", file=sys.stderr)
+    return 0
 
 
 # ---- breaker infer ------------------------------------------------------------------------------

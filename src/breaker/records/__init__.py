@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "files": ["RejectedCurveError", "printable", "read_bytes"],
         "listing": ["ENDINGS", "fingerprint", "list_operations", "record_files"],
         "manifest": ["ABOUT", "MANIFEST", "Operation", "known_about"],
+        "proposal": ["propose_manifest"],
         "export": ["write_curve"],
         "reader": ["open_curves", "read_curves", "require_any"],
         "landmarks": ["main_motion", "raw_time"],

@@ -14,7 +14,7 @@ from breaker.records.files import no_file, printable
 from breaker.records.manifest import MANIFEST, Operation, read_manifest
 from breaker.records.naming import numbers_in
 
-__all__ = ["ENDINGS", "fingerprint", "list_operations", "record_files"]
+__all__ = ["ENDINGS", "fingerprint", "list_operations", "odd_signs", "record_files"]
 
 ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".cfg", ".cff", ".nc", ".nc4", ".zarr")
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
@@ -121,21 +121,25 @@ def _from_names(folder: Path) -> list[Operation]:
     return [Operation(number, file) for number, file in listed.items()]
 
 
-def _require_files(operations: Iterable[Operation]) -> None:
-    """Refuse what is no file, and names that stand for something else than themselves.
+def odd_signs(path: str | Path) -> str:
+    """Return the signs that no path of a record may have; empty if there are none.
 
-    Snakemake takes braces and angle brackets in a name for a pattern.
+    Snakemake takes braces and angle brackets for a pattern; control signs are in no table.
     """
+    odd = {
+        sign
+        for sign in str(path)
+        if sign in "{}<>" or unicodedata.category(sign) in ("Cc", "Zl", "Zp")
+    }
+    return " ".join(sorted(map(printable, odd)))
+
+
+def _require_files(operations: Iterable[Operation]) -> None:
+    """Refuse what is no file, and names that stand for something else than themselves."""
     wrong = []
     for file in dict.fromkeys(each.file for each in operations):
-        odd = {
-            sign
-            for sign in str(file)
-            if sign in "{}<>" or unicodedata.category(sign) in ("Cc", "Zl", "Zp")
-        }
-        if odd:
-            shown = " ".join(sorted(map(printable, odd)))
-            wrong.append(f"{file} has {shown} in its name; rename it")
+        if odd := odd_signs(file):
+            wrong.append(f"{file} has {odd} in its name; rename it")
         elif not (file.suffix.lower() == ".zarr" and file.is_dir()) and (why := no_file(file)):
             wrong.append(f"{file} {why}; put the file there, or leave it out")
     if wrong:
