@@ -170,6 +170,24 @@ def _show(result) -> None:
             print(f"  {row.output:8s} {row.median:10.4g}   95 %: {interval:22s} {row.unit}")
         if "resolved" in rows and not first.resolved:
             print("  NOT resolved: the exact posterior was not reached; this is the best so far")
-        verdict = "fits the model" if not first.misfit else "does NOT fit the model"
+        for doubt in _doubts(first):
+            print(f"  {doubt}")
+        if not first.p_value >= 0:
+            print("  no draw of its posterior could be compared with the record")
+            continue
+        verdict = "does NOT fit the model" if first.misfit else "fits the model"
         outside = ", OUTSIDE what the prior can produce" if first.outside_prior else ""
         print(f"  {verdict} (posterior predictive p = {first.p_value:.2g}){outside}")
+
+
+def _doubts(row) -> list[str]:
+    """What to know of an operation beside its intervals."""
+    doubts = row.remarks.split("; ") if getattr(row, "remarks", "") else []
+    if row.completed and "resolved" not in row:
+        doubts.append(
+            f"approximate: {row.missing} samples are missing, which the network was given as drawn "
+            "from the others; endurance.posterior: corrected is exact"
+        )
+    if row.far_onset:
+        doubts.append("the motion begins FAR from where it was read: beyond 4 sensor.onset_sd")
+    return doubts

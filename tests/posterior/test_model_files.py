@@ -77,7 +77,7 @@ def test_a_model_file_explains_itself(model_file):
     with safe_open(str(model_file), framework="pt") as file:
         header = file.metadata()
     assert json.loads(header["settings"])["sensor"] == SENSOR
-    assert set(header) == {"format", "breaker_version", "settings"}
+    assert set(header) == {"format", "breaker_version", "settings", "checksum"}
 
 
 def test_equal_models_are_equal_bytes(curved, model_file, tmp_path):
@@ -118,8 +118,21 @@ def test_a_model_on_other_settings_has_other_shapes(tmp_path):
 
 
 def parts(path):
+    """Tensors and header of a model file, without the checksum, as if it was written like that."""
     with safe_open(str(path), framework="pt") as file:
-        return {name: file.get_tensor(name) for name in file.keys()}, file.metadata()  # noqa: SIM118
+        header = {name: text for name, text in file.metadata().items() if name != "checksum"}
+        return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118
+
+
+def flipped(sign, other):
+    """One byte after a text is another."""
+
+    def fault(source, target):
+        content = source.read_bytes()
+        place = content.index(sign) + len(sign)
+        target.write_bytes(content[:place] + other + content[place + len(other) :])
+
+    return fault
 
 
 def with_settings(change):
@@ -244,6 +257,11 @@ FAULTS = {
         "solver_steps is of torch.float32",
     ),
     "no steps": (with_value("solver_steps", 0), "solver_steps is 0, but must be from 1 to 1000"),
+    "setting changed": (flipped(b'\\"gamma_a\\": {\\"log_sd\\": 0.', b"9"), "checksum"),
+    "weight changed": (
+        lambda source, target: target.write_bytes(source.read_bytes()[:-3] + b"abc"),
+        "its checksum is another",
+    ),
     "header with more": (with_header(lambda h: {**h, "more": "x"}), "its header has 'more'"),
     "number infinite": (with_settings(lambda s: s | {"seed": float("inf")}), "seed is inf"),
     "number nan": (

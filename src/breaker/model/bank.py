@@ -70,7 +70,8 @@ def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
     """Read the shards of a bank, in the order given, as one dataset in memory.
 
     Raises:
-        ValueError: If there is no shard, or if two shards differ in motion, grid or settings.
+        ValueError: If there is no shard, if two shards differ in motion, grid or settings, or if
+            numbers in one are not finite.
     """
     if not shards:
         raise ValueError("a bank needs at least one shard")
@@ -82,4 +83,15 @@ def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
                     f"{shard} does not fit {shards[0]}: its {key} is {part.attrs[key]}, not "
                     f"{parts[0].attrs[key]}; simulate the bank anew"
                 )
-    return xr.concat(parts, dim="curve", join="exact", combine_attrs="override").load()
+    bank = xr.concat(parts, dim="curve", join="exact", combine_attrs="override").load()
+    finite = np.ones(bank.sizes["curve"], dtype=bool)
+    for name in ("travel", "parameters", "onset"):
+        finite &= np.isfinite(bank[name].values).reshape(finite.size, -1).all(axis=1)
+    ends = np.cumsum([part.sizes["curve"] for part in parts])
+    for shard, sound in zip(shards, np.split(finite, ends[:-1]), strict=True):
+        if not sound.all():
+            raise ValueError(
+                f"{shard}: {np.count_nonzero(~sound)} of {sound.size} simulated operations are not "
+                f"finite, the first is number {sound.argmin()}; delete it and simulate it anew"
+            )
+    return bank

@@ -1,11 +1,12 @@
 """Model files: all of a posterior in one safetensors file, without pickle.
 
 Weights, and what the model leaves out where it was trained for that; in the header a JSON text with
-all settings that made it. A file may come from anywhere, so nothing is built before its sizes are
-known to be those of the tensors in it: the module is built without memory, on torch's device
-"meta", and takes the tensors of the file as they are.
+all settings that made it, and a checksum. A file may come from anywhere, so nothing is built before
+its sizes are known to be those of the tensors in it: the module is built without memory, on torch's
+device "meta", and takes the tensors of the file as they are.
 """
 
+import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
@@ -24,7 +25,7 @@ from breaker.model import Discrepancy
 __all__ = ["ModelFileError", "read", "write"]
 
 _FORMAT = "breaker posterior 3"
-_HEADER = ("format", "breaker_version", "settings")
+_HEADER = ("format", "breaker_version", "settings", "checksum")
 _DISCREPANCY = tuple(f"discrepancy.{name}" for name in ("mean", "slopes", "factor"))
 _LONGEST_HEADER = 1_000_000  # bytes
 _LARGEST = 100_000  # size in the settings of sensor and network
@@ -56,7 +57,7 @@ def write(
         for name in _DISCREPANCY:
             array = getattr(discrepancy, name.partition(".")[2])
             tensors[name] = torch.as_tensor(array, dtype=torch.float64)
-    Path(path).write_bytes(_in_order(save(tensors, metadata=header)))
+    Path(path).write_bytes(_finished(save(tensors, metadata=header)))
 
 
 def read(kind: type[_Module], path: str | Path) -> _Module:
@@ -70,9 +71,13 @@ def read(kind: type[_Module], path: str | Path) -> _Module:
     if not Path(path).is_file():
         raise FileNotFoundError(f"there is no model file {path}")
     try:
-        _check_header(path)
+        tensors = _hash_of_tensors(path)
         with safe_open(str(path), framework="pt") as file:
-            settings = _settings(file.metadata() or {})
+            header = file.metadata() or {}
+            settings = _settings(header)
+            # Files of earlier versions have none.
+            if header.get("checksum") not in (None, _checksum(tensors, header)):
+                raise ModelFileError("its checksum is another: it was changed after it was written")
             names = set(file.keys())
             discrepancy = _discrepancy(file, settings) if names & {*_DISCREPANCY} else None
             module = _build(kind, settings, discrepancy)
@@ -87,12 +92,19 @@ def read(kind: type[_Module], path: str | Path) -> _Module:
     return module
 
 
-def _check_header(path: str | Path) -> None:
-    """Refuse a header that would take long to read."""
+def _hash_of_tensors(path: str | Path) -> str:
+    """Read the tensors through; a header that would take long to read is refused."""
     with Path(path).open("rb") as file:
         size = int.from_bytes(file.read(8), "little")
-    if size > _LONGEST_HEADER:
-        raise ModelFileError("is not a model file of breaker: its header is too long")
+        if size > _LONGEST_HEADER:
+            raise SafetensorError("its header is too long")
+        file.seek(size, 1)
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _checksum(tensors: str, header: Mapping[str, str]) -> str:
+    """Hash of the hash of all tensors and of the settings."""
+    return hashlib.sha256((tensors + header["settings"]).encode()).hexdigest()
 
 
 def _settings(header: Mapping[str, str]) -> dict:
@@ -190,9 +202,13 @@ def _check_tensor(name: str, tensor: Tensor, wanted: torch.dtype) -> None:
         raise ModelFileError(f"tensor {name} has numbers that are not finite")
 
 
-def _in_order(file: bytes) -> bytes:
-    """Order the header of a safetensors file, whose texts the library writes in random order."""
+def _finished(file: bytes) -> bytes:
+    """Add the checksum to a safetensors file, and order its header, which the library writes in
+    random order."""
     size = int.from_bytes(file[:8], "little")
-    header = json.dumps(json.loads(file[8 : 8 + size]), sort_keys=True).encode()
+    found, tensors = json.loads(file[8 : 8 + size]), file[8 + size :]
+    metadata = found["__metadata__"]
+    metadata["checksum"] = _checksum(hashlib.sha256(tensors).hexdigest(), metadata)
+    header = json.dumps(found, sort_keys=True).encode()
     header += b" " * (-len(header) % 8)  # tensors begin at a multiple of 8, as the format asks
-    return len(header).to_bytes(8, "little") + header + file[8 + size :]
+    return len(header).to_bytes(8, "little") + header + tensors
