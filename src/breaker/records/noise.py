@@ -1,8 +1,8 @@
-"""Noise of a record, seen where nothing moves: its size, and its colour at the model's step.
+"""Noise of a record, seen where nothing moves: its size, its colour at the model's step, its drift.
 
 The likelihood takes noise of ``noise_sd`` that is independent from sample to sample. A record in
 which there is more, or in which neighbouring samples of the grid err alike, knows less about the
-drive than is inferred from it.
+drive than is inferred from it; one that was smoothed shows another motion.
 """
 
 from typing import NamedTuple
@@ -10,92 +10,116 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
-__all__ = ["Noise", "noise_at_rest", "noise_remark"]
+__all__ = ["Noise", "noise_at_rest", "noise_remarks"]
 
 _FEWEST = 10  # samples at rest, for an estimate
-_FALSE = 4e-4  # probability of each remark on white noise of the right size
-_NORMAL = 3.35  # sd that normal noise exceeds with that probability
+_FALSE = 1e-4  # probability of a remark on noise of the right size
+_NORMAL = 3.7  # sd that normal noise exceeds with that probability
 _MORE = 1.15  # factor on noise_sd from which more noise matters
 _ALIKE = 0.2  # correlation from which it matters
-_SMALL = 0.5  # of noise_sd, below which the colour does not matter
+_LONG = 1.25  # steps of the grid, memory from which it matters
+_DRIFT = 3.0  # noise_sd, drift over the grid from which it matters
+_STEADY = 30  # samples at rest, from which a drift is told from noise
 
 
 class Noise(NamedTuple):
-    """Noise of a record.
+    """Noise of a record; nan where there is too little rest to see it.
 
     Attributes:
-        sd: Standard deviation of a sample, mm; nan if there is too little rest.
-        colour: Correlation of samples that are a step of the model's grid apart; nan if unknown.
-        size: Number of independent samples with as much information on ``sd``.
+        sd: Standard deviation of a sample, mm.
+        colour: Correlation of samples that are a step of the model's grid apart.
+        next: Correlation of neighbouring samples of the file.
+        drift: Slope of the travel at rest, mm/ms.
+        samples: Number of samples at rest.
     """
 
     sd: float
     colour: float
-    size: float
+    next: float
+    drift: float
+    samples: int
 
 
-def noise_at_rest(rest: np.ndarray, every: int, quantum: float) -> Noise:
+def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: float) -> Noise:
     """Estimate the noise of a record.
 
     Args:
         rest: Travel before the motion, ``(r,)``, mm; NaN where a sample is missing.
-        every: Samples for a step of the model's grid, at least 1.
+        step: Time between two samples, ms.
+        grid_step: Time between two samples of the model's grid, ms.
         quantum: Step to which readings are rounded, mm; its error, ``quantum / sqrt(12)``, is
             there also where rest is too steady to show it.
 
     Example:
         >>> rest = 0.1 * np.random.default_rng(1).standard_normal(400)
-        >>> [round(each, 2) for each in noise_at_rest(rest, 4, 0.0)[:2]]
-        [0.09, 0.05]
+        >>> noise = noise_at_rest(rest, 0.1, 0.4, 0.0)
+        >>> round(noise.sd, 2), round(noise.colour, 2), noise.samples
+        (0.09, 0.05, 400)
     """
+    every = max(1, round(grid_step / step))
     there = ~np.isnan(rest)
-    if there.sum() < max(_FEWEST, every + 2):
-        return Noise(np.nan, np.nan, 0.0)
-    sd, rounding = float(np.nanstd(rest, ddof=1)), quantum / np.sqrt(12.0)
+    count = int(there.sum())
+    if count < max(_FEWEST, every + 2):
+        return Noise(np.nan, np.nan, np.nan, np.nan, count)
+    sd, rounding = float(np.std(rest[there], ddof=1)), quantum / np.sqrt(12.0)
     if sd <= rounding:
-        return Noise(float(rounding), np.nan, float(there.sum()))
-    centred = np.where(there, rest - np.nanmean(rest), 0.0)
+        return Noise(float(rounding), np.nan, np.nan, 0.0, count)
+    centred = np.where(there, rest - rest[there].mean(), 0.0)
+    square = centred @ centred / count
 
     def alike(lag: int) -> float:
-        pairs = (there[lag:] & there[:-lag]).sum()
-        variance = (centred @ centred) / there.sum()
-        return float(centred[lag:] @ centred[:-lag] / max(pairs, 1) / variance)
+        pairs = max((there[lag:] & there[:-lag]).sum(), 1)
+        return float(centred[lag:] @ centred[:-lag] / pairs / square)
 
-    # Of a first-order process; less information where neighbouring samples of the file are alike.
-    square = min(alike(1), 0.99) ** 2
-    size = there.sum() * (1.0 - square) / (1.0 + square)
-    return Noise(sd, alike(every), float(size))
+    at = step * (np.arange(rest.size) - np.flatnonzero(there).mean())
+    drift = float(centred @ at / (at[there] @ at[there]))
+    return Noise(sd, alike(every), alike(1), drift, count)
 
 
-def noise_remark(noise: Noise, noise_sd: float) -> str:
-    """Say where a record's noise is not what the model takes for granted, "" where it may be.
+def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray) -> list[str]:
+    """Say where a record's noise is not what the model takes for granted: white, and no larger.
 
-    A remark on white noise of the right size has a probability below 1e-3.
+    Of records in which it is, fewer than one in 1,000 has a remark.
 
     Args:
         noise: Of the record.
         noise_sd: The model's, mm.
+        step: Time between two samples of the record, ms.
+        times: The model's grid, ``(t,)``, ms.
 
     Example:
-        >>> noise_remark(Noise(0.21, 0.0, 80.0), 0.1)[:58]
+        >>> times = np.linspace(-2.0, 58.0, 151)
+        >>> noise_remarks(Noise(0.21, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)[0][:58]
         'the noise at rest is 0.21 mm, more than sensor.noise_sd, 0'
-        >>> noise_remark(Noise(0.11, 0.0, 80.0), 0.1)
-        ''
+        >>> noise_remarks(Noise(0.11, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)
+        []
     """
     if np.isnan(noise.sd):
-        return "too little rest before the motion to see the noise"
-    free = max(noise.size - 1.0, 1.0)
-    factor = max(_MORE, float(np.sqrt(chdtri(free, _FALSE) / free)))
-    if noise.sd > factor * noise_sd:
-        return (
+        return ["too little rest before the motion to see the noise"]
+    remarks = []
+    near = min(max(noise.next, 0.0), 0.99) if np.isfinite(noise.next) else 0.0
+    # Of a first-order process: where neighbours are alike, as many samples know less.
+    free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
+    if noise.sd > noise_sd * max(_MORE, float(np.sqrt(chdtri(free, _FALSE) / free))):
+        remarks.append(
             f"the noise at rest is {noise.sd:.2g} mm, more than sensor.noise_sd, {noise_sd:g} mm; "
             "raise it, or the parameters are less certain than inferred"
         )
-    clear = max(_ALIKE, _NORMAL / np.sqrt(max(noise.size, 1.0)))
-    if noise.colour > clear and noise.sd > _SMALL * noise_sd:
-        white = noise.sd * np.sqrt((1.0 + noise.colour) / (1.0 - min(noise.colour, 0.99)))
-        return (
-            f"the noise is correlated from sample to sample of the grid, {noise.colour:.2f}; it "
-            f"informs as little as independent noise of {white:.2g} mm would: see sensor.noise_sd"
+    grid_step = float(times[1] - times[0])
+    # A mean over so long makes neighbouring samples as alike as they are.
+    memory = step / (1.0 - near)
+    smooth = memory > _LONG * grid_step and near > _NORMAL / np.sqrt(noise.samples)
+    if smooth or noise.colour > max(_ALIKE, _NORMAL / np.sqrt(free)):
+        remarks.append(
+            f"the noise at rest is correlated over {memory:.2g} ms, and at a step of the grid by "
+            f"{noise.colour:.2f}: record without a filter, or raise sensor.noise_sd"
         )
-    return ""
+    drifts = abs(noise.drift) * float(times[-1] - times[0])
+    longest = step * noise.samples
+    error = noise.sd * np.sqrt(12.0 / noise.samples * (1.0 + near) / (1.0 - near)) / longest
+    certain = noise.samples >= _STEADY and abs(noise.drift) > (_NORMAL + 0.5) * error
+    if certain and drifts > _DRIFT * noise_sd:
+        remarks.append(
+            f"the reading drifts at rest, by {noise.drift:.2g} mm/ms: {drifts:.2g} mm over the grid"
+        )
+    return remarks

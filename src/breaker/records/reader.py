@@ -45,8 +45,9 @@ from breaker.records.errors import UnusableError
 from breaker.records.files import RejectedCurveError, printable
 from breaker.records.grid import Gridded, check_missing, grid_remarks, on_grid
 from breaker.records.landmarks import NoMotionError, first_motion
+from breaker.records.leaps import leap_remark
 from breaker.records.manifest import ABOUT, Operation
-from breaker.records.noise import Noise, noise_at_rest, noise_remark
+from breaker.records.noise import Noise, noise_at_rest, noise_remarks
 from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, SegmentError, find_segment
 from breaker.records.settings import complete
@@ -254,15 +255,15 @@ def read_record(
     except (UnusableError, SegmentError, NoMotionError) as error:
         line = getattr(error, "line", None)
         raise RejectedCurveError(operation.file, str(error), line=line) from error
+    step, grid_step = (float(each[1] - each[0]) for each in (time, times))
     before = (time[inside] >= moves - _REST[0]) & (time[inside] <= moves - _REST[1])
-    every = max(1, round((times[1] - times[0]) / (time[1] - time[0])))
-    noise = noise_at_rest(left[inside][before], every, quantum)
-    remarks = (
-        *(*columns.remarks, uneven, off),
-        told(time, doubts),
+    noise = noise_at_rest(left[inside][before], step, grid_step, quantum)
+    remarks = [
+        *(*columns.remarks, uneven, off, told(time, doubts)),
         *grid_remarks(gridded, time[inside], times, back=not np.isnan(segment.back)),
-        noise_remark(noise, noise_sd) if noise_sd is not None else "",
-    )
+        leap_remark(time[inside], left[inside], noise.sd, quantum, segment.stroke),
+        *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
+    ]
     said = tuple(remark for remark in remarks if remark)
     return Record(time, whole, doubts, segment, moves, quantum, noise, gridded, said)
 

@@ -51,6 +51,21 @@ def complete(settings: Mapping) -> dict:
             f"endurance.format.travel_unit is {settings['travel_unit']!r}, not one of "
             f"{', '.join(TO_MM)}; endurance.format.ratio (mm for one of it) or table must be given"
         )
+    if settings["ratio"] is not None and settings["table"] is not None:
+        raise ValueError("endurance.format.ratio and endurance.format.table exclude each other")
+    zero = settings["zero"]
+    if isinstance(zero, str) and zero != "rest":
+        raise ValueError(f"endurance.format.zero is {zero!r}, but must be a number or rest")
+    if settings["table"] is not None and zero not in (0, "rest"):
+        raise ValueError(
+            "with endurance.format.table, which has the mm of each reading, endurance.format.zero "
+            "must be 0 or rest"
+        )
+    if not 0 < settings["stroke"][0] < settings["stroke"][1]:
+        raise ValueError(
+            f"endurance.format.stroke is {list(settings['stroke'])}, but must be the least and the "
+            "largest stroke, mm"
+        )
     if settings["time_column"] is None and settings["rate"] is None:
         raise ValueError(
             "endurance.format.time_column is null, so endurance.format.rate is needed: the samples "
