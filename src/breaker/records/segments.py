@@ -80,9 +80,6 @@ def find_segment(
         >>> closing = find_segment(time, travel, "closing")
         >>> closing.stroke, closing.begin, bool(190 < time[closing.end] <= 200)
         (14.0, 0, True)
-        >>> opening = find_segment(time, travel, "opening")
-        >>> bool(58 <= time[opening.begin] < 62), opening.end == len(time)
-        (True, True)
     """
     first = 0 if np.isnan(begin) else int(np.searchsorted(time, begin))
     last = len(time) if np.isnan(end) else int(np.searchsorted(time, end, side="right"))
@@ -98,17 +95,16 @@ def find_segment(
     start, middle, stop = _between(done, *bounds)
     speed = 0.0 if goes_back else _end_speed(done[start : stop - half])
     if speed > _SLOW:
-        raise SegmentError(
-            f"ends in the middle of the {motion}, at {time[-1]:.1f} ms and {speed:.0%} of the "
-            "greatest speed; record longer"
-        )
-    before, after = _rests(done[start:middle], done[middle:stop], arrived=speed <= _STILL)
+        moving = f"{time[-1]:.1f} ms and {speed:.0%} of the greatest speed"
+        raise SegmentError(f"ends in the middle of the {motion}, at {moving}; record longer")
+    arrived = speed <= _STILL
+    before, after = _rests(done[start:middle], done[middle:stop], arrived=arrived)
     return Segment(
         begin=first + start,
         end=first + stop,
         before=sign * before,
         after=sign * after,
-        arrived=speed <= _STILL,
+        arrived=arrived,
         back=float(time[stop]) if goes_back else float("nan"),
     )
 
