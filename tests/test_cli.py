@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 import yaml
 
+import breaker.posterior
+from breaker import cli
 from breaker.cli import main
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import outputs
@@ -159,6 +161,46 @@ def test_if_every_file_is_rejected_it_fails(capsys):
     assert "which is no closing" in message
 
 
+def test_if_no_file_has_an_answer_it_fails(capsys, monkeypatch):
+    """Though files were accepted: each without a posterior."""
+    nothing = {"median": np.nan, "accepted": False, "reason": "a.csv: no posterior: no draw"}
+    monkeypatch.setattr(breaker.posterior, "table", lambda result: table(result).assign(**nothing))
+    assert few("closing.safetensors", "a.csv") == 1
+    assert f"breaker: nothing was inferred: {nothing['reason']}\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "words"),
+    [
+        (KeyboardInterrupt(), 130, "breaker: interrupted\n"),
+        (ModuleNotFoundError("No module named 'zuko'", name="zuko"), 1, "zuko. Run `make environ"),
+    ],
+)
+def test_what_ends_a_command_is_one_line(capsys, monkeypatch, error, status, words):
+    def run(_):
+        raise error
+
+    monkeypatch.setattr(cli, "_infer", run)
+    assert call("closing.safetensors", "a.csv") == status
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
+
+
+def test_a_reader_that_leaves_is_no_error_of_the_command():
+    """As in `breaker infer ... | head`."""
+    script = (
+        "import sys; from breaker import cli\n"
+        "cli._infer = lambda _: print('text ' * 10**6) or 0\n"
+        "sys.exit(cli.main(['infer', 'model', 'file']))"
+    )
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", script], **pipes) as command:
+        command.stdout.close()
+        assert command.wait(timeout=60) == 141
+        assert command.stderr.read() == b""
+
+
 def test_the_same_call_prints_the_same(capsys):
     texts = []
     for _ in range(2):
@@ -249,7 +291,7 @@ def test_elsewhere_the_configuration_can_be_named(project, capsys, monkeypatch):
     overlay = {"endurance": {"format": {"travel_unit": "foot"}}}
     Path("foot.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")
     message = failed(capsys, *arguments, "../config/config.yaml", "foot.yaml")
-    assert "endurance.format.travel_unit is 'foot', but must be one of mm" in message
+    assert "endurance.format.travel_unit is 'foot', not one of mm" in message
 
 
 @pytest.mark.parametrize(
@@ -270,7 +312,7 @@ def test_a_wrong_configuration(project, capsys, overlay, reason):
 
 def test_a_configuration_that_is_not_there(capsys):
     message = failed(capsys, "closing.safetensors", "a.csv", "--config", "mine.yaml")
-    assert "mine.yaml: cannot be read: No such file" in message
+    assert "mine.yaml: is not there" in message
 
 
 @pytest.mark.parametrize("arguments", [[], ["infer"], ["infer", "closing.safetensors"], ["learn"]])

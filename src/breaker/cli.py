@@ -4,12 +4,13 @@ Each command is one function that prints, and returns the exit status: 0, or 1 w
 """
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from functools import reduce
 from pathlib import Path
 
-from breaker.workflow import ConfigurationError, load, merge, read, set_threads
+from breaker.workflow import ConfigurationError, load, merge, missing_packages, read, set_threads
 
 __all__ = ["main"]
 
@@ -18,11 +19,28 @@ _SCHEMA = Path("workflow/schemas/config.schema.yaml")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns the exit status: 0, or 1 where it failed."""
+    """Run the command.
+
+    Returns:
+        The exit status: 0; 1 where it failed; as of a command that a signal ended, 130 where it was
+        interrupted and 141 where nobody reads its output to the end.
+    """
     options = _parser().parse_args(arguments)
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     try:
-        return options.run(options)
+        status = options.run(options)
+        sys.stdout.flush()  # here, where a closed pipe is still caught
+        return status
+    except KeyboardInterrupt:
+        print("breaker: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # Python writes what is left when it ends, and would complain: into nothing instead.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except ModuleNotFoundError as error:
+        print(f"breaker: {missing_packages(error.name)}", file=sys.stderr)
+        return 1
     except (ConfigurationError, OSError, ValueError) as error:
         print(f"breaker: {error}", file=sys.stderr)
         return 1
@@ -154,6 +172,10 @@ def _infer(options: argparse.Namespace) -> int:
     if options.output:
         result.to_csv(options.output, index=False, float_format="%.6g")
         print(f"written to {options.output}")
+    if result["median"].isna().all():
+        reasons = " | ".join(result["reason"].unique())
+        print(f"breaker: nothing was inferred: {reasons}", file=sys.stderr)
+        return 1
     return 0
 
 

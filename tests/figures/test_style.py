@@ -5,6 +5,7 @@ from itertools import combinations
 import matplotlib as mpl
 import numpy as np
 import pytest
+import xarray as xr
 
 from breaker.figures import style
 from breaker.figures.evolution import FLAGS
@@ -59,6 +60,14 @@ def test_strange_names_are_refused():
         style.heading(style.new_figure(1, 1), "Closing", "text")
     with pytest.raises(ValueError, match="no output is called 'k_1'"):
         style.colour("k_1")
+
+
+def test_names_of_limits_are_no_mathematics():
+    name = r"50_\$ or $x^{ <b>`*ü"
+    data = xr.Dataset({}, {"limit": [name], "operation": [1, 2]})
+    figure, (axis,) = style.limit_panels(data, ["f below 1"], "probability", height=2.0)
+    figure.canvas.draw()  # mathematics would raise
+    assert axis.get_title("left") == r"50 \\$ or \$x^{ <b>`*ü: f below 1"
 
 
 def test_spans_end_halfway_to_the_neighbours():

@@ -103,6 +103,15 @@ def test_verdict_draws_intervals_and_arrows_where_they_are():
     assert (marks(right, "<"), marks(right, ">")) == ({2: 1, 6: 1}, {1: 1e5, 4: 1e5})
 
 
+def test_names_of_limits_are_no_mathematics():
+    """In rows and sentences; an odd number of signs is not enough to see it."""
+    data = verdict_data(1).assign_coords(limit=["5 $ or {6 $"])
+    data.attrs |= {"healthy": "Not healthy: 5 $ or {6 $ exceeded.", "left": "Left: 5 $ or {6 $."}
+    figure = verdict(data)
+    figure.canvas.draw()
+    assert figure.get_suptitle() == r"Not healthy: 5 \$ or {6 \$ exceeded."
+
+
 def test_long_sentences_are_broken_and_strange_states_refused():
     data = verdict_data(2)
     data.attrs |= {

@@ -1,9 +1,14 @@
 """What a job does first: its messages and its errors reach the log file and stderr."""
 
+import re
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
+
+from breaker.workflow.jobs import _PACKAGES, missing_packages
 
 HEADER = """
 import sys
@@ -83,3 +88,17 @@ def test_torch_keeps_its_threads_when_numba_starts_its_own(log, monkeypatch):
     first = "import numba, torch; torch.get_num_threads()"
     done = run(log, "print(torch.get_num_threads())", first=first)
     assert done.stdout == "1\n"
+
+
+def test_missing_packages_are_named_with_the_remedy():
+    assert missing_packages() == ""
+    for words in ("nowhere", sys.executable, "make environment", "pip install ."):
+        assert words in missing_packages("nowhere")
+
+
+def test_the_packages_looked_for_are_those_of_the_project():
+    text = (Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
+    names = {
+        re.match(r"[\w-]+", each)[0] for each in tomllib.loads(text)["project"]["dependencies"]
+    }
+    assert {"yaml" if name == "PyYAML" else name for name in names} == set(_PACKAGES)

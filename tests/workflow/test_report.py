@@ -53,7 +53,7 @@ def filled_in(page, motion, *, curves=None, scale=""):
 
 
 @pytest.mark.parametrize("page", PAGES)
-@pytest.mark.parametrize("curves", [None, "my/curves"])
+@pytest.mark.parametrize("curves", [None, "my/curves", " my `curves`_*|<b>"])
 def test_page_is_valid(page, curves):
     for motion, scale in zip(MOTIONS, ("", "_s1"), strict=True):
         text = filled_in(page, motion, curves=curves, scale=scale)

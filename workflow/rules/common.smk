@@ -4,7 +4,7 @@ import os
 import re
 from pathlib import Path
 
-from breaker.workflow import ConfigurationError, configuration, modules_of
+from breaker.workflow import ConfigurationError, configuration, missing_packages, modules_of
 
 if workflow.is_main_process:  # jobs run on what was checked before the first one
     try:
@@ -15,6 +15,8 @@ if workflow.is_main_process:  # jobs run on what was checked before the first on
         )
     except ConfigurationError as error:
         raise WorkflowError(str(error)) from None
+    if not workflow.deployment_settings.deployment_method and (missing := missing_packages()):
+        raise WorkflowError(missing)  # with a deployment, jobs have environments of their own
 
 
 def ordered(value):

@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "code": ["modules_of"],
         "configuration": ["chosen_network", "load", "merge", "read"],
-        "jobs": ["set_threads", "start"],
+        "jobs": ["missing_packages", "set_threads", "start"],
         "operations": ["chunks_of", "recorded_source"],
         "sources": ["ConfigurationError", "refuse"],
     },

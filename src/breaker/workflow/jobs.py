@@ -1,11 +1,15 @@
-"""What every job of the workflow does first: logging and threads. The command line shares it."""
+"""What every job of the workflow does first: logging and threads. The command line shares it.
 
+And what must be installed before the first job.
+"""
+
+import importlib.util
 import logging
 import os
 import sys
 from types import TracebackType
 
-__all__ = ["set_threads", "start"]
+__all__ = ["missing_packages", "set_threads", "start"]
 
 _VARIABLES = (
     "OMP_NUM_THREADS",
@@ -14,6 +18,34 @@ _VARIABLES = (
     "VECLIB_MAXIMUM_THREADS",
     "NUMEXPR_NUM_THREADS",
 )
+_PACKAGES = (
+    *(
+        "jsonschema",
+        "lazy_loader",
+        "matplotlib",
+        "numba",
+        "numpy",
+        "pandas",
+        "safetensors",
+        "scipy",
+    ),
+    *("snakemake", "torch", "tqdm", "xarray", "yaml", "zarr", "zuko"),
+)
+
+
+def missing_packages(*found: str) -> str:
+    """Return which packages are missing and the remedy, or nothing where all are there.
+
+    Args:
+        found: Names of packages that an import did not find, if it is known.
+    """
+    missing = found or tuple(name for name in _PACKAGES if importlib.util.find_spec(name) is None)
+    if not missing:
+        return ""
+    return (
+        f"missing in the environment of {sys.executable}: {', '.join(missing)}. Run `make "
+        "environment`, or `pip install .` in the project's folder"
+    )
 
 
 def start(job: object) -> logging.Logger:
