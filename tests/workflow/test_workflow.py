@@ -314,3 +314,74 @@ def test_a_wrong_configuration_is_explained():
     assert "Traceback" not in text
     for words in ("sensor.noise", "noise_sd", "seed is", "one", "validation.draws", "-5"):
         assert words in text
+
+
+@contextmanager
+def without_notes(folder: Path) -> Iterator[None]:
+    """Let Snakemake's notes on the last run be lost, and put them back."""
+    notes, kept = folder / ".snakemake", folder / "kept"
+    notes.rename(kept)
+    try:
+        yield
+    finally:
+        shutil.rmtree(notes, ignore_errors=True)
+        kept.rename(notes)
+
+
+def test_results_of_another_source_never_stand_in(workflow):
+    """Nor where files are older than results, or the notes on the last run are lost."""
+    store, again = "results/endurance/closing/curves_000.zarr", Counter(read_curves=1)
+    for name in ("own", "other"):
+        shutil.rmtree(workflow / name, ignore_errors=True)
+    with edited(workflow), without_notes(workflow):
+        put_own_curves(workflow)
+        for file in (workflow / "own").rglob("*.csv"):
+            os.utime(file, (1e9, 1e9))
+        run(workflow, "-c2", store)
+        assert planned(workflow, store) == Counter()
+
+        replaced = workflow / "own/closing/closing_00007.csv"
+        replaced.write_bytes((workflow / "own/closing/closing_00008.csv").read_bytes())
+        os.utime(replaced, (1e9, 1e9 + 1))
+        assert planned(workflow, store) == again
+
+        shutil.copytree(workflow / "own", workflow / "other")
+        edit_config(workflow, endurance={"curves": "other"})
+        assert planned(workflow, store) == again
+        edit_config(workflow, endurance={"curves": None})  # the stand-in
+        assert planned(workflow, store) == again
+
+
+def test_a_table_of_operations_is_kept_through_to_the_stores(workflow):
+    store, folder = "results/endurance/closing/curves_000.zarr", workflow / "tabled"
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(workflow / "results/rig/curves/closing", folder / "2024-11-20")
+    rows = [
+        f"2024-11-20/closing_{i:05d}.csv,closing,{i + 2},{'BA'[i % 2]},{'greased' * (i == 3)}"
+        for i in range(1, 7)
+    ]
+    table = "\n".join(["file,motion,operation,breaker,event", *rows])
+    (folder / "operations.csv").write_text(table)
+    with edited(workflow):
+        edit_config(workflow, endurance={"curves": "tabled"})
+        several = _run(workflow, "-n", "--config", "motions=[closing]", "--", store, fails=True)
+        assert "A, B; choose one by endurance.breaker" in several
+        edit_config(workflow, endurance={"breaker": "A"})
+        run(workflow, "-c2", "--config", "motions=[closing]", "--", store)
+    curves = xr.open_zarr(workflow / store)
+    assert curves.operation.values.tolist() == [3, 5, 7]
+    assert curves.breaker.values.tolist() == ["A"] * 3
+    assert curves.event.values.tolist() == ["", "greased", ""]
+
+
+def test_a_name_that_is_a_pattern_is_refused_before_the_plan(workflow):
+    put = workflow / "own/closing/op_{x}_00031.csv"
+    with edited(workflow):
+        put_own_curves(workflow)
+        put.write_text("")
+        try:
+            text = _run(workflow, "-n", "all", fails=True)
+        finally:
+            put.unlink()
+    assert "in its name; rename it" in text
+    assert "Traceback" not in text
