@@ -4,6 +4,7 @@ Each command is one function that prints, and returns the exit status: 0, or 1 w
 """
 
 import argparse
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -51,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="breaker", description="From a breaker's travel curve to the state of its drive."
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for add in (_add_manifest, _add_infer):  # in the order of --help
+    for add in (_add_inspect, _add_manifest, _add_infer):  # in the order of --help
         command = add(commands)
         command.add_argument(
             "--config",
@@ -86,6 +87,47 @@ def _settings(overlays: Sequence[str], needed: Sequence[str]) -> dict:
             "start the command from the project's folder, or name its config/config.yaml first"
         )
     return config
+
+
+# ---- breaker inspect ----------------------------------------------------------------------------
+
+
+def _add_inspect(commands) -> argparse.ArgumentParser:
+    inspect = commands.add_parser(
+        "inspect",
+        help="propose how to read a file",
+        description="Look at one file of unknown origin: how its text is written, which columns "
+        "are time and travel, and which motions they hold. Prints the lines of configuration that "
+        "read it, after reading it with them.",
+    )
+    inspect.set_defaults(run=_inspect)
+    inspect.add_argument("file", metavar="FILE", help="a record as it was exported")
+    inspect.add_argument(
+        "--channel", default="", metavar="NAME", help="the column of travel, if there are several"
+    )
+    inspect.add_argument("--output", metavar="YAML", help="write the proposed lines there")
+    inspect.add_argument("--plot", metavar="PNG", help="draw the record there")
+    return inspect
+
+
+def _inspect(options: argparse.Namespace) -> int:
+    from breaker.records import inspect_file, overlay_of, report_of
+
+    logging.getLogger("breaker").setLevel(logging.ERROR)  # the report has the reasons
+    sensor = _settings(options.config, ["sensor"])["sensor"]
+    proposal = inspect_file(options.file, sensor, options.channel)
+    overlay = overlay_of(proposal)
+    print(report_of(proposal))
+    print(f"\nProposed, to lay over {_DEFAULTS}:\n\n{overlay}")
+    if options.output:
+        Path(options.output).write_text(overlay, encoding="utf-8")
+        print(f"written to {options.output}")
+    if options.plot:
+        from breaker.figures import record
+
+        record.record(proposal).savefig(options.plot)
+        print(f"drawn in {options.plot}")
+    return 0 if any(each.record for each in proposal.motions) else 1
 
 
 # ---- breaker manifest ---------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from breaker.records.files import RejectedCurveError, read_bytes, require_folder
 from breaker.records.names import check_unit, label_of, place_of, wanted_columns
 from breaker.records.numbers import LARGEST_NUMBER
 
-__all__ = ["read_netcdf", "read_zarr"]
+__all__ = ["open_grid", "read_netcdf", "read_zarr"]
 
 _LARGEST = 10_000_000  # samples
 _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
@@ -32,8 +32,27 @@ def read_netcdf(file: str | Path, settings: Mapping, channel: str = "") -> Colum
             another unit.
         ModuleNotFoundError: If a package for this version is not installed.
     """
+    with open_grid(file) as dataset:
+        return _columns(file, dataset, settings, channel)
+
+
+def read_zarr(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+    """Read a variable of a Zarr store, and its coordinate of time; otherwise as a NetCDF file."""
+    require_folder(file)
+    return read_netcdf(file, settings, channel)
+
+
+def open_grid(file: str | Path):
+    """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
+
+    Raises:
+        RejectedCurveError: If the file cannot be read.
+        ModuleNotFoundError: If a package for this version is not installed.
+    """
     import xarray as xr
 
+    if Path(file).suffix.lower() == ".zarr":
+        return xr.open_zarr(file, **_UNTOUCHED)
     content = read_bytes(file)
     if content.startswith(b"\x89HDF"):
         import h5netcdf  # noqa: F401 - xarray would not say which package is missing
@@ -41,17 +60,7 @@ def read_netcdf(file: str | Path, settings: Mapping, channel: str = "") -> Colum
         engine = "h5netcdf"
     else:
         engine = "scipy"
-    with xr.open_dataset(io.BytesIO(content), engine=engine, **_UNTOUCHED) as dataset:
-        return _columns(file, dataset, settings, channel)
-
-
-def read_zarr(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read a variable of a Zarr store, and its coordinate of time; otherwise as a NetCDF file."""
-    import xarray as xr
-
-    require_folder(file)
-    with xr.open_zarr(file, **_UNTOUCHED) as dataset:
-        return _columns(file, dataset, settings, channel)
+    return xr.open_dataset(io.BytesIO(content), engine=engine, **_UNTOUCHED)
 
 
 def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:

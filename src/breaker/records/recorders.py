@@ -15,7 +15,7 @@ from breaker.records.names import check_unit, label_of, place_of, wanted_columns
 from breaker.records.numbers import LARGEST_NUMBER
 from breaker.records.settings import TO_MS
 
-__all__ = ["read_comtrade"]
+__all__ = ["open_comtrade", "read_comtrade"]
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _BYTES = {"BINARY": 2, "BINARY32": 4, "FLOAT32": 4}  # of an analog value
@@ -35,13 +35,8 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
             such channel, or it has another unit.
         ModuleNotFoundError: If the package comtrade is not installed.
     """
-    import comtrade
-
-    head, data = _parts(file, settings["encoding"])
-    _check_counts(file, head)
-    cfg = comtrade.Cfg(ignore_warnings=True)
-    cfg.read(head)
-    _check_data(file, cfg, data)
+    record = open_comtrade(file, settings["encoding"])
+    cfg = record.cfg
     names = [each.name for each in cfg.analog_channels]
     column = wanted_columns([names], settings, channel)["travel"]
     place = place_of(file, names, column)
@@ -50,15 +45,32 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
     if described.pors.upper() == "S" and described.primary != described.secondary:
         ratio = f"{described.primary:g} : {described.secondary:g}"
         remarks += (f"{label_of(column)} is of the secondary side, with a ratio of {ratio}",)
-    record = comtrade.Comtrade(
-        ignore_warnings=True, use_numpy_arrays=True, use_double_precision=True
-    )
-    record.read(head, data)
     travel = np.asarray(record.analog[place])
     if not (np.abs(travel[~np.isnan(travel)]) <= LARGEST_NUMBER["travel"]).all():
         raise RejectedCurveError(file, f"{label_of(column)} has values that are no readings")
     time = np.asarray(record.time) * 1e3 / TO_MS[settings["time_unit"]]
     return Columns(time, travel, np.arange(1, travel.size + 1), remarks)
+
+
+def open_comtrade(file: str | Path, encoding: str):
+    """Return a record with all of its channels.
+
+    Raises:
+        RejectedCurveError: If a part is missing, or has not what the other says.
+        ModuleNotFoundError: If the package comtrade is not installed.
+    """
+    import comtrade
+
+    head, data = _parts(file, encoding)
+    _check_counts(file, head)
+    cfg = comtrade.Cfg(ignore_warnings=True)
+    cfg.read(head)
+    _check_data(file, cfg, data)
+    record = comtrade.Comtrade(
+        ignore_warnings=True, use_numpy_arrays=True, use_double_precision=True
+    )
+    record.read(head, data)
+    return record
 
 
 def _parts(file: str | Path, encoding: str) -> tuple[str, bytes]:

@@ -1,7 +1,8 @@
 """The kinds of curve files, by their ending: whatever the kind, one form comes out."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from breaker.records.columns import Columns
@@ -11,7 +12,7 @@ from breaker.records.recorders import read_comtrade
 from breaker.records.text import read_text
 from breaker.records.workbooks import read_workbook
 
-__all__ = ["OTHER_KINDS", "read_columns"]
+__all__ = ["OTHER_KINDS", "is_other_kind", "read_columns", "understood"]
 
 OTHER_KINDS = {
     ".xlsx": (read_workbook, "an Excel workbook", "excel"),
@@ -38,16 +39,36 @@ def read_columns(file: str | Path, settings: Mapping, channel: str = "") -> Colu
     Raises:
         RejectedCurveError: If the file cannot be used.
     """
+    if not is_other_kind(file):
+        return read_text(file, settings, channel)
+    with understood(file):
+        return OTHER_KINDS[Path(file).suffix.lower()][0](file, settings, channel)
+
+
+def is_other_kind(file: str | Path) -> bool:
+    """Say whether a file is no text, by its ending.
+
+    Raises:
+        RejectedCurveError: If it is of a kind that cannot be read.
+    """
     ending = Path(file).suffix.lower()
     if ending in _OLD:
         raise RejectedCurveError(file, f"is of a kind that cannot be read; {_OLD[ending]}")
-    if ending not in OTHER_KINDS:
-        return read_text(file, settings, channel)
-    read, kind, extra = OTHER_KINDS[ending]
+    return ending in OTHER_KINDS
+
+
+@contextmanager
+def understood(file: str | Path) -> Iterator[None]:
+    """Turn whatever is raised while a file that is no text is read into a reason.
+
+    Raises:
+        RejectedCurveError: If anything is raised.
+    """
+    _, kind, extra = OTHER_KINDS[Path(file).suffix.lower()]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of packages, about what is not read here
-            return read(file, settings, channel)
+            yield
     except RejectedCurveError:
         raise
     except ModuleNotFoundError as error:

@@ -9,7 +9,7 @@ from pathlib import Path
 from breaker.records.columns import Columns, columns_of
 from breaker.records.files import LARGEST, RejectedCurveError, read_bytes
 
-__all__ = ["read_workbook"]
+__all__ = ["open_workbook", "read_workbook", "rows_of"]
 
 _BLOCK = 20_000  # rows at a time
 _GAP = 1_000  # blank rows in a row that end a sheet
@@ -28,15 +28,7 @@ def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Col
             sheet, if no sheet has the columns.
         ModuleNotFoundError: If openpyxl is not installed.
     """
-    import openpyxl
-
-    content = io.BytesIO(read_bytes(file))
-    with zipfile.ZipFile(content) as parts:
-        # Unpacking stops at the size that is stated, so a false one is no way around.
-        if (size := sum(part.file_size for part in parts.infolist())) > LARGEST:
-            reason = f"has {size / 2**20:.0f} MiB when unpacked; export the record alone"
-            raise RejectedCurveError(file, reason)
-    book = openpyxl.load_workbook(content, read_only=True, data_only=True, keep_links=False)
+    book = open_workbook(file)
     settings, first = {**settings, "delimiter": "\t"}, None
     for sheet in book.worksheets:
         sheet.reset_dimensions()  # what a sheet states of its size is often wrong
@@ -47,14 +39,33 @@ def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Col
     raise first or RejectedCurveError(file, "has no sheet")
 
 
+def open_workbook(file: str | Path):
+    """Return a workbook, to be read row by row.
+
+    Raises:
+        RejectedCurveError: If unpacked it is too large.
+        ModuleNotFoundError: If openpyxl is not installed.
+    """
+    import openpyxl
+
+    content = io.BytesIO(read_bytes(file))
+    with zipfile.ZipFile(content) as parts:
+        # Unpacking stops at the size that is stated, so a false one is no way around.
+        if (size := sum(part.file_size for part in parts.infolist())) > LARGEST:
+            reason = f"has {size / 2**20:.0f} MiB when unpacked; export the record alone"
+            raise RejectedCurveError(file, reason)
+    return openpyxl.load_workbook(content, read_only=True, data_only=True, keep_links=False)
+
+
 def _blocks(sheet, decimal: str) -> Iterator[tuple[list[int], list[list[str]]]]:
     """Numbers and cells of the rows of a sheet that are not blank, block after block."""
-    rows = _rows(sheet, decimal)
+    rows = rows_of(sheet, decimal)
     while block := list(islice(rows, _BLOCK)):
         yield [number for number, _ in block], [row for _, row in block]
 
 
-def _rows(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:
+def rows_of(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield number and cells, as texts, of the rows of a sheet that are not blank."""
     last = 0
     for number, values in enumerate(sheet.iter_rows(values_only=True), start=1):
         if number - last > _GAP:

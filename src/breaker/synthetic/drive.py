@@ -25,6 +25,15 @@ __all__ = ["STOPS", "Drive", "Elements", "Stop"]
 
 STOPS = ("closing_stop", "opening_stop")
 _STEP = 0.02  # ms
+# Powers of length and time in the unit of a number; others have none.
+_FORCE = (1, -2)
+_UNITS = {
+    **{"k_a": (0, -2), "k_b": (0, -2), "gamma_a": (0, -1), "gamma_b": (0, -1)},
+    **{"f": _FORCE, "L": (1, 0), "lever_turn": (-1, 0), "dry_friction": _FORCE},
+    **{"opening_preload": _FORCE, "contact_preload": _FORCE, "build_up": (0, 1)},
+    **{"force_fall": (-1, 0), "drag": (-1, 0), "linkage": (0, 1)},
+}
+_STOP = {"reach": (1, 0), "damping": _FORCE, "depth": (1, 0), "stiffness": (0, -2)}
 
 
 @dataclass(frozen=True)
@@ -145,6 +154,24 @@ class Drive:
             return self.theta[NAMES.index(name)]
         stop, _, part = name.partition(".")
         return getattr(getattr(self.elements, stop), part) if part else getattr(self.elements, stop)
+
+    def scaled(self, lengths: float, times: float) -> "Drive":
+        """Return a drive of another size that moves alike: ``lengths x(t / times)``.
+
+        Each number is multiplied by what its unit makes of both factors.
+
+        >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
+        >>> drive.scaled(10.0, 4.0).travel("closing", np.array([0.0, 40.0, 240.0])).round(1)
+        array([  0. , 110.5, 135.3])
+        """
+        powers = {**_UNITS, **{f"{stop}.{part}": u for stop in STOPS for part, u in _STOP.items()}}
+        changed = {
+            name: self.value(name) * lengths**length * times**time
+            for name, (length, time) in powers.items()
+        }
+        for stop in STOPS:  # a force at 1 mm/ms
+            changed[f"{stop}.damping"] *= (times / lengths) ** self.value(f"{stop}.power")
+        return self.changed(**changed)
 
     @property
     def holds(self) -> bool:

@@ -35,6 +35,8 @@ def _rows(
     low, high = dialect.preamble
     lines = low + zlib.crc32(f"{motion} {number}".encode()) % (high - low + 1)
     above = [["Gerät", "Prüfstand 7"], [f"{motion}: {number}"], ["Temp", "21 °C"]]
+    if not settings["time_column"]:
+        above.insert(0, ["Sampling rate", f"{dialect.rate:g} kHz"])
     above = [*above, *([f"channel {i}", f"{i:d}"] for i in range(lines))][:lines]
     units = [settings["time_unit"]] if settings["time_column"] else []
     units += ["kA"] * dialect.currents + [settings["travel_unit"]] * len(dialect.channels)
