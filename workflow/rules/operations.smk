@@ -49,15 +49,20 @@ def every_chunk(pattern):
     return files
 
 
-def source(wildcards):
+@cache
+def source_of(motion, chunk):
     """What the curves of a chunk come from: the stand-in, or files of given names, sizes and times.
 
     Of the chunk's own files alone, so that appended operations run their own chunk and no other.
     """
     if OWN_CURVES is None:
         return STAND_IN
-    wanted = set(operations(wildcards))
-    return fingerprint(each for each in listed(wildcards.motion) if each.number in wanted)
+    wanted = set(chunks(motion)[chunk])
+    return fingerprint(each for each in listed(motion) if each.number in wanted)
+
+
+def source(wildcards):
+    return source_of(wildcards.motion, wildcards.chunk)
 
 
 def curve_files(wildcards):

@@ -7,7 +7,6 @@ import hashlib
 import os
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple
 from pathlib import Path
 
 from breaker.records.files import no_file, printable
@@ -126,11 +125,10 @@ def odd_signs(path: str | Path) -> str:
 
     Snakemake takes braces and angle brackets for a pattern; control signs are in no table.
     """
-    odd = {
-        sign
-        for sign in str(path)
-        if sign in "{}<>" or unicodedata.category(sign) in ("Cc", "Zl", "Zp")
-    }
+    text = str(path)
+    odd = set(text) & set("{}<>")
+    if not text.isprintable():
+        odd |= {sign for sign in text if unicodedata.category(sign) in ("Cc", "Zl", "Zp")}
     return " ".join(sorted(map(printable, odd)))
 
 
@@ -156,16 +154,18 @@ def fingerprint(operations: Iterable[Operation]) -> str:
     found = hashlib.sha256()
     for each in operations:
         state = [(str(file), *_state(file)) for file in _parts(Path(each.file))]
-        found.update(repr((astuple(each), state)).encode())
+        found.update(f"{each!r} {state}".encode(errors="backslashreplace"))
     return found.hexdigest()
 
 
 def _parts(file: Path) -> list[Path]:
     """The files of a record."""
-    if file.is_dir():
+    ending = file.suffix.lower()
+    if ending == ".zarr":
         return sorted(file.rglob("*"))
-    data = [file.with_suffix(ending) for ending in (".dat", ".DAT")]
-    return [file, *data] if file.suffix.lower() == ".cfg" else [file]
+    return (
+        [file, file.with_suffix(".dat"), file.with_suffix(".DAT")] if ending == ".cfg" else [file]
+    )
 
 
 def _state(file: Path) -> tuple[int, int]:
