@@ -1,9 +1,11 @@
 """Infer simulated records that went through curve files."""
 
+import numpy as np
+
 from breaker.model import generator
 from breaker.posterior import Posterior, sample_records
 from breaker.stores import describe, save
-from breaker.synthetic import through_files
+from breaker.synthetic import DIALECTS, through_files
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -11,10 +13,11 @@ params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakema
 
 posterior = Posterior.load(snakemake.input.model)
 rng = generator(seed, "records through files", motion)
-measured, truth = through_files(posterior.model, params.curves, rng)
+through = through_files(posterior.model, params.curves, rng)
 if posterior.sensor.infers_onset:
-    error = truth[:, -1]
+    error = through.truth[:, -1]
     log.info("first motion found too late by %.3f ms, sd %.3f ms", -error.mean(), error.std())
-result = sample_records(posterior, measured, truth, params.draws, seed)
+result = sample_records(posterior, through.measured, through.truth, params.draws, seed)
+result["dialect"] = "curve", np.array(list(DIALECTS))[through.dialect]
 title = f"posteriors of simulated {motion} records, read from files"
 save(describe(result, title, model=posterior.settings), snakemake.output[0])

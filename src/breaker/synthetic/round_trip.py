@@ -1,33 +1,62 @@
-"""Curves of the model itself through files: written as an instrument would, and read back.
+"""Curves of the model itself through files: written as instruments would, and read back.
 
 The true parameters of such a curve are known, so calibration shows whether the reader (its first
-motion, decimation, units and zero) introduces an error.
+motion, decimation, units, zero and steps) introduces an error.
 """
 
 import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from breaker.mechanism import travel
 from breaker.model import Model
-from breaker.records import Operation, read_curves, write_curve
+from breaker.records import Operation, read_curves
+from breaker.synthetic.dialects import DIALECTS, Dialect
 
-__all__ = ["through_files"]
+__all__ = ["Through", "at_rate", "through_files"]
 
-_FASTER = 4  # samples of the instrument for one of the model's grid
 _MARGIN = 8.0  # ms that a record is longer than the grid, at each end
 _SPREAD = 4.0  # ms over which the first motion falls anywhere
 
 
-def through_files(model: Model, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+class Through(NamedTuple):
+    """Records that went through files.
+
+    Attributes:
+        measured: Records on the grid, ``(n, t)``, mm.
+        truth: Parameters, and where the onset is inferred the time from the reader's first motion
+            to the true one, ``(n, q)``.
+        dialect: Which of the dialects each was written in, ``(n,)``.
+    """
+
+    measured: np.ndarray
+    truth: np.ndarray
+    dialect: np.ndarray
+
+
+def at_rate(dialect: Dialect, rate: float) -> Dialect:
+    """Return a dialect of an instrument with another rate, kHz.
+
+    >>> at_rate(DIALECTS["wide"], 20.0).settings["rate"]
+    20.0
+    """
+    return replace(dialect, rate=rate, settings={**dialect.settings, "rate": rate})
+
+
+def through_files(
+    model: Model,
+    n: int,
+    rng: np.random.Generator,
+    dialects: Sequence[Dialect] = tuple(DIALECTS.values()),
+) -> Through:
     """Draw records from the prior, write them as files and read them back.
 
-    The noise is that of a sample, also at the instrument's rate; the first motion falls at random.
-
-    Returns:
-        Records on the grid, ``(n, t)``, mm, and the truth, ``(n, q)``: where the onset is inferred,
-        it is the time from the reader's first motion to the true one.
+    The noise is that of a sample, at any rate; the first motion falls at random. The dialects take
+    turns.
 
     Raises:
         RuntimeError: If the reader rejects one of them.
@@ -37,25 +66,39 @@ def through_files(model: Model, n: int, rng: np.random.Generator) -> tuple[np.nd
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
         >>> model = Model(prior, sensor, "closing")
-        >>> records, truth = through_files(model, 2, np.random.default_rng(1))
-        >>> records.shape, truth.shape
-        ((2, 151), (2, 8))
+        >>> through = through_files(model, 3, np.random.default_rng(1))
+        >>> through.measured.shape, through.truth.shape, through.dialect
+        ((3, 151), (3, 8), array([0, 1, 2]))
     """
     sensor, motion = model.sensor, model.motion
-    step = sensor.step / _FASTER
-    time = np.arange(0.0, sensor.stop - sensor.start + 2 * _MARGIN, step)
     theta = model.prior.sample(n, rng)
     moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
+    which = np.arange(n) % len(dialects)
+    measured, first = np.empty((n, sensor.samples)), np.empty(n)
+    for i in range(min(n, len(dialects))):
+        mine = which == i
+        measured[mine], first[mine] = _through(model, theta[mine], moves[mine], rng, dialects[i])
+    truth = np.column_stack([theta, moves - first]) if sensor.infers_onset else theta
+    return Through(measured, truth, which)
+
+
+def _through(
+    model: Model, theta: np.ndarray, moves: np.ndarray, rng: np.random.Generator, dialect: Dialect
+) -> tuple[np.ndarray, np.ndarray]:
+    """Records through files of one dialect, ``(m, t)``, mm, and their first motions, ``(m,)``."""
+    sensor, motion = model.sensor, model.motion
+    length = sensor.stop - sensor.start + 2 * _MARGIN
+    time = np.arange(round(length * dialect.rate)) / dialect.rate
     records = sensor.corrupt(travel(theta, time, motion, onset=moves).travel, rng)
     with tempfile.TemporaryDirectory() as folder:
-        files = [Operation(i, Path(folder, f"{motion}_{i:05d}.csv")) for i in range(n)]
+        names = [dialect.file_name(motion, i) for i in range(len(theta))]
+        files = [Operation(i, Path(folder, name)) for i, name in enumerate(names)]
         for each, record in zip(files, records, strict=True):
-            write_curve(each.file, time, record, motion=motion, operation=each.number)
-        curves = read_curves(files, {}, sensor.times, motion)
+            dialect.write(each.file, time, record, motion=motion, operation=each.number)
+        curves = read_curves(files, dialect.settings, sensor.times, motion)
     if not curves.accepted.all():
         rejected = curves.reason.values[~curves.accepted.values]
-        raise RuntimeError(f"{rejected.size} of {n} curves of the model rejected: {rejected[0]}")
-    truth = theta
-    if sensor.infers_onset:
-        truth = np.column_stack([theta, moves - curves.first_motion.values])
-    return curves.travel.values, truth
+        raise RuntimeError(
+            f"{rejected.size} of {len(theta)} curves of the model rejected: {rejected[0]}"
+        )
+    return curves.travel.values, curves.first_motion.values
