@@ -39,7 +39,7 @@ rule validate:
 
 
 rule validate_reader:
-    """The same through files: records written as CSV, read back, inferred."""
+    """The same through files: records written in ten layouts, read back, inferred."""
     input:
         model="results/models/{motion}.safetensors",
     output:

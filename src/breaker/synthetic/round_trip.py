@@ -70,7 +70,7 @@ def through_files(
         >>> through.measured.shape, through.truth.shape, through.dialect
         ((3, 151), (3, 8), array([0, 1, 2]))
     """
-    sensor, motion = model.sensor, model.motion
+    sensor = model.sensor
     theta = model.prior.sample(n, rng)
     moves = _MARGIN - sensor.start + _SPREAD * (rng.random(n) - 0.5)
     which = np.arange(n) % len(dialects)
