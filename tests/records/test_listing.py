@@ -3,10 +3,12 @@
 import os
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from breaker.records.listing import ENDINGS, fingerprint, list_operations, record_files
 from breaker.records.manifest import Operation
+from breaker.records.reader import read_curves
 from breaker.records.sources import OTHER_KINDS
 
 
@@ -223,3 +225,39 @@ def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
     seen.add(fingerprint([store]))
     assert len(seen) == 10
     assert fingerprint([store]) == fingerprint([store])
+
+
+# ---- from the table to curves --------------------------------------------------------------------
+
+
+def test_several_operations_of_one_file_are_read_by_their_rows(tmp_path):
+    """Two phases as channels, the second 10 ms later, which close and open 200 ms apart."""
+    time = np.arange(0.0, 500.0, 0.1)
+    rng = np.random.default_rng(0)
+
+    def moved(closes, opens):
+        up, down = (1.0 / (1.0 + np.exp(at - time)) for at in (closes, opens))
+        return 14.0 * (up - down) + 0.05 * rng.standard_normal(time.size)
+
+    table_of = np.stack([time / 1e3, moved(60.0, 260.0), moved(70.0, 270.0)], axis=1)
+    file = tmp_path / "co.csv"
+    np.savetxt(file, table_of, fmt="%.5f", delimiter=",", header="time,L1,L2", comments="")
+    rows = [
+        f"co.csv,{motion},9,{phase},{phase},21.5,greased,{part}"
+        for phase in ("L1", "L2")
+        for motion, part in (("closing", "0,160"), ("opening", "160,"))
+    ]
+    table(tmp_path, *rows, head="file,motion,operation,channel,phase,temperature,event,from,to")
+    begins = {}
+    for motion in ("closing", "opening"):
+        for phase in ("L1", "L2"):
+            operations = list_operations(tmp_path, motion, phase=phase)
+            curves = read_curves(operations, {}, np.arange(-2.0, 58.0, 0.4), motion)
+            assert curves.accepted.all(), curves.reason.values
+            begins[motion, phase] = curves.first_motion.item()
+            assert curves.operation.values.tolist() == [9]
+            assert (curves.phase.item(), curves.temperature.item()) == (phase, 21.5)
+            assert curves.event.item() == "greased"
+    assert begins["opening", "L1"] - begins["closing", "L1"] == pytest.approx(200.0, abs=0.5)
+    for motion in ("closing", "opening"):
+        assert begins[motion, "L2"] - begins[motion, "L1"] == pytest.approx(10.0, abs=0.5)

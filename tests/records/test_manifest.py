@@ -1,10 +1,12 @@
 """The table of operations is read strictly: each mistake has its line, column and remedy."""
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
-from breaker.records.manifest import read_manifest
+from breaker.records.manifest import COLUMNS, read_manifest
 
 HEAD = "file,motion,operation"
 
@@ -127,3 +129,15 @@ def test_the_same_number_may_stand_for_each_breaker_phase_and_motion(tmp_path):
 def test_a_table_of_a_long_life_takes_little_time(tmp_path):
     rows = [f"closing/{i}.csv,closing,{i},2024-11-20,21.5" for i in range(1, 20001)]
     assert len(read(tmp_path, "\n".join([f"{HEAD},date,temperature", *rows]))) == 20000
+
+
+def test_the_example_of_the_documentation_is_read(tmp_path):
+    text = (Path(__file__).parents[2] / "docs/usage.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```\n(file,motion,operation,.*?)```", text, re.DOTALL)
+    found = read(tmp_path, example)
+    assert [(motion, each.number) for motion, each in found] == [
+        ("closing", 1),
+        ("opening", 1),
+        ("closing", 2),
+    ]
+    assert set(example.split("\n", 1)[0].split(",")) == set(COLUMNS)
