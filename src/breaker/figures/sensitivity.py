@@ -44,7 +44,7 @@ def sensitivity(table: pd.DataFrame, *, motion: str, misfit_p_value: float) -> F
     for axis, name in zip(axes[len(names) + 1 :], of_limits, strict=True):
         _dots(axis, limits[limits.name == name], "probability")
         axis.set(ylim=(-0.04, 1.04), ylabel="probability")
-        axis.set_title(f"limit: {style.limit_words(name)}", loc="left")
+        axis.set_title(f"limit: {style.literal(name).replace('_', ' ')}", loc="left")
     operations = np.sort(table.operation.unique())
     for axis in axes:
         axis.set_xticks(range(len(operations)), [str(each) for each in operations], rotation=45)

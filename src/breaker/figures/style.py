@@ -241,17 +241,8 @@ def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) ->
 
 
 def literal(text: object) -> str:
-    r"""Return a text, which may hold names that a user gave, without signs of mathematics.
-
-    >>> literal("slow, 5 $ or 6 $")
-    'slow, 5 \\$ or 6 \\$'
-    """
+    """Return a text, with names that a user gave, without signs of mathematics."""
     return str(text).replace("$", r"\$")
-
-
-def limit_words(name: object) -> str:
-    """Return the name of a limit as it stands in figures."""
-    return literal(name).replace("_", " ")
 
 
 def limit_panels(
@@ -272,7 +263,7 @@ def limit_panels(
         count, columns=columns, width=width, height=height, sharex=True, sharey=True
     )
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
-        title = fill(f"{limit_words(limit)}: {words}", int(width * 10.5))
+        title = fill(f"{literal(limit).replace('_', ' ')}: {words}", int(width * 10.5))
         axis.set_title(title, loc="left", pad=6.0 + 14.0 * above)
         axis.set_ylabel(ylabel)
         axis.margins(x=0.01)

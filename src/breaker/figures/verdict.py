@@ -139,7 +139,7 @@ def _last(remaining: np.ndarray) -> float:
 def _frame(left: Axes, right: Axes, data: xr.Dataset) -> None:
     labels = []
     for limit, words in zip(data["limit"].values, data["words"].values, strict=True):
-        labels.append("\n".join([style.limit_words(limit), *wrap(str(words), 38)]))
+        labels.append("\n".join([style.literal(limit).replace("_", " "), *wrap(str(words), 38)]))
     rows = np.arange(len(labels))
     left.set_yticks(rows, labels)
     left.tick_params(axis="y", labelsize=10, length=0)
