@@ -22,7 +22,7 @@ _FASTER = 2.5  # times the greatest speed of the running median, that of an inst
 _FASTEST = 1.0  # strokes in a ms
 _STUCK = 3  # equal samples, from which they may be stuck
 _RAIL = 10  # equal samples at an end of the range, from which it may be clipped
-_NOISY = 5e-4  # strokes, noise of a sensor at one end that it should have at the other
+_NOISY = 5e-4  # strokes, at 10 kHz: noise at one end that a sensor should have at the other
 _PIECES = 400  # pieces that do not fit together, from which nothing is a record
 _LISTED = 4  # places in a remark
 
@@ -60,7 +60,8 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     near = median_filter(_filled(left), 5, mode="nearest")
     rounded = _COUNTS * quantum
     leave_out(np.abs(left - near) > _SPIKE * noise + rounded + 2.0 * speed * step, "spike")
-    leave_out(_clipped(left, max(_NOISY * stroke, quantum), stroke), "clipped")
+    least = max(_NOISY * stroke * max(1.0, step / 0.1), quantum)
+    leave_out(_clipped(left, least, stroke), "clipped")
     coarse = _JUMP * noise + rounded
     leave_out(_stuck(left, coarse + 2.0 * speed * step), "stuck")
     leave_out(_apart(left, coarse, min(_FASTER * speed, _FASTEST * stroke) * step), "jump")

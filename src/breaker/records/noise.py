@@ -26,7 +26,7 @@ class Noise(NamedTuple):
     """Noise of a record; nan where there is too little rest to see it.
 
     Attributes:
-        sd: Standard deviation of a sample, mm.
+        sd: Standard deviation of a sample about the drift, mm.
         colour: Correlation of samples that are a step of the model's grid apart.
         next: Correlation of neighbouring samples of the file.
         drift: Slope of the travel at rest, mm/ms.
@@ -61,19 +61,20 @@ def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: floa
     count = int(there.sum())
     if count < max(_FEWEST, every + 2):
         return Noise(np.nan, np.nan, np.nan, np.nan, count)
-    sd, rounding = float(np.std(rest[there], ddof=1)), quantum / np.sqrt(12.0)
-    if sd <= rounding:
-        return Noise(float(rounding), np.nan, np.nan, 0.0, count)
+    at = step * (np.arange(rest.size) - np.flatnonzero(there).mean())
     centred = np.where(there, rest - rest[there].mean(), 0.0)
-    square = centred @ centred / count
+    drift = float(centred @ at / (at[there] @ at[there]))
+    left = np.where(there, centred - drift * at, 0.0)
+    square, rounding = float(left @ left), quantum / np.sqrt(12.0)
+    sd = np.sqrt(square / (count - 2))
+    if sd <= max(rounding, 1e-9):
+        return Noise(float(rounding), np.nan, np.nan, drift, count)
 
     def alike(lag: int) -> float:
         pairs = max((there[lag:] & there[:-lag]).sum(), 1)
-        return float(centred[lag:] @ centred[:-lag] / pairs / square)
+        return float(left[lag:] @ left[:-lag] / pairs / (square / count))
 
-    at = step * (np.arange(rest.size) - np.flatnonzero(there).mean())
-    drift = float(centred @ at / (at[there] @ at[there]))
-    return Noise(sd, alike(every), alike(1), drift, count)
+    return Noise(float(sd), alike(every), alike(1), drift, count)
 
 
 def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray) -> list[str]:

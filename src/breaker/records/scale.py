@@ -22,7 +22,11 @@ _OUTSIDE = 0.05  # share of samples further out from which it is the wrong table
 
 # Of readings that are rounded coarsely, this share at least is as the one before.
 _TIES = 0.05
-_OFTEN = 3  # times that a step has to occur: damaged samples make odd ones
+_TRIED = 12  # of the smallest steps: damaged samples make odd ones
+_COUNTS = 10.5  # quanta, of a small step
+_FEWEST = 10  # small steps,
+_OFTEN = 3  # and the quantum itself among them
+_NEARLY = 0.9  # share of them that are multiples
 _PRINTED = 0.02  # share by which equal steps differ in print
 
 
@@ -98,7 +102,7 @@ def _read_table(file: str | Path) -> np.ndarray:
     except (IndexError, ValueError):
         rows = rows[1:]  # the names of the columns
     try:
-        table = np.array([[float(cell) for cell in row] for row in rows]).reshape(-1, 2).T
+        table = np.array([(float(reading), float(mm)) for reading, mm in rows]).reshape(-1, 2).T
     except ValueError as error:
         raise ValueError(
             f"{name}: has lines that are not two numbers, reading and mm, with a comma between "
@@ -106,8 +110,8 @@ def _read_table(file: str | Path) -> np.ndarray:
         ) from error
     table = table[:, np.argsort(table[0], kind="stable")]
     rises = np.diff(table, axis=1)
-    steady = rises.size > 0 and (rises[0] > 0).all() and (np.ptp(np.sign(rises[1])) == 0)
-    if not (steady and np.isfinite(table).all() and (rises[1] != 0).all()):
+    steady = (rises[0] > 0).all() and ((rises[1] > 0).all() or (rises[1] < 0).all())
+    if not (rises.size and steady and np.isfinite(table).all()):
         raise ValueError(
             f"{name}: needs two points or more, each reading once, and mm that only rise or only "
             "fall with it"
@@ -118,8 +122,8 @@ def _read_table(file: str | Path) -> np.ndarray:
 def seen_quantum(travel: np.ndarray) -> float:
     """Return the step to which a record is rounded, mm; 0 where it is fine beside the noise.
 
-    It is the smallest step between neighbouring samples that occurs several times, if nearly all
-    small steps are multiples of it.
+    It is the smallest of the steps between neighbouring samples of which nearly all small steps
+    are multiples.
 
     Args:
         travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
@@ -134,10 +138,11 @@ def seen_quantum(travel: np.ndarray) -> float:
     if steps.size == 0 or (steps <= fine).mean() < _TIES:
         return 0.0
     steps = np.sort(steps[steps > fine])
-    often = np.flatnonzero(steps[_OFTEN - 1 :] <= (1.0 + _PRINTED) * steps[: 1 - _OFTEN])
-    if steps.size < _OFTEN or often.size == 0:
-        return 0.0
-    quantum = float(np.median(steps[often[0] : often[0] + _OFTEN]))
-    few = steps[steps < 10.5 * quantum] / quantum
-    multiples = (few > 0.8) & (np.abs(few - np.rint(few)) < 0.2)
-    return quantum if multiples.mean() > 0.9 else 0.0
+    others = np.flatnonzero(steps[1:] > (1.0 + _PRINTED) * steps[:-1]) + 1
+    for quantum in steps[[0, *others[: _TRIED - 1]]] if steps.size >= _FEWEST else []:
+        counts = steps[: np.searchsorted(steps, _COUNTS * quantum)] / quantum
+        whole = np.rint(counts)
+        multiples = (whole > 0.0) & (np.abs(counts - whole) < 0.2)
+        if counts.size >= _FEWEST and (whole == 1.0).sum() >= _OFTEN and multiples.mean() > _NEARLY:
+            return float(np.median(counts[multiples] / whole[multiples]) * quantum)
+    return 0.0

@@ -1,0 +1,137 @@
+"""Times of a file: even steps in ms, or a reason with the line."""
+
+import re
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from breaker.model.randomness import generator
+from breaker.records.clock import even_times
+from breaker.records.errors import UnusableError
+
+MS = {"time_unit": "ms", "rate": None}
+TIME = 0.1 * np.arange(760)
+LINES = np.arange(760) + 7
+
+
+def refused(time, settings=MS):
+    with pytest.raises(UnusableError) as caught:
+        even_times(time, np.arange(len(time)) + 7, settings)
+    return str(caught.value), caught.value.line
+
+
+def test_times_are_kept_to_the_last_digit():
+    time, place, remark = even_times(TIME, LINES, MS)
+    np.testing.assert_array_equal(time, TIME)
+    np.testing.assert_array_equal(place, np.arange(760))
+    assert remark == ""
+    seconds, _, _ = even_times(TIME / 1e3, LINES, {"time_unit": "s", "rate": 10.0})
+    np.testing.assert_allclose(seconds, TIME, rtol=1e-15)
+
+
+def test_a_rate_makes_times():
+    time, place, _ = even_times(None, LINES, {"time_unit": "s", "rate": 4.0})
+    np.testing.assert_array_equal(time, 0.25 * np.arange(760))
+    np.testing.assert_array_equal(place, np.arange(760))
+
+
+@pytest.mark.parametrize("step", [0.01, 0.03, 1 / 9.6, 0.1, 1 / 2.2, 0.4, 1.0])
+def test_samples_that_are_missing_leave_their_places(step):
+    keep = generator(1, "clock").random(760) > 0.3
+    keep[[0, -1]] = True
+    time, place, _ = even_times((step * np.arange(760))[keep], LINES[keep], MS)
+    np.testing.assert_array_equal(place, np.flatnonzero(keep))
+    np.testing.assert_allclose(time, step * np.arange(760), atol=1e-9)
+
+
+@pytest.mark.parametrize("digits", [2, 3, 4])
+def test_times_of_few_digits_are_even_times(digits):
+    """30 kHz: steps of 0.03 and 0.04 ms where two digits are printed."""
+    printed = np.round(np.arange(2000) / 30.0, digits)
+    time, place, remark = even_times(printed, np.arange(2000), MS)
+    np.testing.assert_array_equal(place, np.arange(2000))
+    assert (time[-1] - time[0]) / 1999 == pytest.approx(1 / 30, rel=1e-3)
+    assert ("off even steps" in remark) == (digits == 2)
+
+
+def test_times_of_too_few_digits_are_refused_with_the_remedy():
+    reason, _ = refused(np.round(np.arange(2000) / 33.0, 1))
+    assert "the time does not increase (" in reason
+    assert "Set endurance.format.time_column to null" in reason
+
+
+def changed(place, value):
+    time = TIME.copy()
+    time[place] = value
+    return time
+
+
+ODD = {
+    "repeated": (changed(300, TIME[299]), "the time does not increase", 307),
+    "back": (changed(300, 3.0), "the time does not increase", 307),
+    "clock reset": (np.append(TIME, TIME), "the time does not increase", 767),
+    "reversed": (TIME[::-1], "the time does not increase (759 such times)", 8),
+    "jitter": (changed(300, 30.03), "the time steps are uneven before this line", 307),
+    "half a step lost": (TIME + 0.05 * (TIME > 40), "the time steps are uneven", 408),
+    "another rate half-way": (
+        np.where(TIME < 40, TIME, 40 + 1.09 * (TIME - 40)),
+        "the rate changes: times are off even steps",
+        None,
+    ),
+    "an overflow": (changed(759, 1e300), "the time is 1e+300 ms, which no clock shows", 766),
+    "a negative overflow": (changed(0, -1e300), "the time is -1e+300 ms", 7),
+    "one far number": (changed(759, 1e12), "a gap of 1e+12 ms", 766),
+    "a gap of 1e9 steps": (TIME + 1e8 * (TIME > 40), "a gap of 1e+08 ms", 408),
+    "5 ms": (
+        5.0 * np.arange(100),
+        "one sample every 5 ms is too slow: at least one every ms",
+        None,
+    ),
+    "4 to 6 ms": (
+        np.cumsum(4.0 + 2.0 * generator(2, "slow").random(100)),
+        "is too slow: at least one every ms is needed",
+        None,
+    ),
+    "seconds": (TIME / 1e3, "lasts 0.0759 ms; is endurance.format.time_unit 's' rather", None),
+    "microseconds": (TIME * 1e3, "lasts 7.59e+04 ms; is endurance.format.time_unit 'us'", None),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_times_are_refused_with_their_line(name):
+    """None of them allocates for its gap, overflows or warns."""
+    time, reason, line = ODD[name]
+    tracemalloc.start()
+    found, at = refused(time)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.startswith(reason) or reason in found
+    assert line is None or at == line
+    assert most < 1e6  # bytes
+
+
+def test_a_rate_that_contradicts_the_times_is_refused_with_both():
+    reason, _ = refused(TIME, {"time_unit": "ms", "rate": 9.6})
+    assert "the times give 10 kHz, but endurance.format.rate is 9.6 kHz" in reason
+    even_times(TIME, LINES, {"time_unit": "ms", "rate": 10.05})
+
+
+def test_no_damage_to_times_ends_in_another_error():
+    """Times that are scaled, swapped, cut, repeated or set to any number: read or refused."""
+    rng = generator(5, "clock damage")
+    outcomes = set()
+    for _ in range(500):
+        time = TIME * 10.0 ** rng.uniform(-6, 6)
+        for place in rng.integers(0, 760, rng.integers(0, 4)):
+            time[place] = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-300, 300)
+        time = time[: rng.integers(1, 760)]
+        try:
+            even, place, _ = even_times(time, np.arange(time.size), MS)
+        except UnusableError as error:
+            outcomes.add(re.sub(r"[\d.e+-]+", "#", str(error))[:24])
+        else:
+            outcomes.add("read")
+            assert even.size <= 10 * time.size
+            assert (np.diff(place) > 0).all()
+    assert len(outcomes) > 5

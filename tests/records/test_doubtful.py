@@ -1,0 +1,183 @@
+"""Samples that no sensor can give are named; those of impacts, bounces and dampers never are."""
+
+import numpy as np
+import pytest
+
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS
+from breaker.model import Prior, generator
+from breaker.records.doubtful import doubtful_samples, told
+from breaker.records.scale import seen_quantum
+from breaker.synthetic import Family
+from breaker.workflow import read
+
+RATES = [1.0, 2.5, 10.0, 20.0]
+STROKES = [4.0, 14.0, 150.0, 1000.0]
+
+
+def measured(x, stroke, rng, *, noise=0.1, quantum=0.0):
+    """A curve scaled to a stroke, with noise and quantum of one of 14 mm scaled along."""
+    x = x + noise * rng.standard_normal(x.size)
+    if quantum:
+        x = quantum * np.round(x / quantum)
+    return x * stroke / 14.0
+
+
+def doubts(x, rate):
+    return doubtful_samples(x, 1.0 / rate, seen_quantum(x))
+
+
+def none_is_masked(exact, rate, rng):
+    for i, x in enumerate(exact):
+        kind = ({}, {"noise": 0.0}, {"quantum": 0.3}, {"noise": 0.02, "quantum": 0.1})[i % 4]
+        record = measured(x, STROKES[i % 3], rng, **kind)
+        assert not (doubts(record, rate) != "").any()
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_no_sample_of_the_model_is_masked(prior, motion, rate):
+    """2,000 curves in all, of strokes from 4 to 150 mm, white noise or none, coarse or fine."""
+    rng = generator(1, "doubtful", motion, str(rate))
+    time = np.arange(0.0, 76.0, 1.0 / rate)
+    onset = 10.0 + rng.random(250)
+    none_is_masked(travel(prior.sample(250, rng), time, motion, onset=onset).travel, rate, rng)
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_no_sample_of_a_rig_is_masked(motion, rate):
+    """200 rigs with bounces, dampers, bumpers, and what the family lacks: an elastic linkage."""
+    config = read("config/config.yaml")
+    foreign = {**config["rigs"]["elements"], **config["judged"]["foreign"]}
+    prior = Prior.from_settings(config["prior"])
+    family = Family(prior, {**config["rigs"], "elements": foreign})
+    rng = generator(2, "doubtful", motion, str(rate))
+    time = np.arange(0.0, 76.0, 1.0 / rate)
+    exact = [family.new(rng).travel(motion, time - 10.0 - rng.random()) for _ in range(25)]
+    none_is_masked(exact, rate, rng)
+
+
+# ---- planted damage -----------------------------------------------------------------------------
+
+
+def spike(x, at, rng, stroke):
+    x[at] += rng.choice([-1, 1]) * 0.5 * stroke
+    return [at]
+
+
+def pair(x, at, rng, stroke):
+    x[at : at + 2] += 0.4 * stroke
+    return range(at, at + 2)
+
+
+def burst(x, at, rng, stroke):
+    """0.8 ms at 10 kHz."""
+    x[at : at + 8] += 0.57 * stroke
+    return range(at, at + 8)
+
+
+def dropped(x, at, rng, stroke):
+    """3 ms at the value of a broken wire."""
+    x[at : at + 30] = 1.7 * stroke
+    return range(at, at + 30)
+
+
+def absurd(x, at, rng, stroke):
+    x[at : at + 3] = 1e246, -1e300, np.inf
+    return range(at, at + 3)
+
+
+def far(x, at, rng, stroke):
+    x[at] = -0.8 * stroke
+    return [at]
+
+
+@pytest.mark.parametrize("damage", [spike, pair, burst, dropped, absurd, far])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("stroke", STROKES)
+def test_damage_is_masked_and_nothing_else(prior, damage, motion, stroke):
+    """At rest before the motion, in it, and after it."""
+    rng = generator(3, "damage", damage.__name__, motion, str(stroke))
+    time = np.arange(0.0, 76.0, 0.1)
+    exact = travel(prior.sample(20, rng), time, motion, onset=10.0).travel
+    for x, at in zip(exact, rng.integers(40, 700, 20), strict=True):
+        record = measured(x, stroke, rng)
+        wrong = damage(record, at, rng, stroke)
+        found = np.flatnonzero(doubts(record, 10.0))
+        # A sample at the edge of a block may happen to be where the travel is.
+        assert set(found) <= set(wrong)
+        assert len(found) >= len(wrong) - 1
+
+
+@pytest.mark.parametrize("rate", [2.5, 5.0, 20.0, 100.0])
+def test_damage_is_masked_at_any_rate(prior, rate):
+    """A burst of 8 mm for 0.8 ms, half a ms before the motion: it was taken for its start."""
+    rng = generator(4, "rates", str(rate))
+    time = np.arange(0.0, 76.0, 1.0 / rate)
+    for x in travel(prior.sample(10, rng), time, "closing", onset=10.0).travel:
+        record = measured(x, 14.0, rng)
+        wrong = (time > 8.7) & (time < 9.5)
+        record[wrong] += 8.0
+        np.testing.assert_array_equal(doubts(record, rate) != "", wrong)
+
+
+def test_a_stuck_reading_is_masked_where_the_drive_moves(prior):
+    time = np.arange(0.0, 76.0, 0.1)
+    x = travel(prior.medians[None], time, "closing", onset=10.0).travel[0]
+    rng = generator(5, "stuck")
+    for quantum in (0.0, 0.08):
+        record = measured(x, 14.0, rng, quantum=quantum)
+        record[150:180] = record[150]
+        kinds = doubts(record, 10.0)
+        np.testing.assert_array_equal(np.flatnonzero(kinds), np.arange(151, 180))
+        assert set(kinds[151:180]) == {"stuck"}
+        # At rest an encoder stays where it is, and so may any reading.
+        record = measured(x, 14.0, rng, noise=0.0, quantum=quantum)
+        assert not doubts(record, 10.0).any()
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("low", [True, False])
+def test_a_rail_is_masked(prior, motion, low):
+    """A channel whose range ends 10 % inside the stroke."""
+    time = np.arange(0.0, 76.0, 0.1)
+    x = travel(prior.medians[None], time, motion, onset=10.0).travel[0]
+    record = measured(x, 14.0, generator(6, "rail"))
+    stroke = abs(x[-1] - x[0])
+    rail = 0.1 * stroke if low else 0.9 * stroke
+    clipped = np.maximum(record, rail) if low else np.minimum(record, rail)
+    kinds = doubts(clipped, 10.0)
+    np.testing.assert_array_equal(kinds == "clipped", clipped != record)
+
+
+def test_a_slip_leaves_the_longer_part(prior):
+    time = np.arange(0.0, 76.0, 0.1)
+    x = travel(prior.medians[None], time, "closing", onset=10.0).travel[0]
+    record = measured(x, 14.0, generator(7, "slip"))
+    record[600:] += 5.0
+    kinds = doubts(record, 10.0)
+    np.testing.assert_array_equal(np.flatnonzero(kinds), np.arange(600, 760))
+    assert set(kinds[600:]) == {"jump"}
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9])
+def test_what_is_no_record_is_no_error(share):
+    """Noise of any size on any share of samples, all missing, all equal, or hardly any."""
+    rng = generator(8, "no record", str(share))
+    for size in (2, 5, 6, 30, 760):
+        for scale in (1e-300, 1.0, 1e3, 1e300):
+            x = np.where(rng.random(size) < share, scale * rng.standard_normal(size), 0.0)
+            assert doubtful_samples(x, 0.1, seen_quantum(x)).shape == (size,)
+        assert not (doubtful_samples(np.full(size, np.nan), 0.1, 0.0) != "").any()
+        assert not (doubtful_samples(np.full(size, 3.0), 0.1, 0.0) != "").any()
+
+
+def test_doubts_are_told_with_their_times():
+    kinds = np.full(100, "", dtype="U12")
+    kinds[[7, 30, 31, 32, 50, 60, 70]] = "spike", *3 * ["jump"], *3 * ["spike"]
+    assert told(0.1 * np.arange(100), kinds) == (
+        "7 samples that no sensor of this stroke gives: spike at 0.7 ms, jump at 3 to 3.2 ms, "
+        "spike at 5 ms, spike at 6 ms, and 1 more places"
+    )
+    assert told(np.arange(3.0), np.full(3, "")) == ""

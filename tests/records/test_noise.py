@@ -1,0 +1,82 @@
+"""Noise at rest: what is estimated, and what is remarked on."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from breaker.model.randomness import generator
+from breaker.records.noise import noise_at_rest, noise_remarks
+
+TIMES = np.linspace(-2.0, 58.0, 151)
+
+
+def rest(rng, count=80, sd=0.1, colour=0.0):
+    noise = rng.standard_normal(count)
+    noise[1:] *= np.sqrt(1.0 - colour**2)
+    return sd * lfilter([1.0], [1.0, -colour], noise)
+
+
+def remarks(x, step=0.1, quantum=0.0, noise_sd=0.1):
+    return noise_remarks(noise_at_rest(x, step, 0.4, quantum), noise_sd, step, TIMES)
+
+
+@pytest.mark.parametrize(
+    ("step", "count"), [(0.01, 800), (0.1, 80), (0.1, 20), (0.4, 40), (1.0, 12)]
+)
+def test_good_records_have_no_remark(step, count):
+    """1,000 each: 5 remarks would be above 1e-3 with a probability of 4e-3, and there are none."""
+    rng = generator(1, "good rest", str(step), count)
+    assert sum(bool(remarks(rest(rng, count), step)) for _ in range(1000)) == 0
+
+
+def test_noise_and_its_colour_are_estimated():
+    """To 5 sd of 10,000 samples; the colour at the model's step, four samples on."""
+    x = rest(generator(2, "noise"), 10_000, 0.07, 0.8)
+    noise = noise_at_rest(x, 0.1, 0.4, 0.0)
+    assert noise.sd == pytest.approx(0.07, rel=0.08)
+    assert noise.next == pytest.approx(0.8, abs=0.04)
+    assert noise.colour == pytest.approx(0.8**4, abs=0.1)
+    x[generator(3, "noise").random(x.size) < 0.3] = np.nan
+    assert noise_at_rest(x, 0.1, 0.4, 0.0).colour == pytest.approx(0.8**4, abs=0.1)
+
+
+def test_an_encoder_at_rest_has_the_noise_of_its_quantum():
+    noise = noise_at_rest(np.full(80, 0.64), 0.1, 0.4, 0.32)
+    assert noise.sd == pytest.approx(0.32 / np.sqrt(12.0))
+    assert np.isnan(noise.colour)
+    assert noise_remarks(noise, 0.1, 0.1, TIMES) == []
+    assert "the noise at rest is 0.092 mm" in noise_remarks(noise, 0.05, 0.1, TIMES)[0]
+
+
+PLANTED = {
+    "twice the noise": (lambda rng: rest(rng, sd=0.2), "the noise at rest is 0."),
+    "coloured": (lambda rng: rest(rng, 300, colour=0.85), "correlated over"),
+    "smoothed over 1 ms": (
+        lambda rng: np.convolve(rest(rng, 89), np.full(10, 0.1), mode="valid"),
+        "correlated over",
+    ),
+    "a drift of 2 mm over the grid": (
+        lambda rng: rest(rng, 80) + 0.033 * 0.1 * np.arange(80),
+        "the reading drifts at rest, by 0.0",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_planted_faults_are_remarked_on(name):
+    """Mostly."""
+    make, words = PLANTED[name]
+    rng = generator(4, "planted", name)
+    assert sum(words in "; ".join(remarks(make(rng))) for _ in range(100)) >= 70
+
+
+def test_too_little_rest_is_said():
+    noise = noise_at_rest(np.zeros(5), 0.1, 0.4, 0.0)
+    assert np.isnan([noise.sd, noise.colour]).all()
+    assert remarks(np.zeros(0)) == ["too little rest before the motion to see the noise"]
+    assert np.isnan(noise_at_rest(np.full(50, np.nan), 0.1, 0.4, 0.0).sd)
+
+
+def test_a_noiseless_rest_is_no_error():
+    assert noise_at_rest(np.zeros(50), 0.1, 0.4, 0.0).sd == 0.0
+    assert remarks(np.zeros(50)) == []
