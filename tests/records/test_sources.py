@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 
 from breaker.model.randomness import generator
+from breaker.records import grids
 from breaker.records.files import LARGEST, RejectedCurveError
 from breaker.records.listing import ENDINGS
 from breaker.records.settings import complete
@@ -223,11 +224,16 @@ def test_labelled_arrays_are_read(tmp_path, name):
     columns = read(file, "netcdf")
     np.testing.assert_array_equal(columns.travel, TRAVEL)
     np.testing.assert_array_equal(columns.time, TIME)
-    assert read(file, "netcdf", time_column=None, rate=10).time is None
+    WRITE[name](labelled(travel="deg"), file)
+    assert rejection(file, "netcdf").startswith(": the unit of 'travel' is 'deg', but endurance.")
+
+
+@pytest.mark.parametrize("name", ["3.nc", "a.zarr"])
+def test_what_is_no_record_in_labelled_arrays_is_refused(tmp_path, name):
+    file = tmp_path / name
     WRITE[name](labelled().rename(time="t").expand_dims(phase=1), file)
     np.testing.assert_array_equal(read(file, "netcdf").time, TIME)
-    WRITE[name](labelled(travel="deg"), file)
-    assert "the unit of 'travel' is 'deg'" in rejection(file, "netcdf")
+    assert read(file, "netcdf", time_column=None, rate=10).time is None
     WRITE[name](labelled(time="s"), file)
     assert "the unit of 'time' is 's'" in rejection(file, "netcdf")
     assert "no column 'position' among" in rejection(file, "netcdf", "position")
@@ -236,6 +242,18 @@ def test_labelled_arrays_are_read(tmp_path, name):
     assert "no single record: its sizes are" in rejection(file, "netcdf")
     WRITE[name](labelled().drop_vars("time"), file)
     assert "no column 'time' among" in rejection(file, "netcdf")
+
+
+def test_a_damaged_file_that_takes_for_ever_is_refused(tmp_path, monkeypatch):
+    """The library of HDF5 hangs in some; it reads in a process that is ended."""
+    file = tmp_path / "a.nc"
+    WRITE["4.nc"](labelled(), file)
+    monkeypatch.setattr(grids, "_PATIENCE", 0.01)
+    assert "cannot be read within 0.01 s; export it again" in rejection(file, "netcdf")
+    monkeypatch.undo()
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    assert "is a NetCDF file that cannot be read (OSError" in rejection(file, "netcdf")
 
 
 def test_a_file_is_no_store(tmp_path):

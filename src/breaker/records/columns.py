@@ -66,8 +66,8 @@ def columns_of(
         kept = np.flatnonzero(~np.isnan(columns["time"][kept]))
     elif (gaps := np.flatnonzero(np.diff(lines[kept]) > 1)).size:
         reason = (
-            "stands before a blank line or a remark; without a time column nobody knows whether a "
-            "sample is missing there: delete the line"
+            "stands before a line that is blank, a remark or too short; without a time column "
+            "nobody knows whether it stands for a sample: delete or mend it"
         )
         raise RejectedCurveError(file, reason, line=int(lines[gaps[0]]))
     time = columns["time"][kept] if "time" in columns else None
@@ -82,8 +82,11 @@ def _part(
     settings: Mapping,
 ) -> dict[str, np.ndarray]:
     """The columns of a block of rows, and its lines, each ``(t,)``."""
-    if not {row[0][:1] for row in rows}.isdisjoint("#!/% "):
-        kept = [i for i, row in enumerate(rows) if not is_remark(row)]
+    # Where a line has its time, what is not there is missing; without, it may be no sample at all.
+    least = 0 if "time" in head.places else head.places["travel"] + 1
+    odd = not {row[0][:1] for row in rows}.isdisjoint("#!/% ")
+    if odd or min(map(len, rows), default=least) < least:
+        kept = [i for i, row in enumerate(rows) if len(row) >= least and not is_remark(row)]
         lines, rows = [lines[i] for i in kept], [rows[i] for i in kept]
     _check_widths(file, lines, rows, head.width, exact=settings["delimiter"] == " ")
     columns, wrong = {"lines": np.array(lines, dtype=int)}, {}

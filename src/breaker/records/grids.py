@@ -3,19 +3,25 @@ and Zarr.
 """
 
 import io
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from breaker.records.columns import Columns
-from breaker.records.files import RejectedCurveError, read_bytes, require_folder
+from breaker.records.files import RejectedCurveError, printable, read_bytes, require_folder
 from breaker.records.names import check_unit, label_of, place_of, wanted_columns
 from breaker.records.numbers import LARGEST_NUMBER
 
 __all__ = ["open_grid", "read_netcdf", "read_zarr"]
 
+_HDF5 = b"\x89HDF"  # first bytes
 _LARGEST = 10_000_000  # samples
+_PATIENCE = 30  # s; a large file takes one
 _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
 
@@ -32,18 +38,26 @@ def read_netcdf(file: str | Path, settings: Mapping, channel: str = "") -> Colum
             another unit.
         ModuleNotFoundError: If a package for this version is not installed.
     """
-    with open_grid(file) as dataset:
+    content = read_bytes(file)
+    if content.startswith(_HDF5):
+        return _read_apart(file, content, settings, channel)
+    with open_grid(file, content) as dataset:
         return _columns(file, dataset, settings, channel)
 
 
 def read_zarr(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
     """Read a variable of a Zarr store, and its coordinate of time; otherwise as a NetCDF file."""
     require_folder(file)
-    return read_netcdf(file, settings, channel)
+    with open_grid(file) as dataset:
+        return _columns(file, dataset, settings, channel)
 
 
-def open_grid(file: str | Path):
+def open_grid(file: str | Path, content: bytes | None = None):
     """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
+
+    Args:
+        file: The file, or the folder of a store.
+        content: What is in the file, if that is known already.
 
     Raises:
         RejectedCurveError: If the file cannot be read.
@@ -53,14 +67,48 @@ def open_grid(file: str | Path):
 
     if Path(file).suffix.lower() == ".zarr":
         return xr.open_zarr(file, **_UNTOUCHED)
-    content = read_bytes(file)
-    if content.startswith(b"\x89HDF"):
+    content = read_bytes(file) if content is None else content
+    engine = "scipy"
+    if content.startswith(_HDF5):
         import h5netcdf  # noqa: F401 - xarray would not say which package is missing
 
         engine = "h5netcdf"
-    else:
-        engine = "scipy"
     return xr.open_dataset(io.BytesIO(content), engine=engine, **_UNTOUCHED)
+
+
+def _read_apart(file: str | Path, content: bytes, settings: Mapping, channel: str) -> Columns:
+    """Read version 4 in a process of its own: the library of HDF5 hangs in some damaged files."""
+    import h5netcdf  # noqa: F401 - the other process would not say which package is missing
+
+    asked = json.dumps([os.fspath(file), dict(settings), channel])
+    command = [sys.executable, "-m", __name__, asked]
+    try:
+        done = subprocess.run(command, input=content, capture_output=True, timeout=_PATIENCE)
+    except subprocess.TimeoutExpired as error:
+        reason = f"is a NetCDF file that cannot be read within {_PATIENCE} s; export it again"
+        raise RejectedCurveError(file, reason) from error
+    if done.returncode:
+        raise OSError(done.stderr.decode(errors="replace").strip().rpartition("\n")[2])
+    with np.load(io.BytesIO(done.stdout)) as found:
+        if "reason" in found:
+            raise RejectedCurveError(file, str(found["reason"]))
+        remarks = tuple(found["remarks"].tolist())
+        return Columns(found.get("time"), found["travel"], found["lines"], remarks)
+
+
+def _answer() -> None:
+    """Read the content on the standard input, and write what is found to the standard output."""
+    file, settings, channel = json.loads(sys.argv[1])
+    try:
+        with open_grid(file, sys.stdin.buffer.read()) as dataset:
+            columns = _columns(file, dataset, settings, channel)
+        found = {name: value for name, value in vars(columns).items() if value is not None}
+        found["remarks"] = np.array(columns.remarks, dtype=str)
+    except RejectedCurveError as error:
+        found = {"reason": str(error).removeprefix(f"{printable(file)}: ")}
+    answer = io.BytesIO()
+    np.savez(answer, **found)
+    sys.stdout.buffer.write(answer.getvalue())
 
 
 def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:
@@ -102,3 +150,7 @@ def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
     if not (np.abs(values[~np.isnan(values)]) <= LARGEST_NUMBER[kind]).all():
         raise RejectedCurveError(file, f"{variable.name!r} has values that are no readings")
     return values
+
+
+if __name__ == "__main__":
+    _answer()

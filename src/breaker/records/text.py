@@ -42,6 +42,9 @@ def _decode(file: str | Path, content: bytes, encoding: str) -> str:
         line = content.count(b"\n", 0, getattr(error, "start", 0)) + 1
         reason = f"cannot be read: {error}; is it a text file, endurance.format.encoding right?"
         raise RejectedCurveError(file, reason, line=line) from error
+    if "\0" in text:
+        reason = "has zero bytes: it is damaged, or endurance.format.encoding is utf-16, say"
+        raise RejectedCurveError(file, reason, line=text.count("\n", 0, text.index("\0")) + 1)
     text = text.removeprefix("\ufeff").rstrip("\x1a")  # the old sign for the end of a file
     if "\r" in text:
         # Lines that were translated twice end with two returns.
@@ -53,7 +56,7 @@ def _blocks(
     file: str | Path, text: str, delimiter: str
 ) -> Iterator[tuple[list[int], list[list[str]]]]:
     """Lines and cells of all that are not blank, block after block of whole lines."""
-    begin, line = 0, 1
+    begin, line, blank = 0, 1, f'{delimiter}" \t\v\f'
     while begin < len(text):
         end = text.find("\n", begin + _BLOCK)
         end = len(text) if end < 0 else end
@@ -63,7 +66,7 @@ def _blocks(
             long = next(i for i, one in enumerate(every) if len(one) > _LONGEST_LINE)
             reason = f"has {len(every[long])} signs; is it a table, endurance.format right?"
             raise RejectedCurveError(file, reason, line=line + long)
-        kept = [i for i, one in enumerate(every) if one and not one.isspace()]
+        kept = [i for i, one in enumerate(every) if one.strip(blank)]
         there = every if len(kept) == len(every) else [every[i] for i in kept]
         yield [line + i for i in kept], _split(there, delimiter, quoted='"' in block)
         begin, line = end + 1, line + len(every)
