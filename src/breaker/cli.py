@@ -52,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="breaker", description="From a breaker's travel curve to the state of its drive."
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for add in (_add_inspect, _add_manifest, _add_infer):  # in the order of --help
+    for add in (_add_inspect, _add_manifest, _add_check, _add_infer):  # in the order of --help
         command = add(commands)
         command.add_argument(
             "--config",
@@ -163,6 +163,45 @@ def _manifest(options: argparse.Namespace) -> int:
     for remark in remarks:
         print(f"check: {remark}", file=sys.stderr)
     return 0
+
+
+# ---- breaker check ------------------------------------------------------------------------------
+
+
+def _add_check(commands) -> argparse.ArgumentParser:
+    check = commands.add_parser(
+        "check",
+        help="say which records of a folder will be accepted",
+        description="Read all records of a folder as the workflow will, and print what is "
+        "accepted, what is doubtful, and why the rest is rejected. The status is 1 if nothing of a "
+        "motion is accepted.",
+    )
+    check.set_defaults(run=_check)
+    check.add_argument("folder", metavar="FOLDER", help="folder of the curve files")
+    return check
+
+
+def _check(options: argparse.Namespace) -> int:
+    import numpy as np
+
+    from breaker.records import check_folder, checked_text
+
+    logging.getLogger("breaker").setLevel(logging.ERROR)  # the text has the reasons
+    config = _settings(options.config, ["sensor", "motions", "endurance.format"])
+    sensor = config["sensor"]
+    times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
+    checked = check_folder(
+        options.folder,
+        config["endurance"],
+        times,
+        config["motions"],
+        noise_sd=sensor["noise_sd"],
+    )
+    print(checked_text(checked))
+    accepted = {motion: 0 for motion in config["motions"]}
+    for each in checked:
+        accepted[each.motion] += each.accepted
+    return 0 if all(accepted.values()) else 1
 
 
 # ---- breaker infer ------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "acceptance": ["check_folder", "checked_text"],
         "bends": ["seen_touch", "speed_along"],
         "files": ["RejectedCurveError", "printable", "read_bytes"],
         "listing": ["ENDINGS", "fingerprint", "list_operations", "record_files"],
