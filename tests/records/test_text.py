@@ -7,7 +7,7 @@ import pytest
 
 from breaker.model.randomness import generator
 from breaker.records.files import RejectedCurveError
-from breaker.records.numbers import strict_numbers
+from breaker.records.numbers import strict_numbers, why_none
 from breaker.records.settings import TO_MS, complete
 from breaker.records.sources import read_columns
 from breaker.records.units import split_unit, unit_of
@@ -253,8 +253,8 @@ def test_thousands_are_not_read_as_decimals():
     for cell, decimal in (("1,234", "."), ("1.234", ","), ("1,234.5", "."), ("1.234,5", ",")):
         values, wrong = strict_numbers(["1", cell], decimal, 1e9)
         assert values[0] == 1.0
-        assert list(wrong) == [1]
-        assert "endurance.format.decimal" in wrong[1]
+        assert wrong == [1]
+        assert "endurance.format.decimal" in why_none(cell, decimal, 1e9)
 
 
 @pytest.mark.parametrize("decimal", [".", ","])
@@ -267,8 +267,8 @@ def test_numbers_are_those_of_python(decimal):
     expected = [float(text) for text in [*shown, "5.", ".5", "7"]]
     quick, none = strict_numbers(cells, decimal, 1e9)
     careful, wrong = strict_numbers([*cells, "", "x"], decimal, 1e9)
-    assert none == {}
-    assert list(wrong) == [len(cells) + 1]
+    assert none == []
+    assert wrong == [len(cells) + 1]
     np.testing.assert_array_equal(quick, expected)
     np.testing.assert_array_equal(careful[:-2], expected)
 
@@ -410,15 +410,15 @@ def test_another_encoding_is_told_with_its_line(file):
 
 
 def test_long_files_are_read_block_by_block(file):
-    time = np.arange(200_000)
+    time = np.arange(100_000)
     put(file, ["time,travel", *(f"{t},{t % 7}.25" for t in time)])
     columns = read(file)
     np.testing.assert_array_equal(columns.time, time)
     np.testing.assert_array_equal(columns.travel, time % 7 + 0.25)
     np.testing.assert_array_equal(columns.lines, time + 2)
     with file.open("a", encoding="utf-8") as stream:
-        stream.write("200000,?\n")
-    assert rejection(file).startswith(", line 200002: 'travel' is '?'")
+        stream.write("100000,?\n")
+    assert rejection(file).startswith(", line 100002: 'travel' is '?'")
 
 
 @pytest.mark.parametrize(
@@ -445,7 +445,7 @@ def test_long_files_are_read_block_by_block(file):
 def test_odd_files_are_refused_at_once(file, content, delimiter):
     """A file of a MB takes less than a second; what searches backwards would take minutes."""
     file.write_bytes(content)
-    start = clock.perf_counter()
+    start = clock.process_time()
     assert len(rejection(file, delimiter=delimiter)) < 2_000
     try:
         columns = read(file, delimiter=delimiter, time_column=None, rate=10, travel_column=3)
@@ -453,7 +453,7 @@ def test_odd_files_are_refused_at_once(file, content, delimiter):
         pass
     else:
         assert columns.travel.size == 1  # too few for what comes after
-    assert clock.perf_counter() - start < 4.0
+    assert clock.process_time() - start < 4.0
 
 
 def test_texts_cut_at_any_place_are_read_or_refused(file):

@@ -9,7 +9,7 @@ import numpy as np
 
 from breaker.records.files import RejectedCurveError
 from breaker.records.head import Head, Table, find_head, is_remark
-from breaker.records.numbers import LARGEST_NUMBER, strict_numbers
+from breaker.records.numbers import LARGEST_NUMBER, strict_numbers, why_none
 
 __all__ = ["Columns", "columns_of"]
 
@@ -84,8 +84,8 @@ def _part(
     """The columns of a block of rows, and its lines, each ``(t,)``."""
     # Where a line has its time, what is not there is missing; without, it may be no sample at all.
     least = 0 if "time" in head.places else head.places["travel"] + 1
-    odd = not {row[0][:1] for row in rows}.isdisjoint("#!/% ")
-    if odd or min(map(len, rows), default=least) < least:
+    signs = not {row[0][:1] for row in rows}.isdisjoint("#!/% ")
+    if signs or min(map(len, rows), default=least) < least:
         kept = [i for i, row in enumerate(rows) if len(row) >= least and not is_remark(row)]
         lines, rows = [lines[i] for i in kept], [rows[i] for i in kept]
     _check_widths(file, lines, rows, head.width, exact=settings["delimiter"] == " ")
@@ -95,11 +95,15 @@ def _part(
             cells = [row[place] for row in rows]
         except IndexError:
             cells = ["".join(row[place : place + 1]) for row in rows]
-        columns[kind], odd = strict_numbers(cells, settings["decimal"], LARGEST_NUMBER[kind])
-        for i, reason in odd.items():
-            text = f"{head.labels[kind]} is {cells[i].strip()[:40]!r}, {reason}"
+        decimal, largest = settings["decimal"], LARGEST_NUMBER[kind]
+        columns[kind], odd = strict_numbers(cells, decimal, largest)
+        if odd:
+            cell = cells[odd[0]]
+            text = (
+                f"{head.labels[kind]} is {cell.strip()[:40]!r}, {why_none(cell, decimal, largest)}"
+            )
             more = f" ({len(odd)} such samples)" if len(odd) > 1 else ""
-            wrong.setdefault(i, text + more)
+            wrong.setdefault(odd[0], text + more)
     if wrong:
         first = min(wrong)
         raise RejectedCurveError(file, wrong[first], line=lines[first])

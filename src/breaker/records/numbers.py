@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"]
+__all__ = ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers", "why_none"]
 
 LARGEST_NUMBER = {"time": 1e16, "travel": 1e9}
 """Beyond it is no time (those since 1970 are 2e15 microseconds), and no reading of a sensor."""
@@ -35,8 +35,8 @@ _REMEDY = "leave the cell empty where a sample is missing; a line of remarks beg
 
 def strict_numbers(
     cells: Sequence[str], decimal: str, largest: float
-) -> tuple[np.ndarray, dict[int, str]]:
-    """Return cells as numbers, ``(t,)``, NaN where missing, and why others are none, by place.
+) -> tuple[np.ndarray, list[int]]:
+    """Return cells as numbers, ``(t,)``, NaN where missing, and the places of what is no number.
 
     Args:
         cells: Cells of one column.
@@ -46,7 +46,7 @@ def strict_numbers(
     Example:
         >>> values, wrong = strict_numbers(["1,5", "", "1_000"], ",", 1e9)
         >>> values.tolist(), wrong
-        ([1.5, nan, nan], {2: 'which is not a number: export without separators of thousands'})
+        ([1.5, nan, nan], [2])
     """
     joined = "\n".join(cells)
     plain = joined.isascii() and "_" not in joined and (decimal == "." or "." not in joined)
@@ -58,18 +58,30 @@ def strict_numbers(
             pass  # a missing sample, or no number
         else:
             if not (np.abs(values) > largest).any():
-                return values, {}
-    values, wrong = np.full(len(cells), np.nan), {}
+                return values, []
+    values, wrong = np.full(len(cells), np.nan), []
     for i, cell in enumerate(map(str.strip, cells)):
         if cell.lower() in MISSING:
             continue
-        if not is_number(cell, decimal):
-            wrong[i] = f"which is not a number: {_hint(cell)}"
-        elif abs(number := float(cell.replace(decimal, "."))) > largest:
-            wrong[i] = f"which is no reading: it is beyond {largest:.0e}"
-        else:
+        number = float(cell.replace(decimal, ".")) if is_number(cell, decimal) else np.nan
+        if abs(number) <= largest:
             values[i] = number
+        else:
+            wrong.append(i)
     return values, wrong
+
+
+def why_none(cell: str, decimal: str, largest: float) -> str:
+    """Return why a cell is no number, and what to do about it.
+
+    >>> why_none("1_000", ".", 1e9)
+    'which is not a number: export without separators of thousands'
+    """
+    if is_number(cell, decimal):
+        return f"which is no reading: it is beyond {largest:.0e}"
+    cell = cell.strip()[:100]
+    hints = (hint for like, hint in _HINTS.items() if re.fullmatch(like, cell, re.IGNORECASE))
+    return f"which is not a number: {next(hints, _REMEDY)}"
 
 
 def is_number(cell: str, decimal: str) -> bool:
@@ -79,10 +91,3 @@ def is_number(cell: str, decimal: str) -> bool:
     if decimal != "." and "." in cell:
         return False
     return bool(_NUMBER.fullmatch(cell.strip().replace(decimal, ".")))
-
-
-def _hint(cell: str) -> str:
-    """What to do about a cell that is no number."""
-    cell = cell[:100]
-    hints = (hint for like, hint in _HINTS.items() if re.fullmatch(like, cell, re.IGNORECASE))
-    return next(hints, _REMEDY)
