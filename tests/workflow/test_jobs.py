@@ -62,6 +62,13 @@ def test_an_uncaught_exception_is_logged_with_its_traceback_and_fails_the_job(lo
     assert "in compute" in text
 
 
+def test_an_interrupted_job_says_so_and_no_more(log):
+    done = run(log, "raise KeyboardInterrupt")
+    assert done.returncode != 0
+    assert done.stderr.endswith(" read_curves: interrupted\n")
+    assert "Traceback" not in done.stderr
+
+
 @pytest.mark.parametrize(("threads", "used"), [(1, 1), (2, 2), (64, 2)])
 def test_numba_has_the_threads_of_the_rule_but_no_more_than_there_are(log, threads, used):
     first = (
@@ -101,4 +108,4 @@ def test_the_packages_looked_for_are_those_of_the_project():
     names = {
         re.match(r"[\w-]+", each)[0] for each in tomllib.loads(text)["project"]["dependencies"]
     }
-    assert {"yaml" if name == "PyYAML" else name for name in names} == set(_PACKAGES)
+    assert {"yaml" if n == "PyYAML" else n.replace("-", "_") for n in names} == set(_PACKAGES)

@@ -19,17 +19,8 @@ _VARIABLES = (
     "NUMEXPR_NUM_THREADS",
 )
 _PACKAGES = (
-    *(
-        "jsonschema",
-        "lazy_loader",
-        "matplotlib",
-        "numba",
-        "numpy",
-        "pandas",
-        "safetensors",
-        "scipy",
-    ),
-    *("snakemake", "torch", "tqdm", "xarray", "yaml", "zarr", "zuko"),
+    *("charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba", "numpy", "pandas"),
+    *("safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml", "zarr", "zuko"),
 )
 
 
@@ -68,7 +59,10 @@ def start(job: object) -> logging.Logger:
     def log_exception(
         kind: type[BaseException], error: BaseException, trace: TracebackType | None
     ) -> None:
-        logger.error("%s: %s", kind.__name__, error, exc_info=(kind, error, trace))
+        if issubclass(kind, KeyboardInterrupt):
+            logger.error("interrupted")
+        else:
+            logger.error("%s: %s", kind.__name__, error, exc_info=(kind, error, trace))
 
     sys.excepthook = log_exception
     set_threads(job.threads)
