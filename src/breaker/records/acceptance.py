@@ -163,13 +163,14 @@ def _range(values: np.ndarray) -> str:
 
 
 def _strokes(curves: xr.Dataset) -> np.ndarray:
-    """Way from the first samples of each record to its last ones, ``(n,)``, mm; NaN if rejected."""
+    """Way from the rest before time 0 to the last samples, ``(n,)``, mm; NaN if rejected."""
     strokes = np.full(curves.sizes["operation"], np.nan)
+    rest = max(1, int(np.searchsorted(curves.time.values, 0.0)))
     for i in np.flatnonzero(curves.accepted.values):
         row = curves.travel.values[i]
-        there = row[~np.isnan(row)]
-        edge = max(1, there.size // 20)
-        strokes[i] = abs(np.median(there[-edge:]) - np.median(there[:edge]))
+        there = np.flatnonzero(~np.isnan(row))
+        before = there[there < rest] if there[0] < rest else there[:1]
+        strokes[i] = abs(row[there[-max(1, there.size // 12) :]].mean() - row[before].mean())
     return strokes
 
 
