@@ -1,8 +1,10 @@
 """Chunks of operations: by number, the same whatever else is there."""
 
 import pytest
+import xarray as xr
 
-from breaker.workflow.operations import chunks_of
+from breaker.stores import describe, save
+from breaker.workflow.operations import chunks_of, recorded_source
 
 
 def test_the_default_test_has_four_chunks_of_500():
@@ -42,3 +44,14 @@ def test_there_may_be_more_than_a_thousand_chunks_in_their_order():
     names = list(chunks_of(range(1, 1203), 1))
     assert names[-1] == "1201"
     assert names == sorted(names, key=int)
+
+
+def test_the_source_of_a_store_is_read_without_opening_it(tmp_path):
+    store = tmp_path / "curves.zarr"
+    assert recorded_source(store) is None
+    save(describe(xr.Dataset(), "curves", source="stand-in"), store)
+    assert recorded_source(store) == "stand-in"
+    save(describe(xr.Dataset(), "curves"), store)
+    assert recorded_source(store) is None
+    (store / ".zattrs").write_text("[")
+    assert recorded_source(store) is None
