@@ -3,8 +3,6 @@ and Zarr.
 """
 
 import io
-import json
-import os
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -13,13 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from breaker.records.columns import Columns
-from breaker.records.files import RejectedCurveError, printable, read_bytes, require_folder
+from breaker.records.files import RejectedCurveError, read_bytes, require_folder
 from breaker.records.names import check_unit, label_of, place_of, wanted_columns
 from breaker.records.numbers import LARGEST_NUMBER
 
 __all__ = ["open_grid", "read_netcdf", "read_zarr"]
 
-_HDF5 = b"\x89HDF"  # first bytes
 _LARGEST = 10_000_000  # samples
 _PATIENCE = 30  # s; a large file takes one
 _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
@@ -38,26 +35,18 @@ def read_netcdf(file: str | Path, settings: Mapping, channel: str = "") -> Colum
             another unit.
         ModuleNotFoundError: If a package for this version is not installed.
     """
-    content = read_bytes(file)
-    if content.startswith(_HDF5):
-        return _read_apart(file, content, settings, channel)
-    with open_grid(file, content) as dataset:
+    with open_grid(file) as dataset:
         return _columns(file, dataset, settings, channel)
 
 
 def read_zarr(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
     """Read a variable of a Zarr store, and its coordinate of time; otherwise as a NetCDF file."""
     require_folder(file)
-    with open_grid(file) as dataset:
-        return _columns(file, dataset, settings, channel)
+    return read_netcdf(file, settings, channel)
 
 
-def open_grid(file: str | Path, content: bytes | None = None):
+def open_grid(file: str | Path):
     """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
-
-    Args:
-        file: The file, or the folder of a store.
-        content: What is in the file, if that is known already.
 
     Raises:
         RejectedCurveError: If the file cannot be read.
@@ -67,21 +56,19 @@ def open_grid(file: str | Path, content: bytes | None = None):
 
     if Path(file).suffix.lower() == ".zarr":
         return xr.open_zarr(file, **_UNTOUCHED)
-    content = read_bytes(file) if content is None else content
-    engine = "scipy"
-    if content.startswith(_HDF5):
-        import h5netcdf  # noqa: F401 - xarray would not say which package is missing
-
-        engine = "h5netcdf"
-    return xr.open_dataset(io.BytesIO(content), engine=engine, **_UNTOUCHED)
+    content = read_bytes(file)
+    if content.startswith(b"\x89HDF"):
+        content = _as_version_3(file, content)
+    return xr.open_dataset(io.BytesIO(content), engine="scipy", **_UNTOUCHED)
 
 
-def _read_apart(file: str | Path, content: bytes, settings: Mapping, channel: str) -> Columns:
-    """Read version 4 in a process of its own: the library of HDF5 hangs in some damaged files."""
+def _as_version_3(file: str | Path, content: bytes) -> bytes:
+    """The numbers of a file of version 4, by a process of its own: the library of HDF5 hangs in
+    some damaged files.
+    """
     import h5netcdf  # noqa: F401 - the other process would not say which package is missing
 
-    asked = json.dumps([os.fspath(file), dict(settings), channel])
-    command = [sys.executable, "-m", __name__, asked]
+    command = [sys.executable, "-m", __name__]
     try:
         done = subprocess.run(command, input=content, capture_output=True, timeout=_PATIENCE)
     except subprocess.TimeoutExpired as error:
@@ -89,26 +76,26 @@ def _read_apart(file: str | Path, content: bytes, settings: Mapping, channel: st
         raise RejectedCurveError(file, reason) from error
     if done.returncode:
         raise OSError(done.stderr.decode(errors="replace").strip().rpartition("\n")[2])
-    with np.load(io.BytesIO(done.stdout)) as found:
-        if "reason" in found:
-            raise RejectedCurveError(file, str(found["reason"]))
-        remarks = tuple(found["remarks"].tolist())
-        return Columns(found.get("time"), found["travel"], found["lines"], remarks)
+    return done.stdout
 
 
-def _answer() -> None:
-    """Read the content on the standard input, and write what is found to the standard output."""
-    file, settings, channel = json.loads(sys.argv[1])
-    try:
-        with open_grid(file, sys.stdin.buffer.read()) as dataset:
-            columns = _columns(file, dataset, settings, channel)
-        found = {name: value for name, value in vars(columns).items() if value is not None}
-        found["remarks"] = np.array(columns.remarks, dtype=str)
-    except RejectedCurveError as error:
-        found = {"reason": str(error).removeprefix(f"{printable(file)}: ")}
-    answer = io.BytesIO()
-    np.savez(answer, **found)
-    sys.stdout.buffer.write(answer.getvalue())
+def _convert() -> None:
+    """Read version 4 from the standard input, and write its numbers as version 3 to the output."""
+    import xarray as xr
+
+    content = io.BytesIO(sys.stdin.buffer.read())
+    with xr.open_dataset(content, engine="h5netcdf", **_UNTOUCHED) as dataset:
+        numbers = {
+            name: (
+                each.dims,
+                each.values.astype(float),
+                {"units": str(each.attrs.get("units", ""))},
+            )
+            for name, each in dataset.variables.items()
+            if each.dtype.kind in "iuf" and each.size <= _LARGEST
+        }
+        said = {str(name): str(value) for name, value in dataset.attrs.items()}
+    sys.stdout.buffer.write(xr.Dataset(numbers, attrs=said).to_netcdf(engine="scipy"))
 
 
 def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:
@@ -153,4 +140,4 @@ def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    _answer()
+    _convert()

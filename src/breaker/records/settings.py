@@ -5,6 +5,9 @@ from collections.abc import Mapping
 
 __all__ = ["FORMAT", "TO_MM", "TO_MS", "complete"]
 
+# Encodings of names and of source code; some take hours for a file.
+_NO_FILES = {"idna", "punycode", "undefined", "unicode-escape", "raw-unicode-escape"}
+
 TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
 TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
 
@@ -76,10 +79,10 @@ def complete(settings: Mapping) -> dict:
             f"endurance.format.delimiter is {settings['delimiter']!r}, but must be one sign"
         )
     try:
-        is_text = codecs.lookup(settings["encoding"])._is_text_encoding  # base64 is not
+        codec = codecs.lookup(settings["encoding"])
     except (LookupError, ValueError) as error:
         raise ValueError(f"endurance.format.encoding: {error}; utf-8, for example") from error
-    if not is_text:
+    if not codec._is_text_encoding or codec.name in _NO_FILES:
         raise ValueError(
             f"endurance.format.encoding: {settings['encoding']} is no encoding of text; utf-8, for "
             "example"
