@@ -241,6 +241,49 @@ def test_how_far_the_model_is_from_right_is_a_setting(project, capsys, defaults,
     assert "set endurance.discrepancy to 0" in capsys.readouterr().err
 
 
+# ---- inspect and check --------------------------------------------------------------------------
+
+
+def test_a_file_is_inspected_and_its_proposal_reads_it(project, capsys):
+    text = (project / "a.csv").read_text(encoding="utf-8")
+    text = text.replace(".", ";").replace(",", "|").replace(";", ",").replace("|", ";")
+    (project / "german.csv").write_text(text, encoding="utf-8")
+    arguments = ["german.csv", "--output", "german.yaml", "--plot", "german.png"]
+    assert main(["inspect", *arguments]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    overlay = (project / "german.yaml").read_text(encoding="utf-8")
+    assert overlay in out
+    assert 'delimiter: ";"' in overlay
+    assert "accepted" in out
+    assert (project / "german.png").stat().st_size > 10_000
+    arguments = ("closing.safetensors", "german.csv", "--config", "few.yaml", "german.yaml")
+    assert call(*arguments) == 0
+
+
+def test_a_file_that_cannot_be_inspected(project, capsys):
+    assert main(["inspect", "c.csv"]) == 1
+    assert capsys.readouterr().err.startswith("breaker: c.csv: is not there")
+    (project / "words.csv").write_text("once upon a time", encoding="utf-8")
+    assert main(["inspect", "words.csv"]) == 1
+    assert "no columns of numbers" in capsys.readouterr().err
+    assert main(["inspect", "a.csv", "--channel", "force"]) == 1
+    assert "there are 'travel'" in capsys.readouterr().err
+
+
+def test_a_folder_is_checked(project, capsys):
+    for motion, name in (("closing", "a.csv"), ("opening", "open.csv")):
+        (project / "own" / motion).mkdir(parents=True)
+        shutil.copy(project / name, project / "own" / motion / "operation_1.csv")
+    assert main(["check", "own"]) == 0
+    assert re.search(r"closing +1 +1 +0 +0", capsys.readouterr().out)
+    shutil.copy(project / "a.csv", project / "own" / "opening" / "operation_1.csv")
+    assert main(["check", "own"]) == 1
+    out, err = capsys.readouterr()
+    assert "which is no opening" in out
+    assert err == ""
+
+
 # ---- what fails ---------------------------------------------------------------------------------
 
 

@@ -143,13 +143,16 @@ def _add_manifest(commands) -> argparse.ArgumentParser:
     manifest.set_defaults(run=_manifest)
     manifest.add_argument("folder", metavar="FOLDER", help="folder of the curve files")
     manifest.add_argument("--output", metavar="CSV", help="write the table there, if nothing is")
+    manifest.add_argument(
+        "--channels", nargs="+", default=[], metavar="NAME", help="columns of travel in each file"
+    )
     return manifest
 
 
 def _manifest(options: argparse.Namespace) -> int:
     from breaker.records import propose_manifest
 
-    text, remarks = propose_manifest(options.folder)
+    text, remarks = propose_manifest(options.folder, options.channels)
     if options.output:
         try:
             with open(options.output, "x", encoding="utf-8", newline="") as stream:
@@ -182,26 +185,15 @@ def _add_check(commands) -> argparse.ArgumentParser:
 
 
 def _check(options: argparse.Namespace) -> int:
-    import numpy as np
-
     from breaker.records import check_folder, checked_text
 
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the text has the reasons
     config = _settings(options.config, ["sensor", "motions", "endurance.format"])
-    sensor = config["sensor"]
-    times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
-    checked = check_folder(
-        options.folder,
-        config["endurance"],
-        times,
-        config["motions"],
-        noise_sd=sensor["noise_sd"],
-    )
+    motions = config["motions"]
+    checked = check_folder(options.folder, config["endurance"], config["sensor"], motions)
     print(checked_text(checked))
-    accepted = {motion: 0 for motion in config["motions"]}
-    for each in checked:
-        accepted[each.motion] += each.accepted
-    return 0 if all(accepted.values()) else 1
+    accepted = {each.motion for each in checked if each.accepted}
+    return 0 if accepted == set(motions) else 1
 
 
 # ---- breaker infer ------------------------------------------------------------------------------

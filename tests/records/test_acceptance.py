@@ -7,7 +7,7 @@ from breaker.records.acceptance import check_folder, checked_text
 from breaker.records.export import write_curve
 from breaker.synthetic.rigs import Rig
 
-TIMES = np.linspace(-2.0, 58.0, 151)
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 ENDURANCE = {"format": {}, "breaker": None, "phase": None}
 
 
@@ -28,7 +28,7 @@ def folder(tmp_path, rig):
 
 
 def check(folder, motions=("closing", "opening"), **endurance):
-    return check_folder(folder, {**ENDURANCE, **endurance}, TIMES, motions, noise_sd=0.1)
+    return check_folder(folder, {**ENDURANCE, **endurance}, SENSOR, motions)
 
 
 def text_of(folder, **endurance):

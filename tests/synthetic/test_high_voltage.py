@@ -33,18 +33,6 @@ def overlay(exports, defaults, tmp_path_factory):
     return file
 
 
-def manifest(folder):
-    """Rows of ``operations.csv``: in each file, both motions of six channels."""
-    rows = [
-        f"rack_{number:04d}.txt,{motion},{number},{channel},{channel}"
-        for number in range(1, OPERATIONS + 1)
-        for channel in CHANNELS
-        for motion in ("closing", "opening")
-    ]
-    text = "\n".join(["file,motion,operation,channel,phase", *rows, ""])
-    (folder / "operations.csv").write_text(text, encoding="utf-8")
-
-
 def test_the_drive_is_the_default_one_on_another_scale(defaults):
     drive = Rig.from_settings(defaults["rig"], 1).new
     times = np.linspace(0.0, 60.0, 200)
@@ -90,7 +78,9 @@ def test_inspection_leads_to_accepted_records_of_all_phases(exports, overlay, de
 
 def test_a_folder_is_checked_with_its_table(exports, overlay, capsys):
     folder, _ = exports
-    manifest(folder)
+    arguments = ["--channels", *CHANNELS, "--output", str(folder / "operations.csv")]
+    assert main(["manifest", str(folder), *arguments]) == 0
+    capsys.readouterr()
     assert main(["check", str(folder), "--config", str(overlay)]) == 0
     out = capsys.readouterr().out
     for channel in CHANNELS:

@@ -52,12 +52,7 @@ class Checked:
 
 
 def check_folder(
-    folder: str | Path,
-    endurance: Mapping,
-    times: np.ndarray,
-    motions: Iterable[str],
-    *,
-    noise_sd: float,
+    folder: str | Path, endurance: Mapping, sensor: Mapping, motions: Iterable[str]
 ) -> list[Checked]:
     """Read all records of a folder.
 
@@ -65,10 +60,10 @@ def check_folder(
         folder: As for ``endurance.curves``.
         endurance: The section of the configuration: ``format``, and ``breaker`` and ``phase`` where
             one of several is meant.
-        times: The model's grid, ``(t,)``, ms around the first motion.
+        sensor: The section of the configuration: the model's grid, and the noise.
         motions: "closing", "opening" or both.
-        noise_sd: ``sensor.noise_sd``, mm.
     """
+    times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     checked = []
     for motion in motions:
         for breaker, phase in _groups(folder, endurance):
@@ -77,7 +72,7 @@ def check_folder(
             except (ValueError, OSError) as error:
                 checked.append(Checked(motion, breaker or "", phase or "", trouble=str(error)))
                 continue
-            curves = _read(operations, endurance["format"], times, motion, noise_sd)
+            curves = _read(operations, endurance["format"], times, motion, sensor["noise_sd"])
             checked.append(Checked(motion, breaker or "", phase or "", curves))
     return checked
 

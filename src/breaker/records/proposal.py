@@ -50,12 +50,17 @@ class _File(NamedTuple):
     written: float
 
 
-def propose_manifest(folder: str | Path) -> tuple[str, list[str]]:
+def propose_manifest(folder: str | Path, channels: Sequence[str] = ()) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
     The motion comes from folders named after it, or else from the name; other folders are breakers.
     The counter comes from the names where they leave no doubt; else operations are numbered from 1,
     by the dates in the names, or else by the times at which the files were written.
+
+    Args:
+        folder: Folder of the curve files.
+        channels: Columns of travel that each file has, side by side: a row for each, and each a
+            phase of its own.
 
     Returns:
         The text of the table, and what to check in it, in words.
@@ -88,7 +93,7 @@ def propose_manifest(folder: str | Path) -> tuple[str, list[str]]:
                 f"the order of {order}, as the names do not say the counter"
             )
         rows += [(breaker, number, motion, of) for number, of in zip(numbers, group, strict=True)]
-    return _text(rows), remarks
+    return _text(rows, channels or [""]), remarks
 
 
 def _files(folder: Path) -> tuple[list[_File], list[str]]:
@@ -163,19 +168,22 @@ def _natural(path: str) -> list[tuple[int, str]]:
     ]
 
 
-def _text(rows: Sequence[tuple[str, int, str, _File]]) -> str:
+def _text(rows: Sequence[tuple[str, int, str, _File]], channels: Sequence[str]) -> str:
     text = StringIO()
     table = csv.DictWriter(text, COLUMNS, restval="", lineterminator="\n")
     table.writeheader()
     for breaker, number, motion, file in sorted(rows, key=lambda row: row[:3]):
         when = file.when and (file.when if file.timed else file.when.date())
-        table.writerow(
-            {
-                "file": file.path,
-                "motion": motion,
-                "operation": number,
-                "breaker": breaker,
-                "date": when.isoformat() if when else "",
-            }
-        )
+        for channel in channels:
+            table.writerow(
+                {
+                    "file": file.path,
+                    "motion": motion,
+                    "operation": number,
+                    "channel": channel,
+                    "breaker": breaker,
+                    "phase": channel,
+                    "date": when.isoformat() if when else "",
+                }
+            )
     return text.getvalue()
