@@ -330,7 +330,7 @@ def without_notes(folder: Path) -> Iterator[None]:
 
 def test_results_of_another_source_never_stand_in(workflow):
     """Nor where files are older than results, or the notes on the last run are lost."""
-    store, again = "results/endurance/closing/curves_000.zarr", Counter(read_curves=1)
+    store = "results/endurance/closing/curves_000.zarr"
     for name in ("own", "other"):
         shutil.rmtree(workflow / name, ignore_errors=True)
     with edited(workflow), without_notes(workflow):
@@ -343,13 +343,13 @@ def test_results_of_another_source_never_stand_in(workflow):
         replaced = workflow / "own/closing/closing_00007.csv"
         replaced.write_bytes((workflow / "own/closing/closing_00008.csv").read_bytes())
         os.utime(replaced, (1e9, 1e9 + 1))
-        assert planned(workflow, store) == again
+        assert planned(workflow, store)["read_curves"] == 1
 
         shutil.copytree(workflow / "own", workflow / "other")
         edit_config(workflow, endurance={"curves": "other"})
-        assert planned(workflow, store) == again
+        assert planned(workflow, store)["read_curves"] == 1
         edit_config(workflow, endurance={"curves": None})  # the stand-in
-        assert planned(workflow, store) == again
+        assert planned(workflow, store)["read_curves"] == 1
 
 
 def test_a_table_of_operations_is_kept_through_to_the_stores(workflow):
