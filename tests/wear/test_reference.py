@@ -1,5 +1,7 @@
 """Where a trend starts: what the first operations agree on, and whether both motions do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
@@ -8,7 +10,7 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.fisher import information
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
-from breaker.wear.reference import agreement, find_reference, pooled
+from breaker.wear.reference import Reference, agreement, find_reference, pooled
 
 P, N = len(NAMES), 40
 TRUTH = np.array([0.9, 0.1, 0.2, -0.6, -1.2, -1.1, -0.7])
@@ -99,3 +101,13 @@ def test_motions_agree_and_disagree(models):
     one = {"closing": models["closing"]}
     records, outputs = simulate(models["closing"], TRUTH, 3, generator(12, "test reference"))
     assert find_reference(one, {"closing": records}, {"closing": outputs}).agreement == 1.0
+
+
+def test_operations_of_half_the_samples_are_not_compared_with_whole_ones():
+    """Nor whole ones with them; those that lack as many as the reference are."""
+    whole = Reference(np.zeros(7), 1.0, np.zeros(2), np.diag(np.arange(1.0, 10.0)), 10)
+    half = replace(whole, matrix=0.5 * whole.matrix)
+    assert whole.resembles(0.8 * whole.matrix)
+    assert half.resembles(half.matrix)
+    assert not whole.resembles(half.matrix)
+    assert not half.resembles(whole.matrix)

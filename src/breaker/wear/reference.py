@@ -28,6 +28,7 @@ __all__ = ["Reference", "agreement", "find_reference", "onset_of", "pooled"]
 
 _ROUNDS = 30  # of the fit of parameters and difference
 _REACHED = 1e-4  # prior sd: a step that ends it
+_RESEMBLES = 1.4  # factor between informations of operations that are compared
 _RIDGE = 1e-9  # of an information, for directions that no record determines
 
 
@@ -55,6 +56,17 @@ class Reference:
         """Cholesky root of the information, in which what an operation says has unit noise."""
         ridge = _RIDGE * np.trace(self.matrix) / len(self.matrix)
         return np.linalg.cholesky(self.matrix + ridge * np.eye(len(self.matrix)))
+
+    def resembles(self, matrix: np.ndarray) -> bool:
+        """Say whether an operation whose records lack samples can be compared with the others.
+
+        Its records say less of all that is not as the reference, which would seem to be a step.
+
+        Args:
+            matrix: Its information about parameters and difference, ``(p + n, p + n)``.
+        """
+        share = np.trace(matrix) / np.trace(self.matrix)
+        return bool(1.0 / _RESEMBLES <= share <= _RESEMBLES)
 
 
 def find_reference(

@@ -173,7 +173,8 @@ class Follower:
         alarm = seen >= self.settings["settle"] and changed >= self.settings["alarm_level"]
         alarms = (*state.alarms[-1:], operation) if alarm else state.alarms
         state = replace(state, hypotheses=hypotheses, seen=seen, alarms=alarms)
-        state, compared = self._compare(state, matrix, slope, learns, alarm)
+        lacks = any(np.isnan(series.records[motion][i]).any() for motion in there)
+        state, compared = self._compare(state, matrix, slope, learns, alarm, lacks)
         told = replace(state, hypotheses=self._true(state))
         left = remaining_life(self.tracker, told.hypotheses, self.limits, self.prior, self.horizon)
         if not seen:
@@ -224,7 +225,13 @@ class Follower:
         return replace(found, mean=mean, cov=cov)
 
     def _compare(
-        self, state: State, matrix: np.ndarray, slope: np.ndarray, learns: bool, alarm: bool
+        self,
+        state: State,
+        matrix: np.ndarray,
+        slope: np.ndarray,
+        learns: bool,
+        alarm: bool,
+        lacks: bool,
     ) -> tuple[State, rows.Row]:
         """Learn of the difference, and compare the operation with the last ones.
 
@@ -233,6 +240,7 @@ class Follower:
             matrix, slope: Its information about parameters and difference.
             learns: Whether there is any.
             alarm: Whether a change of the trend is reported.
+            lacks: Whether samples of its records are missing.
         """
         nothing = np.full(len(self.models) * len(PHASES), np.nan)
         row = {"surprise": ((), np.nan), "step": ((), False), "step_size": (("phase",), nothing)}
@@ -240,8 +248,10 @@ class Follower:
             return state, row
         reference, operation = state.reference, state.hypotheses.operation
         level = self.settings["step_p_value"] if state.seen > self.settings["settle"] else 0.0
-        said = np.linalg.solve(reference.root, slope)
-        watch, surprise, change = state.watch.learn(float(operation), said, level)
+        watch, surprise, change = state.watch, np.nan, None
+        if not lacks or reference.resembles(matrix):
+            said = np.linalg.solve(reference.root, slope)
+            watch, surprise, change = watch.learn(float(operation), said, level)
         difference = state.difference.learn(operation, matrix, slope)
         if alarm or change is not None:
             drift = state.hypotheses.level()[0][len(NAMES) :]
