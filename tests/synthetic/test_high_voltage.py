@@ -1,5 +1,7 @@
 """An export as analysers of high-voltage breakers write it, from inspection to accepted records."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -109,3 +111,8 @@ def test_the_overlay_is_yaml_of_the_keys_of_the_configuration(overlay):
     assert content["endurance"]["format"]["travel_column"] == CHANNELS[0]
     assert content["endurance"]["format"]["rate"] == 10.0
     assert content["sensor"]["samples"] == 151
+
+
+def test_the_page_on_usage_shows_what_is_proposed(overlay):
+    page = Path("docs/usage.md").read_text(encoding="utf-8")
+    assert overlay.read_text(encoding="utf-8") in page

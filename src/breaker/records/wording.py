@@ -125,7 +125,8 @@ def _table(proposal: Proposal) -> str:
     """A line for each motion of each channel; times in ms, lengths in mm."""
     rows = [[name for name, _ in _COLUMNS], *map(_row, proposal.motions)]
     form = "  " + "  ".join(form for _, form in _COLUMNS)
-    return "\n".join(form.format(*row).rstrip() for row in rows)
+    lines = [form.format(*row).rstrip() for row in rows]
+    return "\n".join(["  times in ms, lengths in mm", *lines])
 
 
 def _row(each: InspectedMotion) -> Sequence[str]:
