@@ -32,6 +32,13 @@ def _part(rng: np.random.Generator, total: int, shortest: float) -> slice:
     return slice(first, first + length)
 
 
+def _stretch(time: np.ndarray, low: float, high: float, rng: np.random.Generator) -> slice:
+    """Samples of a stretch that lasts so long, ms."""
+    length = round(size(rng, low, high) / float(np.median(np.diff(time))))
+    first = int(rng.integers(0, max(1, time.size - length)))
+    return slice(first, first + length)
+
+
 def clipped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
     """The range of the channel ends inside the stroke: 0.1 to 100 % of it are cut off."""
     low, high = travel.min(), travel.max()
@@ -147,13 +154,16 @@ def spikes(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Re
 
 
 def burst(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
-    """0.2 to 20 ms of a disturbance of 0.1 to 30 mm: noise, or one excursion."""
-    travel, height = travel.copy(), _signed(rng, 0.1, 30.0)
-    length = round(size(rng, 0.2, 20.0) / np.median(np.diff(time)))
-    first = int(rng.integers(0, max(1, time.size - length)))
-    part = travel[first : first + length]
-    random = rng.standard_normal(part.size)
-    part += height * (random if rng.random() < 0.5 else np.hanning(part.size + 2)[1:-1])
+    """0.2 to 20 ms of noise of 0.1 to 30 mm on top."""
+    part, travel = _stretch(time, 0.2, 20.0, rng), travel.copy()
+    travel[part] += size(rng, 0.1, 30.0) * rng.standard_normal(travel[part].size)
+    return time, travel
+
+
+def excursion(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """One smooth excursion of 0.1 to 30 mm and back, in 0.5 to 50 ms."""
+    part, travel = _stretch(time, 0.5, 50.0, rng), travel.copy()
+    travel[part] += _signed(rng, 0.1, 30.0) * np.hanning(travel[part].size + 2)[1:-1]
     return time, travel
 
 
@@ -251,7 +261,8 @@ PHYSICAL: dict[str, Callable[[np.ndarray, np.ndarray, np.random.Generator], Reco
     for each in (
         nothing, clipped, drifting, offset, slipped, gain, stuck, swapped, blocks_swapped, blank,
         gap, rows_lost, samples_lost, samples_repeated, time_scaled, time_jitter, time_jumps,
-        spikes, burst, dropout, quantised, noisy, coloured, hum, smoothed, reversed_, upside_down,
+        spikes, burst, excursion, dropout, quantised, noisy, coloured, hum, smoothed, reversed_,
+        upside_down,
         begins_late, ends_early, moves_back, two_motions, flat,
     )
 }  # fmt: skip

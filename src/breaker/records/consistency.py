@@ -1,0 +1,98 @@
+"""What a record shows of damage that no single sample shows: repetition, unrest, a false start.
+
+Noise never repeats itself and is the same everywhere, and a drive gains its speed without delay.
+Where a record says otherwise, samples were held or sent twice, something disturbed the sensor, or
+the first motion is not that of the drive. Nothing can be masked, since it is not known which
+samples are right, so each finding is a remark. ``breaker.records.leaps`` finds leaps.
+"""
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+__all__ = ["inconsistencies"]
+
+_CALM = 12  # samples whose noise is compared
+_UNREST = 2.6  # times the noise of the record; so many samples exceed that once in 1,000 records
+_CHANCE = 1e-6  # probability that equal readings are chance
+_MOST = 64  # readings, more than which are not compared
+_RISE = (0.1, 0.4)  # shares of the way, between which the start is extrapolated from
+_EARLY = 0.6  # times as long as between these, by which the first motion may be early
+
+
+def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> list[str]:
+    """Say in words what samples of a record do not fit to each other.
+
+    Args:
+        time: Times, ``(t,)``, ms, evenly spaced.
+        travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
+        moves: Time of the first motion, ms.
+        sd: Noise of a sample that the model takes for granted, mm. The record's own counts where
+            it is larger.
+
+    Example:
+        >>> time = np.arange(0.0, 60.0, 0.1)
+        >>> travel = 14.0 / (1.0 + np.exp(30.0 - time))
+        >>> travel += 0.1 * np.random.default_rng(1).standard_normal(600)
+        >>> inconsistencies(time, travel, 25.0, 0.1)
+        []
+        >>> inconsistencies(time, np.insert(travel, 300, travel[280:300])[:600], 25.0, 0.1)
+        ['the readings from 28 ms on come again from 30 ms on: were samples sent twice?']
+    """
+    there = np.flatnonzero(~np.isnan(travel))
+    if there.size < 4 * _CALM:
+        return []
+    time, travel = time[there], travel[there]
+    third = np.diff(travel, n=3) / np.sqrt(20.0)
+    sd = max(sd, 1.4826 * float(np.median(np.abs(third))))
+    found = [_equal(time, travel), _unrest(time, third, sd), _early(time, travel, moves)]
+    return [words for words in found if words]
+
+
+def _equal(time: np.ndarray, travel: np.ndarray) -> str:
+    """Readings that come twice, one stretch like another, or one and the same for long."""
+    ties = max(float((np.diff(travel) == 0.0).mean()), 1e-4)
+    if ties >= 1.0:
+        return ""
+    length = max(3, int(np.ceil(np.log(_CHANCE / travel.size**2) / np.log(ties))))
+    if length > min(_MOST, travel.size // 4):
+        return ""
+    windows = np.ascontiguousarray(sliding_window_view(travel, length))
+    held = np.flatnonzero((windows == windows[:, :1]).all(axis=1))
+    if held.size:
+        return f"the reading stays the same from {time[held[0]]:.4g} ms on: is the sensor stuck?"
+    order = np.argsort(windows.view(f"V{windows.itemsize * length}").ravel(), kind="stable")
+    same = np.flatnonzero((windows[order[1:]] == windows[order[:-1]]).all(axis=1))
+    if same.size == 0:
+        return ""
+    again = same[order[same].argmin()]
+    first, second = (f"{time[order[again + i]]:.4g}" for i in (0, 1))
+    return (
+        f"the readings from {first} ms on come again from {second} ms on: were samples sent twice?"
+    )
+
+
+def _unrest(time: np.ndarray, third: np.ndarray, sd: float) -> str:
+    """Noise of third differences in a short stretch."""
+    local = np.sqrt(np.mean(sliding_window_view(third, _CALM) ** 2, axis=1))
+    most = int(local.argmax())
+    if local[most] <= _UNREST * sd:
+        return ""
+    return f"noise of {local[most]:.2g} mm at {time[most]:.4g} ms, far more than elsewhere"
+
+
+def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
+    """A first motion long before the one that the rise has under an even force."""
+    after = time >= moves
+    if not after.any():
+        return ""
+    start, way = np.median(travel[~after][-20:]) if (~after).any() else travel[0], np.ptp(travel)
+    risen = np.abs(travel - start)[after] / way
+    low, high = (time[after][(risen >= share).argmax()] for share in _RISE)
+    roots = np.sqrt(_RISE)
+    even = low - (high - low) * roots[0] / (roots[1] - roots[0])
+    if even - moves <= _EARLY * (high - low):
+        return ""
+    return (
+        f"the first motion, at {moves:.4g} ms, is {even - moves:.2g} ms before the one that the rise "
+        "suggests: a gradual start, or a disturbance?"
+    )
