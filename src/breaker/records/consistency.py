@@ -1,7 +1,7 @@
 """What a record shows of damage that no single sample shows: repetition, unrest, a false start.
 
 Noise never repeats itself and is the same everywhere, and a drive gains its speed without delay.
-Where a record says otherwise, samples were held or sent twice, something disturbed the sensor, or
+Where a record says otherwise, samples were sent twice, something disturbed the sensor, or
 the first motion is not that of the drive. Nothing can be masked, since it is not known which
 samples are right, so each finding is a remark. ``breaker.records.leaps`` finds leaps.
 """
@@ -15,8 +15,9 @@ _CALM = 12  # samples whose noise is compared
 _UNREST = 2.6  # times the noise of the record; so many samples exceed that once in 1,000 records
 _CHANCE = 1e-6  # probability that equal readings are chance
 _MOST = 64  # readings, more than which are not compared
+_REST = 50  # samples at the ends of a record, in which a counter is steady
 _RISE = (0.1, 0.4)  # shares of the way, between which the start is extrapolated from
-_EARLY = 0.6  # times as long as between these, by which the first motion may be early
+_EARLY = 0.25  # of the time between these, by which the first motion may come too early
 
 
 def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> list[str]:
@@ -31,12 +32,12 @@ def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: floa
 
     Example:
         >>> time = np.arange(0.0, 60.0, 0.1)
-        >>> travel = 14.0 / (1.0 + np.exp(30.0 - time))
+        >>> travel = 0.3 * np.clip(time - 25.0, 0.0, 7.0) ** 2
         >>> travel += 0.1 * np.random.default_rng(1).standard_normal(600)
         >>> inconsistencies(time, travel, 25.0, 0.1)
         []
-        >>> inconsistencies(time, np.insert(travel, 300, travel[280:300])[:600], 25.0, 0.1)
-        ['the readings from 28 ms on come again from 30 ms on: were samples sent twice?']
+        >>> inconsistencies(time, np.append(travel[:50], travel)[:600], 30.0, 0.1)
+        ['the readings from 0 ms on come again from 5 ms on: were samples sent twice?']
     """
     there = np.flatnonzero(~np.isnan(travel))
     if there.size < 4 * _CALM:
@@ -49,17 +50,15 @@ def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: floa
 
 
 def _equal(time: np.ndarray, travel: np.ndarray) -> str:
-    """Readings that come twice, one stretch like another, or one and the same for long."""
-    ties = max(float((np.diff(travel) == 0.0).mean()), 1e-4)
-    if ties >= 1.0:
-        return ""
-    length = max(3, int(np.ceil(np.log(_CHANCE / travel.size**2) / np.log(ties))))
+    """Readings that come twice, one stretch like another."""
+    tied = np.diff(travel) == 0.0
+    # Where a counter rests, its readings are equal; where nothing is rounded, hardly any two are.
+    ties = max(1e-4, *(float(part.mean()) for part in (tied, tied[:_REST], tied[-_REST:])))
+    length = np.inf if ties >= 1.0 else np.log(_CHANCE / travel.size**2) / np.log(ties)
     if length > min(_MOST, travel.size // 4):
         return ""
+    length = int(np.ceil(length))
     windows = np.ascontiguousarray(sliding_window_view(travel, length))
-    held = np.flatnonzero((windows == windows[:, :1]).all(axis=1))
-    if held.size:
-        return f"the reading stays the same from {time[held[0]]:.4g} ms on: is the sensor stuck?"
     order = np.argsort(windows.view(f"V{windows.itemsize * length}").ravel(), kind="stable")
     same = np.flatnonzero((windows[order[1:]] == windows[order[:-1]]).all(axis=1))
     if same.size == 0:
@@ -93,6 +92,6 @@ def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     if even - moves <= _EARLY * (high - low):
         return ""
     return (
-        f"the first motion, at {moves:.4g} ms, is {even - moves:.2g} ms before the one that the rise "
+        f"the first motion, at {moves:.4g} ms, is {even - moves:.2g} ms earlier than the rise "
         "suggests: a gradual start, or a disturbance?"
     )

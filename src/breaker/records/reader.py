@@ -9,6 +9,7 @@ describe it; nothing is guessed, and nothing repaired. The steps, each in a modu
 4. ``doubtful``: samples that no sensor of this stroke can give become NaN.
 5. ``segments``: the part of the record that is the motion; ``stroke``: whether it is a breaker's.
 6. ``landmarks``: the first motion. ``noise``: that of the rest before it.
+   ``leaps``, ``consistency``: what only a whole record shows.
 7. ``grid``: the model's times, around the first motion.
 
 A record that a step cannot use is rejected with its file's name, the line where there is one, and
@@ -40,6 +41,7 @@ import xarray as xr
 from tqdm import tqdm
 
 from breaker.records.clock import even_times
+from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, told
 from breaker.records.errors import UnusableError
 from breaker.records.files import RejectedCurveError, printable
@@ -262,6 +264,7 @@ def read_record(
         *(*columns.remarks, uneven, off, told(time, doubts)),
         *grid_remarks(gridded, time[inside], times, back=not np.isnan(segment.back)),
         leap_remark(time[inside], left[inside], noise.sd, quantum, segment.stroke),
+        *inconsistencies(time[inside], left[inside], moves, noise_sd or 0.0),
         *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
     ]
     said = tuple(remark for remark in remarks if remark)

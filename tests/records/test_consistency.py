@@ -1,0 +1,66 @@
+"""What only a whole record shows: each kind of damage is found, and good records have no remark."""
+
+import numpy as np
+import pytest
+
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS
+from breaker.model.randomness import generator
+from breaker.records.consistency import inconsistencies
+from breaker.records.landmarks import first_motion
+
+NOISE = 0.1
+RECORDS = 150
+
+
+@pytest.fixture(scope="module", params=MOTIONS)
+def records(request, prior):
+    """Times, records and their first motions."""
+    rng, time = generator(6, "test consistency", request.param), np.arange(0.0, 76.0, 0.1)
+    moves = 8.0 + 4.0 * rng.random(RECORDS)
+    exact = travel(prior.sample(RECORDS, rng), time, request.param, onset=moves).travel
+    measured = exact + NOISE * rng.standard_normal(exact.shape)
+    direction = 1.0 if request.param == "closing" else -1.0
+    return time, measured, [first_motion(time, each, direction) for each in measured]
+
+
+def found(records, change=lambda x: x, rows=slice(None), shift=0.0):
+    time, measured, moves = records
+    pairs = zip(measured[rows], moves[rows], strict=True)
+    return [inconsistencies(time, change(x), m + shift, NOISE) for x, m in pairs]
+
+
+def test_good_records_have_no_remark(records):
+    # Fewer than one in 1,000 has one: of 150, more than two have a probability below 1e-3.
+    assert sum(bool(words) for words in found(records)) <= 2
+    missing = generator(6, "missing").random(records[0].size) < 0.1
+    assert sum(map(bool, found(records, lambda x: np.where(missing, np.nan, x)))) <= 2
+    rounded = found(records, lambda x: 0.08 * np.rint(x / 0.08))
+    assert sum(bool(words) for words in rounded) <= 2
+
+
+@pytest.mark.parametrize(
+    ("words", "change"),
+    [
+        ("come again", lambda x: np.insert(x, 170, x[150:170])[: x.size]),
+        ("come again", lambda x: np.r_[x[:400], x[:360]]),
+        ("far more than elsewhere", lambda x: x + 0.5 * np.sin(2.0 * np.arange(x.size)) * BURST),
+    ],
+)
+def test_damage_is_found(records, words, change):
+    for remarks in found(records, change, slice(10)):
+        assert any(words in each for each in remarks)
+
+
+BURST = (np.arange(760) // 20) == 10  # two ms
+
+
+def test_a_first_motion_before_that_of_the_drive_is_found(records):
+    for remarks in found(records, shift=-5.0, rows=slice(10)):
+        assert any("earlier than the rise suggests" in each for each in remarks)
+
+
+def test_what_is_steady_at_rest_is_no_repetition():
+    time = np.arange(0.0, 60.0, 0.1)
+    counted = 0.32 * np.floor(0.3 * np.clip(time - 25.0, 0.0, 7.0) ** 2 / 0.32)
+    assert inconsistencies(time, counted, first_motion(time, counted, 1.0), 0.1) == []
