@@ -5,6 +5,7 @@ import pytest
 import yaml
 
 from breaker.records.contents import look_into
+from breaker.records.files import RejectedCurveError
 from breaker.records.inspection import InspectionError, inspect_file
 from breaker.records.layouts import LayoutError
 from breaker.records.manifest import Operation
@@ -297,3 +298,23 @@ def test_a_slow_drive_gets_a_longer_grid_and_its_own_noise(put, closing):
 )
 def test_stated_rates(line, rates):
     assert stated_rates([line]) == pytest.approx(rates)
+
+
+@pytest.mark.parametrize("name", ["semicolon", "inverted", "wide"])
+def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, rig, name):
+    """Bytes cut out, put in and repeated; nothing else is raised."""
+    rng = np.random.default_rng(1)
+    dialect = DIALECTS[name]
+    file = tmp_path / dialect.file_name("closing", 3)
+    dialect.write(file, *rig.record("closing", 3), motion="closing", operation=3)
+    content, ends = file.read_bytes(), []
+    for _ in range(40):
+        begin, size = rng.integers(len(content)), rng.choice([1, 100, 5000])
+        put_in = [rng.bytes(size), content[begin : begin + size], b"", b"1e308", b"\0" * 9]
+        part = put_in[rng.integers(len(put_in))]
+        file.write_bytes(content[:begin] + part + content[begin + size * (part == b"") :])
+        try:
+            ends.append(bool(report_of(inspect_file(file, SENSOR))))
+        except (InspectionError, LayoutError, RejectedCurveError):
+            ends.append(False)
+    assert any(ends)

@@ -28,6 +28,8 @@ _STILL = 12.0  # sd of the noise, below which nothing moves
 # Of the way: the first of these takes longer than the second where a mass is set in motion.
 _SHARES = (0.03, 0.12, 0.4, 0.49)
 _GENTLE = 1.2  # times
+_FASTEST = 100  # kHz, of recorders
+_LEAST = 0.2  # of the range of a record, between two rests
 _MOST = 6  # motions in a record; more are an oscillation
 
 
@@ -83,7 +85,7 @@ class Travel:
 
 def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
     """Find the columns that move between rests as a drive does; currents do not."""
-    half = 5 if np.isnan(clock.rate) else max(2, round(clock.rate))
+    half = 5 if np.isnan(clock.rate) else round(np.clip(clock.rate, 2, _FASTEST))
     named, shaped = [], []
     for place, values in enumerate(layout.columns):
         unit, name = layout.units[place], layout.names[place]
@@ -131,7 +133,8 @@ def _travel(place: int, unit: str | None, smooth: np.ndarray, half: int) -> Trav
         rests.append(part[third >= 2.0 if up else third <= 1.0])
     rests.append(parts[-1][-max(1, parts[-1].size // 4) :])
     levels = np.array([float(np.median(rest)) for rest in rests])
-    return Travel(place, unit, smooth, at, rises, levels)
+    travel = Travel(place, unit, smooth, at, rises, levels)
+    return travel if travel.strokes.min() > _LEAST * np.ptp(smooth) else None
 
 
 def _is_gentle(smooth: np.ndarray, travel: Travel) -> bool:

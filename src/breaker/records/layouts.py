@@ -84,7 +84,10 @@ def guess_layout(file: str | Path) -> Layout:
     """
     content = read_bytes(file)
     encoding = _encoding(content)
-    lines = re.split(r"\r\n|\n|\r", content.decode(encoding).removeprefix("\ufeff"))
+    # Damaged signs do not hide the rest; reading says where they are.
+    lines = re.split(
+        r"\r\n|\n|\r", content.decode(encoding, errors="replace").removeprefix("\ufeff")
+    )
     delimiter, decimal = _signs(lines)
     settings = {"encoding": encoding, "delimiter": delimiter, "decimal": decimal}
     return layout_of_rows([_cells(line, delimiter) for line in lines], settings)
