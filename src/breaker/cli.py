@@ -234,6 +234,7 @@ def _infer(options: argparse.Namespace) -> int:
         posterior.sensor.times,
         posterior.motion,
         noise_sd=posterior.sensor.noise_sd,
+        zero_sd=posterior.sensor.zero_sd,
     )
     require_any(curves)
     common = {"seed": config["seed"], "misfit_p_value": endurance["misfit_p_value"]}

@@ -7,7 +7,7 @@ from breaker.records.acceptance import check_folder, checked_text
 from breaker.records.export import write_curve
 from breaker.synthetic.rigs import Rig
 
-SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1, "zero_sd": 0.1}
 ENDURANCE = {"format": {}, "breaker": None, "phase": None}
 
 

@@ -49,7 +49,7 @@ rule read_curves:
         format=config["endurance"]["format"],
         operations=operations,
         grid=GRID,
-        noise_sd=config["sensor"]["noise_sd"],
+        errors={name: config["sensor"][name] for name in ("noise_sd", "zero_sd")},
     script:
         "../scripts/read_curves.py"
 

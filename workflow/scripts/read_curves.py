@@ -11,7 +11,7 @@ wanted = set(params.operations)
 listed = list_operations(params.folder, motion, **params.chosen)
 files = [each for each in listed if each.number in wanted]
 
-curves = read_curves(files, params.format, grid(**params.grid), motion, noise_sd=params.noise_sd)
+curves = read_curves(files, params.format, grid(**params.grid), motion, **params.errors)
 log.info("%d of %d operations rejected", (~curves.accepted).sum(), len(files))
 settings = {"format": params.format, "grid": params.grid, "source": params.source}
 save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])

@@ -72,16 +72,21 @@ def check_folder(
             except (ValueError, OSError) as error:
                 checked.append(Checked(motion, breaker or "", phase or "", trouble=str(error)))
                 continue
-            curves = _read(operations, endurance["format"], times, motion, sensor["noise_sd"])
+            curves = _read(operations, endurance["format"], times, motion, sensor)
             checked.append(Checked(motion, breaker or "", phase or "", curves))
     return checked
 
 
 def _read(
-    operations: Sequence[Operation], settings: Mapping, times: np.ndarray, motion: str, noise: float
+    operations: Sequence[Operation],
+    settings: Mapping,
+    times: np.ndarray,
+    motion: str,
+    sensor: Mapping,
 ) -> xr.Dataset:
     """The same as ``read_curves``, on all cores where there are many files."""
-    read = partial(read_curves, settings=settings, times=times, motion=motion, noise_sd=noise)
+    errors = {name: sensor[name] for name in ("noise_sd", "zero_sd")}
+    read = partial(read_curves, settings=settings, times=times, motion=motion, **errors)
     if len(operations) < 2 * _PART:
         return read(operations)
     parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]

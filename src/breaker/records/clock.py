@@ -12,7 +12,7 @@ import numpy as np
 from breaker.records.errors import UnusableError
 from breaker.records.settings import TO_MS
 
-__all__ = ["even_times"]
+__all__ = ["count_remark", "even_times"]
 
 _LATEST = 1e14  # ms, beyond all clocks, also those that count from 1970 in any unit
 _STEPS = (1e-3, 1.05)  # ms, between samples: from 1 MHz to hardly less than 1 kHz
@@ -88,6 +88,21 @@ def _check_increase(time: np.ndarray, lines: np.ndarray) -> None:
         )
         reason = f"the time does not increase{more}{few if back.size > _FEW * time.size else ''}"
         raise UnusableError(reason, line=int(lines[back[0] + 1]))
+
+
+def count_remark(count: int, settings: Mapping) -> str:
+    """Say where a file has not as many rows of samples as all should have; "" if it has.
+
+    >>> count_remark(759, {"samples": 760})
+    'has 759 rows of samples, not the 760 of endurance.format.samples: were some lost or repeated?'
+    """
+    usual = settings["samples"]
+    if usual is None or count == usual:
+        return ""
+    return (
+        f"has {count} rows of samples, not the {usual} of endurance.format.samples: were some lost "
+        "or repeated?"
+    )
 
 
 def _whole_steps(steps: np.ndarray) -> np.ndarray:

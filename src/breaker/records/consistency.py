@@ -17,7 +17,7 @@ _CHANCE = 1e-6  # probability that equal readings are chance
 _MOST = 64  # readings, more than which are not compared
 _REST = 50  # samples at the ends of a record, in which a counter is steady
 _RISE = (0.1, 0.4)  # shares of the way, between which the start is extrapolated from
-_EARLY = 0.25  # of the time between these, by which the first motion may come too early
+_EARLY = 0.12  # of the time between these, by which the first motion may come too early
 
 
 def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> list[str]:

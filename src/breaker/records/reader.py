@@ -40,7 +40,7 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.records.clock import even_times
+from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, told
 from breaker.records.errors import UnusableError
@@ -112,6 +112,7 @@ def read_curves(
     motion: str,
     *,
     noise_sd: float | None = None,
+    zero_sd: float | None = None,
 ) -> xr.Dataset:
     """Read the records of several operations.
 
@@ -123,6 +124,7 @@ def read_curves(
         motion: "closing" or "opening".
         noise_sd: Standard deviation of the noise that the model takes for granted, mm; a record
             whose own is another has a remark. None compares nothing.
+        zero_sd: The same of its zero, mm.
 
     Returns:
         Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
@@ -138,14 +140,12 @@ def read_curves(
 
     """
     settings = complete(settings)
-    scale = Scale.from_settings(settings)
+    scale, errors = Scale.from_settings(settings), {"noise_sd": noise_sd, "zero_sd": zero_sd}
     records: list[Record | RejectedCurveError] = []
     bar = {"mininterval": 5, "unit": "file", "disable": len(operations) < _MANY}
     for operation in tqdm(operations, desc=f"read {motion}", **bar):
         try:
-            records.append(
-                read_record(operation, settings, scale, times, motion, noise_sd=noise_sd)
-            )
+            records.append(read_record(operation, settings, scale, times, motion, **errors))
         except RejectedCurveError as error:
             records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
@@ -227,6 +227,7 @@ def read_record(
     motion: str,
     *,
     noise_sd: float | None = None,
+    zero_sd: float | None = None,
 ) -> Record:
     """Read the record of one operation.
 
@@ -234,7 +235,7 @@ def read_record(
         operation: Where it is.
         settings: The section ``endurance.format``, complete.
         scale: Of these settings.
-        times, motion, noise_sd: As for ``read_curves``.
+        times, motion, noise_sd, zero_sd: As for ``read_curves``.
 
     Raises:
         RejectedCurveError: If the record cannot be used.
@@ -249,7 +250,7 @@ def read_record(
         part = {"begin": operation.begin, "end": operation.end}
         segment = find_segment(time, left, motion, **part)
         check_stroke(segment.stroke, settings)
-        rest, off = rest_of_open(segment, settings, motion)
+        rest, off = rest_of_open(segment, settings, motion, zero_sd)
         inside = slice(segment.begin, segment.end)
         moves = first_motion(time[inside], left[inside], 1.0 if motion == "closing" else -1.0)
         gridded = on_grid(time[inside], left[inside] - rest, times, moves)
@@ -261,7 +262,8 @@ def read_record(
     before = (time[inside] >= moves - _REST[0]) & (time[inside] <= moves - _REST[1])
     noise = noise_at_rest(left[inside][before], step, grid_step, quantum)
     remarks = [
-        *(*columns.remarks, uneven, off, told(time, doubts)),
+        *(*columns.remarks, uneven, count_remark(columns.lines.size, settings), off),
+        told(time, doubts),
         *grid_remarks(gridded, time[inside], times, back=not np.isnan(segment.back)),
         leap_remark(time[inside], left[inside], noise.sd, quantum, segment.stroke),
         *inconsistencies(time[inside], left[inside], moves, noise_sd or 0.0),

@@ -27,6 +27,7 @@ FORMAT = {
     "zero": 0.0,
     "sign": 1,
     "quantum": None,
+    "samples": None,
     "stroke": [4.0, 60.0],
     "doubtful": "mask",
     "missing": 0.5,

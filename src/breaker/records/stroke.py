@@ -13,6 +13,7 @@ __all__ = ["check_stroke", "rest_of_open"]
 # Rest of the open breaker, in strokes: further from zero the record is refused, or has a remark.
 _FAR = 0.15
 # 4 sd of a zero of 0.1 mm, at a stroke of 10 mm; some openings are not quite at rest at their end.
+_SDS = 4.0  # sd of the zero
 _OFF = {"closing": 0.04, "opening": 0.08}
 
 
@@ -35,8 +36,13 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
     )
 
 
-def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> tuple[float, str]:
+def rest_of_open(
+    segment: Segment, settings: Mapping, motion: str, zero_sd: float | None = None
+) -> tuple[float, str]:
     """Return the reading to subtract for an open breaker at rest, mm, and a remark, "" if none.
+
+    With ``zero_sd``, the sd of the zero that the model takes for granted, mm, the rest before the
+    motion is compared: it is at 0, or a stroke of ``endurance.format.stroke`` from it.
 
     Raises:
         UnusableError: If the open breaker is far from zero, or its rest is needed and not seen.
@@ -55,6 +61,8 @@ def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> tuple[floa
     if not seen:
         return 0.0, ""
     share = abs(rest) / segment.stroke
+    least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"]
+    clear = np.inf if zero_sd is None else _SDS * zero_sd
     remedy = "set endurance.format.zero to its reading, or to rest"
     if share > _FAR:
         raise UnusableError(
@@ -62,4 +70,9 @@ def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> tuple[floa
             "motion"
         )
     off = f"the open breaker rests at {rest:.2f} mm: {remedy}, if sensor.zero_sd is less"
-    return 0.0, off if share > _OFF[motion] else ""
+    if share > _OFF[motion]:
+        return 0.0, off
+    before = segment.before
+    if least - clear <= before <= most + clear:
+        return 0.0, ""
+    return 0.0, f"rests at {before:.2f} mm before the {motion}, which is no zero: {remedy}"

@@ -16,7 +16,7 @@ from pathlib import Path
 import pandas as pd
 from tqdm import tqdm
 
-from breaker.synthetic.faults import KINDS, OUTCOMES, SECONDS, Trial, try_kind
+from breaker.synthetic.faults import APART, KINDS, OUTCOMES, SECONDS, Trial, try_kind
 
 __all__ = ["defects", "run", "tabulate"]
 
@@ -55,7 +55,8 @@ def _try_all(job: tuple[str, range, int]) -> list[Trial]:
 def tabulate(trials: Iterable[Trial]) -> pd.DataFrame:
     """Return one row per kind of damage, and ``all``: files, outcomes, the slowest, in seconds.
 
-    ``remarked``: how many of those that are right have a remark nevertheless.
+    ``all`` is without the kinds ``APART``. ``remarked``: how many of those that are right have a
+    remark nevertheless.
 
     Example:
         >>> trial = Trial("hum", 0, "plain", "closing", "right", "noise is 0.2 mm", 0.01)
@@ -65,7 +66,7 @@ def tabulate(trials: Iterable[Trial]) -> pd.DataFrame:
     trials = list(trials)
     rows = {}
     for kind in [*dict.fromkeys(trial.kind for trial in trials), "all"]:
-        those = [trial for trial in trials if kind in (trial.kind, "all")]
+        those = [t for t in trials if t.kind == kind or (kind == "all" and t.kind not in APART)]
         counts = Counter(trial.outcome for trial in those)
         rows[kind] = {
             "files": len(those),

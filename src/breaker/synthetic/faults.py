@@ -33,12 +33,24 @@ from breaker.synthetic.damage import PHYSICAL
 from breaker.synthetic.dialects import DIALECTS
 from breaker.synthetic.file_damage import TEXT
 
-__all__ = ["KINDS", "OUTCOMES", "SECONDS", "Good", "Trial", "good_file", "judge", "try_kind"]
+__all__ = [
+    "APART",
+    "KINDS",
+    "OUTCOMES",
+    "SECONDS",
+    "Good",
+    "Trial",
+    "good_file",
+    "judge",
+    "try_kind",
+]
 
 OUTCOMES = ("rejected", "right", "masked", "flagged", "silent", "exception")
 """What can become of a damaged file."""
 KINDS = [*PHYSICAL, *TEXT]
 """Names of all kinds of damage."""
+APART = ("excursion",)
+"""Kinds that no single record can show, which are counted apart from all others."""
 SECONDS = 2.0
 """That a file may take."""
 
@@ -48,7 +60,7 @@ _STROKE = 0.015  # share by which the format lets the stroke be another
 _LEAD, _SPREAD, _LENGTH = 10.0, 4.0, 76.0  # ms: first motion, its range, the record
 _GOOD = 20  # good records of a motion in each layout
 _PRIOR = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
-_SENSOR = Sensor(-2.0, 58.0, 151, noise_sd=0.05, onset_sd=0.3, zero_sd=0.1)
+_SENSOR = Sensor(-2.0, 58.0, 151, noise_sd=0.05, onset_sd=0.3, zero_sd=0.05)
 
 
 @dataclass(frozen=True)
@@ -83,8 +95,8 @@ class Good:
     def read(self, file: Path) -> xr.Dataset:
         """Read one file as the workflow would."""
         operations, times = [Operation(1, file)], _SENSOR.times
-        sd = _SENSOR.noise_sd
-        return read_curves(operations, self.settings, times, self.motion, noise_sd=sd)
+        errors = {"noise_sd": _SENSOR.noise_sd, "zero_sd": _SENSOR.zero_sd}
+        return read_curves(operations, self.settings, times, self.motion, **errors)
 
 
 class Trial(NamedTuple):
@@ -127,7 +139,8 @@ def good_file(layout: str, motion: str, number: int, seed: int) -> Good:
         truth = curve[0] + _SENSOR.zero_sd * rng.standard_normal()
         record = truth + _SENSOR.noise_sd * rng.standard_normal(time.size)
         stroke = abs(np.median(record[-20:]) - np.median(record[:20]))
-        known = {"rate": dialect.rate, "stroke": [(1 - _STROKE) * stroke, (1 + _STROKE) * stroke]}
+        known = {"rate": dialect.rate, "samples": time.size}
+        known["stroke"] = [(1 - _STROKE) * stroke, (1 + _STROKE) * stroke]
         good = Good(
             layout, motion, time, record, truth, {**dialect.settings, **known}, 0.0, record, {}
         )
