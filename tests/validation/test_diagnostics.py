@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.model.randomness import generator
-from breaker.posterior.predictive import share_inside
+from breaker.posterior.tables import share_inside
 from breaker.validation.diagnostics import (
     correlation,
     pointwise_band,

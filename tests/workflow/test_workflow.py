@@ -153,7 +153,7 @@ EDITS = {
     "training.closing": (edit_closing_training, TRAINING, 1),
     "sensor.noise_sd": (
         lambda folder: edit_config(folder, sensor={"noise_sd": 0.12}),
-        [*TRAINING, *LIMIT],
+        ["read_curves", "figure_prior_predictive", *TRAINING, *LIMIT],
         2,
     ),
     "sensor.zero_sd": (

@@ -13,7 +13,7 @@ from tqdm import tqdm
 from breaker.mechanism import NAMES
 from breaker.model import Model, generator, simulate
 from breaker.posterior.missing import remove
-from breaker.posterior.tables import quantiles
+from breaker.posterior.tables import quantiles, share_inside
 from breaker.records import main_motion
 
 if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
@@ -25,7 +25,6 @@ __all__ = [
     "predict_stages",
     "predictive_p_value",
     "sample_records",
-    "share_inside",
     "summaries",
     "validate",
 ]
@@ -271,23 +270,3 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
         .assign(share_inside=("stage", share))
         .assign_coords(operation=("stage", part.operation.values))
     )
-
-
-def share_inside(
-    values: np.ndarray, lower: np.ndarray, upper: np.ndarray, *, where: np.ndarray | bool = True
-) -> np.ndarray:
-    """Return the share of the last axis on which values lie in their band, ``(..., t) -> (...)``.
-
-    Args:
-        values: Measured curves; NaN where a sample is missing, which does not count.
-        lower: Lower bound, same shape.
-        upper: Upper bound, same shape.
-        where: Samples that count, such as those of the main motion; all of them by default.
-
-    Returns:
-        The shares; NaN where no sample counts.
-    """
-    values = np.asarray(values)
-    inside, counts = (values >= lower) & (values <= upper), ~np.isnan(values) & where
-    with np.errstate(invalid="ignore"):
-        return (inside & counts).sum(axis=-1) / counts.sum(axis=-1)

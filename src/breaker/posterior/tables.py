@@ -9,7 +9,16 @@ import xarray as xr
 
 from breaker.records import known_about
 
-__all__ = ["ABSENT", "beside", "choose", "quantiles", "summary", "table", "table_of_both"]
+__all__ = [
+    "ABSENT",
+    "beside",
+    "choose",
+    "quantiles",
+    "share_inside",
+    "summary",
+    "table",
+    "table_of_both",
+]
 
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 
@@ -65,6 +74,26 @@ def quantiles(draws: np.ndarray, *, axis: int) -> dict[str, np.ndarray]:
     bounds = np.moveaxis(levels[1:], 0, -1)
     pairs = {name: bounds[..., 2 * i : 2 * i + 2] for i, name in enumerate(_INTERVALS)}
     return {"median": levels[0], **pairs}
+
+
+def share_inside(
+    values: np.ndarray, lower: np.ndarray, upper: np.ndarray, *, where: np.ndarray | bool = True
+) -> np.ndarray:
+    """Return the share of the last axis on which values lie in their band, ``(..., t) -> (...)``.
+
+    Args:
+        values: Measured curves; NaN where a sample is missing, which does not count.
+        lower: Lower bound, same shape.
+        upper: Upper bound, same shape.
+        where: Samples that count, such as those of the main motion; all of them by default.
+
+    Returns:
+        The shares; NaN where no sample counts.
+    """
+    values = np.asarray(values)
+    inside, counts = (values >= lower) & (values <= upper), ~np.isnan(values) & where
+    with np.errstate(invalid="ignore"):
+        return (inside & counts).sum(axis=-1) / counts.sum(axis=-1)
 
 
 def beside(amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
