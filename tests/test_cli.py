@@ -14,6 +14,7 @@ import yaml
 import breaker.posterior
 from breaker import cli
 from breaker.cli import main
+from breaker.files.manifest import Operation
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import outputs
 from breaker.model.bank import simulate
@@ -24,7 +25,6 @@ from breaker.posterior.estimator import Posterior
 from breaker.posterior.predictive import infer
 from breaker.posterior.tables import table
 from breaker.records.export import write_curve
-from breaker.records.manifest import Operation
 from breaker.records.reader import read_curves
 from tests.networks_fixtures import MARKS, NETWORK, left_out, one_thread  # noqa: F401
 

@@ -16,8 +16,9 @@ ROOT = Path(__file__).resolve().parents[1]
 # From the ground up: a room uses those of lower floors only, and none beside it.
 FLOORS = [
     {"stores"},
-    {"mechanism", "records", "networks"},
-    {"model", "workflow"},
+    {"mechanism", "files", "networks"},
+    {"records"},
+    {"model", "workflow", "inspection"},
     {"posterior", "wear"},
     {"validation", "decisions"},
     {"synthetic", "figures"},
@@ -322,7 +323,7 @@ def loaded(*modules: str) -> set[str]:
 
 def test_what_rules_read_is_light():
     rooms = [f"breaker.{room}" for room in sorted(set(FLOOR) - {"networks"})]
-    light = ["mechanism.parameters", "mechanism.limits", "records.files"]
+    light = ["mechanism.parameters", "mechanism.limits", "files.guards"]
     light += ["workflow.configuration", "workflow.jobs", "workflow.code"]
     assert loaded(*rooms, *(f"breaker.{module}" for module in light)) == set()
 

@@ -111,7 +111,7 @@ def _add_inspect(commands) -> argparse.ArgumentParser:
 
 
 def _inspect(options: argparse.Namespace) -> int:
-    from breaker.records import inspect_file, overlay_of, report_of
+    from breaker.inspection import inspect_file, overlay_of, report_of
 
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the report has the reasons
     sensor = _settings(options.config, ["sensor"])["sensor"]
@@ -150,7 +150,7 @@ def _add_manifest(commands) -> argparse.ArgumentParser:
 
 
 def _manifest(options: argparse.Namespace) -> int:
-    from breaker.records import propose_manifest
+    from breaker.files import propose_manifest
 
     text, remarks = propose_manifest(options.folder, options.channels)
     if options.output:
@@ -185,7 +185,7 @@ def _add_check(commands) -> argparse.ArgumentParser:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from breaker.records import check_folder, checked_text
+    from breaker.inspection import check_folder, checked_text
 
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the text has the reasons
     config = _settings(options.config, ["sensor", "motions", "endurance.format"])
@@ -217,8 +217,9 @@ def _add_infer(commands) -> argparse.ArgumentParser:
 
 def _infer(options: argparse.Namespace) -> int:
     # Imported here, so that --help and wrong options answer at once.
+    from breaker.files import Operation
     from breaker.posterior import Posterior, correct_operations, infer, table
-    from breaker.records import Operation, read_curves, require_any
+    from breaker.records import read_curves, require_any
 
     needed = ("format", "draws", "discrepancy", "misfit_p_value", "posterior")
     config = _settings(options.config, ["seed", "correction", *(f"endurance.{n}" for n in needed)])

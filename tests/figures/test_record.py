@@ -5,8 +5,8 @@ import pytest
 
 from breaker.figures import style
 from breaker.figures.record import record
+from breaker.inspection.proposals import inspect_file
 from breaker.records.export import write_curve
-from breaker.records.inspection import inspect_file
 from breaker.synthetic.rigs import Rig
 from tests.figures.drawn import assert_nothing_overlaps, line_of, words
 

@@ -6,6 +6,7 @@ import torch
 import xarray as xr
 from scipy.stats import chi2, kstest
 
+from breaker.files.manifest import Operation
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
@@ -16,7 +17,6 @@ from breaker.posterior.missing import completed
 from breaker.posterior.predictive import infer, predict_stages, summaries
 from breaker.posterior.tables import table
 from breaker.records.export import write_curve
-from breaker.records.manifest import Operation
 from breaker.records.reader import read_curves
 from tests.networks_fixtures import (
     COMBINATIONS,

@@ -5,15 +5,20 @@ import re
 import numpy as np
 import pytest
 
+from breaker.files.guards import RejectedCurveError
+from breaker.files.manifest import Operation
+from breaker.files.settings import FORMAT, complete
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 from breaker.records.export import write_curve
-from breaker.records.files import RejectedCurveError
-from breaker.records.manifest import Operation
-from breaker.records.reader import open_curves, read_curves, read_record, require_any
+from breaker.records.reader import (
+    open_curves,
+    read_curves,
+    read_record,
+    require_any,
+)
 from breaker.records.scale import Scale
-from breaker.records.settings import FORMAT, complete
 from breaker.stores import describe, save
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid

@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
+from breaker.files.settings import complete
 from breaker.model.randomness import generator
 from breaker.records.errors import UnusableError
 from breaker.records.scale import Scale, seen_quantum
-from breaker.records.settings import complete
 
 
 def scale(**settings):

@@ -7,10 +7,10 @@ import pytest
 import yaml
 
 from breaker.cli import main
-from breaker.records.inspection import inspect_file
-from breaker.records.manifest import Operation
+from breaker.files.manifest import Operation
+from breaker.inspection.proposals import inspect_file
+from breaker.inspection.wording import overlay_of
 from breaker.records.reader import read_curves
-from breaker.records.wording import overlay_of
 from breaker.synthetic.high_voltage import CHANNELS, LENGTHS, TIMES, write_exports
 from breaker.synthetic.rigs import Rig
 from breaker.workflow.configuration import load

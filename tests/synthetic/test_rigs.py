@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.files.listing import list_operations
 from breaker.mechanism.curves import travel
 from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
@@ -12,7 +13,6 @@ from breaker.mechanism.quantities import evaluate
 from breaker.model.fisher import information, pool
 from breaker.model.joint import Model
 from breaker.records.landmarks import main_motion
-from breaker.records.listing import list_operations
 from breaker.records.reader import read_curves
 from breaker.synthetic.drive import Drive, Elements
 from breaker.synthetic.failure_times import failures

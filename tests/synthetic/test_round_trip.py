@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from breaker.files.settings import FORMAT
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
-from breaker.records.settings import FORMAT
 from breaker.synthetic.dialects import DIALECTS
 from breaker.synthetic.round_trip import at_rate, through_files
 

@@ -6,7 +6,7 @@ no other. Trends go through the chunks one after the other.
 
 from functools import cache
 
-from breaker.records import fingerprint, list_operations
+from breaker.files import fingerprint, list_operations
 from breaker.workflow import chunks_of, recorded_source
 
 STAND_IN = "stand-in"

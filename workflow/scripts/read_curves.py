@@ -1,7 +1,8 @@
 """Read and check the curve files of some operations."""
 
+from breaker.files import list_operations
 from breaker.model import grid
-from breaker.records import list_operations, read_curves
+from breaker.records import read_curves
 from breaker.stores import describe, save
 from breaker.workflow import start
 

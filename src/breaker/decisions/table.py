@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.decisions.changes import changes, latest_step
-from breaker.records import ABOUT, known_about
+from breaker.files import ABOUT, known_about
 
 __all__ = [
     "STATES",

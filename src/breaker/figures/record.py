@@ -7,7 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.records import InspectedMotion, Proposal, seen_touch, speed_along
+from breaker.inspection import (
+    InspectedMotion,
+    Proposal,
+    seen_touch,
+    speed_along,
+)
 
 __all__ = ["record"]
 
@@ -104,10 +109,7 @@ def _touch(first: Sequence[InspectedMotion]) -> float | None:
             one = each.record
             part = slice(*np.searchsorted(one.time, [each.begins, each.arrives]))
             left = np.where(one.doubts == "", one.whole, np.nan)
-            speed = speed_along(one.time, left, each.arrives - each.begins)
-            noise = float(np.std(speed[one.time < one.moves])) if part.start else np.inf
-            touch = seen_touch(left[part], speed[part], noise)
-            return None if touch is None else float(one.time[part][touch])
+            return seen_touch(one.time[part], left[part])
     return None
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.records import known_about
+from breaker.files import known_about
 
 __all__ = [
     "ABSENT",

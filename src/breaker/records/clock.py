@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from breaker.files import TO_MS
 from breaker.records.errors import UnusableError
-from breaker.records.settings import TO_MS
 
 __all__ = ["count_remark", "even_times"]
 

@@ -40,20 +40,22 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
+from breaker.files import ABOUT, Operation, RejectedCurveError, complete, printable, read_columns
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, told
 from breaker.records.errors import UnusableError
-from breaker.records.files import RejectedCurveError, printable
-from breaker.records.grid import Gridded, check_missing, grid_remarks, on_grid
+from breaker.records.grid import (
+    Gridded,
+    check_missing,
+    grid_remarks,
+    on_grid,
+)
 from breaker.records.landmarks import NoMotionError, first_motion
 from breaker.records.leaps import leap_remark
-from breaker.records.manifest import ABOUT, Operation
 from breaker.records.noise import Noise, noise_at_rest, noise_remarks
 from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, SegmentError, find_segment
-from breaker.records.settings import complete
-from breaker.records.sources import read_columns
 from breaker.records.stroke import check_stroke, rest_of_open
 from breaker.stores import open_store
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.files import TO_MM
 from breaker.records.errors import UnusableError
-from breaker.records.settings import TO_MM
 
 __all__ = ["Scale", "seen_quantum"]
 

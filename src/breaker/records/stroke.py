@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from breaker.files import TO_MM
 from breaker.records.errors import UnusableError
 from breaker.records.segments import Segment
-from breaker.records.settings import TO_MM
 
 __all__ = ["check_stroke", "rest_of_open"]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.records import FORMAT, TO_MM
+from breaker.files import FORMAT, TO_MM
 from breaker.synthetic.instruments import WRITERS
 
 __all__ = ["ANGLES", "DIALECTS", "Dialect"]

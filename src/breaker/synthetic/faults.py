@@ -26,9 +26,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from breaker.files import Operation
 from breaker.mechanism import MOTIONS, travel
 from breaker.model import Prior, Sensor, generator
-from breaker.records import Operation, read_curves
+from breaker.records import read_curves
 from breaker.synthetic.damage import PHYSICAL
 from breaker.synthetic.dialects import DIALECTS
 from breaker.synthetic.file_damage import TEXT

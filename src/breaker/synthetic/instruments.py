@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.records import FORMAT, TO_MS, write_curve
+from breaker.files import FORMAT, TO_MS
+from breaker.records import write_curve
 
 if TYPE_CHECKING:
     from breaker.synthetic.dialects import Dialect

@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.files import Operation
 from breaker.mechanism import travel
 from breaker.model import Model
-from breaker.records import Operation, read_curves
+from breaker.records import read_curves
 from breaker.synthetic.dialects import DIALECTS, Dialect
 
 __all__ = ["Through", "at_rate", "through_files"]

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from breaker.files import complete
 from breaker.mechanism import MOTIONS
-from breaker.records import complete
 
 __all__ = ["MAGNITUDES"]
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from breaker.files import list_operations
 from breaker.mechanism import MOTIONS, NAMES, Limit
-from breaker.records import list_operations
 from breaker.workflow.magnitudes import MAGNITUDES
 
 __all__ = ["RULES"]

@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml
 
-from breaker.records import RejectedCurveError, read_bytes
+from breaker.files import RejectedCurveError, read_bytes
 
 __all__ = ["ConfigurationError", "Sources", "parse", "place", "refuse", "repeated", "short"]
 

@@ -1,0 +1,24 @@
+"""Files of instruments: which of them is which operation, and the columns of numbers in them.
+
+Finds the records of a folder, by its table of operations or by names that leave no doubt. Reads
+texts, workbooks, COMTRADE and labelled arrays as the settings say, or says file, line and reason.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "grids": ["open_grid"],
+        "guards": ["RejectedCurveError", "printable", "read_bytes"],
+        "listing": ["ENDINGS", "fingerprint", "list_operations", "record_files"],
+        "manifest": ["ABOUT", "MANIFEST", "Operation", "known_about", "read_manifest"],
+        "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
+        "proposal": ["propose_manifest"],
+        "recorders": ["open_comtrade"],
+        "settings": ["FORMAT", "TO_MM", "TO_MS", "complete"],
+        "sources": ["OTHER_KINDS", "is_other_kind", "read_columns", "understood"],
+        "units": ["split_unit", "unit_of"],
+        "workbooks": ["open_workbook", "rows_of"],
+    },
+)

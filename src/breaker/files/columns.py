@@ -1,0 +1,138 @@
+"""The columns of time and travel of one record, as numbers in the file's own units."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from breaker.files.guards import RejectedCurveError
+from breaker.files.head import (
+    Head,
+    Table,
+    find_head,
+    is_remark,
+)
+from breaker.files.numbers import LARGEST_NUMBER, strict_numbers, why_none
+
+__all__ = ["Columns", "columns_of"]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """A record as it stands in its file.
+
+    Attributes:
+        time: Times, ``(t,)``; None where the file has none.
+        travel: Readings, ``(t,)``, NaN where one is missing.
+        lines: Line of each in the file, ``(t,)``.
+        remarks: What is doubtful about the file, in words.
+    """
+
+    time: np.ndarray | None
+    travel: np.ndarray
+    lines: np.ndarray
+    remarks: tuple[str, ...] = ()
+
+
+def columns_of(
+    file: str | Path,
+    blocks: Iterable[tuple[list[int], list[list[str]]]],
+    settings: Mapping,
+    channel: str = "",
+) -> Columns:
+    """Return the columns of a table of cells.
+
+    Args:
+        file: Named in messages.
+        blocks: Lines and rows of cells, block after block, without blank rows; the first one has
+            all that stands above the samples.
+        settings: The section ``endurance.format``, complete.
+        channel: Column of the travel, where it is not that of the settings.
+
+    Raises:
+        RejectedCurveError: If a column is not there, states another unit, or has a cell that is no
+            number; without a time column also if a line between its samples is blank.
+    """
+    blocks = iter(blocks)
+    lines, rows = next(blocks, ([], []))
+    head = find_head(Table(file, lines, rows, settings), channel)
+    samples = chain([(lines[head.first :], rows[head.first :])], blocks)
+    parts = [_part(file, *block, head, settings) for block in samples]
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    travel, lines = columns["travel"], columns["lines"]
+    there = np.flatnonzero(~np.isnan(travel))
+    if there.size == 0:
+        raise RejectedCurveError(file, f"{head.labels['travel']} has no samples")
+    # Channels may differ in length: blanks at the end are its end, no missing samples.
+    kept = slice(0, there[-1] + 1)
+    if "time" in columns:
+        kept = np.flatnonzero(~np.isnan(columns["time"][kept]))
+    elif (gaps := np.flatnonzero(np.diff(lines[kept]) > 1)).size:
+        reason = (
+            "stands before a line that is blank, a remark or too short; without a time column "
+            "nobody knows whether it stands for a sample: delete or mend it"
+        )
+        raise RejectedCurveError(file, reason, line=int(lines[gaps[0]]))
+    time = columns["time"][kept] if "time" in columns else None
+    return Columns(time, travel[kept], lines[kept], head.remarks)
+
+
+def _part(
+    file: str | Path,
+    lines: Sequence[int],
+    rows: Sequence[Sequence[str]],
+    head: Head,
+    settings: Mapping,
+) -> dict[str, np.ndarray]:
+    """The columns of a block of rows, and its lines, each ``(t,)``."""
+    # Where a line has its time, what is not there is missing; without, it may be no sample at all.
+    least = 0 if "time" in head.places else head.places["travel"] + 1
+    signs = not {row[0][:1] for row in rows}.isdisjoint("#!/% ")
+    if signs or min(map(len, rows), default=least) < least:
+        kept = [i for i, row in enumerate(rows) if len(row) >= least and not is_remark(row)]
+        lines, rows = [lines[i] for i in kept], [rows[i] for i in kept]
+    _check_widths(file, lines, rows, head.width, exact=settings["delimiter"] == " ")
+    columns, wrong = {"lines": np.array(lines, dtype=int)}, {}
+    for kind, place in head.places.items():
+        try:
+            cells = [row[place] for row in rows]
+        except IndexError:
+            cells = ["".join(row[place : place + 1]) for row in rows]
+        decimal, largest = settings["decimal"], LARGEST_NUMBER[kind]
+        columns[kind], odd = strict_numbers(cells, decimal, largest)
+        if odd:
+            cell = cells[odd[0]]
+            text = (
+                f"{head.labels[kind]} is {cell.strip()[:40]!r}, {why_none(cell, decimal, largest)}"
+            )
+            more = f" ({len(odd)} such samples)" if len(odd) > 1 else ""
+            wrong.setdefault(odd[0], text + more)
+    if wrong:
+        first = min(wrong)
+        raise RejectedCurveError(file, wrong[first], line=lines[first])
+    return columns
+
+
+def _check_widths(
+    file: str | Path,
+    lines: Sequence[int],
+    rows: Sequence[Sequence[str]],
+    width: int,
+    *,
+    exact: bool,
+) -> None:
+    """Reject a line with more cells than names, as decimal commas make where commas separate; and
+    where blanks do, also one with fewer: nobody knows which cell is blank.
+    """
+    if {len(row) for row in rows} <= {width}:
+        return
+    for line, row in zip(lines, rows, strict=True):
+        if len(row) != width and (exact or any(map(str.strip, row[width:]))):
+            raise RejectedCurveError(
+                file,
+                f"{len(row)} cells where there are {width} columns; see "
+                "endurance.format.delimiter and endurance.format.decimal",
+                line=line,
+            )

@@ -1,0 +1,148 @@
+"""Curve files that hold labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``)
+and Zarr.
+"""
+
+import io
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from breaker.files.columns import Columns
+from breaker.files.guards import RejectedCurveError, read_bytes, require_folder
+from breaker.files.names import (
+    check_unit,
+    label_of,
+    place_of,
+    wanted_columns,
+)
+from breaker.files.numbers import LARGEST_NUMBER
+
+__all__ = ["open_grid", "read_netcdf", "read_zarr"]
+
+_LARGEST = 10_000_000  # samples
+_PATIENCE = 30  # s; a large file takes one
+_UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
+
+
+def read_netcdf(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+    """Read a variable of a NetCDF file, and its coordinate of time.
+
+    Args:
+        file: A file of version 3 or 4.
+        settings: The section ``endurance.format``, complete; columns are variables.
+        channel: Variable of the travel, where it is not that of the settings.
+
+    Raises:
+        RejectedCurveError: If there is no such variable, it is none of one record, or states
+            another unit.
+        ModuleNotFoundError: If a package for this version is not installed.
+    """
+    with open_grid(file) as dataset:
+        return _columns(file, dataset, settings, channel)
+
+
+def read_zarr(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+    """Read a variable of a Zarr store, and its coordinate of time; otherwise as a NetCDF file."""
+    require_folder(file)
+    return read_netcdf(file, settings, channel)
+
+
+def open_grid(file: str | Path):
+    """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
+
+    Raises:
+        RejectedCurveError: If the file cannot be read.
+        ModuleNotFoundError: If a package for this version is not installed.
+    """
+    import xarray as xr
+
+    if Path(file).suffix.lower() == ".zarr":
+        return xr.open_zarr(file, **_UNTOUCHED)
+    content = read_bytes(file)
+    if content.startswith(b"\x89HDF"):
+        content = _as_version_3(file, content)
+    return xr.open_dataset(io.BytesIO(content), engine="scipy", **_UNTOUCHED)
+
+
+def _as_version_3(file: str | Path, content: bytes) -> bytes:
+    """The numbers of a file of version 4, by a process of its own: the library of HDF5 hangs in
+    some damaged files.
+    """
+    import h5netcdf  # noqa: F401 - the other process would not say which package is missing
+
+    command = [sys.executable, "-m", __name__]
+    try:
+        done = subprocess.run(command, input=content, capture_output=True, timeout=_PATIENCE)
+    except subprocess.TimeoutExpired as error:
+        reason = f"is a NetCDF file that cannot be read within {_PATIENCE} s; export it again"
+        raise RejectedCurveError(file, reason) from error
+    if done.returncode:
+        raise OSError(done.stderr.decode(errors="replace").strip().rpartition("\n")[2])
+    return done.stdout
+
+
+def _convert() -> None:
+    """Read version 4 from the standard input, and write its numbers as version 3 to the output."""
+    import xarray as xr
+
+    content = io.BytesIO(sys.stdin.buffer.read())
+    with xr.open_dataset(content, engine="h5netcdf", **_UNTOUCHED) as dataset:
+        numbers = {
+            name: (
+                each.dims,
+                each.values.astype(float),
+                {"units": str(each.attrs.get("units", ""))},
+            )
+            for name, each in dataset.variables.items()
+            if each.dtype.kind in "iuf" and each.size <= _LARGEST
+        }
+        said = {str(name): str(value) for name, value in dataset.attrs.items()}
+    sys.stdout.buffer.write(xr.Dataset(numbers, attrs=said).to_netcdf(engine="scipy"))
+
+
+def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Columns:
+    """The columns of a dataset, in which the variable of the travel lies along one dimension."""
+    names = list(map(str, dataset.variables))
+    wanted = wanted_columns([names], settings, channel)
+    travel = dataset[names[place_of(file, names, wanted["travel"])]]
+    along = [name for name, size in travel.sizes.items() if size > 1]
+    if len(along) != 1 or travel.size > _LARGEST:
+        reason = f"{label_of(wanted['travel'])} is no single record: its sizes are "
+        raise RejectedCurveError(file, reason + ", ".join(map(str, travel.sizes.items())))
+    remarks = _unit(file, "travel", travel, settings)
+    readings = _numbers(file, "travel", travel)
+    lines = np.arange(1, readings.size + 1)
+    if "time" not in wanted:
+        return Columns(None, readings, lines, remarks)
+    # The time by its name, or else the coordinate along which the travel lies.
+    named = [name for name in names if name in (wanted["time"], along[0])]
+    named.sort(key=lambda name: name != wanted["time"])
+    place = place_of(file, names, named[0] if named else wanted["time"])
+    time = dataset[names[place]]
+    if time.size != readings.size:
+        reason = f"{names[place]!r} has {time.size} times for {readings.size} samples"
+        raise RejectedCurveError(file, reason)
+    remarks += _unit(file, "time", time, settings)
+    return Columns(_numbers(file, "time", time), readings, lines, remarks)
+
+
+def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:
+    text = str(variable.attrs.get("units", "")).split(" since ")[0]
+    return check_unit(file, kind, repr(variable.name), text, settings)
+
+
+def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
+    """The values of a variable, ``(t,)``, NaN where missing."""
+    if variable.dtype.kind not in "iuf":
+        raise RejectedCurveError(file, f"{variable.name!r} is not of numbers")
+    values = variable.values.reshape(-1).astype(float)
+    if not (np.abs(values[~np.isnan(values)]) <= LARGEST_NUMBER[kind]).all():
+        raise RejectedCurveError(file, f"{variable.name!r} has values that are no readings")
+    return values
+
+
+if __name__ == "__main__":
+    _convert()

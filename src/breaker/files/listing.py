@@ -1,0 +1,176 @@
+"""The operations in a folder: by its table ``operations.csv``, or by the names of its files.
+
+Light to import: the plan of the workflow is made from it.
+"""
+
+import hashlib
+import os
+import unicodedata
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from breaker.files.guards import no_file, printable
+from breaker.files.manifest import MANIFEST, Operation, read_manifest
+from breaker.files.naming import numbers_in
+
+__all__ = ["ENDINGS", "fingerprint", "list_operations", "odd_signs", "record_files"]
+
+ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".cfg", ".cff", ".nc", ".nc4", ".zarr")
+"""Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
+
+_SHOWN = 3  # files in a message
+
+
+def record_files(folder: str | Path) -> list[Path]:
+    """List what has the ending of a record in a folder, by name; ending in any case.
+
+    Hidden files, locks of open workbooks (``~$``) and the table of operations are left out. The
+    list is empty if there is no such folder.
+    """
+    if not os.path.isdir(folder):
+        return []
+    return sorted(
+        file
+        for file in Path(folder).iterdir()
+        if file.suffix.lower() in ENDINGS
+        and not file.name.startswith((".", "~$"))
+        and file.name != MANIFEST
+    )
+
+
+def list_operations(
+    folder: str | Path, motion: str, *, breaker: str | None = None, phase: str | None = None
+) -> list[Operation]:
+    """List the operations of one motion in a folder, in the order of their numbers.
+
+    With a table ``operations.csv`` in the folder, they are its rows. Without one they are the files
+    in ``folder/motion``, and a name must leave no doubt about the number.
+
+    Args:
+        folder: Folder of the curve files, ``endurance.curves``.
+        motion: "closing" or "opening".
+        breaker, phase: ``endurance.breaker`` and ``endurance.phase``: which of those in the table,
+            if there are several.
+
+    Raises:
+        FileNotFoundError: If there is no operation of this motion.
+        ValueError: If the table is wrong, a name says no number, two files say the same one, there
+            are several breakers or phases and none is chosen, or something cannot be a file of a
+            record. The message says what to do.
+    """
+    if os.path.lexists(Path(folder, MANIFEST)):
+        operations = _from_table(Path(folder), motion, {"breaker": breaker, "phase": phase})
+    else:
+        chosen = [f"endurance.{k} is {v}" for k, v in (("breaker", breaker), ("phase", phase)) if v]
+        if chosen:
+            raise ValueError(
+                f"{' and '.join(chosen)}, but {printable(folder)} has no table {MANIFEST} that "
+                "names any; set it to null, or add the table"
+            )
+        operations = _from_names(Path(folder, motion))
+    _require_files(operations)
+    return sorted(operations, key=lambda each: each.number)
+
+
+def _from_table(folder: Path, motion: str, chosen: dict[str, str | None]) -> list[Operation]:
+    table = folder / MANIFEST
+    rows = read_manifest(table)
+    for name, value in chosen.items():
+        there = sorted({getattr(operation, name) for _, operation in rows})
+        shown = ", ".join(printable(each) or "(empty)" for each in there)
+        if value is None and len(there) > 1:
+            raise ValueError(
+                f"{table} has {len(there)} different values in its column {name}: {shown}; choose "
+                f"one by endurance.{name}"
+            )
+        if value is not None and value not in there:
+            raise ValueError(f"endurance.{name} is {value}, but {table} has {shown}")
+        rows = [row for row in rows if value is None or getattr(row[1], name) == value]
+    operations = [operation for of, operation in rows if of == motion]
+    if not operations:
+        raise FileNotFoundError(
+            f"{table} has no operation of motion {motion}; add its rows, or leave it out of motions"
+        )
+    return operations
+
+
+def _from_names(folder: Path) -> list[Operation]:
+    files = record_files(folder)
+    if not files:
+        raise FileNotFoundError(
+            f"{printable(folder)}/ has no file of a record ({' '.join(ENDINGS)}); endurance.curves "
+            f"must name a folder with a subfolder for each motion, or with a table {MANIFEST}"
+        )
+    remedy = (
+        f"say which file is which operation in a table {MANIFEST}: "
+        f"`breaker manifest {printable(folder.parent)}` proposes one"
+    )
+    numbers = numbers_in([file.stem for file in files])
+    named = zip(files, numbers, strict=True)
+    if unclear := [f"{file} {why}" for file, why in named if isinstance(why, str)]:
+        raise ValueError(f"{_first(unclear)}. Rename it, or {remedy}")
+    listed: dict[int, Path] = {}
+    for file, number in zip(files, numbers, strict=True):
+        if number in listed:
+            raise ValueError(
+                f"{printable(file)} and {printable(listed[number])} are both operation {number}; "
+                f"rename one of them, or {remedy}"
+            )
+        listed[number] = file
+    return [Operation(number, file) for number, file in listed.items()]
+
+
+def odd_signs(path: str | Path) -> str:
+    """Return the signs that no path of a record may have; empty if there are none.
+
+    Snakemake takes braces and angle brackets for a pattern; control signs are in no table.
+    """
+    text = str(path)
+    odd = set(text) & set("{}<>")
+    if not text.isprintable():
+        odd |= {sign for sign in text if unicodedata.category(sign) in ("Cc", "Zl", "Zp")}
+    return " ".join(sorted(map(printable, odd)))
+
+
+def _require_files(operations: Iterable[Operation]) -> None:
+    """Refuse what is no file, and names that stand for something else than themselves."""
+    wrong = []
+    for file in dict.fromkeys(each.file for each in operations):
+        if odd := odd_signs(file):
+            wrong.append(f"{file} has {odd} in its name; rename it")
+        elif not (file.suffix.lower() == ".zarr" and file.is_dir()) and (why := no_file(file)):
+            wrong.append(f"{file} {why}; put the file there, or leave it out")
+    if wrong:
+        raise ValueError(_first(wrong))
+
+
+def _first(wrong: Sequence[str]) -> str:
+    more = [f"{len(wrong) - _SHOWN} more"] if len(wrong) > _SHOWN else []
+    return "; ".join([*map(printable, wrong[:_SHOWN]), *more])
+
+
+def fingerprint(operations: Iterable[Operation]) -> str:
+    """Return a text that changes with the operations, or the name, size or time of any file."""
+    found = hashlib.sha256()
+    for each in operations:
+        state = [(str(file), *_state(file)) for file in _parts(Path(each.file))]
+        found.update(f"{each!r} {state}".encode(errors="backslashreplace"))
+    return found.hexdigest()
+
+
+def _parts(file: Path) -> list[Path]:
+    """The files of a record."""
+    ending = file.suffix.lower()
+    if ending == ".zarr":
+        return sorted(file.rglob("*"))
+    return (
+        [file, file.with_suffix(".dat"), file.with_suffix(".DAT")] if ending == ".cfg" else [file]
+    )
+
+
+def _state(file: Path) -> tuple[int, int]:
+    try:
+        found = file.stat()
+    except OSError:
+        return 0, 0
+    return found.st_size, found.st_mtime_ns

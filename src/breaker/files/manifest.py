@@ -1,0 +1,268 @@
+"""Which file, or which part of a file, is which operation: the table ``operations.csv``.
+
+Light to import.
+"""
+
+import csv
+import math
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import TYPE_CHECKING
+
+from breaker.files.dates import iso_date
+from breaker.files.guards import RejectedCurveError, printable, read_bytes
+from breaker.files.naming import LARGEST_COUNTER
+
+if TYPE_CHECKING:  # xarray takes longer to load than all of this
+    import xarray as xr
+
+__all__ = ["ABOUT", "COLUMNS", "MANIFEST", "Operation", "known_about", "read_manifest"]
+
+MANIFEST = "operations.csv"
+"""Name of the table, in the folder of the curve files."""
+
+ABOUT = ("breaker", "phase", "date", "temperature", "event")
+"""What is known of an operation and kept through to all results; empty where it is not."""
+
+REQUIRED = ("file", "motion", "operation")
+COLUMNS = (*REQUIRED, "channel", *ABOUT, "from", "to")
+"""Columns that the table may have; the first three it must have."""
+
+_MOTIONS = ("closing", "opening")
+_LONGEST = 200  # signs of a text
+_SHOWN = 10  # mistakes in a message
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One motion of one operation, and where its record is.
+
+    Attributes:
+        number: Counter of the operation.
+        file: File of the record.
+        channel: Column of the travel in the file; that of ``endurance.format`` if empty.
+        begin, end: Part of the record in which the motion is, ms of the file's time; nan for its
+            beginning and end.
+        breaker, phase: Names, where a table gives them.
+        date: Date and time as ISO 8601.
+        temperature: Of the drive, °C.
+        event: What was done before this operation, such as maintenance or remounting.
+    """
+
+    number: int
+    file: str | Path
+    channel: str = ""
+    begin: float = math.nan
+    end: float = math.nan
+    breaker: str = ""
+    phase: str = ""
+    date: str = ""
+    temperature: float = math.nan
+    event: str = ""
+
+
+def known_about(data: "xr.Dataset") -> list[str]:
+    """Return which of ``ABOUT`` a dataset of operations has a value of, for any operation."""
+    return [
+        name
+        for name in ABOUT
+        if name in data and any(value == value and value != "" for value in data[name].values)
+    ]
+
+
+def read_manifest(file: str | Path) -> list[tuple[str, Operation]]:
+    """Read the table of a folder.
+
+    The text is UTF-8, with or without a byte order mark; commas or semicolons separate its cells.
+    Where semicolons do, a comma may be the decimal sign.
+
+    Returns:
+        Motion and operation of each row. That the files are there is not looked at.
+
+    Raises:
+        ValueError: If anything is wrong; the message has one line for each of the first mistakes,
+            with line, column and remedy.
+    """
+    file = Path(file)
+    names, rows = _rows(file)
+    found: list[tuple[str, Operation]] = []
+    wrong = list(_wrong_names(names))
+    if not wrong and not rows:
+        wrong.append("line 1: no operation follows the names of the columns; add one row for each")
+    lines: dict[tuple, int] = {}
+    for line, cells in rows if not wrong else ():
+        row, mistakes = _row(names, cells, file.parent)
+        wrong += [f"line {line}, {mistake}" for mistake in mistakes]
+        if mistakes:
+            continue
+        motion, operation = row
+        key = (operation.breaker, operation.phase, motion, operation.number)
+        if key in lines:
+            wrong.append(
+                f"line {line}, column operation: {motion} {operation.number} is in line "
+                f"{lines[key]} already; give each its own number, or breaker or phase"
+            )
+        lines.setdefault(key, line)
+        found.append(row)
+    if wrong:
+        more = len(wrong) - _SHOWN
+        rest = [f"and {more} more"] if more > 0 else []
+        raise ValueError("\n  ".join([f"{printable(file)} is wrong:", *wrong[:_SHOWN], *rest]))
+    return found
+
+
+def _rows(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Names of the columns, and line and cells of each row that is not empty."""
+    try:
+        text = read_bytes(file).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        reason = "is not UTF-8; save the table as CSV UTF-8"
+        raise RejectedCurveError(file, reason, line=line) from error
+    head = text.split("\n", 1)[0]
+    delimiter = ";" if ";" in head else ","
+    # Lines as they end in the file: a cell in quotation marks may have several.
+    reader = csv.reader(StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    rows, line = [], 1
+    try:
+        for cells in reader:
+            cells = [cell.strip() for cell in cells]
+            if any(cells):
+                rows.append((line, cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        reason = f"is no table: {error}; are quotation marks closed?"
+        raise RejectedCurveError(file, reason, line=line) from error
+    if not rows:
+        raise RejectedCurveError(file, f"is empty; its first line names {', '.join(REQUIRED)}")
+    return rows[0][1], [(at, _to_decimal_point(cells, delimiter)) for at, cells in rows[1:]]
+
+
+def _to_decimal_point(cells: list[str], delimiter: str) -> list[str]:
+    """Numbers with a decimal point, where semicolons leave the comma for it: 21,5 but not 1,000,
+    which may be a thousand."""
+    if delimiter == ",":
+        return cells
+    return [
+        cell.replace(",", ".")
+        if re.fullmatch("[+-]?[0-9]+,[0-9]+", cell)
+        and not re.fullmatch("[+-]?[0-9]{1,3},[0-9]{3}", cell)
+        else cell
+        for cell in cells
+    ]
+
+
+def _wrong_names(names: list[str]) -> Iterator[str]:
+    """Say what is wrong with the names of the columns."""
+    for place, name in enumerate(names, start=1):
+        if name not in COLUMNS:
+            yield (
+                f"line 1, column {place}: {name!r} is none of {', '.join(COLUMNS)}; "
+                "rename it, or leave it out"
+            )
+        elif name in names[: place - 1]:
+            yield f"line 1, column {place}: {name} is there twice; leave one of them out"
+    if lacking := [name for name in REQUIRED if name not in names]:
+        yield (
+            f"line 1: there is no column {' nor '.join(lacking)}; the first line must name the "
+            "columns, with commas or semicolons between"
+        )
+
+
+def _row(
+    names: list[str], cells: list[str], folder: Path
+) -> tuple[tuple[str, Operation] | None, list[str]]:
+    """Motion and operation of a row, and what is wrong with it, by column."""
+    if len(cells) != len(names):
+        return None, [
+            f"column {min(len(cells), len(names)) + 1}: the line has {len(cells)} cells, but "
+            f"{len(names)} columns have names; set a cell with a comma in quotation marks"
+        ]
+    read, mistakes = {}, []
+    for name, cell in zip(names, cells, strict=True):
+        if not cell and name not in REQUIRED:
+            continue
+        try:
+            read[name] = _READ[name](cell)
+        except ValueError as error:
+            mistakes.append(f"column {name}: {error}")
+    begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
+    if begin >= end:
+        mistakes.append(f"column to: {end:g} is not after from, {begin:g}")
+    if mistakes:
+        return None, mistakes
+    file, motion, number = (read.pop(name) for name in REQUIRED)
+    return (motion, Operation(number, folder / file, begin=begin, end=end, **read)), []
+
+
+def _file(cell: str) -> str:
+    """A path in the folder, with / between its parts."""
+    _text(cell)
+    if not cell:
+        raise ValueError("is empty; name the file of the record")
+    parts = PurePosixPath(cell).parts
+    if ".." in parts or PurePosixPath(cell).is_absolute() or PureWindowsPath(cell).drive:
+        raise ValueError(
+            f"{cell!r} is not in the folder of the table; put it there, and name it from there"
+        )
+    if "\\" in cell:
+        raise ValueError(f"{cell!r} has a \\; write / between folder and file")
+    return cell
+
+
+def _motion(cell: str) -> str:
+    if cell.lower() not in _MOTIONS:
+        raise ValueError(f"{cell!r} is neither {' nor '.join(_MOTIONS)}")
+    return cell.lower()
+
+
+def _counter(cell: str) -> int:
+    if not re.fullmatch("[0-9]+", cell):
+        raise ValueError(f"{cell!r} is no counter; write it with the digits 0 to 9 only")
+    if len(cell) > 20 or int(cell) > LARGEST_COUNTER:
+        raise ValueError(
+            f"{cell} is no counter of operations, which is at most {LARGEST_COUNTER}; count "
+            "operations from 1, and write dates into the column date"
+        )
+    return int(cell)
+
+
+def _number(least: float, most: float, unit: str) -> Callable[[str], float]:
+    """A reader of numbers of a range."""
+
+    def read(cell: str) -> float:
+        if not re.fullmatch(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?", cell):
+            raise ValueError(f"{cell!r} is no number; write it as 21.5 or -3")
+        value = float(cell)
+        if not least <= value <= most:
+            raise ValueError(f"{cell} is not between {least:g} and {most:g} {unit}")
+        return value
+
+    return read
+
+
+def _text(cell: str) -> str:
+    if not cell.isprintable():
+        raise ValueError(f"{cell!r} has signs that cannot be printed; remove them")
+    if len(cell) > _LONGEST:
+        raise ValueError(f"has {len(cell)} signs; use at most {_LONGEST}")
+    return cell
+
+
+_TIME = _number(-1e7, 1e7, "ms")
+_READ: dict[str, Callable] = {
+    "file": _file,
+    "motion": _motion,
+    "operation": _counter,
+    "channel": _text,
+    "breaker": _text,
+    "phase": _text,
+    "date": iso_date,
+    "temperature": _number(-90.0, 150.0, "°C"),
+    "event": _text,
+    "from": _TIME,
+    "to": _TIME,
+}

@@ -1,0 +1,115 @@
+"""The operation number in the name of a file, where the names leave no doubt. Light to import.
+
+Names of one kind differ in their digits only. The counter of a kind is its only number, or the only
+one that varies. So a name that is added can make a number vary that did not, and with it the names
+ambiguous, which is an error; but it never makes another number the counter.
+"""
+
+import re
+from collections.abc import Sequence
+from datetime import datetime
+
+from breaker.files.dates import moments
+
+__all__ = ["LARGEST_COUNTER", "numbers_in"]
+
+LARGEST_COUNTER = 9_999_999
+"""More than any drive operates; what is larger is a date, a stamp or a serial number."""
+
+_RUN = re.compile("[0-9]+")
+_UNIT = re.compile(r"[ _-]?(?:[kMG]?Hz|k?S?sps|[mk]V|[mk]A|[mcu]m|[mun]s|bar|degC|rpm)\b")
+_LABEL = re.compile(
+    r"(?:^|[^a-z])(?:(?:ch|chan|channel|kanal|phase|pole|pol|v|ver|version|rev|sn|serial|l)[ _-]?"
+    r"|breaker|cb)$",
+    re.IGNORECASE,
+)
+
+
+def numbers_in(stems: Sequence[str]) -> list[int | str]:
+    """Return the operation number in each name, or why there is none.
+
+    Args:
+        stems: Names of the files of one folder, without their endings.
+
+    >>> numbers_in(["op_0007_10kHz", "op_0008_10kHz", "notes"])
+    [7, 8, 'has no number']
+    >>> numbers_in(["op_0007_10kHz"])
+    ['has 2 numbers, 7 and 10, and no other name shows which one counts']
+    """
+    kinds: dict[str, list[int]] = {}
+    for i, stem in enumerate(stems):
+        kinds.setdefault(_RUN.sub("\0", stem), []).append(i)
+    found: list[int | str] = [""] * len(stems)
+    for places in kinds.values():
+        numbers = _numbers_of_kind([stems[i] for i in places])
+        for i, number in zip(places, numbers, strict=True):
+            found[i] = number
+    return found
+
+
+def _numbers_of_kind(stems: Sequence[str]) -> Sequence[int | str]:
+    """The same for names that differ in their digits only."""
+    runs = [list(_RUN.finditer(stem)) for stem in stems]
+    columns = list(zip(*runs, strict=True))
+    varying = [column for column in columns if len({int(run[0]) for run in column}) > 1]
+    if not columns:
+        return ["has no number"] * len(stems)
+    if len(columns) > 1 and len(varying) != 1:
+        return [_ambiguous([str(int(run[0])) for run in each], len(varying)) for each in runs]
+    counters = varying[0] if varying else columns[0]
+    digits = [run[0] for run in counters]
+    if why := _no_counter(stems, counters) or _date_alone(digits):
+        return [f"has the number {each}, which {why}" for each in digits]
+    return [
+        int(each)
+        if int(each) <= LARGEST_COUNTER
+        else f"has the number {each}, which is too large for a counter of operations"
+        for each in digits
+    ]
+
+
+def _ambiguous(numbers: list[str], varying: int) -> str:
+    listed = f"{', '.join(numbers[:-1])} and {numbers[-1]}"
+    vary = f"{varying} of them vary" if varying else "no other name shows which one counts"
+    return f"has {len(numbers)} numbers, {listed}, and {vary}"
+
+
+def _no_counter(stems: Sequence[str], runs: Sequence[re.Match]) -> str:
+    """Say why a number counts no operations, by what stands around it in the first name that has
+    that; empty if nothing speaks against it."""
+    dated = 0
+    for stem, run in zip(stems, runs, strict=True):
+        before, after = stem[: run.start()], stem[run.end() :]
+        if _UNIT.match(after) or (after[:1].isalpha() or after[:1] in ("%", "°")):
+            return f"belongs to {after.split('_')[0].strip()!r} after it, such as a unit"
+        if label := _LABEL.search(before):
+            return f"belongs to {label[0].strip(' _-')!r} before it"
+        if re.search("[0-9][.,]$", before) or re.match("[.,][0-9]", after):
+            return "is part of a number with a point, a date or a version"
+        dated += any(m.start <= run.start() and run.end() <= m.stop for m in moments(stem))
+    # A counter beside other numbers looks like a time at times; a time does so always.
+    return "looks like part of a date or time" if dated == len(stems) else ""
+
+
+def _date_alone(digits: Sequence[str]) -> str:
+    """Say so if all numbers of a column look like dates or times without anything between."""
+    wide = [each for each in digits if not each.startswith("0")]
+    if any(len(each) == 6 and _parses(each, "%y%m%d %d%m%y %m%d%y %H%M%S") for each in wide):
+        return "looks like a date or time"
+    if all(len(each) == 6 and _parses(each, "%d%m%y %m%d%y") for each in digits):
+        return "looks like a date"
+    if all(len(each) in (7, 8) and _parses(each, "%Y%j %Y%m%d %d%m%Y %m%d%Y") for each in digits):
+        return "looks like a date"
+    return ""
+
+
+def _parses(digits: str, forms: str) -> bool:
+    """Whether digits are a date of the last decades, or a time, in one of some forms."""
+    for form in forms.split():
+        try:
+            when = datetime.strptime(digits, form)
+        except ValueError:
+            continue
+        if "%H" in form or 2005 <= when.year <= 2060:
+            return True
+    return False

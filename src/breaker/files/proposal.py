@@ -1,0 +1,189 @@
+"""A first ``operations.csv`` of a folder, to be checked and completed: the only place that guesses.
+
+Light to import.
+"""
+
+import csv
+import os
+import re
+from collections.abc import Iterator, Sequence
+from datetime import datetime
+from io import StringIO
+from pathlib import Path
+from typing import NamedTuple
+
+from breaker.files.dates import moments
+from breaker.files.guards import no_file, printable
+from breaker.files.listing import odd_signs, record_files
+from breaker.files.manifest import COLUMNS
+from breaker.files.naming import numbers_in
+
+__all__ = ["propose_manifest"]
+
+_WORDS = {
+    "closing": {"closing", "close", "closes", "ein"},
+    "opening": {"opening", "open", "opens", "trip", "tripping", "aus"},
+}
+
+
+class _File(NamedTuple):
+    """A file of records.
+
+    Attributes:
+        path: From the folder of the table, with / between its parts.
+        stem: Name without ending.
+        motions: What its folders, or else its name, say it holds; both if they say nothing.
+        said: Whether they do.
+        breaker: Its other folders.
+        when: Date in its name, None without one.
+        timed: Whether that has a time.
+        written: When the file was written, s.
+    """
+
+    path: str
+    stem: str
+    motions: tuple[str, ...]
+    said: bool
+    breaker: str
+    when: datetime | None
+    timed: bool
+    written: float
+
+
+def propose_manifest(folder: str | Path, channels: Sequence[str] = ()) -> tuple[str, list[str]]:
+    """Propose the table of a folder and those below it.
+
+    The motion comes from folders named after it, or else from the name; other folders are breakers.
+    The counter comes from the names where they leave no doubt; else operations are numbered from 1,
+    by the dates in the names, or else by the times at which the files were written.
+
+    Args:
+        folder: Folder of the curve files.
+        channels: Columns of travel that each file has, side by side: a row for each, and each a
+            phase of its own.
+
+    Returns:
+        The text of the table, and what to check in it, in words.
+
+    Raises:
+        FileNotFoundError: If there is no file of a record.
+    """
+    files, remarks = _files(Path(folder))
+    if not files:
+        raise FileNotFoundError(
+            "; ".join([f"{printable(folder)} has no file of a record", *remarks])
+        )
+    if unsaid := sum(not file.said for file in files):
+        remarks.append(
+            f"no folder or name says the motion of {unsaid} files, so each has a row of both: "
+            "delete what it does not hold"
+        )
+    if any(file.when for file in files):
+        remarks.append("dates are from the names, the day before the month where both can be")
+    groups: dict[tuple[str, str], list[_File]] = {}
+    for file in files:
+        for motion in file.motions:
+            groups.setdefault((file.breaker, motion), []).append(file)
+    rows = []
+    for (breaker, motion), group in sorted(groups.items()):
+        numbers, order = _numbers(group)
+        if order:
+            remarks.append(
+                f"{breaker} {motion}".strip() + f": {len(group)} operations are numbered from 1 in "
+                f"the order of {order}, as the names do not say the counter"
+            )
+        rows += [(breaker, number, motion, of) for number, of in zip(numbers, group, strict=True)]
+    return _text(rows, channels or [""]), remarks
+
+
+def _files(folder: Path) -> tuple[list[_File], list[str]]:
+    """The files of records in a folder and those below it, and what was left out."""
+    found, remarks = [], []
+    for file in _walk(folder):
+        path = file.relative_to(folder).as_posix()
+        why = "" if file.suffix.lower() == ".zarr" and file.is_dir() else no_file(file)
+        if odd := odd_signs(path):
+            why = f"has {odd} in its name; rename it"
+        elif any("\ud800" <= sign <= "\udfff" for sign in path):
+            why = "has a name that is not UTF-8; rename it"
+        elif "\\" in path:
+            why = "has a \\ in its name; rename it"
+        if why:
+            remarks.append(f"left out: {printable(path)} {why}")
+            continue
+        found.append(_described(file, path, folder.resolve().name))
+    return found, remarks
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    """What has the ending of a record, also in folders below that are neither hidden nor such."""
+    for place, folders, _ in os.walk(folder):
+        folders[:] = sorted(
+            name for name in folders if not name.startswith(".") and not name.endswith(".zarr")
+        )
+        yield from record_files(place)
+
+
+def _described(file: Path, path: str, top: str) -> _File:
+    parts = path.split("/")[:-1]
+    spoken = [_motions(part) for part in parts]
+    # The folder that is nearest to the file goes first, then its name.
+    motions = next(filter(None, [*reversed(spoken), _motions(file.stem), _motions(top)]), ())
+    said = len(motions) == 1
+    dated = next((each for each in moments(file.stem) if each.when), None)
+    return _File(
+        path=path,
+        stem=file.stem,
+        motions=motions if said else tuple(_WORDS),
+        said=said,
+        breaker="/".join(part for part, each in zip(parts, spoken, strict=True) if not each),
+        when=dated and dated.when,
+        timed=bool(dated and dated.timed),
+        written=os.stat(file).st_mtime,
+    )
+
+
+def _motions(text: str) -> tuple[str, ...]:
+    """The motions that a name speaks of."""
+    words = set(re.findall("[a-z]+", text.lower()))
+    return tuple(motion for motion, its in _WORDS.items() if words & its)
+
+
+def _numbers(files: Sequence[_File]) -> tuple[list[int], str]:
+    """A counter of each file, and by what they are ordered where no name says it."""
+    said = numbers_in([file.stem for file in files])
+    if all(isinstance(number, int) for number in said) and len(set(said)) == len(said):
+        return said, ""
+    dated = all(file.when for file in files)
+    keys = [(file.when if dated else file.written, _natural(file.path)) for file in files]
+    order = sorted(range(len(files)), key=keys.__getitem__)
+    words = "the dates in their names" if dated else "the times at which the files were written"
+    return [order.index(i) + 1 for i in range(len(files))], words
+
+
+def _natural(path: str) -> list[tuple[int, str]]:
+    """A key by which 9 comes before 10."""
+    return [
+        (int(part), "") if part.isdecimal() else (0, part) for part in re.split("([0-9]+)", path)
+    ]
+
+
+def _text(rows: Sequence[tuple[str, int, str, _File]], channels: Sequence[str]) -> str:
+    text = StringIO()
+    table = csv.DictWriter(text, COLUMNS, restval="", lineterminator="\n")
+    table.writeheader()
+    for breaker, number, motion, file in sorted(rows, key=lambda row: row[:3]):
+        when = file.when and (file.when if file.timed else file.when.date())
+        for channel in channels:
+            table.writerow(
+                {
+                    "file": file.path,
+                    "motion": motion,
+                    "operation": number,
+                    "channel": channel,
+                    "breaker": breaker,
+                    "phase": channel,
+                    "date": when.isoformat() if when else "",
+                }
+            )
+    return text.getvalue()

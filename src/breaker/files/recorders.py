@@ -1,0 +1,136 @@
+"""Curve files of fault recorders: COMTRADE (IEEE C37.111), by the package of this name (the extra
+``comtrade``), either a pair of ``.cfg`` and ``.dat`` or a single ``.cff``.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from breaker.files.columns import Columns
+from breaker.files.guards import RejectedCurveError, read_bytes
+from breaker.files.names import (
+    check_unit,
+    label_of,
+    place_of,
+    wanted_columns,
+)
+from breaker.files.numbers import LARGEST_NUMBER
+from breaker.files.settings import TO_MS
+
+__all__ = ["open_comtrade", "read_comtrade"]
+
+_SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
+_BYTES = {"BINARY": 2, "BINARY32": 4, "FLOAT32": 4}  # of an analog value
+
+
+def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+    """Read an analog channel, by its name or number, and the times of a COMTRADE record.
+
+    Args:
+        file: The ``.cfg``, with the ``.dat`` beside it, or a ``.cff``.
+        settings: The section ``endurance.format``, complete. The record knows its own times; they
+            are returned in ``time_unit``.
+        channel: Channel of the travel, where it is not ``travel_column``.
+
+    Raises:
+        RejectedCurveError: If a part is missing, or has not what the other says; if there is no
+            such channel, or it has another unit.
+        ModuleNotFoundError: If the package comtrade is not installed.
+    """
+    record = open_comtrade(file, settings["encoding"])
+    cfg = record.cfg
+    names = [each.name for each in cfg.analog_channels]
+    column = wanted_columns([names], settings, channel)["travel"]
+    place = place_of(file, names, column)
+    described = cfg.analog_channels[place]
+    remarks = check_unit(file, "travel", label_of(column), described.uu, settings)
+    if described.pors.upper() == "S" and described.primary != described.secondary:
+        ratio = f"{described.primary:g} : {described.secondary:g}"
+        remarks += (f"{label_of(column)} is of the secondary side, with a ratio of {ratio}",)
+    travel = np.asarray(record.analog[place])
+    if not (np.abs(travel[~np.isnan(travel)]) <= LARGEST_NUMBER["travel"]).all():
+        raise RejectedCurveError(file, f"{label_of(column)} has values that are no readings")
+    time = np.asarray(record.time) * 1e3 / TO_MS[settings["time_unit"]]
+    return Columns(time, travel, np.arange(1, travel.size + 1), remarks)
+
+
+def open_comtrade(file: str | Path, encoding: str):
+    """Return a record with all of its channels.
+
+    Raises:
+        RejectedCurveError: If a part is missing, or has not what the other says.
+        ModuleNotFoundError: If the package comtrade is not installed.
+    """
+    import comtrade
+
+    head, data = _parts(file, encoding)
+    _check_counts(file, head)
+    cfg = comtrade.Cfg(ignore_warnings=True)
+    cfg.read(head)
+    _check_data(file, cfg, data)
+    record = comtrade.Comtrade(
+        ignore_warnings=True, use_numpy_arrays=True, use_double_precision=True
+    )
+    record.read(head, data)
+    return record
+
+
+def _parts(file: str | Path, encoding: str) -> tuple[str, bytes]:
+    """The text of the configuration, and the data."""
+    content = read_bytes(file)
+    if Path(file).suffix.lower() == ".cff":
+        found = list(_SECTION.finditer(content))
+        starts = {each[1].upper(): each.end() for each in reversed(found)}
+        if not {b"CFG", b"DAT"} <= set(starts):
+            raise RejectedCurveError(file, "lacks its part CFG or DAT")
+        data = content[starts[b"DAT"] :]
+        after = (each.start() for each in found if each.start() >= starts[b"CFG"])
+        content = content[starts[b"CFG"] : next(after)]
+    else:
+        data = read_bytes(_beside(file))
+    try:
+        return content.decode(encoding).removeprefix("\ufeff"), data
+    except UnicodeError as error:
+        reason = f"cannot be read: {error}; is endurance.format.encoding right?"
+        raise RejectedCurveError(file, reason) from error
+
+
+def _beside(file: str | Path) -> Path:
+    """The data file of a ``.cfg``, its ending in any case."""
+    file = Path(file)
+    found = [file.with_suffix(ending) for ending in (".dat", ".DAT", ".Dat")]
+    there = [each for each in found if each.exists()]
+    if not there:
+        reason = f"has no data beside it: {found[0].name} is not there; copy both files"
+        raise RejectedCurveError(file, reason)
+    return there[0]
+
+
+def _check_counts(file: str | Path, head: str) -> None:
+    """Reject a configuration that counts more channels than it has lines: they are built first."""
+    lines = head.splitlines()
+    counts = re.findall(r"[0-9]+", lines[1]) if len(lines) > 1 else []
+    if not counts or any(len(count) > 6 or int(count) > len(lines) for count in counts):
+        raise RejectedCurveError(file, "does not describe the channels that it counts", line=2)
+
+
+def _check_data(file: str | Path, cfg, data: bytes) -> None:
+    """Reject data that have not as many samples as the configuration says: zeros would stand for
+    the missing ones.
+    """
+    stated, kind = cfg.sample_rates[-1][1], cfg.ft.upper()
+    if kind == "ASCII":
+        if not data.isascii() or b"_" in data:
+            raise RejectedCurveError(file, "has data that are no plain numbers")
+        there = sum(bool(line.strip(b" \t\r\x1a")) for line in data.split(b"\n"))
+    elif kind in _BYTES:
+        row = 8 + _BYTES[kind] * cfg.analog_count + 2 * math.ceil(cfg.status_count / 16)
+        there = len(data) // row
+    else:
+        raise RejectedCurveError(file, f"is of the unknown type {cfg.ft[:40]!r}")
+    if there != stated:
+        reason = f"says that there are {stated} samples, but its data have {there}; copy both again"
+        raise RejectedCurveError(file, reason)

@@ -1,0 +1,95 @@
+"""Curve files that are text: CSV and the like, in any encoding, with any end of line."""
+
+import codecs
+import csv
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from breaker.files.columns import Columns, columns_of
+from breaker.files.guards import RejectedCurveError, read_bytes
+
+__all__ = ["read_text"]
+
+_BLOCK = 2**20  # characters that are split into cells at a time
+_LONGEST_LINE = 100_000  # characters
+# The blank before a unit in brackets that follows a name, where blanks separate.
+_BEFORE_UNIT = re.compile(r"(?<=[^\s\])])\s+(?=[\[(])")
+
+
+def read_text(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+    """Read the columns of a text.
+
+    Args:
+        file: File of one record.
+        settings: The section ``endurance.format``, complete.
+        channel: Column of the travel, where it is not that of the settings.
+
+    Raises:
+        RejectedCurveError: If the file cannot be read, or as ``columns_of`` says.
+    """
+    text = _decode(file, read_bytes(file), settings["encoding"])
+    return columns_of(file, _blocks(file, text, settings["delimiter"]), settings, channel)
+
+
+def _decode(file: str | Path, content: bytes, encoding: str) -> str:
+    r"""The text of a file, without a byte order mark, its lines ended by ``\n``."""
+    if codecs.lookup(encoding).name == "utf-16" and content[:1] == b"\0" != content[1:2]:
+        encoding = "utf-16-be"  # without a mark; it begins with a sign of ASCII
+    try:
+        text = content.decode(encoding)
+    except UnicodeError as error:
+        line = content.count(b"\n", 0, getattr(error, "start", 0)) + 1
+        reason = f"cannot be read: {error}; is it a text file, endurance.format.encoding right?"
+        raise RejectedCurveError(file, reason, line=line) from error
+    if "\0" in text:
+        reason = "has zero bytes: it is damaged, or endurance.format.encoding is utf-16, say"
+        raise RejectedCurveError(file, reason, line=text.count("\n", 0, text.index("\0")) + 1)
+    text = text.removeprefix("\ufeff").rstrip("\x1a")  # the old sign for the end of a file
+    if "\r" in text:
+        # Lines that were translated twice end with two returns.
+        text = text.replace("\r\r\n", "\n").replace("\r\n", "\n").replace("\r", "\n")
+    return text
+
+
+def _blocks(
+    file: str | Path, text: str, delimiter: str
+) -> Iterator[tuple[list[int], list[list[str]]]]:
+    """Lines and cells of all that are not blank, block after block of whole lines."""
+    begin, line, blank = 0, 1, f'{delimiter}" \t\v\f'
+    while begin < len(text):
+        end = text.find("\n", begin + _BLOCK)
+        end = len(text) if end < 0 else end
+        block = text[begin:end]
+        every = block.split("\n")
+        if max(map(len, every)) > _LONGEST_LINE:
+            long = next(i for i, one in enumerate(every) if len(one) > _LONGEST_LINE)
+            reason = f"has {len(every[long])} signs; is it a table, endurance.format right?"
+            raise RejectedCurveError(file, reason, line=line + long)
+        kept = [i for i, one in enumerate(every) if one.strip(blank)]
+        there = every if len(kept) == len(every) else [every[i] for i in kept]
+        yield [line + i for i in kept], _split(there, delimiter, quoted='"' in block)
+        begin, line = end + 1, line + len(every)
+
+
+def _split(lines: list[str], delimiter: str, *, quoted: bool) -> list[list[str]]:
+    """Cells of each line."""
+    if delimiter == " ":
+        lines = [
+            _BEFORE_UNIT.sub("", one).strip() if "(" in one or "[" in one else one.strip()
+            for one in lines
+        ]
+    if quoted:
+        return [_quoted(one, delimiter) for one in lines]
+    plain = None if delimiter == " " else delimiter
+    return [one.split(plain) for one in lines]
+
+
+def _quoted(line: str, delimiter: str) -> list[str]:
+    """Cells of one line. Each line is split for itself: an odd quotation mark, such as that of an
+    inch, must not join lines, or their numbers shift.
+    """
+    plain = None if delimiter == " " else delimiter
+    if '"' not in line or line.count('"') % 2:
+        return line.split(plain)
+    return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))

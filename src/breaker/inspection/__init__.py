@@ -1,0 +1,17 @@
+"""A look before anything is inferred: settings for an unknown record, and what a folder holds.
+
+Here, and only here, it is guessed: what an unknown file looks like becomes a proposal, confirmed by
+reading. A folder is read as it would be later, and sorted into what is accepted and what is not.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "acceptance": ["check_folder", "checked_text"],
+        "bends": ["seen_touch", "speed_along"],
+        "proposals": ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"],
+        "wording": ["overlay_of", "report_of"],
+    },
+)

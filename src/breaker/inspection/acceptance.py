@@ -1,0 +1,214 @@
+"""What will be accepted of a folder of records, and why the rest will not, before any training."""
+
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from textwrap import wrap
+
+import numpy as np
+import xarray as xr
+
+from breaker.files import MANIFEST, Operation, list_operations, read_manifest
+from breaker.records import raw_time, read_curves
+
+__all__ = ["Checked", "check_folder", "checked_text"]
+
+_PART = 50  # files that one process reads at a time
+_SHARE = 0.75  # of the way, at which the travel time of a record ends
+_FAR = 8.0  # robust sd from the median of the others, from which a record stands out
+_MATTERS = 0.03  # share of the median by which it has to
+_FEWEST = 8  # records, of which some can stand out
+_NAMED = 5  # records that are named
+_WIDTH = 100  # signs of a line
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The records of one motion, of one breaker and phase where a table names them.
+
+    Attributes:
+        motion: "closing" or "opening".
+        breaker, phase: Names; empty where there are none.
+        curves: As read; None if the operations could not be listed.
+        trouble: Why they could not.
+    """
+
+    motion: str
+    breaker: str = ""
+    phase: str = ""
+    curves: xr.Dataset | None = None
+    trouble: str = ""
+
+    @property
+    def accepted(self) -> int:
+        """Number of accepted records."""
+        return 0 if self.curves is None else int(self.curves.accepted.sum())
+
+
+def check_folder(
+    folder: str | Path, endurance: Mapping, sensor: Mapping, motions: Iterable[str]
+) -> list[Checked]:
+    """Read all records of a folder.
+
+    Args:
+        folder: As for ``endurance.curves``.
+        endurance: The section of the configuration: ``format``, and ``breaker`` and ``phase`` where
+            one of several is meant.
+        sensor: The section of the configuration: the model's grid, and the noise.
+        motions: "closing", "opening" or both.
+    """
+    times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
+    checked = []
+    for motion in motions:
+        for breaker, phase in _groups(folder, endurance):
+            try:
+                operations = list_operations(folder, motion, breaker=breaker, phase=phase)
+            except (ValueError, OSError) as error:
+                checked.append(Checked(motion, breaker or "", phase or "", trouble=str(error)))
+                continue
+            curves = _read(operations, endurance["format"], times, motion, sensor)
+            checked.append(Checked(motion, breaker or "", phase or "", curves))
+    return checked
+
+
+def _read(
+    operations: Sequence[Operation],
+    settings: Mapping,
+    times: np.ndarray,
+    motion: str,
+    sensor: Mapping,
+) -> xr.Dataset:
+    """The same as ``read_curves``, on all cores where there are many files."""
+    errors = {name: sensor[name] for name in ("noise_sd", "zero_sd")}
+    read = partial(read_curves, settings=settings, times=times, motion=motion, **errors)
+    if len(operations) < 2 * _PART:
+        return read(operations)
+    parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
+    with ProcessPoolExecutor() as pool:
+        return xr.concat(pool.map(read, parts), dim="operation", combine_attrs="override")
+
+
+def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, str | None]]:
+    """Breakers and phases of a folder, or those that are chosen."""
+    chosen = endurance.get("breaker"), endurance.get("phase")
+    if not os.path.lexists(Path(folder, MANIFEST)):
+        return [chosen]
+    try:
+        rows = [operation for _, operation in read_manifest(Path(folder, MANIFEST))]
+    except ValueError:
+        return [chosen]  # listing says what is wrong
+    there = sorted({(each.breaker, each.phase) for each in rows})
+    return [
+        pair
+        for pair in there
+        if all(wanted in (None, name) for wanted, name in zip(chosen, pair, strict=True))
+    ] or [chosen]
+
+
+# ---- in words -----------------------------------------------------------------------------------
+
+
+def checked_text(checked: Sequence[Checked]) -> str:
+    """Return a table of what was accepted, and the reasons and remarks, each once."""
+    parts = [_table(checked)]
+    parts += [f"{_name(each)}: {each.trouble}" for each in checked if each.curves is None]
+    read = [each for each in checked if each.curves is not None]
+    reasons = [(_name(e), f, r) for e in read for f, r in _pairs(e.curves, "reason") if r]
+    remarks = [(_name(e), f, r) for e in read for f, r in _pairs(e.curves, "remarks") if r]
+    stands_out = [(_name(e), *pair) for e in read for pair in _outliers(e.curves)]
+    for title, found in (
+        ("Rejected:", reasons),
+        ("Remarks on what was accepted:", remarks),
+        ("Unlike the others of their folder:", stands_out),
+    ):
+        if found:
+            parts.append("\n".join([title, *_grouped(found)]))
+    return "\n\n".join(parts)
+
+
+def _name(checked: Checked) -> str:
+    return " ".join(filter(None, [checked.breaker, checked.phase, checked.motion]))
+
+
+def _pairs(curves: xr.Dataset, kind: str) -> list[tuple[str, str]]:
+    return list(zip(curves.file.values.tolist(), curves[kind].values.tolist(), strict=True))
+
+
+def _table(checked: Sequence[Checked]) -> str:
+    rows = [["", "records", "accepted", "with remarks", "rejected", "stroke (mm)", "noise (mm)"]]
+    for each in checked:
+        if each.curves is None:
+            rows.append([_name(each), "none", "0", "", "", "", ""])
+            continue
+        count, remarked = each.curves.sizes["operation"], (each.curves.remarks != "").sum().item()
+        numbers = [count, each.accepted, remarked, count - each.accepted]
+        ranges = [_range(_strokes(each.curves)), _range(each.curves.noise.values)]
+        rows.append([_name(each), *map(str, numbers), *ranges])
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = (
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows
+    )
+    return "\n".join(map(str.rstrip, lines))
+
+
+def _range(values: np.ndarray) -> str:
+    values = values[np.isfinite(values)]
+    return f"{values.min():.3g} to {values.max():.3g}" if values.size else ""
+
+
+def _strokes(curves: xr.Dataset) -> np.ndarray:
+    """Way from the rest before time 0 to the last samples, ``(n,)``, mm; NaN if rejected."""
+    strokes = np.full(curves.sizes["operation"], np.nan)
+    rest = max(1, int(np.searchsorted(curves.time.values, 0.0)))
+    for i in np.flatnonzero(curves.accepted.values):
+        row = curves.travel.values[i]
+        there = np.flatnonzero(~np.isnan(row))
+        before = there[there < rest] if there[0] < rest else there[:1]
+        strokes[i] = abs(row[there[-max(1, there.size // 12) :]].mean() - row[before].mean())
+    return strokes
+
+
+def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
+    """Accepted records whose stroke or travel time is far from those of the others."""
+    travel = curves.travel.values
+    times = np.full(len(travel), np.nan)
+    whole = ~np.isnan(travel).any(axis=1)
+    if whole.any() and curves.time.values[0] < 0:
+        times[whole] = raw_time(curves.time.values, travel[whole], share=_SHARE)
+    found = []
+    for what, unit, values in (("stroke", "mm", _strokes(curves)), ("travel time", "ms", times)):
+        there = np.isfinite(values)
+        if there.sum() < _FEWEST:
+            continue
+        middle = float(np.median(values[there]))
+        spread = 1.4826 * float(np.median(np.abs(values[there] - middle)))
+        far = np.abs(values - middle) > max(_FAR * spread, _MATTERS * middle)
+        for i in np.flatnonzero(there & far):
+            said = f"its {what} is {values[i]:.4g} {unit}, that of most {middle:.4g} {unit}"
+            found.append((str(curves.file.values[i]), said))
+    return found
+
+
+def _grouped(found: Sequence[tuple[str, str, str]]) -> list[str]:
+    """Lines with each text once, where texts differ in numbers or cells only: how many, and the
+    first of them.
+    """
+    groups: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    for name, file, text in found:
+        bare = re.sub(rf"^{re.escape(file)}(?:, line \d+)?: ", "", text)
+        key = name, re.sub(r"'[^']*'|[\d.]+", "#", bare)
+        groups.setdefault(key, []).append((file, text.removeprefix(f"{file}: ")))
+    lines = []
+    for (name, _), members in sorted(groups.items(), key=lambda item: -len(item[1])):
+        file, text = members[0]
+        text = text if text.startswith(file) else f"{file}: {text}"
+        count = f"{len(members)} of {name}, first " if len(members) > 1 else f"{name}, "
+        indent = {"initial_indent": "  - ", "subsequent_indent": "    "}
+        lines += wrap(
+            count + text, _WIDTH, break_long_words=False, break_on_hyphens=False, **indent
+        )
+    return lines

@@ -1,0 +1,161 @@
+"""Settings guessed from the columns of an unknown record, each with what there is to say about it.
+
+What is sure goes without saying; every other guess has a remark. What a file does not tell is
+lacking, by key of ``endurance.format``.
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from breaker.files import TO_MM
+from breaker.inspection.channels import Travel
+from breaker.inspection.layouts import Layout
+from breaker.inspection.timing import Clock
+
+__all__ = ["Guess", "guess_direction", "guess_grid", "guess_rest", "guess_time", "guess_unit"]
+
+_MARGIN = 0.1  # share of the strokes seen that is allowed beyond them, so that a false gain shows
+_AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0
+_NEAR_ZERO = 0.25  # strokes, within which the rest nearer to 0 is taken for the open one
+_ALIKE = 1.15  # ratio of strokes, from which motions differ
+_PRIOR = (5.0, 40.0)  # mm, strokes for which the default prior may do
+_LONGER = 1.05  # times the longest motion, that a grid shall hold
+_SCALES = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # of the grid
+_LENGTHS = {"mm": (4.0, 250.0), "m": (0.004, 0.25), "um": (4e3, 2.5e5)}  # strokes, by size
+_CLOSES = re.compile(
+    r"(?<![a-z])(?:clos\w*|einschalt\w*|ein|ferme\w*|cierre|c[-_ ]?o)(?![a-z])|合[闸閘]"
+)
+_OPENS = re.compile(
+    r"(?<![a-z])(?:open\w*|trip\w*|ausschalt\w*|aus|ouvert\w*|apert\w*|o[-_ ]?c)(?![a-z])|分[闸閘]"
+)
+
+
+@dataclass(frozen=True)
+class Guess:
+    """Settings, what is lacking among them, and what has to be looked at, in words."""
+
+    settings: dict
+    lacking: dict[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+
+
+def guess_time(layout: Layout, clock: Clock) -> Guess:
+    """Guess the settings of the time."""
+    if clock.place is not None:
+        settings = {"time_column": layout.column(clock.place), "time_unit": clock.unit}
+        return Guess(settings, remarks=clock.remarks)
+    if np.isfinite(clock.rate):
+        return Guess({"time_column": None, "rate": clock.rate}, remarks=clock.remarks)
+    lacking = {"rate": "kHz, samples in a ms"}
+    remarks = (*clock.remarks, "there is no column of the time, and no rate is stated")
+    return Guess({"time_column": None, "rate": None}, lacking, remarks)
+
+
+def guess_unit(layout: Layout, travels: Sequence[Travel]) -> Guess:
+    """Guess the column of the travel and its unit."""
+    remarks, unit = [], travels[0].unit
+    stroke = float(np.median(strokes_of(travels)))
+    if unit is None:
+        sizes = (u for u, (low, high) in _LENGTHS.items() if low <= stroke <= high)
+        unit = next(sizes, "counts")
+        why = f"{unit} is a guess from the stroke of {stroke:.4g}"
+        remarks.append(f"the unit of the travel is not stated; {why}")
+    lacking = {}
+    if unit not in TO_MM:
+        lacking["ratio"] = f"mm for one {unit}; the stroke is {stroke:.4g} {unit}"
+        remarks.append(f"a travel in {unit} needs the mm of one: endurance.format.ratio, or table")
+    if len({travel.unit for travel in travels}) > 1:
+        remarks.append("the columns of travel have different units: choose one by --channel")
+    settings = {"travel_column": layout.column(travels[0].place), "travel_unit": unit}
+    return Guess(settings, lacking, tuple(remarks))
+
+
+def strokes_of(travels: Iterable[Travel]) -> np.ndarray:
+    """Return the ways of all motions, in the unit of the reading."""
+    return np.concatenate([travel.strokes for travel in travels])
+
+
+def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Guess:
+    """Guess the sign: by what names say of the first motion, or by an open breaker at zero."""
+    travel, remarks = travels[0], []
+    texts = (file.stem, file.absolute().parent.name, "\n".join(layout.preamble))
+    said = next(filter(None, map(_said, texts)), None)
+    before, after = np.abs(travel.levels[:2]) / travel.strokes[0]
+    seen = None
+    if min(before, after) <= _NEAR_ZERO < max(before, after):
+        seen = "closing" if before < after else "opening"
+    first = said or seen or "closing"
+    if said and seen and said != seen:
+        remarks.append(
+            f"by its names the file begins with {said}, but the reading is nearer to 0 "
+            f"{'before' if seen == 'closing' else 'after'} the motion than at its other end"
+        )
+    if not said and not seen:
+        remarks.append(
+            "neither a name nor a rest at 0 tells whether the file begins with closing or opening; "
+            "closing is a guess: if it is wrong, change endurance.format.sign"
+        )
+    if len({bool(each.rises[0]) for each in travels}) > 1:
+        remarks.append("the columns of travel move in different directions: choose by --channel")
+    sign = 1 if (first == "closing") == travel.rises[0] else -1
+    return Guess({"sign": sign}, remarks=tuple(remarks))
+
+
+def _said(text: str) -> str | None:
+    """Which of the motions a text names, if it is one alone."""
+    closes, opens = (bool(words.search(text.lower())) for words in (_CLOSES, _OPENS))
+    return None if closes == opens else "closing" if closes else "opening"
+
+
+def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) -> Guess:
+    """Guess zero and stroke, from where the breaker rests.
+
+    Args:
+        travels: Columns of travel.
+        mm: Size of one unit of the reading.
+        sign: 1 if the reading grows towards closed, -1 if it falls.
+        known: Whether ``mm`` is, rather than stands in for what is not.
+    """
+    remarks, strokes = [], mm * strokes_of(travels)
+    low, high = float(strokes.min()), float(strokes.max())
+    if high > _ALIKE * low:
+        remarks.append(f"the strokes of the motions differ: {low:.4g} to {high:.4g} mm")
+    if known and not _PRIOR[0] <= float(np.median(strokes)) <= _PRIOR[1]:
+        remarks.append(
+            f"a stroke of {np.median(strokes):.4g} mm is that of another size of breaker than "
+            "those of the default prior: set prior (and rigs) to your drive"
+        )
+    opens = mm * np.array([(sign * travel.levels).min() for travel in travels])
+    settings = {
+        "zero": "rest" if np.abs(opens).max() > _AT_ZERO else 0.0,
+        "stroke": [float(f"{(1 - _MARGIN) * low:.3g}"), float(f"{(1 + _MARGIN) * high:.3g}")],
+    }
+    return Guess(settings, remarks=tuple(remarks))
+
+
+def guess_grid(longest: float, rate: float, sensor: Mapping) -> Guess:
+    """Guess a grid that holds a motion, if that of the configuration does not.
+
+    Args:
+        longest: Time from the first motion to the rest, ms.
+        rate: Of the record, kHz.
+        sensor: The section ``sensor`` of the configuration.
+
+    Example:
+        >>> sensor = {"start": -2.0, "stop": 58.0, "samples": 151}
+        >>> guess_grid(50.0, 10.0, sensor).settings, guess_grid(90.0, 10.0, sensor).settings
+        ({}, {'start': -4.0, 'stop': 116.0, 'samples': 151})
+    """
+    if longest <= sensor["stop"]:
+        return Guess({})
+    step = (sensor["stop"] - sensor["start"]) / (sensor["samples"] - 1)
+    enough = [k for k in _SCALES if k * sensor["stop"] >= _LONGER * longest] or [_SCALES[-1]]
+    whole = [k for k in enough if abs(k * step * rate - round(k * step * rate)) < 1e-6]
+    k = (whole or enough)[0]
+    settings = {"start": k * sensor["start"], "stop": k * sensor["stop"]}
+    remark = f"a motion takes {longest:.0f} ms, longer than sensor.stop"
+    return Guess(settings | {"samples": sensor["samples"]}, remarks=(remark,))

@@ -1,0 +1,221 @@
+"""Settings for a record of unknown origin: proposed from what it looks like, confirmed by reading.
+
+A proposal holds only what differs from the defaults. What a file does not tell, such as the mm of a
+degree, is left to fill in; to try all else, a number stands in for it, and is not proposed.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from breaker.files import FORMAT, TO_MS, Operation, RejectedCurveError, complete
+from breaker.inspection.channels import Travel, find_travels
+from breaker.inspection.contents import look_into
+from breaker.inspection.guesses import (
+    guess_direction,
+    guess_grid,
+    guess_rest,
+    guess_time,
+    guess_unit,
+    strokes_of,
+)
+from breaker.inspection.layouts import Layout
+from breaker.inspection.timing import Clock, find_clock
+from breaker.records import Record, Scale, noise_remarks, read_record
+
+__all__ = ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"]
+
+_STILL = 15.0  # ms at rest, at least, after which a motion is over; a slow rebound takes longer
+_NOISE = 1.25  # times the noise of the settings, from which another is proposed
+_RATE, _STROKE = 10.0, 15.0  # kHz and mm that stand in for what is not known
+
+
+class InspectionError(ValueError):
+    """A file for which no settings can be proposed; the message has the reason."""
+
+
+@dataclass(frozen=True)
+class InspectedMotion:
+    """One motion of one channel, and how it was read with the proposal.
+
+    Attributes:
+        column: Name or number of the column.
+        operation: Where it is in the column.
+        motion: "closing" or "opening".
+        begins, arrives: Times, ms of the file, about: the first motion, and the rest after it.
+        record: The record; None if it was rejected.
+        said: Why it was, or what is doubtful about it; empty if nothing is.
+    """
+
+    column: str | int
+    operation: Operation
+    motion: str
+    begins: float
+    arrives: float
+    record: Record | None = None
+    said: str = ""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What was found in a file.
+
+    Attributes:
+        file: The file.
+        layout, clock, travels: Its text, its time, and its columns of travel.
+        settings: Keys of ``endurance.format`` that differ from their default.
+        sensor: Keys of ``sensor`` that differ from the configuration.
+        lacking: Keys of ``endurance.format`` that the file does not tell, and what they mean.
+        motions: Every motion of every channel.
+        remarks: What has to be looked at, in words.
+    """
+
+    file: Path
+    layout: Layout
+    clock: Clock
+    travels: Sequence[Travel]
+    settings: dict
+    sensor: dict
+    lacking: dict[str, str]
+    motions: Sequence[InspectedMotion]
+    remarks: Sequence[str]
+
+
+def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Proposal:
+    """Propose settings for a file, and read it with them.
+
+    Args:
+        file: File of one record.
+        sensor: The section ``sensor`` of the configuration.
+        channel: Name or number of the column of travel, where not all of them are meant.
+
+    Raises:
+        InspectionError: If no column of the file moves as a drive does.
+        LayoutError: If there are no columns of numbers.
+        RejectedCurveError: If the file cannot be read.
+    """
+    file = Path(file)
+    layout = look_into(file)
+    clock = find_clock(layout)
+    travels = _chosen(file, layout, clock, channel)
+    guesses = [
+        guess_time(layout, clock),
+        guess_unit(layout, travels),
+        guess_direction(file, layout, travels),
+    ]
+    settings, lacking = {**FORMAT, **layout.settings}, {}
+    for guess in guesses:
+        settings |= guess.settings
+        lacking |= guess.lacking
+    ratio = _STROKE / float(np.median(strokes_of(travels)))
+    tried = settings | {k: v for k, v in {"rate": _RATE, "ratio": ratio}.items() if k in lacking}
+    mm = abs(Scale.from_settings(tried).factor)
+    guesses.append(guess_rest(travels, mm, settings["sign"], known="ratio" not in lacking))
+    settings |= guesses[-1].settings
+    tried |= guesses[-1].settings
+    rate = _RATE if "rate" in lacking else clock.rate
+    found = [
+        each for travel in travels for each in _motions(file, layout, clock, travel, tried, rate)
+    ]
+    guesses.append(guess_grid(max(m.arrives - m.begins for m in found), rate, sensor))
+    changed = guesses[-1].settings
+    motions = _read(found, tried, sensor | changed)
+    if "ratio" in lacking:
+        settings["stroke"] = FORMAT["stroke"]
+    else:
+        changed |= _noise(motions, sensor)
+    motions = [_judged(each, sensor | changed) for each in motions]
+    return Proposal(
+        file=file,
+        layout=layout,
+        clock=clock,
+        travels=travels,
+        settings={key: value for key, value in settings.items() if value != FORMAT[key]},
+        sensor=changed,
+        lacking=lacking,
+        motions=motions,
+        remarks=[remark for guess in guesses for remark in guess.remarks],
+    )
+
+
+def _chosen(file: Path, layout: Layout, clock: Clock, channel: str) -> list[Travel]:
+    """The columns of travel, or the one that is asked for."""
+    travels = find_travels(layout, clock)
+    if not travels:
+        raise InspectionError(
+            f"{file}: none of {len(layout.columns)} columns moves between two rests as a drive "
+            "does; did the breaker move, and is the record longer than the motion?"
+        )
+    if not channel:
+        return travels
+    for travel in travels:
+        place = travel.place
+        if channel in (layout.names[place], str(layout.column(place)), str(place + 1)):
+            return [travel]
+    listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
+    raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
+
+
+def _motions(
+    file: Path, layout: Layout, clock: Clock, travel: Travel, settings: Mapping, rate: float
+) -> list[InspectedMotion]:
+    """The motions of a channel, to be read. One that is there more than once needs its part."""
+    start = 0.0
+    if clock.place is not None:
+        start = float(layout.columns[clock.place][0]) * TO_MS[clock.unit]
+    closing = travel.rises == (settings["sign"] > 0)
+    found = []
+    for k in range(travel.at.size):
+        part = travel.part(k) if (closing == closing[k]).sum() > 1 else (np.nan, np.nan)
+        begin, end = (start + i / rate for i in part)
+        operation = Operation(k + 1, file, begin=begin, end=end)
+        still = max(round(_STILL * rate), 2 * (travel.at[k] - travel.begins(k)))
+        times = (travel.begins(k), travel.arrives(k, still))
+        motion = "closing" if closing[k] else "opening"
+        column = layout.column(travel.place)
+        found.append(InspectedMotion(column, operation, motion, *(start + i / rate for i in times)))
+    return found
+
+
+def _read(
+    motions: Sequence[InspectedMotion], settings: Mapping, sensor: Mapping
+) -> list[InspectedMotion]:
+    """Motions as they are read."""
+    settings = complete(settings)
+    scale = Scale.from_settings(settings)
+    times = _times(sensor)
+    read = []
+    for each in motions:
+        try:
+            own = settings | {"travel_column": each.column}
+            record = read_record(each.operation, own, scale, times, each.motion)
+            read.append(replace(each, record=record))
+        except RejectedCurveError as error:
+            read.append(replace(each, said=str(error)))
+    return read
+
+
+def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
+    """The noise of the sensor, mm, where it is not that of the configuration."""
+    # Before later motions, the drive may still ring from the one before.
+    first = [each.record for each in motions if each.record and each.operation.number == 1]
+    seen = [record.noise.sd for record in first if np.isfinite(record.noise.sd)]
+    if not seen or 1 / _NOISE <= np.median(seen) / sensor["noise_sd"] <= _NOISE:
+        return {}
+    return {"noise_sd": float(f"{np.median(seen):.2g}")}
+
+
+def _judged(motion: InspectedMotion, sensor: Mapping) -> InspectedMotion:
+    """A motion with what is doubtful about its record, the noise compared with the sensor's."""
+    record = motion.record
+    if record is None:
+        return motion
+    step = float(record.time[1] - record.time[0])
+    noise = noise_remarks(record.noise, sensor["noise_sd"], step, _times(sensor))
+    return replace(motion, said="; ".join([*record.remarks, *noise]))
+
+
+def _times(sensor: Mapping) -> np.ndarray:
+    return np.linspace(sensor["start"], sensor["stop"], sensor["samples"])

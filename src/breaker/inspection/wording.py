@@ -1,0 +1,147 @@
+"""A proposal in words: what was found in a file, and the lines of configuration that read it."""
+
+import json
+import re
+from collections.abc import Sequence
+from textwrap import wrap
+
+import numpy as np
+import yaml
+
+from breaker.files import FORMAT
+from breaker.inspection.proposals import InspectedMotion, Proposal
+
+__all__ = ["overlay_of", "report_of"]
+
+_LINES = 10  # of an overlay
+_WIDTH = 100  # signs of a line
+
+
+def overlay_of(proposal: Proposal) -> str:
+    """Return the lines of YAML to lay over config/config.yaml, ten at most.
+
+    A key that the file does not tell stands there without a value, so that the configuration is
+    refused until it is filled in.
+    """
+    given = {**proposal.settings, **dict.fromkeys(proposal.lacking)}
+    given = {key: given[key] for key in FORMAT if key in given}
+    pairs = [f"{key}: {_yaml(value)}" for key, value in given.items()]
+    sensor = [f"sensor: {_yaml(proposal.sensor)}"] if proposal.sensor else []
+    lines = []
+    for key, pair in zip(given, pairs, strict=True):
+        why = f"  # FILL IN: {proposal.lacking[key]}" if key in proposal.lacking else ""
+        lines.append(f"    {pair}{why}")
+    if 2 + len(lines) + len(sensor) > _LINES:
+        lacking = [line.lstrip() for line in lines if "# FILL IN" in line]
+        rest = ", ".join(p for k, p in zip(given, pairs, strict=True) if k not in proposal.lacking)
+        packed = wrap(rest, _WIDTH - 6, break_long_words=False, break_on_hyphens=False)
+        commas = [line.replace("  #", ",  #") for line in lacking]
+        lines = ["    {", *(f"      {line}" for line in [*commas, *packed]), "    }"]
+    return "\n".join(["endurance:", "  format:", *lines, *sensor, ""])
+
+
+def _yaml(value: object) -> str:
+    """A value on one line of YAML; None as nothing behind the key of what is to be filled in."""
+    if isinstance(value, str) and len(value) == 1:
+        return json.dumps(value)  # a sign
+    text = yaml.safe_dump(
+        value, default_flow_style=True, allow_unicode=True, width=np.inf, sort_keys=False
+    )
+    return text.removesuffix("...\n").strip()
+
+
+def report_of(proposal: Proposal) -> str:
+    """Return what was found in a file, and whether it can be read with the proposal."""
+    parts = [f"{proposal.file}\n  {_text(proposal)}\n  {_time(proposal)}", _table(proposal)]
+    said = [*proposal.remarks, *_said_of(proposal)]
+    if said:
+        parts.append("To look at:\n" + "\n".join(map(_indented, said)))
+    if proposal.lacking:
+        lacking = " and ".join(proposal.lacking)
+        parts.append(
+            f"Fill in {lacking}. In the table above, a number stands in for what is lacking."
+        )
+    return "\n\n".join(parts)
+
+
+def _said_of(proposal: Proposal) -> list[str]:
+    """What there is to say of single motions; once, where several differ in numbers only."""
+    places: dict[tuple[str, str], list[str]] = {}
+    texts = {}
+    for each in proposal.motions:
+        if each.said:
+            key = each.motion, re.sub(r"[\d.]+", "", each.said)
+            places.setdefault(key, []).append(each.column)
+            texts.setdefault(key, each.said)
+    more = {key: f" and {len(at) - 1} more" if len(at) > 1 else "" for key, at in places.items()}
+    return [f"{key[0]}, {places[key][0]}{more[key]}: {text}" for key, text in texts.items()]
+
+
+def _indented(text: str) -> str:
+    lines = wrap(text, _WIDTH - 4, break_long_words=False, break_on_hyphens=False)
+    return "  - " + "\n    ".join(lines)
+
+
+def _text(proposal: Proposal) -> str:
+    layout, signs = proposal.layout, ""
+    if "delimiter" in layout.settings:
+        between = {"\t": "a tab", " ": "blanks"}.get(layout.settings["delimiter"])
+        between = between or repr(layout.settings["delimiter"])
+        signs = f": {{encoding}}, {between} between columns, decimal sign {{decimal!r}}"
+        signs = signs.format(**layout.settings)
+    named = "names" if any(layout.names) else "no names"
+    return (
+        f"{layout.kind}{signs}; {len(layout.preamble)} lines of text, {named}, "
+        f"{len(layout.columns)} columns, {layout.columns[0].size} samples"
+    )
+
+
+def _time(proposal: Proposal) -> str:
+    clock = proposal.clock
+    lasts = f"{proposal.layout.columns[0].size / clock.rate:.1f} ms"
+    if clock.place is not None:
+        column = proposal.layout.column(clock.place)
+        return f"time: column {column!r} in {clock.unit}, {clock.rate:.4g} kHz, {lasts}"
+    if np.isnan(clock.rate):
+        return "time: no column, and no rate is stated"
+    return f"time: no column, {clock.rate:g} kHz, {lasts}"
+
+
+_COLUMNS = (
+    ("column", "{:<12}"),
+    ("motion", "{:<8}"),
+    ("first motion", "{:>12}"),
+    ("rest by", "{:>9}"),
+    ("stroke", "{:>9}"),
+    ("noise", "{:>8}"),
+    ("colour", "{:>7}"),
+    ("quantum", "{:>8}"),
+    ("doubtful", "{:>8}"),
+    ("as proposed", "{}"),
+)
+
+
+def _table(proposal: Proposal) -> str:
+    """A line for each motion of each channel; times in ms, lengths in mm."""
+    rows = [[name for name, _ in _COLUMNS], *map(_row, proposal.motions)]
+    form = "  " + "  ".join(form for _, form in _COLUMNS)
+    lines = [form.format(*row).rstrip() for row in rows]
+    return "\n".join(["  times in ms, lengths in mm", *lines])
+
+
+def _row(each: InspectedMotion) -> Sequence[str]:
+    place = [str(each.column), each.motion]
+    record = each.record
+    if record is None:
+        return [*place, f"{each.begins:.1f}", f"{each.arrives:.1f}", *[""] * 5, "REJECTED"]
+    return [
+        *place,
+        f"{record.moves:.1f}",
+        f"{each.arrives:.1f}",
+        f"{record.segment.stroke:.4g}",
+        f"{record.noise.sd:.2g}",
+        f"{record.noise.colour:.2f}",
+        f"{record.quantum:.2g}" if record.quantum else "fine",
+        str(record.numbers["masked"]),
+        "accepted",
+    ]

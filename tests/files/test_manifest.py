@@ -1,0 +1,143 @@
+"""The table of operations is read strictly: each mistake has its line, column and remedy."""
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from breaker.files.manifest import COLUMNS, read_manifest
+
+HEAD = "file,motion,operation"
+
+
+def read(tmp_path, text, encoding="utf-8"):
+    file = tmp_path / "operations.csv"
+    file.write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
+    return read_manifest(file)
+
+
+def test_a_table_says_all_there_is_to_say(tmp_path):
+    (first, second, third) = read(
+        tmp_path,
+        "operation,file,motion,channel,breaker,phase,date,temperature,event,from,to\n"
+        '7,run/op 1.csv,closing,travel A,Q0,L1,2024-11-20T15:13:07,21.5,"greased, set",0,99.5\n'
+        "007,run/op 1.csv,Opening,travel A,Q0,L1,20.11.2024,-3,,200,\n"
+        "\n"
+        "8,run/öp 2.xlsx,closing,,Q0,L1,,,,,\n",
+    )
+    motion, operation = first
+    assert (motion, operation.number, operation.channel) == ("closing", 7, "travel A")
+    assert operation.file == tmp_path / "run/op 1.csv"
+    assert (operation.begin, operation.end) == (0.0, 99.5)
+    assert (operation.breaker, operation.phase) == ("Q0", "L1")
+    assert (operation.date, operation.temperature) == ("2024-11-20T15:13:07", 21.5)
+    assert operation.event == "greased, set"
+    motion, operation = second
+    assert (motion, operation.number, operation.date) == ("opening", 7, "2024-11-20")
+    assert operation.begin == 200.0
+    assert math.isnan(operation.end)
+    assert math.isnan(third[1].temperature)
+    assert third[1].event == ""
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("delimiter", [",", ";"])
+def test_tables_of_any_office_are_read(tmp_path, encoding, end, delimiter):
+    lines = [HEAD + ",event", "ä.csv,closing,1,", "b.csv,closing,2,"]
+    text = end.join(lines).replace(",", delimiter) + end
+    found = read(tmp_path, text, encoding)
+    assert [each.number for _, each in found] == [1, 2]
+    assert found[0][1].file.name == "ä.csv"
+
+
+def test_semicolons_leave_the_comma_for_decimals(tmp_path):
+    text = "file;motion;operation;temperature;to\na.csv;closing;1;21,5;{}\n"
+    assert read(tmp_path, text.format("99,25"))[0][1].temperature == 21.5
+    assert read(tmp_path, text.format("99,25"))[0][1].end == 99.25
+    with pytest.raises(ValueError, match=r"line 2, column to: '1,000' is no number"):
+        read(tmp_path, text.format("1,000"))  # a thousand to some
+
+
+WRONG = [
+    ("", "operations.csv: is empty"),
+    (HEAD, "line 1: no operation follows"),
+    ("a.csv,closing,1", "line 1, column 1: 'a.csv' is none of file, motion"),
+    ("file,motion", "line 1: there is no column operation"),
+    ("file,operation,counter", "'counter' is none of .*rename it"),
+    (f"{HEAD},file\na.csv,closing,1,a.csv", "line 1, column 4: file is there twice"),
+    ("file\tmotion\toperation\na.csv\tclosing\t1", "with commas or semicolons between"),
+    (f"{HEAD}\na.csv,closing", "line 2, column 3: the line has 2 cells, but 3 columns"),
+    (f"{HEAD}\na.csv,closing,1,", "line 2, column 4: the line has 4 cells, but 3 columns"),
+    (f'{HEAD}\n"a.csv,closing,1\n', "is no table: .*quotation marks"),
+    (f"{HEAD}\n,closing,1", "line 2, column file: is empty"),
+    (f"{HEAD}\n../a.csv,closing,1", "line 2, column file: '../a.csv' is not in the folder"),
+    (f"{HEAD}\nb/../../a.csv,closing,1", "is not in the folder of the table; put it there"),
+    (f"{HEAD}\n/etc/passwd,closing,1", "is not in the folder"),
+    (f"{HEAD}\nC:/a.csv,closing,1", "is not in the folder"),
+    (f"{HEAD}\nclosing\\a.csv,closing,1", "write / between"),
+    (f"{HEAD}\na\x00.csv,closing,1", r"cannot be printed|is no table"),
+    (f"{HEAD}\na.csv,close,1", "line 2, column motion: 'close' is neither closing nor opening"),
+    (f"{HEAD}\na.csv,,1", "column motion: '' is neither"),
+    (f"{HEAD}\na.csv,closing,1_000", "line 2, column operation: '1_000' is no counter"),
+    (f"{HEAD}\na.csv,closing,٣", "column operation: '٣' is no counter; .* digits 0 to 9"),
+    (f"{HEAD}\na.csv,closing,-1", "is no counter"),
+    (f"{HEAD}\na.csv,closing,1.0", "is no counter"),
+    (f"{HEAD}\na.csv,closing,{'9' * 23}", "9 is no counter of operations, which is at most"),
+    (f"{HEAD}\na.csv,closing,20241120", "write dates into the column date"),
+    (f"{HEAD}\na.csv,closing,1\n\nb.csv,closing,01", "line 4, column operation: closing 1 is in l"),
+    (f"{HEAD},date\na.csv,closing,1,11/20/2024", "line 2, column date: '11/20/2024' is no date"),
+    (
+        f"{HEAD},date\na.csv,closing,1,2024-02-30",
+        "column date: '2024-02-30' is no date: day is out",
+    ),
+    (f"{HEAD},temperature\na.csv,closing,1,293.15", "293.15 is not between -90 and 150 °C"),
+    (f"{HEAD},temperature\na.csv,closing,1,1e999", "is not between|is no number"),
+    (f"{HEAD},temperature\na.csv,closing,1,nan", "column temperature: 'nan' is no number"),
+    (f"{HEAD},temperature\na.csv,closing,1,2_0", "column temperature: '2_0' is no number"),
+    (f"{HEAD},from,to\na.csv,closing,1,20,10", "column to: 10 is not after from, 20"),
+    (f"{HEAD},from\na.csv,closing,1,1e246", "column from: 1e246 is not between"),
+    (f"{HEAD},event\na.csv,closing,1,a\x1b[2J", r"column event: 'a\\x1b\[2J' has signs"),
+    (f"{HEAD},event\na.csv,closing,1,{'x' * 201}", "column event: has 201 signs"),
+    (f"{HEAD}\nä.csv,closing,1".encode("latin-1"), "line 2: is not UTF-8; save"),
+    (f"{HEAD}\na.csv,closing,1".encode("utf-16"), "line 1: is not UTF-8"),
+]
+
+
+@pytest.mark.parametrize(("text", "reason"), WRONG)
+def test_a_mistake_is_named_with_its_place_and_remedy(tmp_path, text, reason):
+    with pytest.raises(ValueError, match=reason) as told:
+        read(tmp_path, text)
+    assert "operations.csv" in str(told.value)
+    assert str(told.value).replace("\n", "").isprintable()
+
+
+def test_all_mistakes_are_named_at_once_up_to_ten(tmp_path):
+    with pytest.raises(ValueError, match="is wrong:") as told:
+        read(tmp_path, HEAD + "\na.csv,close,x" * 30)
+    lines = str(told.value).splitlines()
+    assert len(lines) == 12
+    assert lines[-1] == "  and 50 more"
+
+
+def test_the_same_number_may_stand_for_each_breaker_phase_and_motion(tmp_path):
+    rows = [f"{p}.csv,{m},1,{b},{p}" for b in "AB" for p in "UV" for m in ("closing", "opening")]
+    assert len(read(tmp_path, "\n".join([f"{HEAD},breaker,phase", *rows]))) == 8
+
+
+def test_a_table_of_a_long_life_takes_little_time(tmp_path):
+    rows = [f"closing/{i}.csv,closing,{i},2024-11-20,21.5" for i in range(1, 20001)]
+    assert len(read(tmp_path, "\n".join([f"{HEAD},date,temperature", *rows]))) == 20000
+
+
+def test_the_example_of_the_documentation_is_read(tmp_path):
+    text = (Path(__file__).parents[2] / "docs/usage.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```\n(file,motion,operation,.*?)```", text, re.DOTALL)
+    found = read(tmp_path, example)
+    assert [(motion, each.number) for motion, each in found] == [
+        ("closing", 1),
+        ("opening", 1),
+        ("closing", 2),
+    ]
+    assert set(example.split("\n", 1)[0].split(",")) == set(COLUMNS)

@@ -1,0 +1,95 @@
+"""The number in a name counts operations where the names leave no doubt; else there is a reason."""
+
+import random
+
+import pytest
+
+from breaker.files.naming import numbers_in
+
+CLEAR = [
+    (["operation_0001"], [1]),
+    (["12"], [12]),
+    (["op-12"], [12]),
+    (["op_0005_closing"], [5]),
+    (["closing_00030", "closing_00031"], [30, 31]),
+    (["000001", "000059", "010203"], [1, 59, 10203]),
+    (["operation_2024", "operation_2025"], [2024, 2025]),
+    (["operation_0007_10kHz", "operation_0008_10kHz"], [7, 8]),
+    (["2024-03-05_breaker7_0310", "2024-03-05_breaker7_0311"], [310, 311]),
+    (["op_1_2024-11-20", "op_2_2024-11-20"], [1, 2]),
+    (["record (1)", "record (2)"], [1, 2]),
+    (["op_1", "op_2_after_service"], [1, 2]),
+]
+UNCLEAR = [
+    (["closing"], "has no number"),
+    (["op_٣"], "has no number"),
+    (["op_²"], "has no number"),
+    (["closing_20-11-2024_15-13-07"], "has 6 numbers, 20, 11, 2024, 15, 13 and 7, and no other"),
+    (["a_20-11-2024_15-13-07", "a_20-11-2024_15-14-09"], "2 of them vary"),
+    (["a_20-11-2024_15-13-07", "a_20-11-2024_15-13-09"], "part of a date or time"),
+    (["operation_0007_10kHz"], "has 2 numbers, 7 and 10, and no other name shows which one"),
+    (["op_0007_10kHz", "op_0008_20kHz"], "has 2 numbers, 7 and 10, and 2 of them vary"),
+    (["2024-11-20", "2024-11-21"], "part of a date or time"),
+    (["20241120", "20241121"], "part of a date or time"),
+    (["01122024"], "part of a date or time"),
+    (["241120", "241121"], "looks like a date or time"),
+    (["151307"], "looks like a date or time"),
+    (["010125", "020125"], "looks like a date"),
+    (["2024325"], "looks like a date"),
+    (["20241120T151307", "20241120T151309"], "part of a date or time"),
+    (["20241120T091307", "20241120T091309"], "part of a date or time"),
+    (["2024-11-20_0907", "2024-11-20_0908"], "part of a date or time"),
+    (["20-Nov-2024_7", "21-Nov-2024_7"], "part of a date or time"),
+    (["20-11-24_7", "21-11-24_7"], "part of a date or time"),
+    (["run_15h13", "run_15h14"], "part of a date or time"),
+    (["1732115587", "1732115599"], "too large for a counter"),
+    (["1732115587123"], "too large for a counter"),
+    (["9" * 200], "too large for a counter"),
+    (["closing_L1", "closing_L2", "closing_L3"], "belongs to 'L' before it"),
+    (["closing_ch2"], "belongs to 'ch' before it"),
+    (["closing_phase_1"], "belongs to 'phase' before it"),
+    (["breaker7"], "belongs to 'breaker' before it"),
+    (["closing_v2"], "belongs to 'v' before it"),
+    (["closing_220V", "closing_230V"], "belongs to 'V' after it"),
+    (["closing_10 kHz"], "belongs to 'kHz' after it"),
+    (["closing_90%"], "belongs to '%' after it"),
+    (["gap_0.5", "gap_0.6"], "part of a number with a point"),
+    (["op_5.v2"], "has 2 numbers, 5 and 2"),
+    (["op_1_05", "op_1_5"], "has 2 numbers, 1 and 5"),
+]
+
+
+@pytest.mark.parametrize(("stems", "numbers"), CLEAR)
+def test_a_name_without_doubt_says_its_number(stems, numbers):
+    assert numbers_in(stems) == numbers
+
+
+@pytest.mark.parametrize(("stems", "reason"), UNCLEAR)
+def test_a_name_with_a_doubt_says_no_number(stems, reason):
+    found = numbers_in(stems)
+    assert all(isinstance(each, str) for each in found), found
+    assert reason in found[0]
+
+
+def test_no_name_that_is_added_changes_the_number_of_another_one():
+    """Random folders of names of a few fields: a number that a name says stays or becomes a
+    doubt."""
+    rng = random.Random(0)
+    forms = ["op_{}", "{}_{}", "a{}-{}_{}", "{:04d}_{}kHz", "2024-11-{:02d}_{}", "x {} ({})"]
+    changed = 0
+    for _ in range(500):
+        stems = [
+            rng.choice(forms[: rng.randint(1, 6)]).format(*(rng.randint(1, 3) for _ in range(3)))
+            for _ in range(8)
+        ]
+        before = numbers_in(stems[:4])
+        for old, new in zip(before, numbers_in(stems), strict=False):
+            if isinstance(old, int) and isinstance(new, int):
+                assert old == new, stems
+            changed += isinstance(old, int) != isinstance(new, int)
+    assert changed > 20  # the folders are such that names do become ambiguous
+
+
+def test_the_order_of_names_does_not_matter():
+    stems = [stem for each, _ in CLEAR for stem in each]
+    assert numbers_in(stems[::-1])[::-1] == numbers_in(stems)

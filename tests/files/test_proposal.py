@@ -1,0 +1,126 @@
+"""A table is proposed for any folder of records, says what to check, and can be read as it is."""
+
+import os
+
+import pytest
+
+from breaker.cli import main
+from breaker.files.listing import list_operations
+from breaker.files.manifest import read_manifest
+from breaker.files.proposal import propose_manifest
+
+
+def folder_of(tmp_path, *names):
+    """A folder with files that were written in the order of their names."""
+    for i, name in enumerate(names):
+        file = tmp_path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("")
+        os.utime(file, (1e9 + i, 1e9 + i))
+    return tmp_path
+
+
+def proposed(tmp_path, *names):
+    """Rows of the proposal as motion, counter, breaker, file and date, and what to check."""
+    folder = folder_of(tmp_path, *names)
+    text, remarks = propose_manifest(folder)
+    (folder / "operations.csv").write_text(text, encoding="utf-8")
+    rows = read_manifest(folder / "operations.csv")
+    return [
+        (motion, o.number, o.breaker, o.file.relative_to(folder).as_posix(), o.date)
+        for motion, o in rows
+    ], remarks
+
+
+def test_numbers_are_those_of_the_names_where_they_say_them(tmp_path):
+    rows, remarks = proposed(tmp_path, "closing/op_7_10kHz.csv", "closing/op_12_10kHz.csv")
+    assert [row[:2] for row in rows] == [("closing", 7), ("closing", 12)]
+    assert remarks == []
+
+
+def test_else_the_dates_in_the_names_order_them(tmp_path):
+    names = [f"x_{day}-11-2024_15-13-07.csv" for day in (21, 3, 20)]
+    rows, remarks = proposed(tmp_path, *(f"{m}/{n}" for m in ("closing", "opening") for n in names))
+    assert [row[1] for row in rows] == [1, 1, 2, 2, 3, 3]
+    assert [row[4][:10] for row in rows[::2]] == ["2024-11-03", "2024-11-20", "2024-11-21"]
+    assert rows[0][4] == "2024-11-03T15:13:07"
+    assert any("in the order of the dates in their names" in each for each in remarks)
+    assert any("the day before the month" in each for each in remarks)
+
+
+def test_else_the_times_of_writing_do(tmp_path):
+    rows, remarks = proposed(tmp_path, "closing/b_1_5.csv", "closing/a_2_7.csv")
+    assert [(row[1], row[3]) for row in rows] == [
+        (1, "closing/b_1_5.csv"),
+        (2, "closing/a_2_7.csv"),
+    ]
+    assert any("times at which the files were written" in each for each in remarks)
+
+
+def test_folders_say_motion_and_breaker(tmp_path):
+    names = ["Q1/Einschaltung ein/1.csv", "Q1/AUS/1.csv", "Q2/1_close.csv", "Q2/1_trip.csv"]
+    rows, _ = proposed(tmp_path, *names)
+    assert [row[:4] for row in rows] == [
+        ("closing", 1, "Q1", names[0]),
+        ("opening", 1, "Q1", names[1]),
+        ("closing", 1, "Q2", names[2]),
+        ("opening", 1, "Q2", names[3]),
+    ]
+
+
+@pytest.mark.parametrize("names", [["1.csv", "2.csv"], ["close-open 1.csv", "close-open 2.csv"]])
+def test_a_file_of_no_said_motion_may_hold_both(tmp_path, names):
+    rows, remarks = proposed(tmp_path, *names)
+    assert [row[:2] for row in rows] == [
+        ("closing", 1),
+        ("opening", 1),
+        ("closing", 2),
+        ("opening", 2),
+    ]
+    assert "the motion of 2 files, so each has a row of both" in remarks[0]
+
+
+def test_any_mixture_gives_a_table_that_can_be_read(tmp_path):
+    names = ["closing/x_1_2.csv", "closing/x_1_3.csv", "z.csv", "opening/1.csv", "Q/deep/er/8.xlsx"]
+    names += ["closing/a,b \"q;'.csv", "opening/ä ö.txt", ".hidden/1.csv", "~$1.xlsx", "notes.md"]
+    rows, _ = proposed(tmp_path, *names, "store.zarr/0/1.csv")
+    assert {row[3] for row in rows} == {*names[:7], "store.zarr"}
+    for motion in ("closing", "opening"):
+        for breaker in ("", "Q/deep/er"):
+            of = [row[1] for row in rows if (row[0], row[2]) == (motion, breaker)]
+            assert of == list(range(1, len(of) + 1)) or of == [8]
+
+
+def test_what_no_table_can_name_is_left_out_and_said(tmp_path):
+    folder = folder_of(tmp_path, "closing/1.csv", "closing/{x} 2.csv", "closing/3\n.csv")
+    os.mkfifo(folder / "closing/4.csv")
+    with open(os.fsencode(folder) + b"/closing/caf\xe9 5.csv", "w"):
+        pass
+    text, remarks = propose_manifest(folder)
+    assert len(text.splitlines()) == 2
+    assert len(remarks) == 4
+    assert all(each.startswith("left out: ") and each.isprintable() for each in remarks)
+
+
+def test_the_command_writes_it_once(tmp_path, capsys):
+    folder = folder_of(tmp_path, "closing/x_20-11-2024_15-13-07.csv")
+    with pytest.raises(ValueError, match="`breaker manifest"):
+        list_operations(folder, "closing")
+    table = folder / "operations.csv"
+    assert main(["manifest", str(folder)]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith("file,motion,operation,")
+    assert "check: " in shown.err
+    assert main(["manifest", str(folder), "--output", str(table)]) == 0
+    assert table.read_text() == shown.out
+    assert list_operations(folder, "closing")[0].number == 1
+    table.write_text("mine")
+    assert main(["manifest", str(folder), "--output", str(table)]) == 1
+    assert table.read_text() == "mine"
+    assert "is there already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["nowhere", "."])
+def test_a_folder_without_records_has_no_table(tmp_path, name, capsys):
+    assert main(["manifest", str(tmp_path / name)]) == 1
+    assert "no file of a record" in capsys.readouterr().err

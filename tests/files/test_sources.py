@@ -1,0 +1,333 @@
+"""Curve files that are no text: read as the same columns, or refused, whatever is wrong."""
+
+import io
+import struct
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+import xarray as xr
+
+from breaker.files import grids
+from breaker.files.guards import LARGEST, RejectedCurveError
+from breaker.files.listing import ENDINGS
+from breaker.files.settings import complete
+from breaker.files.sources import OTHER_KINDS, read_columns
+from breaker.model.randomness import generator
+from breaker.synthetic.dialects import DIALECTS
+
+TIME = np.round(0.1 * np.arange(60), 1)
+TRAVEL = np.round(0.02 * np.arange(60) ** 1.5, 3)
+PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
+
+
+def written(folder, name):
+    dialect = DIALECTS[name]
+    file = folder / dialect.file_name("closing", 1)
+    dialect.write(file, TIME, TRAVEL, motion="closing", operation=1)
+    return file
+
+
+def read(file, name, channel="", **settings):
+    return read_columns(file, complete({**DIALECTS[name].settings, **settings}), channel)
+
+
+def rejection(file, name, channel="", **settings):
+    with pytest.raises(RejectedCurveError) as caught:
+        read(file, name, channel, **settings)
+    message = str(caught.value)
+    assert message.startswith(str(file))
+    assert "\n" not in message
+    return message.removeprefix(str(file))
+
+
+# ---- workbooks --------------------------------------------------------------------------------
+
+
+def workbook(file, sheets):
+    book = openpyxl.Workbook()
+    for title, rows in sheets.items():
+        sheet = book.create_sheet(title)
+        for row in rows:
+            sheet.append(row)
+    book.remove(book.worksheets[0])
+    book.save(file)
+
+
+def test_the_first_sheet_that_has_the_columns_is_read(tmp_path):
+    file = tmp_path / "a.xlsx"
+    samples = list(zip(TIME.tolist(), TRAVEL.tolist(), strict=True))
+    samples[10] = (samples[10][0], None)
+    sheets = {
+        "cover": [["made by", "x"], ["travel"]],
+        "record": [[], ["Zeit und Weg"], [], ["Time [ms]", "Travel 2"], *samples, [], []],
+        "other": [["time", "travel 2"], *([t, 7] for t in TIME)],
+    }
+    workbook(file, sheets)
+    columns = read(file, "excel")
+    np.testing.assert_array_equal(columns.time, TIME)
+    assert np.flatnonzero(np.isnan(columns.travel)).tolist() == [10]
+    np.testing.assert_array_equal(np.delete(columns.travel, 10), np.delete(TRAVEL, 10))
+    assert columns.lines[0] == 5
+    # The decimal sign of texts does not matter to numbers; texts are held to it.
+    np.testing.assert_array_equal(read(file, "excel", decimal=",").time, TIME)
+    samples[20] = (samples[20][0], "0,25")
+    workbook(file, {"record": [["time", "travel 2"], *samples]})
+    assert read(file, "excel", decimal=",").travel[20] == 0.25
+    assert ", line 22: 'travel 2' is '0,25', which is not a number" in rejection(file, "excel")
+
+
+def test_a_workbook_without_the_columns_is_refused(tmp_path):
+    file = tmp_path / "a.xlsx"
+    workbook(file, {"a": [["t", "s"], [0.0, 1.0], [0.1, 1.0]], "b": []})
+    assert ": no line has 'time' and 'travel 2'" in rejection(file, "excel")
+    workbook(file, {"a": []})
+    assert ": is empty" in rejection(file, "excel")
+
+
+def test_a_bomb_and_endless_rows_are_refused(tmp_path):
+    file = written(tmp_path, "excel")
+    with zipfile.ZipFile(file, "a", zipfile.ZIP_DEFLATED) as parts:
+        parts.writestr("xl/media/zeros", bytes(LARGEST))
+    assert file.stat().st_size < 200_000
+    assert "64 MiB when unpacked" in rejection(file, "excel")
+    far = tmp_path / "far.xlsx"
+    book = openpyxl.Workbook()
+    book.active.cell(row=1_048_576, column=16_384, value=1.0)
+    book.save(far)
+    assert "is empty" in rejection(far, "excel")
+
+
+def test_an_old_workbook_is_refused_with_the_remedy(tmp_path):
+    file = tmp_path / "a.XLS"
+    file.write_bytes(b"\xd0\xcf\x11\xe0")
+    assert "save it as .xlsx" in rejection(file, "excel")
+
+
+# ---- COMTRADE ---------------------------------------------------------------------------------
+
+
+def recorded(file, *, kind="ASCII", rate=10_000.0, steps=None, unit="mm", sides="1,1,P", count=60):
+    """Write a pair of files with two channels, the second of which is the travel."""
+    steps = np.rint(TRAVEL / 0.001).astype(int) if steps is None else steps
+    channels = [f"{i},{n},,,{unit},0.001,0,0,-99999,99999,{sides}" for i, n in ((1, "I"), (2, "S"))]
+    head = ["station,7,1999", "3,2A,1D", *channels, "1,trip,,,0", "50"]
+    head += ["1", f"{rate},{count}"] if rate else ["0", f"0,{count}"]
+    head += 2 * ["20/11/2024,15:13:07.000000"] + [kind, "1", ""]
+    file.write_text("\n".join(head), encoding="utf-8")
+    stamps = np.rint(1e3 * TIME).astype(int)
+    rows = list(zip(range(1, 61), stamps.tolist(), steps.tolist(), strict=True))
+    if kind == "ASCII":
+        data = "".join(f"{n},{t},5,{x},0\n" for n, t, x in rows).encode()
+    else:
+        form = {"BINARY": "<IIhhH", "BINARY32": "<IIiiH"}[kind]
+        data = b"".join(struct.pack(form, n, t, 5, x, 0) for n, t, x in rows)
+    file.with_suffix(".dat").write_bytes(data)
+    return data
+
+
+@pytest.mark.parametrize("kind", ["ASCII", "BINARY", "BINARY32"])
+@pytest.mark.parametrize("rate", [10_000.0, None])
+def test_comtrade_is_read_by_name_and_number(tmp_path, kind, rate):
+    file = tmp_path / "a.cfg"
+    recorded(file, kind=kind, rate=rate)
+    for channel in ("S", "s", "2"):
+        columns = read(file, "comtrade", channel)
+        np.testing.assert_allclose(columns.travel, TRAVEL, atol=1e-9)
+        np.testing.assert_allclose(columns.time, 1e-3 * TIME, atol=1e-12)
+    np.testing.assert_allclose(read(file, "comtrade", "S", time_unit="us").time, 1e3 * TIME)
+    assert "no column 'Travel A' among 'I', 'S'" in rejection(file, "comtrade")
+
+
+def test_comtrade_in_one_file_is_read(tmp_path):
+    pair, single = tmp_path / "a.cfg", tmp_path / "b.CFF"
+    for kind in ("ASCII", "BINARY"):
+        data = recorded(pair, kind=kind)
+        head = pair.read_bytes()
+        parts = b"--- file type: CFG ---\r\n" + head + b"\r\n--- file type: INF ---\r\nx\r\n"
+        stated = kind.encode() + b": %d" % len(data)
+        single.write_bytes(parts + b"--- file type: DAT " + stated + b" ---\r\n" + data)
+        np.testing.assert_allclose(read(single, "comtrade", "S").travel, TRAVEL, atol=1e-9)
+    single.write_bytes(parts)
+    assert "lacks its part CFG or DAT" in rejection(single, "comtrade", "S")
+
+
+def test_comtrade_with_missing_samples_and_gaps(tmp_path):
+    file = tmp_path / "a.cfg"
+    steps = np.rint(TRAVEL / 0.001).astype(int)
+    steps[20] = -32768
+    recorded(file, kind="BINARY", steps=steps)
+    assert np.flatnonzero(np.isnan(read(file, "comtrade", "S").travel)).tolist() == [20]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"count": 61}, "says that there are 61 samples, but its data have 60; copy both again"),
+        ({"count": 59}, "says that there are 59 samples, but its data have 60; copy both again"),
+        ({"count": 10**12}, "says that there are 1000000000000 samples"),
+        ({"unit": "deg"}, "the unit of 'S' is 'deg', but endurance.format.travel_unit is 'mm'"),
+    ],
+)
+def test_comtrade_whose_parts_contradict_is_refused(tmp_path, change, reason):
+    file = tmp_path / "a.cfg"
+    for kind in ("ASCII", "BINARY"):
+        recorded(file, kind=kind, **change)
+        assert reason in rejection(file, "comtrade", "S")
+
+
+def test_damaged_comtrade_is_refused(tmp_path):
+    file = tmp_path / "a.cfg"
+    data = recorded(file)
+    head = file.read_text(encoding="utf-8")
+    file.write_text(head.replace("3,2A,1D", "999999999,999999998A,1D"), encoding="utf-8")
+    assert "does not describe the channels that it counts" in rejection(file, "comtrade", "S")
+    file.write_text(head.replace("ASCII", "OTHER"), encoding="utf-8")
+    assert "unknown type 'OTHER'" in rejection(file, "comtrade", "S")
+    file.write_text(head.replace("1,1,P", "100,1,S"), encoding="utf-8")
+    assert "secondary side" in read(file, "comtrade", "S").remarks[0]
+    file.write_text(head, encoding="utf-8")
+    for cell in (b"1_000", b"x", b"1e246", "١".encode()):
+        file.with_suffix(".dat").write_bytes(data.replace(b",5,20,", b",5," + cell + b",", 1))
+        assert rejection(file, "comtrade", "S")
+    file.with_suffix(".dat").unlink()
+    assert "a.dat is not there; copy both files" in rejection(file, "comtrade", "S")
+
+
+# ---- NetCDF and Zarr --------------------------------------------------------------------------
+
+
+def labelled(**units):
+    units = {"travel": "mm", "time": "ms", **units}
+    return xr.Dataset(
+        {"travel": ("time", TRAVEL, {"units": units["travel"]}), "scalar": 1.0},
+        coords={"time": ("time", TIME, {"units": units["time"]})},
+    )
+
+
+WRITE = {
+    "3.nc": lambda data, file: data.to_netcdf(file, engine="scipy"),
+    "4.nc": lambda data, file: data.to_netcdf(file, engine="h5netcdf"),
+    "a.zarr": lambda data, file: data.to_zarr(file, mode="w", consolidated=False),
+}
+
+
+@pytest.mark.parametrize("name", WRITE)
+def test_labelled_arrays_are_read(tmp_path, name):
+    file = tmp_path / name
+    WRITE[name](labelled(time="milliseconds since 2024-11-20"), file)
+    columns = read(file, "netcdf")
+    np.testing.assert_array_equal(columns.travel, TRAVEL)
+    np.testing.assert_array_equal(columns.time, TIME)
+    WRITE[name](labelled(travel="deg"), file)
+    assert rejection(file, "netcdf").startswith(": the unit of 'travel' is 'deg', but endurance.")
+
+
+@pytest.mark.parametrize("name", ["3.nc", "a.zarr"])
+def test_what_is_no_record_in_labelled_arrays_is_refused(tmp_path, name):
+    file = tmp_path / name
+    WRITE[name](labelled().rename(time="t").expand_dims(phase=1), file)
+    np.testing.assert_array_equal(read(file, "netcdf").time, TIME)
+    assert read(file, "netcdf", time_column=None, rate=10).time is None
+    WRITE[name](labelled(time="s"), file)
+    assert "the unit of 'time' is 's'" in rejection(file, "netcdf")
+    assert "no column 'position' among" in rejection(file, "netcdf", "position")
+    assert "no single record" in rejection(file, "netcdf", "scalar")
+    WRITE[name](labelled().expand_dims(phase=2), file)
+    assert "no single record: its sizes are" in rejection(file, "netcdf")
+    WRITE[name](labelled().drop_vars("time"), file)
+    assert "no column 'time' among" in rejection(file, "netcdf")
+
+
+def test_a_damaged_file_that_takes_for_ever_is_refused(tmp_path, monkeypatch):
+    """The library of HDF5 hangs in some; it reads in a process that is ended."""
+    file = tmp_path / "a.nc"
+    WRITE["4.nc"](labelled(), file)
+    monkeypatch.setattr(grids, "_PATIENCE", 0.01)
+    assert "cannot be read within 0.01 s; export it again" in rejection(file, "netcdf")
+    monkeypatch.undo()
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+    assert "is a NetCDF file that cannot be read (OSError" in rejection(file, "netcdf")
+
+
+def test_a_file_is_no_store(tmp_path):
+    (tmp_path / "a.zarr").write_bytes(b"")
+    assert "not a folder" in rejection(tmp_path / "a.zarr", "netcdf")
+    (tmp_path / "b.nc").mkdir()
+    assert "is a folder" in rejection(tmp_path / "b.nc", "netcdf")
+
+
+# ---- damage, and what is not installed ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["excel", "comtrade", "netcdf"])
+def test_damaged_files_are_read_or_refused(tmp_path, name):
+    """Cut and with flipped bytes: never another error."""
+    file = written(tmp_path, name)
+    whole, rng = file.read_bytes(), generator(1, "test damage", name)
+    refused = 0
+    for i in range(60):
+        damaged = bytearray(whole)
+        if i % 3 == 0:
+            del damaged[rng.integers(len(whole)) :]
+        for place in rng.integers(max(1, len(damaged)), size=i % 5):
+            if damaged:
+                damaged[place % len(damaged)] = rng.integers(256)
+        file.write_bytes(damaged)
+        try:
+            read(file, name)
+        except RejectedCurveError:
+            refused += 1
+    assert refused > 20
+
+
+@pytest.mark.parametrize(
+    ("name", "package", "extra"),
+    [
+        ("excel", "openpyxl", "excel"),
+        ("comtrade", "comtrade", "comtrade"),
+        ("netcdf", "h5netcdf", "netcdf"),
+    ],
+)
+def test_a_missing_package_is_named_with_the_command(tmp_path, monkeypatch, name, package, extra):
+    file = written(tmp_path, name)
+    if name == "netcdf":
+        WRITE["4.nc"](labelled(), file)
+    monkeypatch.setitem(sys.modules, package, None)
+    message = rejection(file, name)
+    assert message.endswith(f'which needs {package}: pip install "breaker[{extra}]"')
+
+
+def test_extras_are_tested():
+    extras = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    needed = {extra for _, _, extra in OTHER_KINDS.values()}
+    assert needed == set(extras) - {"test"}
+    assert all(set(extras[extra]) <= set(extras["test"]) for extra in needed)
+
+
+def test_every_kind_is_looked_for_in_a_folder():
+    assert set(OTHER_KINDS) <= set(ENDINGS)
+
+
+def test_texts_need_none_of_these_packages():
+    code = "import sys, breaker.files.sources; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"openpyxl", "comtrade", "h5py", "xarray"} & set(done.stdout.split())
+
+
+def test_a_workbook_is_no_text(tmp_path):
+    """Nor is any other packed file: nothing is read from it by accident."""
+    file = tmp_path / "a.csv"
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as parts:
+        parts.writestr("time,travel", "1,2")
+    file.write_bytes(content.getvalue())
+    for encoding in ("utf-8", "latin-1", "utf-16", "gbk"):
+        with pytest.raises(RejectedCurveError):
+            read_columns(file, complete({"encoding": encoding}))

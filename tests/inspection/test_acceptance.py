@@ -1,0 +1,128 @@
+"""What is said of a folder before any training."""
+
+import numpy as np
+import pytest
+
+from breaker.inspection.acceptance import check_folder, checked_text
+from breaker.records.export import write_curve
+from breaker.synthetic.rigs import Rig
+
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1, "zero_sd": 0.1}
+ENDURANCE = {"format": {}, "breaker": None, "phase": None}
+
+
+@pytest.fixture(scope="module")
+def rig(defaults):
+    return Rig.from_settings(defaults["rig"], seed=1)
+
+
+@pytest.fixture
+def folder(tmp_path, rig):
+    """Twelve closings and an opening."""
+    for motion, count in (("closing", 12), ("opening", 1)):
+        (tmp_path / motion).mkdir()
+        for number in range(1, count + 1):
+            file = tmp_path / motion / f"{motion}_{number:03d}.csv"
+            write_curve(file, *rig.record(motion, number), motion=motion, operation=number)
+    return tmp_path
+
+
+def check(folder, motions=("closing", "opening"), **endurance):
+    return check_folder(folder, {**ENDURANCE, **endurance}, SENSOR, motions)
+
+
+def text_of(folder, **endurance):
+    return checked_text(check(folder, **endurance))
+
+
+def rewrite(file, change):
+    """Change the lines of a file."""
+    lines = file.read_text(encoding="utf-8").splitlines()
+    change(lines)
+    file.write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
+def test_a_folder_without_faults_is_a_table(folder):
+    checked = check(folder)
+    assert [(each.motion, each.accepted) for each in checked] == [("closing", 12), ("opening", 1)]
+    lines = checked_text(checked).splitlines()
+    assert len(lines) == 3
+    assert lines[1].split()[:5] == ["closing", "12", "12", "0", "0"]
+    low, _, high = lines[1].split()[5:8]
+    assert 14 < float(low) <= float(high) < 15
+
+
+def test_like_reasons_are_said_once_with_their_number_and_the_first_file(folder):
+    def other_unit(lines):
+        lines[5] = "s,deg"
+
+    for number in (2, 5, 7):
+        rewrite(folder / "closing" / f"closing_{number:03d}.csv", other_unit)
+    (folder / "closing" / "closing_009.csv").write_text("", encoding="utf-8")
+    text = text_of(folder)
+    said = " ".join(text.split())
+    assert "Rejected: - 3 of closing, first " in said
+    assert "closing_002.csv, line 6: the unit of 'travel' is 'deg', but endurance.format" in said
+    assert "closing_005.csv" not in text
+    assert "closing_009.csv: is empty" in said
+    assert check(folder)[0].accepted == 8
+
+
+def test_remarks_are_said_of_what_is_accepted(folder):
+    def spike(lines):
+        lines[60] = lines[60].split(",")[0] + ",55"
+
+    rewrite(folder / "closing" / "closing_004.csv", spike)
+    text = " ".join(text_of(folder).split())
+    assert "Remarks on what was accepted: - closing, " in text
+    assert "closing_004.csv: 1 sample that no sensor of this stroke gives" in text
+    assert check(folder)[0].accepted == 12
+
+
+@pytest.mark.parametrize("fault", ["gain", "time"])
+def test_a_record_unlike_the_others_is_named(folder, rig, fault):
+    """A gain of 1.06 is within what endurance.format.stroke allows; so is a time of 1.1."""
+    time, travel = rig.record("closing", 3)
+    time, travel = (1.1 * time, travel) if fault == "time" else (time, 1.06 * travel)
+    if fault == "time":
+        even = np.arange(0.0, 72.0, 0.1)
+        time, travel = even, np.interp(even, time, travel)
+    file = folder / "closing" / "closing_003.csv"
+    write_curve(file, time, travel, motion="closing", operation=3)
+    text = " ".join(text_of(folder).split())
+    what = "stroke" if fault == "gain" else "travel time"
+    assert f"Unlike the others of their folder: - closing, {file}: its {what} is" in text
+    assert text.count("that of most") == 1
+
+
+def test_what_cannot_be_listed_is_said_and_the_rest_goes_on(folder):
+    (folder / "opening" / "opening_001.csv").rename(folder / "opening" / "opening.csv")
+    checked = check(folder)
+    assert [each.accepted for each in checked] == [12, 0]
+    assert "opening: " in checked_text(checked)
+    assert "has no number" in checked_text(checked)
+
+
+def test_breakers_and_phases_of_a_table_are_apart(folder):
+    rows = [f"closing/closing_{n:03d}.csv,closing,{n},CB{1 + n % 2},L1" for n in range(1, 13)]
+    rows.append("opening/opening_001.csv,opening,1,CB1,L1")
+    text = "\n".join(["file,motion,operation,breaker,phase", *rows, ""])
+    (folder / "operations.csv").write_text(text, encoding="utf-8")
+    found = {(e.breaker, e.phase, e.motion): e.accepted for e in check(folder)}
+    assert found["CB1", "L1", "closing"] == found["CB2", "L1", "closing"] == 6
+    assert found["CB1", "L1", "opening"] == 1
+    assert found["CB2", "L1", "opening"] == 0
+    assert {each.breaker for each in check(folder, breaker="CB2")} == {"CB2"}
+
+
+def test_many_files_are_read_as_few_are(folder, rig):
+    for number in range(13, 103):
+        write_curve(
+            folder / "closing" / f"closing_{number:03d}.csv",
+            *rig.record("closing", number),
+            motion="closing",
+            operation=number,
+        )
+    checked = check(folder)
+    assert checked[0].accepted == 102
+    assert checked[0].curves.operation.values.tolist() == list(range(1, 103))

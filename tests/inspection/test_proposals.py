@@ -1,0 +1,320 @@
+"""Files of unknown origin: the settings that are proposed read them, or say what is lacking."""
+
+import numpy as np
+import pytest
+import yaml
+
+from breaker.files.guards import RejectedCurveError
+from breaker.files.manifest import Operation
+from breaker.inspection.contents import look_into
+from breaker.inspection.layouts import LayoutError
+from breaker.inspection.proposals import InspectionError, inspect_file
+from breaker.inspection.timing import stated_rates
+from breaker.inspection.wording import overlay_of, report_of
+from breaker.records.reader import read_curves
+from breaker.synthetic.dialects import ANGLES, DIALECTS
+from breaker.synthetic.rigs import Rig
+
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+TIMES = np.linspace(-2.0, 58.0, 151)
+MOTIONS = ("closing", "opening")
+
+
+@pytest.fixture(scope="module")
+def rig(defaults):
+    return Rig.from_settings(defaults["rig"], seed=1)
+
+
+@pytest.fixture(scope="module")
+def closing(rig):
+    """Times, ms, and travel, mm, of a closing."""
+    return rig.record("closing", 1)
+
+
+@pytest.fixture
+def put(tmp_path):
+    """Write lines to a file; returns it."""
+
+    def write(*lines, name="record.txt", encoding="utf-8", eol="\n"):
+        file = tmp_path / name
+        file.write_bytes(eol.join([*lines, ""]).encode(encoding))
+        return file
+
+    return write
+
+
+def rows(*columns, sep=",", decimal="."):
+    """Rows of cells, each column of texts or of numbers with its own digits."""
+    return [sep.join(row).replace(".", decimal) for row in zip(*columns, strict=True)]
+
+
+def cells(values, digits=3):
+    return [f"{value:.{digits}f}" for value in values]
+
+
+def read(file, settings, motion="closing"):
+    curves = read_curves([Operation(1, file)], settings, TIMES, motion)
+    assert curves.accepted.all(), curves.reason.values
+    return curves
+
+
+def assert_read(proposal, closing):
+    """The proposal, as it is printed, reads the file: the closing comes out."""
+    settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
+    curves = read(proposal.file, settings)
+    time, travel = closing
+    exact = np.interp(curves.first_motion.item() + TIMES, time, travel)
+    np.testing.assert_allclose(curves.travel.values[0], exact - exact[0], atol=0.25)
+    assert len(overlay_of(proposal).splitlines()) <= 10
+
+
+# ---- dialects -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", DIALECTS)
+def test_what_is_proposed_for_a_dialect_reads_it_as_its_own_settings_do(
+    tmp_path, rig, name, motion
+):
+    dialect = DIALECTS[name]
+    file = tmp_path / dialect.file_name(motion, 3)
+    dialect.write(file, *rig.record(motion, 3), motion=motion, operation=3)
+    proposal = inspect_file(file, SENSOR)
+    assert all(each.record for each in proposal.motions)
+    assert [each.motion for each in proposal.motions] == [motion]
+    assert proposal.sensor == {} or name == "degrees"
+    assert len(overlay_of(proposal).splitlines()) <= 10
+    assert report_of(proposal).startswith(str(file))
+    settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
+    # What no file tells has to be filled in.
+    lacking = {"angles": {"table": str(ANGLES)}}.get(name, {})
+    assert list(proposal.lacking) == (["ratio"] if lacking else [])
+    if name == "degrees":
+        # It states no unit, so that mm are the guess, and said to be one.
+        assert "mm is a guess from the stroke" in report_of(proposal)
+        lacking = {"travel_unit": "deg", "ratio": 0.25, "stroke": [12.0, 17.0]}
+    if name == "angles":
+        settings["zero"] = 0.0  # of the table, not of the reading
+    expected = read(file, dialect.settings, motion)
+    found = read(file, settings | lacking, motion)
+    np.testing.assert_allclose(found.travel, expected.travel, atol=0.12)
+    assert found.first_motion.item() == pytest.approx(expected.first_motion.item(), abs=0.11)
+
+
+# ---- layouts ------------------------------------------------------------------------------------
+
+
+def test_no_names_at_all(put, closing):
+    time, travel = closing
+    proposal = inspect_file(put(*rows(cells(time, 1), cells(travel), sep="\t")), SENSOR)
+    assert proposal.settings["time_column"] == 1
+    assert proposal.settings["travel_column"] == 2
+    assert_read(proposal, closing)
+
+
+def test_dates_in_a_first_column(put, closing):
+    time, travel = closing
+    dates = ["20/11/2024 15:13"] * time.size
+    lines = rows(dates, cells(time / 1e3, 5), cells(travel), sep=";", decimal=",")
+    proposal = inspect_file(put("Datum;Zeit [s];Hub [mm]", *lines), SENSOR)
+    assert proposal.settings["delimiter"] == ";"
+    assert proposal.settings["time_column"] == "Zeit"
+    assert_read(proposal, closing)
+
+
+def test_times_of_the_day_give_a_rate(put, closing):
+    time, travel = closing
+    day = [f"23:59:{59 + t / 1e3:07.4f}" if t < 1e3 else "" for t in time]
+    proposal = inspect_file(put("Clock,Travel (mm)", *rows(day, cells(travel))), SENSOR)
+    assert proposal.settings["time_column"] is None
+    assert proposal.settings["rate"] == 10.0
+    assert any("times of the day" in remark for remark in proposal.remarks)
+    assert_read(proposal, closing)
+
+
+def test_a_column_that_counts_samples_is_no_time(put, closing):
+    _, travel = closing
+    count = [str(i) for i in range(travel.size)]
+    lines = ["Index;Travel", ";mm", *rows(count, cells(travel), sep=";")]
+    proposal = inspect_file(put("Sample interval;0.1 ms", *lines), SENSOR)
+    assert proposal.settings["time_column"] is None
+    assert proposal.settings["rate"] == 10.0
+    assert_read(proposal, closing)
+
+
+def test_without_a_rate_it_asks(put, closing):
+    _, travel = closing
+    count = [str(i) for i in range(travel.size)]
+    proposal = inspect_file(put("Index;Travel", *rows(count, cells(travel), sep=";")), SENSOR)
+    assert list(proposal.lacking) == ["rate"]
+    assert "rate: null  # FILL IN: kHz" in overlay_of(proposal)
+    assert yaml.safe_load(overlay_of(proposal))["endurance"]["format"]["rate"] is None
+    assert "Fill in rate." in report_of(proposal)
+
+
+def test_times_printed_in_whole_milliseconds_give_the_mean_rate(put, closing):
+    time, travel = closing
+    lines = rows([f"{int(t)}" for t in time], cells(travel))
+    proposal = inspect_file(put("time_ms,travel_mm", *lines), SENSOR)
+    assert proposal.settings["time_column"] is None
+    assert proposal.settings["rate"] == pytest.approx(10.0, rel=0.01)
+    assert any("too coarse" in remark for remark in proposal.remarks)
+
+
+def test_microseconds_are_known_by_their_steps(put, closing):
+    time, travel = closing
+    lines = rows([f"{1e3 * t:.0f}" for t in time], cells(travel / 10, 4))
+    proposal = inspect_file(put("t,stroke_cm", *lines), SENSOR)
+    assert proposal.settings["time_unit"] == "us"
+    assert proposal.settings["travel_unit"] == "cm"
+    assert_read(proposal, closing)
+
+
+def test_one_column_with_decimal_commas(put, closing):
+    """Commas between columns would make two columns of whole numbers."""
+    _, travel = closing
+    lines = [cell.replace(".", ",") for cell in cells(travel)]
+    proposal = inspect_file(put("Rate: 10 kHz", "Weg (mm)", *lines), SENSOR)
+    assert proposal.settings["decimal"] == ","
+    assert_read(proposal, closing)
+
+
+def test_volts_leave_the_ratio_to_fill_in(put, closing):
+    time, travel = closing
+    lines = rows(cells(time / 1e3, 5), cells(9.0 - travel / 2, 4))
+    proposal = inspect_file(put("time,transducer", "s,V", *lines), SENSOR)
+    assert list(proposal.lacking) == ["ratio"]
+    assert proposal.settings["zero"] == "rest"
+    assert "stroke" not in proposal.settings
+    assert "ratio: null  # FILL IN: mm for one V" in overlay_of(proposal)
+    assert all(each.record for each in proposal.motions)
+
+
+def test_the_name_of_a_motion_tells_the_sign(put, closing):
+    """A reading that rises by 14 mm, far from zero: a closing, or an opening that falls."""
+    time, travel = closing
+    lines = ["time,travel", "s,mm", *rows(cells(time / 1e3, 5), cells(travel + 100))]
+    assert "sign" not in inspect_file(put(*lines, name="closing_1.csv"), SENSOR).settings
+    proposal = inspect_file(put(*lines, name="opening_1.csv"), SENSOR)
+    assert proposal.settings["sign"] == -1
+    assert proposal.settings["zero"] == "rest"
+    proposal = inspect_file(put(*lines, name="record_1.csv"), SENSOR)
+    assert any("change endurance.format.sign" in remark for remark in proposal.remarks)
+
+
+def test_currents_and_contacts_are_no_travel(put, closing):
+    """None has a unit or a telling name: a coil that is switched, a sine, a contact, the travel."""
+    time, travel = closing
+    coil = np.where((time > 2) & (time < 30), 3.0 * (1 - np.exp(-(time - 2) / 6)), 0.0)
+    columns = (time / 1e3, coil, 10 * np.sin(time), 24.0 * (time > 18), travel)
+    proposal = inspect_file(put("t,a,b,c,d", *rows(*(cells(c, 5) for c in columns))), SENSOR)
+    assert proposal.settings["travel_column"] == "d"
+    assert len(proposal.travels) == 1
+    assert_read(proposal, closing)
+
+
+def test_a_channel_can_be_chosen(put, closing):
+    time, travel = closing
+    columns = (time / 1e3, travel, 1.01 * travel)
+    file = put("time,Travel A,Travel B", "s,mm,mm", *rows(*(cells(c, 5) for c in columns)))
+    assert [t.place for t in inspect_file(file, SENSOR).travels] == [1, 2]
+    assert inspect_file(file, SENSOR, "Travel B").settings["travel_column"] == "Travel B"
+    assert [t.place for t in inspect_file(file, SENSOR, "3").travels] == [2]
+    with pytest.raises(InspectionError, match="there are 'Travel A', 'Travel B'"):
+        inspect_file(file, SENSOR, "Travel C")
+
+
+@pytest.mark.parametrize("encoding", ["gb18030", "utf-16", "utf-16-le", "cp1252", "utf-8-sig"])
+def test_encodings(put, closing, encoding):
+    time, travel = closing
+    name = {"gb18030": "行程", "cp1252": "Höhe"}.get(encoding, "Höhe °")
+    lines = ["Prüfstand" if "1" in encoding else "测试", f"time;{name}", "s;mm"]
+    lines = [line.replace("Prüfstand", "é") for line in lines]
+    file = put(*lines, *rows(cells(time / 1e3, 5), cells(travel), sep=";"), encoding=encoding)
+    proposal = inspect_file(file, SENSOR)
+    assert proposal.layout.names[1] == name
+    assert_read(proposal, closing)
+
+
+def test_every_line_is_looked_at_where_samples_are_damaged(put, closing):
+    time, travel = closing
+    lines = rows(cells(time / 1e3, 5), cells(travel))
+    lines[3], lines[200], lines[300] = "x,y", "0.02,1_000", ","
+    proposal = inspect_file(put("head", "time,travel", "s,mm", *lines), SENSOR)
+    assert proposal.layout.names == ["time", "travel"]
+    assert proposal.motions[0].record is None
+    assert "line 7: 'time' is 'x', which is not a number" in proposal.motions[0].said
+    assert "REJECTED" in report_of(proposal)
+
+
+def test_nothing_that_moves_and_no_numbers_are_errors(put, closing):
+    time, _ = closing
+    flat = rows(cells(time / 1e3, 5), cells(0.1 * np.sin(1e3 * time)))
+    with pytest.raises(InspectionError, match="none of 2 columns moves"):
+        inspect_file(put("time,travel", *flat), SENSOR)
+    with pytest.raises(LayoutError, match="no columns of numbers"):
+        inspect_file(put("once upon a time", "there was a text"), SENSOR)
+    with pytest.raises(LayoutError, match="no columns of numbers"):
+        look_into(put())
+
+
+# ---- sensor -------------------------------------------------------------------------------------
+
+
+def test_a_slow_drive_gets_a_longer_grid_and_its_own_noise(put, closing):
+    time, travel = closing
+    slow = np.arange(0.0, 6.0 * time[-1], 0.1)
+    noise = 0.3 * np.random.default_rng(1).standard_normal(slow.size)
+    travel = 10.0 * np.interp(slow / 6.0, time, np.convolve(travel, np.full(9, 1 / 9), "same"))
+    lines = rows(cells(slow / 1e3, 5), cells(travel + noise, 2))
+    proposal = inspect_file(put("time,travel", "s,mm", *lines), SENSOR)
+    assert proposal.sensor["samples"] == 151
+    assert 60 < proposal.sensor["stop"] < 120  # a closing of 12 ms, six times as long
+    assert proposal.sensor["start"] / proposal.sensor["stop"] == pytest.approx(-2 / 58)
+    assert any("another size of breaker" in remark for remark in proposal.remarks)
+
+
+# ---- rates --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("line", "rates"),
+    [
+        ("Sampling: 10000 Hz", [10.0]),
+        ("Abtastrate;10;kHz", [10.0]),
+        ("sample interval 0.1 ms", [10.0]),
+        ("dt = 0.0001 s", [10.0]),
+        ("Sample rate [Hz],10,000", [10.0]),
+        ("采样频率: 20kHz", [20.0]),
+        ("Sampling time: 50 us", []),
+        ("Sample interval (µs): 50", [20.0]),
+        ("Mains frequency 50 Hz", []),
+        ("Low-pass filter: 2 kHz", []),
+        ("Rate 10 kS/s", [10.0]),
+        ("Duration: 600 ms", []),
+        ("Recorded at 2024-11-20 15:13:07", []),
+        ("Samplerate=25600", [25.6]),
+    ],
+)
+def test_stated_rates(line, rates):
+    assert stated_rates([line]) == pytest.approx(rates)
+
+
+@pytest.mark.parametrize("name", ["semicolon", "inverted", "wide"])
+def test_damaged_files_end_in_a_proposal_or_a_reason(tmp_path, rig, name):
+    """Bytes cut out, put in and repeated; nothing else is raised."""
+    rng = np.random.default_rng(1)
+    dialect = DIALECTS[name]
+    file = tmp_path / dialect.file_name("closing", 3)
+    dialect.write(file, *rig.record("closing", 3), motion="closing", operation=3)
+    content, ends = file.read_bytes(), []
+    for _ in range(40):
+        begin, size = rng.integers(len(content)), rng.choice([1, 100, 5000])
+        put_in = [rng.bytes(size), content[begin : begin + size], b"", b"1e308", b"\0" * 9]
+        part = put_in[rng.integers(len(put_in))]
+        file.write_bytes(content[:begin] + part + content[begin + size * (part == b"") :])
+        try:
+            ends.append(bool(report_of(inspect_file(file, SENSOR))))
+        except (InspectionError, LayoutError, RejectedCurveError):
+            ends.append(False)
+    assert any(ends)
