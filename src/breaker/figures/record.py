@@ -154,7 +154,7 @@ def _keys(first: Sequence[InspectedMotion], masked: bool, touch: bool) -> list:
     keys.append(style.line_key("first motion", lw=1.2))
     keys.append(style.line_key("rest position", ls="--", lw=1.2))
     if touch:
-        keys.append(style.line_key("touch, by the bend of the speed", ls=":"))
+        keys.append(style.line_key("bend of the speed, near the touch", ls=":"))
     if masked:
         keys.append(style.dot_key("doubtful sample", style.WARNING, "x"))
     return keys

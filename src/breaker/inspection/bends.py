@@ -35,10 +35,11 @@ def speed_along(time: np.ndarray, travel: np.ndarray, duration: float) -> np.nda
 
 
 def seen_touch(time: np.ndarray, travel: np.ndarray) -> float | None:
-    """Return the time at which a closing touches, ms, if it is seen; None where noise hides it.
+    """Return about when a closing touches, ms, if that is seen; None where noise hides it.
 
-    The contact spring slows the drive down from the touch on, so the acceleration falls there: a
-    cubic with such a bend is fitted to the way of the contact.
+    The contact spring slows the drive down from about the touch on, so the acceleration falls
+    there: a cubic with such a bend is fitted to the way of the contact. In curves of the model the
+    bend is at the touch to within half a millisecond; a lever or a preload may move it by more.
 
     Args:
         time: Times of a closing, from its first motion to its rest, ``(t,)``, ms.
