@@ -44,6 +44,7 @@ def test_good_records_have_no_remark(records):
     [
         ("come again", lambda x: np.insert(x, 170, x[150:170])[: x.size]),
         ("come again", lambda x: np.r_[x[:400], x[:360]]),
+        ("wanders", lambda x: x + 0.5 * np.sin(0.1 * np.pi * np.arange(x.size) * 0.1)),
         ("far more than elsewhere", lambda x: x + 0.5 * np.sin(2.0 * np.arange(x.size)) * BURST),
     ],
 )

@@ -80,3 +80,8 @@ def test_too_little_rest_is_said():
 def test_a_noiseless_rest_is_no_error():
     assert noise_at_rest(np.zeros(50), 0.1, 0.4, 0.0).sd == 0.0
     assert remarks(np.zeros(50)) == []
+
+
+def test_far_too_little_noise_has_a_remark():
+    (said,) = remarks(rest(generator(1, "quiet rest"), 90) * 0.2)
+    assert "less than sensor.noise_sd" in said

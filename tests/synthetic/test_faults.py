@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from breaker.records import reader
 from breaker.synthetic import faults
 from breaker.synthetic.fault_runs import defects, run, tabulate
 from breaker.synthetic.faults import KINDS, good_file, is_right, judge, try_kind
 
 SEED = 5
+EACH = 10  # files of each kind
 
 
 @pytest.fixture(scope="module", params=["closing", "opening"])
@@ -74,10 +76,66 @@ def test_another_error_and_a_hang_are_defects(good, monkeypatch, tmp_path):
     assert seconds >= 0.1
 
 
-def test_a_seed_repeats_its_trials():
-    first, second = (run(len(KINDS), SEED) for _ in range(2))
-    assert [each[:-1] for each in first] == [each[:-1] for each in second]
-    assert [each.kind for each in first] == KINDS
+@pytest.fixture(scope="module")
+def few_good_files():
+    """To read fewer before they are damaged."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(faults, "_GOOD", 1)
+        yield
+
+
+@pytest.fixture(scope="module")
+def trials(few_good_files):
+    return run(EACH * len(KINDS), SEED)
+
+
+def test_the_reader_notices_damage(trials):
+    table = tabulate(trials)
+    assert table.loc["all", "exception"] == 0
+    assert table.loc["all", "slowest"] < 2.0
+    # Of some 300 accepted files, 0.3 % silent ones would be more than four once in 500 seeds.
+    assert table.loc["all", "silent"] <= 4
+    assert table.loc["nothing", ["right", "remarked"]].tolist() == [EACH, 0]
+
+
+def test_a_seed_repeats_its_trials(trials):
+    again = [try_kind(kind, 0, SEED) for kind in KINDS]
+    assert [each[:-1] for each in again] == [each[:-1] for each in trials if each.number == 0]
+    assert [each.kind for each in again] == KINDS
+
+
+def no_doubts(travel, *_):
+    return np.full(travel.shape, "", dtype="U12")
+
+
+# Several see most kinds: spikes that are not left out are leaps, unrest and noise.
+@pytest.mark.parametrize(
+    ("stages", "kind"),
+    [
+        ({"check_stroke": lambda *_: None}, "gain"),
+        ({"rest_of_open": lambda *_: (0.0, "")}, "offset"),
+        ({"noise_remarks": lambda *_: []}, "noisy"),
+        ({"leap_remark": lambda *_: ""}, "blocks swapped"),
+        (
+            {
+                "doubtful_samples": no_doubts,
+                "leap_remark": lambda *_: "",
+                "inconsistencies": lambda *_: [],
+                "noise_remarks": lambda *_: [],
+            },
+            "spikes",
+        ),
+    ],
+    ids=lambda each: each if isinstance(each, str) else None,
+)
+def test_a_reader_without_a_stage_is_caught(stages, kind, few_good_files, monkeypatch):
+    def silent():
+        return sum(try_kind(kind, number, SEED).outcome == "silent" for number in range(20))
+
+    whole = silent()
+    for stage, without in stages.items():
+        monkeypatch.setattr(reader, stage, without)
+    assert silent() >= whole + 3
 
 
 def test_what_is_wrong_with_a_table():

@@ -91,17 +91,17 @@ def _check_increase(time: np.ndarray, lines: np.ndarray) -> None:
 
 
 def count_remark(count: int, settings: Mapping) -> str:
-    """Say where a file has not as many rows of samples as all should have; "" if it has.
+    """Say where a record is not as long as all should be, gaps included; "" if it is.
 
     >>> count_remark(759, {"samples": 760})
-    'has 759 rows of samples, not the 760 of endurance.format.samples: were some lost or repeated?'
+    'is 759 samples long, not the 760 of endurance.format.samples: were some lost or repeated?'
     """
     usual = settings["samples"]
     if usual is None or count == usual:
         return ""
     return (
-        f"has {count} rows of samples, not the {usual} of endurance.format.samples: were some lost "
-        "or repeated?"
+        f"is {count} samples long, not the {usual} of endurance.format.samples: were some lost or "
+        "repeated?"
     )
 
 

@@ -16,8 +16,10 @@ _UNREST = 2.6  # times the noise of the record; so many samples exceed that once
 _CHANCE = 1e-6  # probability that equal readings are chance
 _MOST = 64  # readings, more than which are not compared
 _REST = 50  # samples at the ends of a record, in which a counter is steady
+_LONG = 50.0  # ms before the motion that count as its rest
+_WANDERS = 30.0  # squared sd; white noise exceeds that once in three million records
 _RISE = (0.1, 0.4)  # shares of the way, between which the start is extrapolated from
-_EARLY = 0.12  # of the time between these, by which the first motion may come too early
+_EARLY = 0.06  # of the time between these, by which the first motion may be early
 
 
 def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> list[str]:
@@ -45,7 +47,12 @@ def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: floa
     time, travel = time[there], travel[there]
     third = np.diff(travel, n=3) / np.sqrt(20.0)
     sd = max(sd, 1.4826 * float(np.median(np.abs(third))))
-    found = [_equal(time, travel), _unrest(time, third, sd), _early(time, travel, moves)]
+    found = [
+        _equal(time, travel),
+        _unrest(time, third, sd),
+        _wandering(time, travel, moves, sd),
+        _early(time, travel, moves),
+    ]
     return [words for words in found if words]
 
 
@@ -79,6 +86,20 @@ def _unrest(time: np.ndarray, third: np.ndarray, sd: float) -> str:
     return f"noise of {local[most]:.2g} mm at {time[most]:.4g} ms, far more than elsewhere"
 
 
+def _wandering(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> str:
+    """A rest before the motion that is a parabola rather than a constant."""
+    rest = (time >= moves - _LONG) & (time < moves - 1.0)
+    if rest.sum() < _REST // 2:
+        return ""
+    basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, rest.sum()), 2)
+    basis, _ = np.linalg.qr(basis)
+    parts = basis.T @ travel[rest]
+    if parts[1] ** 2 + parts[2] ** 2 <= _WANDERS * sd**2:
+        return ""
+    way = float(np.ptp(basis[:, 1:] @ parts[1:]))
+    return f"the rest before the motion wanders by {way:.2g} mm: hum, creep, or an earlier motion?"
+
+
 def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     """A first motion long before the one that the rise has under an even force."""
     after = time >= moves
@@ -89,7 +110,7 @@ def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     low, high = (time[after][(risen >= share).argmax()] for share in _RISE)
     roots = np.sqrt(_RISE)
     even = low - (high - low) * roots[0] / (roots[1] - roots[0])
-    if even - moves <= _EARLY * (high - low):
+    if even - moves <= _EARLY * (high - low) + 0.5 * (time[1] - time[0]):
         return ""
     return (
         f"the first motion, at {moves:.4g} ms, is {even - moves:.2g} ms earlier than the rise "

@@ -15,7 +15,7 @@ __all__ = ["Noise", "noise_at_rest", "noise_remarks"]
 _FEWEST = 10  # samples at rest, for an estimate
 _FALSE = 1e-4  # probability of a remark on noise of the right size
 _NORMAL = 3.7  # sd that normal noise exceeds with that probability
-_LESS = 0.1  # factor on noise_sd below which noise is another sensor's, or filtered away
+_LESS = 0.5  # factor on noise_sd below which noise is another sensor's, or filtered away
 _MORE = 1.15  # factor on noise_sd from which more noise matters
 _ALIKE = 0.2  # correlation from which it matters
 _LONG = 1.25  # steps of the grid, memory from which it matters
@@ -107,7 +107,8 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
             f"the noise at rest is {noise.sd:.2g} mm, more than sensor.noise_sd, {noise_sd:g} mm; "
             "raise it, or the parameters are less certain than inferred"
         )
-    if 0.0 < noise.sd < _LESS * noise_sd and np.isfinite(noise.colour):  # no steady counter
+    least = min(_LESS, float(np.sqrt(chdtri(free, 1.0 - _FALSE) / free)))
+    if 0.0 < noise.sd < least * noise_sd:
         remarks.append(
             f"the noise at rest is {noise.sd:.2g} mm, far less than sensor.noise_sd, {noise_sd:g} "
             "mm: lower it, or is the record filtered?"

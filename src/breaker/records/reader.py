@@ -264,7 +264,7 @@ def read_record(
     before = (time[inside] >= moves - _REST[0]) & (time[inside] <= moves - _REST[1])
     noise = noise_at_rest(left[inside][before], step, grid_step, quantum)
     remarks = [
-        *(*columns.remarks, uneven, count_remark(columns.lines.size, settings), off),
+        *(*columns.remarks, uneven, count_remark(time.size, settings), off),
         told(time, doubts),
         *grid_remarks(gridded, time[inside], times, back=not np.isnan(segment.back)),
         leap_remark(time[inside], left[inside], noise.sd, quantum, segment.stroke),
