@@ -158,7 +158,7 @@ EDITS = {
     ),
     "sensor.zero_sd": (
         lambda folder: edit_config(folder, sensor={"zero_sd": 0.05}),
-        [*TRAINING, *LIMIT],
+        ["read_curves", "figure_prior_predictive", *TRAINING, *LIMIT],
         2,
     ),
     "sensor.onset_sd": (
