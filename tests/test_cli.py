@@ -1,5 +1,6 @@
 """The command `breaker`, and `breaker infer`: what it prints, writes, and where it fails."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -301,9 +302,18 @@ def test_a_file_that_is_no_model(project, capsys):
     assert "cut.safetensors is not a model file" in failed(capsys, "cut.safetensors", "a.csv")
 
 
+def test_files_that_are_none_do_not_stop_the_others(project, capsys):
+    os.mkfifo(project / "pipe.csv")
+    assert main(["infer", "closing.safetensors", "a.csv", "c.csv", "pipe.csv", "."]) == 0
+    told = capsys.readouterr().out
+    assert told.count("rejected: ") == 3
+    assert "c.csv: is not there" in told
+    assert "pipe.csv: is a pipe" in told
+    assert "mu" in told
+
+
 def test_a_curve_file_that_is_not_there(capsys):
-    message = failed(capsys, "closing.safetensors", "a.csv", "c.csv", "d.csv")
-    assert message == "breaker: there is no file c.csv, d.csv\n"
+    assert "c.csv: is not there" in failed(capsys, "closing.safetensors", "c.csv")
 
 
 def test_a_folder_for_the_output_that_is_not_there(capsys):

@@ -225,9 +225,6 @@ def _infer(options: argparse.Namespace) -> int:
     config = _settings(options.config, ["seed", "correction", *(f"endurance.{n}" for n in needed)])
     endurance = config["endurance"]
     posterior = Posterior.load(options.model).at(endurance["discrepancy"])
-    missing = [file for file in options.files if not Path(file).is_file()]
-    if missing:
-        raise FileNotFoundError(f"there is no file {', '.join(missing)}")
     files = [Operation(number, file) for number, file in enumerate(options.files, start=1)]
     curves = read_curves(
         files,
