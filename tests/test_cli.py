@@ -51,7 +51,7 @@ def trained(tmp_path_factory, defaults, prior, sensor):
 @pytest.fixture
 def project(tmp_path, monkeypatch, trained):
     """A project's folder: configuration, model, two closings and an opening."""
-    for part in ("config", "workflow/schemas"):
+    for part in ("config",):
         shutil.copytree(ROOT / part, tmp_path / part)
     overlay = {"endurance": {"draws": DRAWS, "posterior": "amortised"}}
     (tmp_path / "few.yaml").write_text(yaml.safe_dump(overlay), encoding="utf-8")

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 # From the ground up: a room uses those of lower floors only, and none beside it.
 FLOORS = [
-    {"stores"},
+    {"stores", "shipped"},
     {"mechanism", "files", "networks"},
     {"records"},
     {"model", "workflow", "inspection"},

@@ -55,7 +55,7 @@ def test_inspection_leads_to_accepted_records_of_all_phases(exports, overlay, de
     """
     folder, truth = exports
     assert len(overlay.read_text(encoding="utf-8").splitlines()) <= 10
-    config = load([CONFIG, overlay], schema="workflow/schemas/config.schema.yaml")
+    config = load([CONFIG, overlay])
     sensor = config["sensor"]
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     errors = []

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from breaker.networks import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
+from breaker.shipped import SCHEMA
 from breaker.workflow import schema
 from breaker.workflow.configuration import (
     ConfigurationError,
@@ -24,7 +25,6 @@ from tests.networks_fixtures import built
 
 ROOT = Path(__file__).resolve().parents[2]
 DEFAULTS = ROOT / "config" / "config.yaml"
-SCHEMA = ROOT / "workflow" / "schemas" / "config.schema.yaml"
 OVERLAYS = ["paper.yaml", "networks.yaml", "test.yaml"]
 
 
@@ -38,7 +38,7 @@ def complaint(tmp_path):
             files.append(tmp_path / f"overlay_{number}.yaml")
             files[-1].write_text(content, encoding="utf-8")
         with pytest.raises(ConfigurationError) as caught:
-            load([DEFAULTS, *files], schema=SCHEMA)
+            load([DEFAULTS, *files])
         return str(caught.value)
 
     return message
@@ -77,7 +77,7 @@ def all_parts(part: dict, above: tuple = ()):
 
 
 def test_defaults_are_valid():
-    assert load([DEFAULTS], schema=SCHEMA)["seed"] == 1
+    assert load([DEFAULTS])["seed"] == 1
 
 
 def test_schema_and_defaults_have_the_same_keys():
@@ -95,7 +95,7 @@ def test_every_missing_default_is_noticed():
     missing = [key for key, text in found.items() if text.startswith("is missing; it must be")]
     assert set(missing) == set(leaves(defaults))
     with pytest.raises(ConfigurationError, match=rf"  and {len(missing) - 20} more\n"):
-        check(emptied(defaults), schema=SCHEMA)
+        check(emptied(defaults))
     assert len(missing) > 150
 
 
@@ -121,14 +121,14 @@ def test_every_default_has_a_comment():
 @pytest.mark.parametrize("name", OVERLAYS)
 def test_overlays_are_valid_and_hold_only_what_differs(name):
     overlay = ROOT / "config" / name
-    load([DEFAULTS, overlay], schema=SCHEMA)
+    load([DEFAULTS, overlay])
     defaults = leaves(read(DEFAULTS))
     same = [key for key, value in leaves(read(overlay)).items() if defaults[key] == value]
     assert same == []
 
 
 def test_both_overlays_fit_together():
-    config = load([DEFAULTS, *(ROOT / "config" / name for name in OVERLAYS)], schema=SCHEMA)
+    config = load([DEFAULTS, *(ROOT / "config" / name for name in OVERLAYS)])
     assert config["sensor"]["onset_sd"] == 0
 
 
@@ -155,7 +155,7 @@ def test_an_overlay_of_one_motion_leaves_the_other_and_its_input_alone(tmp_path)
         f"network: {{closing: {{summary: {{features: {features}}}}}}}\n"
         f"training: {{closing: {{steps: {steps}}}}}\n"
     )
-    config = load([DEFAULTS, overlay], schema=SCHEMA)
+    config = load([DEFAULTS, overlay])
     changed = {key for key, value in leaves(config).items() if leaves(before)[key] != value}
     assert changed == {
         ("network", "closing", "summary", "features"),
@@ -183,7 +183,7 @@ def test_an_overlay_that_names_the_kinds_makes_every_network(
     kinds = {"summary": {"kind": summary_kind}, "inference": {"kind": inference_kind}}
     overlay.write_text(yaml.safe_dump({"network": {"closing": kinds}}))
     files = [DEFAULTS, *(ROOT / "config" / name for name in overlays), overlay]
-    chosen = chosen_network(load(files, schema=SCHEMA)["network"]["closing"])
+    chosen = chosen_network(load(files)["network"]["closing"])
     found = built(build, chosen, samples=151, dims=8)
     assert [type(network) for network in found] == [
         SUMMARY_NETWORKS[summary_kind],
@@ -407,14 +407,14 @@ def test_layers_and_sizes_that_just_fit_are_accepted(tmp_path):
         "validation: {curves: 100, judged_curves: 100}\n"
         "correction: {draws: 500, smallest_size: 500, round_draws: 300, fit_size: 300}\n"
     )
-    assert load([DEFAULTS, overlay], schema=SCHEMA)["bank"]["shards"] == 2
+    assert load([DEFAULTS, overlay])["bank"]["shards"] == 2
 
 
 def test_what_a_kind_does_not_use_is_not_judged(tmp_path):
     """Layers that fit no record, of a network that is not chosen."""
     overlay = tmp_path / "overlay.yaml"
     overlay.write_text("network: {opening: {summary: {kind: deep_set, time_series: {skip: 99}}}}")
-    config = load([DEFAULTS, overlay], schema=SCHEMA)
+    config = load([DEFAULTS, overlay])
     assert config["network"]["opening"]["summary"]["kind"] == "deep_set"
 
 
@@ -454,7 +454,7 @@ def test_a_value_of_no_file_comes_from_the_command_line():
     with pytest.raises(ConfigurationError, match="command line: seed is -3"):
         check(config, schema=SCHEMA, files=[DEFAULTS])
     with pytest.raises(ConfigurationError, match="\n  seed is -3"):
-        check(config, schema=SCHEMA)
+        check(config)
 
 
 def test_a_key_that_stands_twice_is_noticed(complaint):
@@ -472,7 +472,7 @@ def test_a_folder_of_curves_is_looked_into(complaint, tmp_path):
     assert f"{tmp_path / 'mine' / 'closing'}/" not in message
     one = tmp_path / "one.yaml"
     one.write_text(overlay + "motions: [closing]\n")
-    assert load([DEFAULTS, one], schema=SCHEMA)["motions"] == ["closing"]
+    assert load([DEFAULTS, one])["motions"] == ["closing"]
 
 
 @pytest.mark.parametrize(
@@ -511,7 +511,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
         if content is not None:
             path.write_bytes(content if isinstance(content, bytes) else content.encode())
         with pytest.raises(ConfigurationError, match=rf"{name}: {reason}"):
-            load([DEFAULTS, path], schema=SCHEMA)
+            load([DEFAULTS, path])
 
 
 def test_snakemake_shows_the_message_and_no_traceback(tmp_path):

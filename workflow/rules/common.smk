@@ -10,7 +10,6 @@ if workflow.is_main_process:  # jobs run on what was checked before the first on
     try:
         configuration.check(
             config,
-            schema=Path(workflow.basedir) / "workflow/schemas/config.schema.yaml",
             files=[*reversed(workflow.configfiles[:-1]), workflow.configfiles[-1]],
         )
     except ConfigurationError as error:

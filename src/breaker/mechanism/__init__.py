@@ -23,5 +23,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "split",
         ],
         "quantities": ["QUANTITIES", "evaluate"],
+        "size": ["Size", "powers"],
     },
 )

@@ -11,11 +11,13 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "bank": ["open_bank", "simulate"],
         "discrepancy": ["Discrepancy", "open_discrepancy"],
-        "fisher": ["climb", "information", "limit_over_prior", "pool"],
+        "facts": ["Facts"],
+        "fisher": ["climb", "information", "limit_over_prior", "linearise", "pool"],
         "joint": ["Model"],
         "plausibility": ["distance", "excess", "principal_components"],
         "prior": ["Prior"],
         "randomness": ["generator", "seed_integer"],
+        "reference": ["reference_model"],
         "sensor": ["Sensor", "grid"],
     },
 )

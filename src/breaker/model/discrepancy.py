@@ -84,6 +84,11 @@ class Discrepancy:
             return None
         return Discrepancy(scale * self.mean, scale * self.slopes, scale * self.factor)
 
+    def known_as(self, matrix: np.ndarray, offset: np.ndarray | float = 0.0) -> "Discrepancy":
+        """Return it by other parameters x, ``z = offset + x @ matrix``, ``matrix (p, p)``."""
+        offset = np.broadcast_to(offset, len(self.slopes))
+        return Discrepancy(self.mean + offset @ self.slopes, matrix @ self.slopes, self.factor)
+
     def shift(self, z: np.ndarray) -> np.ndarray:
         """Return the mean at standardised parameters, ``(..., p) -> (..., t)``, mm."""
         return self.mean + z @ self.slopes

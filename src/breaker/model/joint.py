@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.mechanism import MOTIONS, NAMES, Parameter, outputs, travel
+from breaker.mechanism import MOTIONS, NAMES, Parameter, Size, outputs, travel
 from breaker.model.discrepancy import Discrepancy
+from breaker.model.facts import Facts
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
@@ -29,6 +30,7 @@ class Model:
         prior: Prior of the parameters.
         sensor: Time grid and errors of the records.
         motion: "closing" or "opening".
+        facts: What is known of the drive beside its records, if anything.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
@@ -43,6 +45,7 @@ class Model:
     prior: Prior
     sensor: Sensor
     motion: str
+    facts: Facts | None = None
 
     def __post_init__(self) -> None:
         if self.motion not in MOTIONS:
@@ -66,6 +69,29 @@ class Model:
     def leaving_out(self, discrepancy: Discrepancy | None) -> "Model":
         """Return the model with another account of what it leaves out."""
         return replace(self, sensor=replace(self.sensor, discrepancy=discrepancy))
+
+    def sized(self, size: Size, unknown: float = 0.0) -> "Model":
+        """Return the model of drives of another size, if this is that of size 1.
+
+        Exact: the mechanism does not tell sizes apart. The noise is made larger along with the
+        lengths.
+
+        Args:
+            size: Size of the drives, and so of times, errors, and what the model leaves out.
+            unknown: Standard deviation of the logarithms of its factors.
+        """
+        prior = self.prior.sized(size, unknown)
+        sensor = self.sensor.sized(size)
+        if sensor.discrepancy is not None:
+            sensor = replace(sensor, discrepancy=sensor.discrepancy.known_as(prior.recentred))
+        return replace(self, prior=prior, sensor=sensor)
+
+    @property
+    def precision(self) -> np.ndarray:
+        """Inverse covariance of the standardised outputs under the prior, ``(q, q)``."""
+        matrix, p = np.eye(len(self.outputs)), len(NAMES)
+        matrix[:p, :p] = self.prior.precision
+        return matrix
 
     @property
     def outputs(self) -> tuple[Parameter, ...]:
@@ -126,8 +152,9 @@ class Model:
         near = np.all(np.abs(z) <= _FARTHEST, axis=-1)
         values = self.destandardise(np.where(near[..., None], z, 0.0))
         inside = near & self.prior.supported(values[..., : len(NAMES)])
-        square = np.square(np.where(inside[..., None], z, 0.0)).sum(-1)
-        normal = -0.5 * (square + z.shape[-1] * np.log(2 * np.pi))
+        safe = np.where(inside[..., None], z, 0.0)
+        normal = -0.5 * (np.square(safe).sum(-1) + z.shape[-1] * np.log(2 * np.pi))
+        normal = normal + self.prior.log_shared(safe[..., : len(NAMES)])
         result = np.where(inside, normal - self.prior.log_support, -np.inf)
         return np.where(np.isnan(z).any(axis=-1), np.nan, result)
 
@@ -140,6 +167,8 @@ class Model:
         """
         result = self.log_prior(z)
         inside = np.isfinite(result)
-        curves = self.curves(self.destandardise(z[inside]))
-        result[inside] += self.sensor.log_likelihood(record, curves)
+        values = self.destandardise(z[inside])
+        result[inside] += self.sensor.log_likelihood(record, self.curves(values))
+        if self.facts is not None:
+            result[inside] += self.facts.log_density(values[:, : len(NAMES)])
         return result

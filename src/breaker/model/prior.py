@@ -8,13 +8,13 @@ density is normalised analytically. Outside the half-space the density is zero.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.special import log_ndtr, ndtr, ndtri  # scipy.stats takes most of a second to load
 
-from breaker.mechanism import NAMES, split
+from breaker.mechanism import NAMES, Size, powers, split
 
 __all__ = ["Prior"]
 
@@ -25,7 +25,9 @@ class Prior:
 
     Attributes:
         medians: Medians of the log-normals before conditioning, ``(p,)``, units of the parameters.
-        log_sds: Standard deviations of the natural logarithms, ``(p,)``.
+        log_sds: Standard deviations of the natural logarithms, ``(p,)``, without what is shared.
+        shared: Changes of the logarithms that parameters have in common, each as it is at one
+            standard deviation, ``(k, p)``; none by default.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
@@ -37,6 +39,7 @@ class Prior:
 
     medians: np.ndarray
     log_sds: np.ndarray
+    shared: np.ndarray = field(default_factory=lambda: np.empty((0, len(NAMES))))
 
     def __post_init__(self) -> None:
         for name in ("medians", "log_sds"):
@@ -44,6 +47,8 @@ class Prior:
             if values.shape != (len(NAMES),) or not np.all(np.isfinite(values) & (values > 0)):
                 raise ValueError(f"{name} of the prior must be {len(NAMES)} positive numbers")
             object.__setattr__(self, name, values)
+        if self.shared.ndim != 2 or self.shared.shape[1] != len(NAMES):
+            raise ValueError(f"shared changes are (k, {len(NAMES)}), not {self.shared.shape}")
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Mapping[str, float]]) -> "Prior":
@@ -53,12 +58,42 @@ class Prior:
             log_sds=np.array([settings[name]["log_sd"] for name in NAMES]),
         )
 
+    def sized(self, size: Size, unknown: float = 0.0) -> "Prior":
+        """Return the prior of drives of a size, whose own is that of size 1.
+
+        Args:
+            size: Their size.
+            unknown: Standard deviation of the logarithms of both its factors.
+        """
+        shared = unknown * powers() if unknown else np.empty((0, len(NAMES)))
+        medians = self.medians * size.factors
+        return replace(self, medians=medians, shared=np.concatenate([self.shared, shared]))
+
+    @cached_property
+    def _root(self) -> np.ndarray:
+        """Lower triangular F, ``(p, p)``: standardised parameters have the covariance F F^T."""
+        shared = self.shared / self.log_sds
+        return np.linalg.cholesky(np.eye(len(NAMES)) + shared.T @ shared)
+
+    @cached_property
+    def precision(self) -> np.ndarray:
+        """Inverse covariance of the standardised parameters, before conditioning, ``(p, p)``."""
+        inverse = np.linalg.inv(self._root)
+        return inverse.T @ inverse
+
+    @cached_property
+    def recentred(self) -> np.ndarray:
+        """Map standardised parameters to those expected without the shared factors, ``(p, p)``."""
+        return self.precision if len(self.shared) else np.eye(len(NAMES))
+
     @cached_property
     def _half_space(self) -> tuple[np.ndarray, float]:
-        """Coefficients ``a``, ``b`` of the condition: log f - log k_a - log L = a . z + b > 0."""
+        """Coefficients ``a``, ``b`` of the condition ``log f - log k_a - log L = a . w + b > 0``
+        on independent standard normals ``w``, where ``z = F w``.
+        """
         signs = np.zeros(len(NAMES))
         signs[[NAMES.index("f"), NAMES.index("k_a"), NAMES.index("L")]] = 1.0, -1.0, -1.0
-        return signs * self.log_sds, float(signs @ np.log(self.medians))
+        return (signs * self.log_sds) @ self._root, float(signs @ np.log(self.medians))
 
     @cached_property
     def log_support(self) -> float:
@@ -89,12 +124,13 @@ class Prior:
         slope, offset = self._half_space
         length = np.linalg.norm(slope)
         direction = slope / length
-        z = rng.standard_normal((n, len(NAMES)))
-        # With w = direction . z, the condition is -w < offset / length. Working with -w keeps
+        w = rng.standard_normal((n, len(NAMES)))
+        # With v = direction . w, the condition is -v < offset / length. Working with -v keeps
         # full precision in the common case, where nearly everything is accepted.
         upper = ndtr(offset / length)
         along = -ndtri(upper * (1.0 - rng.random(n)))
-        return self.destandardise(z + (along - z @ direction)[:, None] * direction)
+        w += (along - w @ direction)[:, None] * direction
+        return self.destandardise(w @ self._root.T if len(self.shared) else w)
 
     def log_prob(self, theta: np.ndarray) -> np.ndarray:
         """Return the log density per unit of ``theta``, ``(..., p) -> (...)``.
@@ -107,4 +143,13 @@ class Prior:
         safe = np.where(inside[..., None], theta, self.medians)
         normal = -(self.standardise(safe) ** 2) / 2 - np.log(np.sqrt(2 * np.pi))
         log_density = normal - np.log(self.log_sds) - np.log(safe)
-        return np.where(inside, log_density.sum(axis=-1) - self.log_support, -np.inf)
+        total = log_density.sum(axis=-1) + self.log_shared(self.standardise(safe))
+        return np.where(inside, total - self.log_support, -np.inf)
+
+    def log_shared(self, z: np.ndarray) -> np.ndarray | float:
+        """Return what shared factors add to the log of a standard normal, ``(..., p) -> (...)``."""
+        if not len(self.shared):
+            return 0.0
+        more = self.precision - np.eye(len(NAMES))
+        log_determinant = 2.0 * np.log(self._root.diagonal()).sum()
+        return -0.5 * (np.einsum("...i,ij,...j->...", z, more, z) + log_determinant)

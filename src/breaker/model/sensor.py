@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from breaker.mechanism import Size
 from breaker.model.discrepancy import Discrepancy, Modes, modes
 
 __all__ = ["Sensor", "grid"]
@@ -79,6 +80,18 @@ class Sensor:
         """Return what ``from_settings`` takes."""
         names = [each.name for each in fields(self) if each.name != "discrepancy"]
         return {name: getattr(self, name) for name in names}
+
+    def sized(self, size: Size) -> "Sensor":
+        """Return the sensor as it is for drives of another size: grid, errors, discrepancy."""
+        return replace(
+            self,
+            start=self.start * size.times,
+            stop=self.stop * size.times,
+            noise_sd=self.noise_sd * size.lengths,
+            onset_sd=self.onset_sd * size.times,
+            zero_sd=self.zero_sd * size.lengths,
+            discrepancy=self.discrepancy and self.discrepancy.scaled(size.lengths),
+        )
 
     @cached_property
     def noise_and_zero(self) -> "Sensor":

@@ -13,6 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "corrections": ["Corrected", "correct"],
         "estimator": ["Posterior"],
         "exactness": ["correct_operations", "correct_validation", "judge"],
+        "laplace": ["approximate"],
         "missing": ["widening"],
         "predictive": [
             "infer",

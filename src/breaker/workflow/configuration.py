@@ -1,8 +1,8 @@
 """Configuration of the workflow: merged from files, checked, and explained where it is wrong.
 
 Every default stands in ``config/config.yaml``; an overlay holds only what differs. The JSON schema
-``workflow/schemas/config.schema.yaml`` defines the allowed keys and values. The table ``RULES`` of
-``breaker.workflow.rules`` defines which keys must be consistent with each other.
+``config.schema.yaml`` in ``breaker.shipped`` defines the allowed keys and values. The table
+``RULES`` of ``breaker.workflow.rules`` defines which keys must be consistent with each other.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,6 +11,7 @@ from operator import getitem
 from pathlib import Path
 from typing import Any
 
+from breaker.shipped import SCHEMA
 from breaker.workflow.sources import ConfigurationError, Sources, parse, place, repeated, short
 
 __all__ = ["check", "chosen_network", "load", "merge", "read"]
@@ -18,19 +19,19 @@ __all__ = ["check", "chosen_network", "load", "merge", "read"]
 _SHOWN = 20  # problems that a message lists
 
 
-def load(paths: Sequence[str | Path], *, schema: str | Path) -> dict[str, Any]:
+def load(paths: Sequence[str | Path], *, schema: str | Path = SCHEMA) -> dict[str, Any]:
     """Read a configuration, each file laid over those before it, and check it.
 
     Args:
         paths: YAML files; the first holds the defaults.
-        schema: File of the JSON schema.
+        schema: File of the JSON schema; that of the package by default.
 
     Raises:
         ConfigurationError: If a file cannot be read or the configuration is wrong.
 
     Example:
         >>> files = ["config/config.yaml", "config/paper.yaml"]
-        >>> load(files, schema="workflow/schemas/config.schema.yaml")["sensor"]["zero_sd"]
+        >>> load(files)["sensor"]["zero_sd"]
         0.0
     """
     config = reduce(merge, map(read, paths), {})
@@ -88,13 +89,13 @@ def chosen_network(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[
 
 
 def check(
-    config: Mapping[str, Any], *, schema: str | Path, files: Iterable[str | Path] = ()
+    config: Mapping[str, Any], *, schema: str | Path = SCHEMA, files: Iterable[str | Path] = ()
 ) -> None:
     """Check a merged configuration: keys, types, ranges, and keys that must fit each other.
 
     Args:
         config: The merged configuration.
-        schema: File of the JSON schema.
+        schema: File of the JSON schema; that of the package by default.
         files: Files it came from, the last overlay first. A message names the first one with the
             value in question. A key that stands twice in a file is a problem too: YAML drops one.
 

@@ -1,0 +1,33 @@
+"""`breaker check`: say which records of a folder will be accepted."""
+
+import argparse
+import logging
+
+from breaker.cli.settings import settings_of
+
+__all__ = ["add"]
+
+
+def add(commands) -> argparse.ArgumentParser:
+    check = commands.add_parser(
+        "check",
+        help="say which records of a folder will be accepted",
+        description="Read all records of a folder as the workflow will, and print what is "
+        "accepted, what is doubtful, and why the rest is rejected. The status is 1 if nothing of a "
+        "motion is accepted.",
+    )
+    check.set_defaults(run=_run)
+    check.add_argument("folder", metavar="FOLDER", help="folder of the curve files")
+    return check
+
+
+def _run(options: argparse.Namespace) -> int:
+    from breaker.inspection import check_folder, checked_text
+
+    logging.getLogger("breaker").setLevel(logging.ERROR)  # the text has the reasons
+    config = settings_of(options.config)
+    motions = config["motions"]
+    checked = check_folder(options.folder, config["endurance"], config["sensor"], motions)
+    print(checked_text(checked))
+    accepted = {each.motion for each in checked if each.accepted}
+    return 0 if accepted == set(motions) else 1

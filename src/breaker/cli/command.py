@@ -1,0 +1,57 @@
+"""The command `breaker` as a whole: its commands, its errors and its exit status."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from breaker.cli import check, infer, inspect, manifest
+from breaker.cli.settings import PROJECT
+from breaker.workflow import ConfigurationError, missing_packages, set_threads
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Returns:
+        The exit status: 0; 1 where it failed; as of a command that a signal ended, 130 where it was
+        interrupted and 141 where nobody reads its output to the end.
+    """
+    options = _parser().parse_args(arguments)
+    set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
+    try:
+        status = options.run(options)
+        sys.stdout.flush()  # here, where a closed pipe is still caught
+        return status
+    except KeyboardInterrupt:
+        print("breaker: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # Python writes what is left when it ends, and would complain: into nothing instead.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except ModuleNotFoundError as error:
+        print(f"breaker: {missing_packages(error.name)}", file=sys.stderr)
+        return 1
+    except (ConfigurationError, OSError, ValueError) as error:
+        print(f"breaker: {error}", file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="breaker", description="From a breaker's travel curve to the state of its drive."
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for each in (inspect, manifest, check, infer):  # in the order of --help
+        command = each.add(commands)
+        command.add_argument(
+            "--config",
+            nargs="+",
+            default=[],
+            metavar="YAML",
+            help=f"configuration files, laid over {PROJECT} if there is one, or the defaults",
+        )
+    return parser

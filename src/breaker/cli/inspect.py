@@ -1,0 +1,47 @@
+"""`breaker inspect`: propose how to read a file."""
+
+import argparse
+import logging
+from pathlib import Path
+
+from breaker.cli.settings import PROJECT, settings_of
+
+__all__ = ["add"]
+
+
+def add(commands) -> argparse.ArgumentParser:
+    inspect = commands.add_parser(
+        "inspect",
+        help="propose how to read a file",
+        description="Look at one file of unknown origin: how its text is written, which columns "
+        "are time and travel, and which motions they hold. Prints the lines of configuration that "
+        "read it, after reading it with them.",
+    )
+    inspect.set_defaults(run=_run)
+    inspect.add_argument("file", metavar="FILE", help="a record as it was exported")
+    inspect.add_argument(
+        "--channel", default="", metavar="NAME", help="the column of travel, if there are several"
+    )
+    inspect.add_argument("--output", metavar="YAML", help="write the proposed lines there")
+    inspect.add_argument("--plot", metavar="PNG", help="draw the record there")
+    return inspect
+
+
+def _run(options: argparse.Namespace) -> int:
+    from breaker.inspection import inspect_file, overlay_of, report_of
+
+    logging.getLogger("breaker").setLevel(logging.ERROR)  # the report has the reasons
+    sensor = settings_of(options.config)["sensor"]
+    proposal = inspect_file(options.file, sensor, options.channel)
+    overlay = overlay_of(proposal)
+    print(report_of(proposal))
+    print(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
+    if options.output:
+        Path(options.output).write_text(overlay, encoding="utf-8")
+        print(f"written to {options.output}")
+    if options.plot:
+        from breaker.figures import record
+
+        record.record(proposal).savefig(options.plot)
+        print(f"drawn in {options.plot}")
+    return 0 if any(each.record for each in proposal.motions) else 1

@@ -1,0 +1,27 @@
+"""Files that ship with the package: every default, their schema, and models trained with them.
+
+``config.yaml`` is that of the project (``config/config.yaml``); the models are those of its default
+run. ``make ship`` brings both up to date, and tests compare them.
+"""
+
+from pathlib import Path
+
+__all__ = ["DEFAULTS", "SCHEMA", "model_file"]
+
+_HERE = Path(__file__).parent
+
+DEFAULTS = _HERE / "config.yaml"
+"""Every setting with its default."""
+
+SCHEMA = _HERE / "config.schema.yaml"
+"""JSON schema of the configuration."""
+
+
+def model_file(motion: str) -> Path:
+    """Return the model file of "closing" or "opening", trained with the defaults.
+
+    Example:
+        >>> model_file("closing").name
+        'closing.safetensors'
+    """
+    return _HERE / f"{motion}.safetensors"
