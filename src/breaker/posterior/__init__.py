@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "batches": ["Rows", "freeze_inputs", "split"],
         "corrections": ["Corrected", "correct"],
         "estimator": ["Posterior"],
+        "exact": ["infer_exactly"],
         "exactness": ["correct_operations", "correct_validation", "judge"],
         "laplace": ["approximate"],
         "missing": ["widening"],

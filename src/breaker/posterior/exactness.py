@@ -4,7 +4,7 @@ Each record has a random generator of its own, so that its result does not depen
 records.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -19,9 +19,11 @@ from breaker.posterior.weights import importance
 
 __all__ = [
     "Density",
+    "correct_each",
     "correct_operations",
     "correct_validation",
     "judge",
+    "p_values",
 ]
 
 
@@ -82,11 +84,20 @@ def correct_operations(
         settings,
         seed,
     )
-    p_value = np.full(len(values), np.nan)
-    for i in np.flatnonzero(np.isfinite(values).all(axis=(1, 2))):
-        p_value[i] = predictive_p_value(model, inferred.travel.values[i], values[i])
+    p_value = p_values(model, inferred.travel.values, values)
     by_operation = {name: ("operation", each) for name, each in found.items()}
     return inferred.assign(by_operation | summaries(model, values, p_value, misfit_p_value))
+
+
+def p_values(model: Model, measured: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the predictive p-values of records ``(n, t)`` with draws ``(n, d, q)``, ``(n,)``.
+
+    NaN where a record has no draws.
+    """
+    found = np.full(len(values), np.nan)
+    for i in np.flatnonzero(np.isfinite(values).all(axis=(1, 2))):
+        found[i] = predictive_p_value(model, measured[i], values[i])
+    return found
 
 
 def _correct(
@@ -107,13 +118,46 @@ def _correct(
     Returns:
         Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
     """
-    values = np.full(draws.shape, np.nan)
+    present = np.isfinite(draws).all(axis=(1, 2))
+    purpose = (seed, "correction")
+    return correct_each(
+        model, measured, lambda i, _: draws[i], present, keys, settings, purpose, draws.shape[1]
+    )
+
+
+def correct_each(
+    model: Model,
+    measured: np.ndarray,
+    start: Callable[[int, np.random.Generator], np.ndarray],
+    present: np.ndarray,
+    keys: np.ndarray,
+    settings: Mapping,
+    purpose: tuple[int, str],
+    draws: int,
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Correct records one by one, each with a random generator of its own.
+
+    Args:
+        model: Joint model.
+        measured: Records, ``(n, t)``, mm.
+        start: Returns the draws that record i starts from, ``(d, q)``.
+        present: Which records there are, ``(n,)``.
+        keys: What each record's generator is named by, ``(n,)``.
+        settings: The section ``correction`` of the configuration.
+        purpose: Seed of the generators, and what they are for.
+        draws: Draws of each, d.
+
+    Returns:
+        Draws, ``(n, d, q)``, nan where there are none, and for each name in ``ABSENT`` an array
+        ``(n,)``.
+    """
+    values = np.full((len(keys), draws, len(model.outputs)), np.nan)
     rows = [dict(ABSENT) for _ in keys]
-    present = np.flatnonzero(np.isfinite(draws).all(axis=(1, 2)))
-    for i in tqdm(present, desc=f"correcting {model.motion}", mininterval=5, unit="record"):
-        rng = generator(seed, "correction", model.motion, int(keys[i]))
+    progress = f"correcting {model.motion}"
+    for i in tqdm(np.flatnonzero(present), desc=progress, mininterval=5, unit="record"):
+        rng = generator(*purpose, model.motion, int(keys[i]))
         try:
-            found = correct(model, measured[i], draws[i], settings, rng)
+            found = correct(model, measured[i], start(i, rng), settings, rng)
         except (ArithmeticError, ValueError) as error:
             # One strange record must not end the job of all others.
             rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"

@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for the
     from breaker.posterior.estimator import Posterior
 
 __all__ = [
+    "coordinates",
     "infer",
     "predict",
     "predict_stages",
@@ -86,12 +87,13 @@ def sample_records(
             "truth": (("curve", "output"), truth),
             "measured": (("curve", "time"), measured, {"unit": "mm"}),
         },
-        coords=_coordinates(posterior.model),
+        coords=coordinates(posterior.model),
         attrs={"motion": posterior.motion, "seed": seed, "solver_steps": posterior.steps},
     )
 
 
-def _coordinates(model: Model) -> dict:
+def coordinates(model: Model) -> dict:
+    """Return the coordinates ``output``, ``output_unit`` and ``time`` of a result."""
     return {
         "output": ("output", model.names),
         "output_unit": ("output", [output.unit for output in model.outputs]),
@@ -160,7 +162,7 @@ def infer(
         "accepted": ("operation", reasons == ""),
     }
     found = summaries(posterior.model, values, p_value, misfit_p_value)
-    return curves.assign(flags | found).assign_coords(_coordinates(posterior.model))
+    return curves.assign(flags | found).assign_coords(coordinates(posterior.model))
 
 
 def summaries(

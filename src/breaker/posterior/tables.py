@@ -47,8 +47,16 @@ _FROM_DRAWS = (
     "outside_support",
 )
 
-# Columns of a table that not every result has: of the reader, of the network, of the correction.
-_WHERE_THERE = (
+# Columns of a table, as far as the result has them: of the reader, of the network, of the
+# correction.
+_COLUMNS = (
+    "p_value",
+    "misfit",
+    "outside_prior",
+    "outside_support",
+    "accepted",
+    "reason",
+    "file",
     "remarks",
     "missing",
     "masked",
@@ -133,7 +141,8 @@ def table_of_both(result: xr.Dataset) -> pd.DataFrame:
 def table(result: xr.Dataset) -> pd.DataFrame:
     """Return one tidy row for each operation and output of what ``infer`` returns.
 
-    Also of what ``exactness.correct_operations`` makes of it, and then with how it came about.
+    Also of what ``correct_operations`` makes of it, and of ``infer_exactly``: then with how it came
+    about.
     """
     units = dict(zip(result.output.values, result.output_unit.values, strict=True))
     frame = result["median"].to_dataframe(name="median")[["median"]]
@@ -143,17 +152,7 @@ def table(result: xr.Dataset) -> pd.DataFrame:
             frame[f"{name}_{bound}"] = values.to_series()
     frame = frame.reset_index()
     frame.insert(2, "unit", frame.output.map(units))
-    columns = [
-        "p_value",
-        "misfit",
-        "outside_prior",
-        "outside_support",
-        "accepted",
-        "reason",
-        "file",
-        *(name for name in _WHERE_THERE if name in result),
-        *known_about(result),
-    ]
+    columns = [*(name for name in _COLUMNS if name in result), *known_about(result)]
     return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
 
 
