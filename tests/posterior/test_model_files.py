@@ -12,8 +12,9 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 
 from breaker.mechanism.parameters import NAMES
+from breaker.model.saved import FORMATS, ModelFileError
 from breaker.posterior.estimator import Posterior
-from breaker.posterior.model_files import ModelFileError, write
+from breaker.posterior.model_files import write
 from tests.networks_fixtures import (
     COMBINATIONS,
     MARKS,
@@ -122,6 +123,54 @@ def parts(path):
     with safe_open(str(path), framework="pt") as file:
         header = {name: text for name, text in file.metadata().items() if name != "checksum"}
         return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118
+
+
+def in_format(number, source, target, **more):
+    """Write a model file as it was written in an older format."""
+    tensors, header = parts(source)
+    tensors |= {name: tensors[name][0].clone() for name in ("farthest", "margin")} | more
+    if number == 1:
+        del tensors["density_solver_steps"]
+    save_file(tensors, target, metadata={**header, "format": FORMATS[number - 1]})
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_file_of_an_older_format_is_the_same_model(number, curved, model_file, tmp_path):
+    """Of one scale, without what the model leaves out; the first with one number of steps."""
+    posterior, records = curved
+    in_format(number, model_file, tmp_path / "old.safetensors")
+    loaded = Posterior.load(tmp_path / "old.safetensors")
+    np.testing.assert_array_equal(loaded.distance(records), posterior.distance(records))
+    noise = noise_of(posterior, 5, 20)
+    draws = posterior.sample(records, noise)
+    np.testing.assert_array_equal(loaded.sample(records, noise), draws)
+    if number == 1:
+        posterior = Posterior.load(model_file)
+        posterior.density_solver_steps.fill_(posterior.steps)
+    density = posterior.log_prob(draws, records)
+    np.testing.assert_array_equal(loaded.log_prob(draws, records), density)
+    loaded.save(tmp_path / "new.safetensors")  # in the present format
+    again = Posterior.load(tmp_path / "new.safetensors")
+    np.testing.assert_array_equal(again.log_prob(draws, records), density)
+
+
+@pytest.mark.parametrize(
+    ("number", "more", "message"),
+    [
+        (1, {"density_solver_steps": torch.tensor(8)}, "tensor density_solver_steps has"),
+        (2, {"margin": torch.ones(3).double()}, "tensor margin has the shape"),
+        (2, {"discrepancy.mean": torch.ones(31).double()}, "tensor discrepancy.mean has"),
+    ],
+)
+def test_an_older_format_with_parts_of_a_newer_one_is_refused(
+    number, more, message, model_file, tmp_path
+):
+    in_format(2, model_file, tmp_path / "old.safetensors", **more)
+    tensors, header = parts(tmp_path / "old.safetensors")
+    header["format"] = FORMATS[number - 1]
+    save_file(tensors, tmp_path / "old.safetensors", metadata=header)
+    with pytest.raises(ModelFileError, match=message):
+        Posterior.load(tmp_path / "old.safetensors")
 
 
 def flipped(sign, other):
@@ -250,11 +299,11 @@ FAULTS = {
     "component infinite": (with_value("curve_weights", -torch.inf), "not finite"),
     "other type": (
         with_tensors(lambda t: t.update({"curve_mean": t["curve_mean"].float()})),
-        "curve_mean is of torch.float32, not torch.float64",
+        "curve_mean is of float32, not float64",
     ),
     "steps of text": (
         with_tensors(lambda t: t.update(solver_steps=torch.ones(()))),
-        "solver_steps is of torch.float32",
+        "solver_steps is of float32",
     ),
     "no steps": (with_value("solver_steps", 0), "solver_steps is 0, but must be from 1 to 1000"),
     "setting changed": (flipped(b'\\"gamma_a\\": {\\"log_sd\\": 0.', b"9"), "checksum"),
@@ -271,7 +320,7 @@ FAULTS = {
     "discrepancy nan": (with_discrepancy(mean=torch.full((31,), torch.nan).double()), "not finite"),
     "discrepancy of six": (with_discrepancy(slopes=torch.zeros(6, 31).double()), DESCRIBE),
     "discrepancy of others": (with_discrepancy(mean=torch.zeros(30).double()), DESCRIBE),
-    "discrepancy single": (with_discrepancy(factor=torch.zeros(2, 31)), "of torch.float32"),
+    "discrepancy single": (with_discrepancy(factor=torch.zeros(2, 31)), "of float32"),
     "discrepancy a number": (with_discrepancy(mean=torch.ones(()).double()), DESCRIBE),
 }
 

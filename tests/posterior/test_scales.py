@@ -9,10 +9,10 @@ from safetensors.torch import save_file
 from scipy.stats import binom, chi2, kstest
 
 from breaker.model.randomness import generator
+from breaker.model.saved import ModelFileError
 from breaker.posterior.batches import Rows, freeze_inputs
 from breaker.posterior.estimator import SCALES, Posterior
 from breaker.posterior.exactness import correct_validation, judge
-from breaker.posterior.model_files import ModelFileError
 from breaker.posterior.predictive import infer, predict, predictive_p_value, validate
 from breaker.posterior.solver import records as records_of
 from breaker.posterior.training import Trainer
@@ -239,7 +239,7 @@ def weights_of(posterior):
     ("change", "message"),
     [
         (lambda t: t.pop("discrepancy.mean"), "not contain tensor discrepancy.mean"),
-        (lambda t: t.update({"discrepancy.mean": torch.zeros(30)}), "is of torch.float32"),
+        (lambda t: t.update({"discrepancy.mean": torch.zeros(30)}), "is of float32"),
         (
             lambda t: t.update({"discrepancy.mean": torch.zeros(30, dtype=torch.float64)}),
             "do not describe a model",

@@ -18,6 +18,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "prior": ["Prior"],
         "randomness": ["generator", "seed_integer"],
         "reference": ["reference_model"],
+        "saved": ["FORMATS", "ModelFileError", "SavedModel", "open_model", "write_model"],
         "sensor": ["Sensor", "grid"],
     },
 )

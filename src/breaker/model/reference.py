@@ -4,13 +4,8 @@ Its prior and sensor are in the header of the shipped model file, and so is what
 out; neither needs torch.
 """
 
-import json
-
-import numpy as np
-from safetensors import safe_open
-
-from breaker.model.discrepancy import Discrepancy
 from breaker.model.joint import Model
+from breaker.model.saved import open_model
 from breaker.shipped import model_file
 
 __all__ = ["reference_model"]
@@ -27,8 +22,6 @@ def reference_model(motion: str, scale: float = 1.0) -> Model:
         >>> reference_model("closing").sensor.samples
         151
     """
-    with safe_open(str(model_file(motion)), framework="numpy") as file:
-        settings = json.loads(file.metadata()["settings"])
-        parts = [file.get_tensor(f"discrepancy.{name}") for name in ("mean", "slopes", "factor")]
-    left_out = Discrepancy(*(each.astype(np.float64) for each in parts))
-    return Model.from_settings(settings, left_out if scale else None, scale)
+    with open_model(model_file(motion), remedy="install the package again") as saved:
+        left_out = saved.discrepancy if scale else None
+        return Model.from_settings(saved.settings, left_out, scale)

@@ -7,10 +7,11 @@ without a word. ``save`` therefore lists every file of a store with its size and
 
 import json
 import zlib
-from importlib.metadata import version
 from pathlib import Path
 
 import xarray as xr
+
+from breaker import __version__
 
 __all__ = ["StoreError", "describe", "open_store", "save"]
 
@@ -32,7 +33,7 @@ def describe(dataset: xr.Dataset, title: str, **settings: object) -> xr.Dataset:
     return dataset.assign_attrs(
         title=title,
         settings=json.dumps(settings, sort_keys=True),
-        breaker_version=version("breaker"),
+        breaker_version=__version__,
     )
 
 

@@ -1,0 +1,222 @@
+"""Model files: all of a posterior in one safetensors file, without pickle.
+
+Weights, and what the model leaves out where it was trained for that; in the header a JSON text with
+all settings that made it, and a checksum. A file may come from anywhere, so nothing in it is used
+before it is known to be finite and of the size that it should have. This module needs no torch: it
+reads and writes arrays, and knows nothing of networks.
+
+Formats before the present one are read too. They are of a model that is taken for right, so nothing
+is left out of it.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save
+
+from breaker import __version__
+from breaker.mechanism import NAMES
+from breaker.model.discrepancy import Discrepancy
+
+__all__ = ["FORMATS", "ModelFileError", "SavedModel", "open_model", "write_model"]
+
+FORMATS = tuple(f"breaker posterior {number}" for number in (1, 2, 3))
+"""Formats that are read, the present one last. The first has one number of solver steps, for draws
+and density alike; the first two judge how unlike the prior's a record is at one scale of what the
+model leaves out, 0."""
+
+_HEADER = ("format", "breaker_version", "settings", "checksum")
+_DISCREPANCY = ("mean", "slopes", "factor")
+_LONGEST_HEADER = 1_000_000  # bytes
+_LARGEST = 100_000  # size in the settings of sensor and network
+_MOST = 100  # layers of one kind, one number each or as many as a number says
+_LAYERS = ("blocks", "pair_blocks", "transforms")
+_TYPES = {"F64": "float64", "F32": "float32", "I64": "int64"}
+
+
+class ModelFileError(ValueError):
+    """A model file that cannot be used; the message names the file, the fault and the remedy."""
+
+    @classmethod
+    def of_settings(cls, error: Exception) -> "ModelFileError":
+        """Return that of settings from which no model can be built, because of an error."""
+        reason = f"{type(error).__name__}: {error}"
+        return cls(f"its settings do not describe a model ({reason})")
+
+
+@dataclass(frozen=True, eq=False)
+class SavedModel:
+    """An open model file.
+
+    Attributes:
+        format: One of ``FORMATS``.
+        settings: What made the model, every number finite.
+        discrepancy: What the model leaves out, if it was trained for that.
+        shapes: Shapes of the weights, by their names.
+    """
+
+    format: str
+    settings: dict
+    discrepancy: Discrepancy | None
+    shapes: Mapping[str, tuple[int, ...]]
+    _file: safe_open
+
+    def weight(self, name: str, dtype: str) -> np.ndarray:
+        """Return a tensor of the weights.
+
+        Raises:
+            ModelFileError: If it is of another type than ``dtype``, or has numbers that are not
+                finite.
+        """
+        return _array(self._file, name, dtype)
+
+
+@contextmanager
+def open_model(path: str | Path, remedy: str = "train it anew") -> Iterator[SavedModel]:
+    """Open a model file; what is raised while it is open names the file and the remedy.
+
+    Raises:
+        FileNotFoundError: If there is no such file.
+        ModelFileError: If it is not a model file, is of another format, was changed after it was
+            written, or holds settings or tensors that make no model.
+    """
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"there is no model file {path}; {remedy}")
+    try:
+        tensors = _hash_of_tensors(path)
+        with safe_open(str(path), framework="numpy") as file:
+            header = file.metadata() or {}
+            settings = _settings(header)
+            # Files of earlier versions have none.
+            if header.get("checksum") not in (None, _checksum(tensors, header)):
+                raise ModelFileError("its checksum is another: it was changed after it was written")
+            names, apart = set(file.keys()), {f"discrepancy.{name}" for name in _DISCREPANCY}
+            left_out = None
+            if header["format"] == FORMATS[-1] and names & apart:
+                left_out, names = _discrepancy(file, settings), names - apart
+            shapes = {name: tuple(file.get_slice(name).get_shape()) for name in names}
+            yield SavedModel(header["format"], settings, left_out, shapes, file)
+    except SafetensorError as error:
+        raise ModelFileError(
+            f"{path} is not a model file of breaker ({error}); {remedy}"
+        ) from error
+    except ModelFileError as error:
+        raise ModelFileError(f"{path}: {error}; {remedy}") from error
+
+
+def write_model(
+    path: str | Path,
+    settings: Mapping,
+    weights: Mapping[str, np.ndarray],
+    discrepancy: Discrepancy | None,
+) -> None:
+    """Write a model file. The same model gives the same bytes."""
+    header = {
+        "format": FORMATS[-1],
+        "breaker_version": __version__,
+        "settings": json.dumps(settings, sort_keys=True),
+    }
+    arrays = {name: np.array(each, order="C") for name, each in weights.items()}
+    if discrepancy is not None:
+        for name in _DISCREPANCY:
+            arrays[f"discrepancy.{name}"] = np.array(getattr(discrepancy, name), np.float64)
+    Path(path).write_bytes(_finished(save(arrays, metadata=header)))
+
+
+def _hash_of_tensors(path: str | Path) -> str:
+    """Read the tensors through; a header that would take long to read is refused."""
+    with Path(path).open("rb") as file:
+        size = int.from_bytes(file.read(8), "little")
+        if size > _LONGEST_HEADER:
+            raise SafetensorError("its header is too long")
+        file.seek(size, 1)
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _checksum(tensors: str, header: Mapping[str, str]) -> str:
+    """Hash of the hash of all tensors and of the settings."""
+    return hashlib.sha256((tensors + header["settings"]).encode()).hexdigest()
+
+
+def _settings(header: Mapping[str, str]) -> dict:
+    """Settings in which every number is finite, and the sizes of layers are of use."""
+    if header.get("format") not in FORMATS:
+        raise ModelFileError(
+            f"its format is {header.get('format')!r}, this version of breaker reads "
+            f"{', '.join(map(repr, FORMATS))}"
+        )
+    if unknown := sorted(header.keys() - {*_HEADER}):
+        raise ModelFileError(f"its header has {', '.join(map(repr, unknown))}, which is not known")
+    try:
+        settings = json.loads(header["settings"])
+        for place, number in _numbers(settings):
+            if not math.isfinite(number):
+                raise ValueError(f"{'.'.join(place)} is {number}")
+            most = _MOST if place[-1] in _LAYERS else _LARGEST
+            if place[0] == "network" and number > most:
+                raise ValueError(f"{'.'.join(place)} is {number:g}, more than {most}")
+        if settings["sensor"]["samples"] > _LARGEST:
+            raise ValueError(f"sensor.samples is more than {_LARGEST}")
+    except (ArithmeticError, KeyError, RecursionError, TypeError, ValueError) as error:
+        raise ModelFileError.of_settings(error) from error
+    return settings
+
+
+def _numbers(found: object, place: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Yield the numbers in settings, and where they are; refuse long lists in a network."""
+    if isinstance(found, dict):
+        for key, each in found.items():
+            yield from _numbers(each, (*place, key))
+    elif isinstance(found, list):
+        if place[:1] == ("network",) and len(found) > _MOST:
+            raise ValueError(f"{'.'.join(place)} has more than {_MOST} entries")
+        for each in found:
+            yield from _numbers(each, place)
+    elif isinstance(found, int | float):
+        yield place or ("settings",), float(found)
+
+
+def _discrepancy(file: safe_open, settings: Mapping) -> Discrepancy:
+    """What the model leaves out, of the parameters and the samples that it has."""
+    try:
+        arrays = {name: _array(file, f"discrepancy.{name}", "float64") for name in _DISCREPANCY}
+        found = Discrepancy(**arrays)
+        wanted = (len(NAMES), settings["sensor"]["samples"])
+        if found.slopes.shape != wanted:
+            raise ValueError(f"discrepancy.slopes has the shape {found.slopes.shape}, not {wanted}")
+    except ModelFileError:
+        raise
+    except (AttributeError, KeyError, SafetensorError, TypeError, ValueError) as error:
+        raise ModelFileError.of_settings(error) from error
+    return found
+
+
+def _array(file: safe_open, name: str, dtype: str) -> np.ndarray:
+    """A tensor of a type, all of it finite."""
+    found = file.get_slice(name).get_dtype()
+    if _TYPES.get(found) != dtype:
+        raise ModelFileError(f"tensor {name} is of {_TYPES.get(found, found)}, not {dtype}")
+    # A copy of its own: the file may be written over while the model is in use.
+    array = np.array(file.get_tensor(name))
+    if not np.isfinite(array).all():
+        raise ModelFileError(f"tensor {name} has numbers that are not finite")
+    return array
+
+
+def _finished(file: bytes) -> bytes:
+    """Add the checksum to a safetensors file, and order its header, which the library writes in
+    random order."""
+    size = int.from_bytes(file[:8], "little")
+    found, tensors = json.loads(file[8 : 8 + size]), file[8 + size :]
+    metadata = found["__metadata__"]
+    metadata["checksum"] = _checksum(hashlib.sha256(tensors).hexdigest(), metadata)
+    header = json.dumps(found, sort_keys=True).encode()
+    header += b" " * (-len(header) % 8)  # tensors begin at a multiple of 8, as the format asks
+    return len(header).to_bytes(8, "little") + header + tensors
