@@ -11,6 +11,7 @@ import xarray as xr
 from scipy.stats import chi2, multivariate_normal, norm
 from scipy.stats import t as student
 
+from breaker.mechanism.curves import Motion
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.joint import Model
 from breaker.model.prior import Prior
@@ -60,8 +61,8 @@ SCALES = {
 class Linear(Model):
     """The condition f > k_a L is 13 prior sds away, so that its posteriors are Gaussian."""
 
-    def curves(self, values):
-        return self.standardise(values) @ SLOPES.T
+    def expected(self, values):
+        return Motion(self.standardise(values) @ SLOPES.T, np.full(len(values), np.inf), None)
 
     def exact(self, record):
         """Mean, covariance and log evidence, of the samples that are there."""

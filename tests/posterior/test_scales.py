@@ -238,7 +238,15 @@ def weights_of(posterior):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda t: t.pop("discrepancy.mean"), "not contain tensor discrepancy.mean"),
+        (lambda t: t.pop("discrepancy.mean"), "KeyError: 'mean'"),
+        (
+            lambda t: t.update({"discrepancy.lag_sd": torch.ones((), dtype=torch.float64)}),
+            "KeyError: 'lag_mean'",
+        ),
+        (
+            lambda t: t.update({"discrepancy.more": torch.ones(3, dtype=torch.float64)}),
+            "discrepancy.more is not known",
+        ),
         (lambda t: t.update({"discrepancy.mean": torch.zeros(30)}), "is of float32"),
         (
             lambda t: t.update({"discrepancy.mean": torch.zeros(30, dtype=torch.float64)}),

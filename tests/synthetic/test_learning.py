@@ -12,6 +12,7 @@ from breaker.synthetic.family import Family
 from breaker.synthetic.learning import ensemble, learn
 
 N = 4000
+LAG_MEAN, LAG_SLOPES, LAG_SD = 0.4, np.linspace(-0.1, 0.2, 7), 0.05
 COMPONENTS = 3
 
 
@@ -34,8 +35,13 @@ def made(sensor, rng, n=N):
         a, b = rows[:, 7 + 3 * m :][:, :3], rows[:, 13 + 3 * m :][:, :3]
         delta[0, m] = mean + z @ slopes + a @ basis[motion]
         delta[1, m] = delta[0, m] + rows[:, :7] @ slopes + b @ basis[motion]
+    loading = np.array([0.5, -0.2, 0.3])  # of the lag, by a
+    lags = LAG_MEAN + z @ LAG_SLOPES + rows[:, 7:13].reshape(n, 2, 3).swapaxes(0, 1) @ loading
+    lags = lags + LAG_SD * np.random.default_rng(8).standard_normal(lags.shape)
+    lags[0, :5] = np.nan  # contacts that do not touch
     drives = xr.Dataset(
         {
+            "lag": (("condition", "motion", "drive"), np.stack([lags, lags])),
             "delta": (("condition", "motion", "drive", "time"), delta),
             "z": (("condition", "drive", "parameter"), np.stack([z, z + rows[:, :7]])),
         },
@@ -87,6 +93,36 @@ def test_known_moments_are_given_back(known):
         found / np.outer(scale, scale), expected / np.outer(scale, scale), atol=0.115
     )
     assert np.abs(learned.left).max() < 1e-9
+
+
+def test_the_lag_of_the_contact_is_learned_with_the_curve(sensor):
+    """Mean, slopes, covariance with the curve and variance; some drives do not touch.
+
+    Errors of 4000 drives as above. Planted fault: the loading by other components.
+    """
+    drives, *_, basis, covariance = made(sensor, np.random.default_rng(1))
+    learned = learn(drives, sensor, components=COMPONENTS, widening=1.0)
+    weights = np.array([0.5, -0.2, 0.3])
+    for m, motion in enumerate(MOTIONS):
+        lag = Discrepancy.from_dataset(learned.sel(motion=motion)).lag
+        rows = slice(7 + 3 * m, 10 + 3 * m)
+        a = covariance[rows, rows]
+        sd = np.sqrt(weights @ a @ weights + LAG_SD**2)
+        assert abs(lag.mean - LAG_MEAN) < 6 * sd / 63
+        assert np.all(np.abs(lag.slopes - LAG_SLOPES) < 6 * sd / 63)
+        assert lag.sd == pytest.approx(LAG_SD, rel=0.067)
+        assert lag.loading @ lag.loading + lag.sd**2 == pytest.approx(sd**2, rel=0.13)
+        expected = weights @ a @ basis[motion]  # covariance with the curve, ms mm
+        curve = np.sqrt(np.einsum("it,ij,jt->t", basis[motion], a, basis[motion]))
+        factor = learned.factor.sel(motion=motion).values
+        assert np.all(np.abs(lag.loading @ factor - expected) < 6 * 1.5 * sd * curve / 63)
+        assert np.abs(lag.loading[::-1] @ factor - expected).max() > 12 * sd * curve.max() / 63
+    wide = learn(drives, sensor, components=COMPONENTS, widening=1.3).sel(motion="closing")
+    narrow = learned.sel(motion="closing")
+    for name in ("lag_loading", "lag_sd"):
+        np.testing.assert_allclose(wide[name], 1.3 * narrow[name], rtol=1e-9)
+    for name in ("lag_mean", "lag_slopes"):
+        np.testing.assert_array_equal(wide[name], narrow[name])
 
 
 def joint(covariance, shapes):

@@ -10,7 +10,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "bank": ["open_bank", "simulate"],
-        "discrepancy": ["Discrepancy", "open_discrepancy"],
+        "beside": ["linearise_beside"],
+        "contact": ["Contact"],
+        "discrepancy": ["Discrepancy", "Lag", "open_discrepancy"],
         "facts": ["Facts"],
         "fisher": ["climb", "information", "limit_over_prior", "linearise", "pool"],
         "joint": ["Model"],

@@ -11,9 +11,15 @@ standardised parameters z, with a mean linear in them and few components:
 
 The scale ``s`` says how far a drive is from the model: 0, the model is right; 1, as far as the
 drives that it was learned from.
+
+The contact of a drive does not touch or part at the model's time either. Its ``Lag`` behind the
+model's is one more normal number, with the same components:
+
+``lag = s (mean + z slopes + xi loading + sd eta)``,   ``eta ~ N(0, 1)``.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -21,9 +27,44 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from breaker.mechanism import Size
 from breaker.stores import open_store
 
-__all__ = ["Discrepancy", "Modes", "modes", "open_discrepancy"]
+__all__ = ["Discrepancy", "Lag", "Modes", "modes", "open_discrepancy"]
+
+_CURVE = {
+    "mean": ("time",),
+    "slopes": ("parameter", "time"),
+    "factor": ("component", "time"),
+}
+_LAG = {
+    "lag_mean": (),
+    "lag_slopes": ("parameter",),
+    "lag_loading": ("component",),
+    "lag_sd": (),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Lag:
+    """Normal distribution of how much later a drive's contact switches than the model's.
+
+    Attributes:
+        mean: At the prior medians, ms.
+        slopes: Change of the mean by each standardised parameter, ``(p,)``, ms.
+        loading: What each component of the curve's error brings along, ``(c,)``, ms.
+        sd: Of what the components do not tell, ms.
+    """
+
+    mean: float
+    slopes: np.ndarray
+    loading: np.ndarray
+    sd: float
+
+    def scaled(self, factor: float) -> "Lag":
+        """Return it with all of it multiplied."""
+        parts = self.mean, self.slopes, self.loading, self.sd
+        return Lag(*(factor * each for each in parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +76,7 @@ class Discrepancy:
         slopes: Change of the mean by each standardised parameter, ``(p, t)``, mm.
         factor: Components, each scaled to its standard deviation, ``(c, t)``, mm: the covariance
             about the mean is ``factor.T @ factor``.
+        lag: That of the contact; None where it was not learned.
 
     Example:
         >>> ramp = np.linspace(0.0, 1.0, 5)
@@ -48,6 +90,7 @@ class Discrepancy:
     mean: np.ndarray
     slopes: np.ndarray
     factor: np.ndarray
+    lag: Lag | None = None
 
     def __post_init__(self) -> None:
         t = len(self.mean)
@@ -56,22 +99,40 @@ class Discrepancy:
                 f"mean (t,), slopes (p, t) and factor (c, t) are {self.mean.shape}, "
                 f"{self.slopes.shape} and {self.factor.shape}"
             )
+        if self.lag is None:
+            return
+        found = tuple(np.shape(each) for each in (self.lag.slopes, self.lag.loading))
+        if found != (wanted := ((len(self.slopes),), (len(self.factor),))):
+            raise ValueError(f"slopes (p,) and loading (c,) of the lag are {found}, not {wanted}")
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "Discrepancy":
+        """Return what ``to_arrays`` returned, or what more than that holds it.
+
+        Raises:
+            KeyError: If a part is missing; the lag may be missing as a whole.
+        """
+        names = [*_CURVE, *(_LAG if _LAG.keys() & arrays.keys() else ())]
+        parts = {name: np.asarray(arrays[name], dtype=np.float64) for name in names}
+        lag = [parts.pop(name) for name in _LAG if name in parts]
+        return cls(**parts, lag=Lag(*lag) if lag else None)
+
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Return all its numbers by name."""
+        parts = {name: getattr(self, name) for name in _CURVE}
+        if self.lag is not None:
+            parts |= {name: getattr(self.lag, name.removeprefix("lag_")) for name in _LAG}
+        return {name: np.asarray(each) for name, each in parts.items()}
 
     @classmethod
     def from_dataset(cls, data: xr.Dataset) -> "Discrepancy":
         """Return what ``to_dataset`` returned, or what more than that holds it."""
-        arrays = (data[name].values for name in ("mean", "slopes", "factor"))
-        return cls(*(each.astype(np.float64) for each in arrays))
+        return cls.from_arrays(data.data_vars)
 
     def to_dataset(self) -> xr.Dataset:
         """Return it as a dataset over ``time``, ``parameter`` and ``component``."""
-        return xr.Dataset(
-            {
-                "mean": (("time",), self.mean),
-                "slopes": (("parameter", "time"), self.slopes),
-                "factor": (("component", "time"), self.factor),
-            }
-        )
+        dims = _CURVE | _LAG
+        return xr.Dataset({name: (dims[name], each) for name, each in self.to_arrays().items()})
 
     @property
     def sd(self) -> np.ndarray:
@@ -82,12 +143,21 @@ class Discrepancy:
         """Return it at a scale; None at scale 0, where there is none."""
         if not scale:
             return None
-        return Discrepancy(scale * self.mean, scale * self.slopes, scale * self.factor)
+        lag = self.lag and self.lag.scaled(scale)
+        return Discrepancy(scale * self.mean, scale * self.slopes, scale * self.factor, lag)
+
+    def sized(self, size: Size) -> "Discrepancy":
+        """Return it as it is for drives of another size."""
+        lag = self.lag and self.lag.scaled(size.times)
+        return replace(self.scaled(size.lengths), lag=lag)
 
     def known_as(self, matrix: np.ndarray, offset: np.ndarray | float = 0.0) -> "Discrepancy":
         """Return it by other parameters x, ``z = offset + x @ matrix``, ``matrix (p, p)``."""
-        offset = np.broadcast_to(offset, len(self.slopes))
-        return Discrepancy(self.mean + offset @ self.slopes, matrix @ self.slopes, self.factor)
+        offset, lag = np.broadcast_to(offset, len(self.slopes)), self.lag
+        if lag is not None:
+            lag = replace(lag, mean=lag.mean + offset @ lag.slopes, slopes=matrix @ lag.slopes)
+        mean = self.mean + offset @ self.slopes
+        return Discrepancy(mean, matrix @ self.slopes, self.factor, lag)
 
     def shift(self, z: np.ndarray) -> np.ndarray:
         """Return the mean at standardised parameters, ``(..., p) -> (..., t)``, mm."""

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.mechanism import MOTIONS, NAMES, Parameter, Size, outputs, travel
+from breaker.mechanism import MOTIONS, NAMES, Motion, Parameter, Size, outputs, travel
+from breaker.model.contact import Contact
 from breaker.model.discrepancy import Discrepancy
 from breaker.model.facts import Facts
 from breaker.model.prior import Prior
@@ -31,6 +32,7 @@ class Model:
         sensor: Time grid and errors of the records.
         motion: "closing" or "opening".
         facts: What is known of the drive beside its records, if anything.
+        contact: When the contact switched, of the one record that is judged; None if unknown.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
@@ -46,10 +48,18 @@ class Model:
     sensor: Sensor
     motion: str
     facts: Facts | None = None
+    contact: Contact | None = None
 
     def __post_init__(self) -> None:
         if self.motion not in MOTIONS:
             raise ValueError(f"unknown motion {self.motion!r}; known: {', '.join(MOTIONS)}")
+        left_out = self.sensor.discrepancy
+        if self.contact is not None and left_out is not None and left_out.lag is None:
+            raise ValueError(
+                "what the model leaves out was learned without times of touch and parting; learn "
+                "it, or train the model file, anew, or leave out touch_time, part_time and "
+                "endurance.format.contact_column"
+            )
 
     @classmethod
     def from_settings(
@@ -69,6 +79,17 @@ class Model:
     def leaving_out(self, discrepancy: Discrepancy | None) -> "Model":
         """Return the model with another account of what it leaves out."""
         return replace(self, sensor=replace(self.sensor, discrepancy=discrepancy))
+
+    def knowing(self, facts: Facts | None = None, contact: Contact | None = None) -> "Model":
+        """Return the model that also knows what is known beside a record.
+
+        Raises:
+            ValueError: If there is a contact's time, but what the model leaves out was learned
+                without.
+        """
+        return replace(
+            self, facts=facts if facts is not None and facts.names else None, contact=contact
+        )
 
     def sized(self, size: Size, unknown: float = 0.0) -> "Model":
         """Return the model of drives of another size, if this is that of size 1.
@@ -132,10 +153,22 @@ class Model:
 
         They are exact, and the mean of what the model leaves out is added.
         """
+        return self.expected(values).travel
+
+    def expected(self, values: np.ndarray) -> Motion:
+        """Return what is expected of outputs ``(n, q)``: curves, and what else they show.
+
+        Switching times are on the record's grid, ms after the nominal first motion, with the mean
+        of what the model leaves out, where it was learned.
+        """
         p = len(NAMES)
         onset = values[:, p] if self.sensor.infers_onset else 0.0
-        curves = travel(values[:, :p], self.sensor.times, self.motion, onset=onset).travel
-        return curves + self.shift(values)
+        found = travel(values[:, :p], self.sensor.times, self.motion, onset=onset)
+        switching, left_out = found.switching + onset, self.sensor.discrepancy
+        if left_out is not None and left_out.lag is not None:
+            z = self.prior.standardise(values[:, :p])
+            switching = switching + left_out.lag.mean + z @ left_out.lag.slopes
+        return found._replace(travel=found.travel + self.shift(values), switching=switching)
 
     def shift(self, values: np.ndarray) -> np.ndarray | float:
         """Return the mean of what the model leaves out, ``(n, q) -> (n, t)``, mm, or 0."""
@@ -162,13 +195,39 @@ class Model:
         """Return ``log p(z, record)`` of standardised outputs ``(n, q)`` and a record ``(t,)``.
 
         Exact: the zero is integrated, the onset is one of the outputs, and samples that are nan
-        are missing. ``(n,)``, per unit of ``z``; ``-inf`` where the prior is zero and nothing is
-        simulated.
+        are missing. What is known beside the record counts as well. ``(n,)``, per unit of ``z``;
+        ``-inf`` where the prior is zero and nothing is simulated.
         """
         result = self.log_prior(z)
         inside = np.isfinite(result)
         values = self.destandardise(z[inside])
-        result[inside] += self.sensor.log_likelihood(record, self.curves(values))
+        expected = self.expected(values)
+        result[inside] += self.sensor.log_likelihood(record, expected.travel)
         if self.facts is not None:
             result[inside] += self.facts.log_density(values[:, : len(NAMES)])
+        if self.contact is not None:
+            of_contact = self.sensor, record, expected.travel, expected.switching
+            result[inside] += self.contact.log_density(*of_contact)
         return result
+
+    def residuals_beside(self, z: np.ndarray, record: np.ndarray) -> np.ndarray:
+        """Return how far what is known beside a record is from what is expected, in sds.
+
+        They are independent of each other and of the record, and their squares add to its.
+
+        Args:
+            z: Standardised outputs, ``(n, q)``.
+            record: ``(t,)``, mm; nan where a sample is missing.
+
+        Returns:
+            Residuals ``(n, k)``, of facts and of the contact; not finite where a quantity does not
+            exist.
+        """
+        found, values = [np.empty((len(z), 0))], self.destandardise(z)
+        if self.facts is not None:
+            found.append(self.facts.residuals(values[:, : len(NAMES)]))
+        if self.contact is not None:
+            expected = self.expected(values)
+            of_contact = self.sensor, record, expected.travel, expected.switching
+            found.append(self.contact.residuals(*of_contact)[:, None])
+        return np.concatenate(found, axis=1)

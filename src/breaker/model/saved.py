@@ -33,7 +33,7 @@ and density alike; the first two judge how unlike the prior's a record is at one
 model leaves out, 0."""
 
 _HEADER = ("format", "breaker_version", "settings", "checksum")
-_DISCREPANCY = ("mean", "slopes", "factor")
+_DISCREPANCY = "discrepancy."  # begins the names of its tensors
 _LONGEST_HEADER = 1_000_000  # bytes
 _LARGEST = 100_000  # size in the settings of sensor and network
 _MOST = 100  # layers of one kind, one number each or as many as a number says
@@ -97,10 +97,10 @@ def open_model(path: str | Path, remedy: str = "train it anew") -> Iterator[Save
             # Files of earlier versions have none.
             if header.get("checksum") not in (None, _checksum(tensors, header)):
                 raise ModelFileError("its checksum is another: it was changed after it was written")
-            names, apart = set(file.keys()), {f"discrepancy.{name}" for name in _DISCREPANCY}
-            left_out = None
-            if header["format"] == FORMATS[-1] and names & apart:
-                left_out, names = _discrepancy(file, settings), names - apart
+            names, left_out = set(file.keys()), None
+            apart = {name for name in names if name.startswith(_DISCREPANCY)}
+            if header["format"] == FORMATS[-1] and apart:
+                left_out, names = _discrepancy(file, apart, settings), names - apart
             shapes = {name: tuple(file.get_slice(name).get_shape()) for name in names}
             yield SavedModel(header["format"], settings, left_out, shapes, file)
     except SafetensorError as error:
@@ -125,8 +125,8 @@ def write_model(
     }
     arrays = {name: np.array(each, order="C") for name, each in weights.items()}
     if discrepancy is not None:
-        for name in _DISCREPANCY:
-            arrays[f"discrepancy.{name}"] = np.array(getattr(discrepancy, name), np.float64)
+        for name, each in discrepancy.to_arrays().items():
+            arrays[_DISCREPANCY + name] = np.array(each, np.float64)
     Path(path).write_bytes(_finished(save(arrays, metadata=header)))
 
 
@@ -183,11 +183,13 @@ def _numbers(found: object, place: tuple[str, ...] = ()) -> Iterator[tuple[tuple
         yield place or ("settings",), float(found)
 
 
-def _discrepancy(file: safe_open, settings: Mapping) -> Discrepancy:
+def _discrepancy(file: safe_open, names: set[str], settings: Mapping) -> Discrepancy:
     """What the model leaves out, of the parameters and the samples that it has."""
     try:
-        arrays = {name: _array(file, f"discrepancy.{name}", "float64") for name in _DISCREPANCY}
-        found = Discrepancy(**arrays)
+        arrays = {name.removeprefix(_DISCREPANCY): _array(file, name, "float64") for name in names}
+        found = Discrepancy.from_arrays(arrays)
+        if unknown := sorted(arrays.keys() - found.to_arrays().keys()):
+            raise ValueError(f"{_DISCREPANCY}{unknown[0]} is not known")
         wanted = (len(NAMES), settings["sensor"]["samples"])
         if found.slopes.shape != wanted:
             raise ValueError(f"discrepancy.slopes has the shape {found.slopes.shape}, not {wanted}")

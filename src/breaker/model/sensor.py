@@ -90,7 +90,7 @@ class Sensor:
             noise_sd=self.noise_sd * size.lengths,
             onset_sd=self.onset_sd * size.times,
             zero_sd=self.zero_sd * size.lengths,
-            discrepancy=self.discrepancy and self.discrepancy.scaled(size.lengths),
+            discrepancy=self.discrepancy and self.discrepancy.sized(size),
         )
 
     @cached_property
@@ -146,6 +146,22 @@ class Sensor:
         variance = self.noise_sd**2 * self.zero_sd**2 / (self.noise_sd**2 + t * self.zero_sd**2)
         mean = variance / self.noise_sd**2 * residual.sum(axis=-1, keepdims=True)
         return mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
+
+    def lag_given(self, measured: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, float]:
+        """Return mean, ``(n,)``, and variance of the lag's deviation from its own mean, ms.
+
+        What the components bring along is known as far as the record knows the components:
+        ``Cov(lag, record) Cov(record)^-1 (record - travel)``.
+
+        Args:
+            measured: Record, ``(t,)``, mm; nan where a sample is missing.
+            travel: Its expected curves, ``(n, t)``, mm.
+        """
+        there, lag = ~np.isnan(measured), self.discrepancy.lag
+        along = lag.loading @ self.discrepancy.factor
+        gain = self._precision(np.where(there, along, np.nan))
+        left = np.where(there, measured, 0.0) @ gain - travel @ gain
+        return left, float(lag.loading @ lag.loading + lag.sd**2 - along @ gain)
 
     def _modes(self, residual: np.ndarray) -> Iterator[tuple[Any, Modes]]:
         """Yield which residuals ``(..., t)`` miss the same samples, and the modes of these."""

@@ -27,7 +27,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.model import Model
-from breaker.posterior.exactness import correct_each, p_values
+from breaker.posterior.exactness import correct_each, models_of, p_values
 from breaker.posterior.laplace import approximate
 from breaker.posterior.missing import check
 from breaker.posterior.predictive import coordinates, summaries
@@ -70,13 +70,16 @@ def infer_exactly(
     if measured.shape[1:] != (samples,):
         raise ValueError(f"records must have the shape (o, {samples}), not {measured.shape}")
 
+    models = models_of(model, curves)
+
     def start(i: int, rng: np.random.Generator) -> np.ndarray:
         check(measured[i : i + 1], samples, model.motion)
-        return approximate(model, measured[i], draws, rng)
+        return approximate(models[i], measured[i], draws, rng)
 
     accepted = curves.accepted.values
     values, found = correct_each(
-        model, measured, start, accepted, curves.operation.values, settings, (seed, "exact"), draws
+        *(models, measured, start, accepted, curves.operation.values, settings),
+        *((seed, "exact"), (draws, len(model.outputs))),
     )
     reasons = curves.reason.values.astype(object)
     for i in np.flatnonzero(accepted & np.isnan(values).any(axis=(1, 2))):

@@ -4,15 +4,16 @@ Each record has a random generator of its own, so that its result does not depen
 records.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.model import Model, generator
+from breaker.model import Contact, Model, generator
 from breaker.posterior.corrections import correct
+from breaker.posterior.laplace import approximate
 from breaker.posterior.predictive import predictive_p_value, summaries
 from breaker.posterior.tables import ABSENT
 from breaker.posterior.weights import importance
@@ -23,6 +24,7 @@ __all__ = [
     "correct_operations",
     "correct_validation",
     "judge",
+    "models_of",
     "p_values",
 ]
 
@@ -55,7 +57,7 @@ def correct_validation(
     """
     n = data.sizes["curve"]
     values, found = _correct(
-        model, data.measured.values, data.draws.values, np.arange(n), settings, seed
+        [model] * n, data.measured.values, data.draws.values, np.arange(n), settings, seed
     )
     by_curve = {name: ("curve", each) for name, each in found.items()}
     return data.assign(by_curve | {"draws": (data.draws.dims, values)})
@@ -65,6 +67,9 @@ def correct_operations(
     model: Model, inferred: xr.Dataset, settings: Mapping, *, seed: int, misfit_p_value: float
 ) -> xr.Dataset:
     """Correct the draws of measured operations.
+
+    Where something is known beside a record, of which networks know nothing, the correction starts
+    at the mode of the posterior instead.
 
     Args:
         model: Joint model.
@@ -76,8 +81,9 @@ def correct_operations(
     Returns:
         ``inferred`` with all that follows from the draws, and what ``correct_validation`` adds.
     """
+    models = models_of(model, inferred)
     values, found = _correct(
-        model,
+        models,
         inferred.travel.values.astype(np.float64),
         inferred.draws.values.astype(np.float64),
         inferred.operation.values,
@@ -87,6 +93,27 @@ def correct_operations(
     p_value = p_values(model, inferred.travel.values, values)
     by_operation = {name: ("operation", each) for name, each in found.items()}
     return inferred.assign(by_operation | summaries(model, values, p_value, misfit_p_value))
+
+
+def models_of(model: Model, operations: xr.Dataset) -> list[Model]:
+    """Return the model of each operation: one that knows when the contact switched, if it is known.
+
+    Args:
+        model: Joint model of all of them.
+        operations: Dataset over ``operation``, where known with ``contact_time`` and ``contact_sd``
+            as of ``records.read_curves``.
+
+    Raises:
+        ValueError: If what the model leaves out was learned without such times.
+    """
+    n = operations.sizes["operation"]
+    if "contact_time" not in operations:
+        return [model] * n
+    known = zip(operations.contact_time.values, operations.contact_sd.values, strict=True)
+    return [
+        model if np.isnan(time) else model.knowing(model.facts, Contact(float(time), float(sd)))
+        for time, sd in known
+    ]
 
 
 def p_values(model: Model, measured: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -101,7 +128,7 @@ def p_values(model: Model, measured: np.ndarray, values: np.ndarray) -> np.ndarr
 
 
 def _correct(
-    model: Model,
+    models: Sequence[Model],
     measured: np.ndarray,
     draws: np.ndarray,
     keys: np.ndarray,
@@ -111,6 +138,7 @@ def _correct(
     """Correct records one by one; those without draws stay without.
 
     Args:
+        models: Joint model of each record.
         measured: Records, ``(n, t)``, mm.
         draws: The network's, ``(n, d, q)``, nan where there are none.
         keys: What each record's generator is named by, ``(n,)``.
@@ -120,44 +148,47 @@ def _correct(
     """
     present = np.isfinite(draws).all(axis=(1, 2))
     purpose = (seed, "correction")
-    return correct_each(
-        model, measured, lambda i, _: draws[i], present, keys, settings, purpose, draws.shape[1]
-    )
+
+    def start(i: int, rng: np.random.Generator) -> np.ndarray:
+        if models[i].facts is None and models[i].contact is None:
+            return draws[i]
+        return approximate(models[i], measured[i], draws.shape[1], rng)
+
+    return correct_each(models, measured, start, present, keys, settings, purpose, draws.shape[1:])
 
 
 def correct_each(
-    model: Model,
+    models: Sequence[Model],
     measured: np.ndarray,
     start: Callable[[int, np.random.Generator], np.ndarray],
     present: np.ndarray,
     keys: np.ndarray,
     settings: Mapping,
     purpose: tuple[int, str],
-    draws: int,
+    shape: tuple[int, int],
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Correct records one by one, each with a random generator of its own.
 
     Args:
-        model: Joint model.
+        models: Joint model of each record.
         measured: Records, ``(n, t)``, mm.
         start: Returns the draws that record i starts from, ``(d, q)``.
         present: Which records there are, ``(n,)``.
         keys: What each record's generator is named by, ``(n,)``.
         settings: The section ``correction`` of the configuration.
         purpose: Seed of the generators, and what they are for.
-        draws: Draws of each, d.
+        shape: Of the draws of each, ``(d, q)``.
 
     Returns:
         Draws, ``(n, d, q)``, nan where there are none, and for each name in ``ABSENT`` an array
         ``(n,)``.
     """
-    values = np.full((len(keys), draws, len(model.outputs)), np.nan)
     rows = [dict(ABSENT) for _ in keys]
-    progress = f"correcting {model.motion}"
-    for i in tqdm(np.flatnonzero(present), desc=progress, mininterval=5, unit="record"):
-        rng = generator(*purpose, model.motion, int(keys[i]))
+    values = np.full((len(keys), *shape), np.nan)
+    for i in tqdm(np.flatnonzero(present), desc="correcting", mininterval=5, unit="record"):
+        rng = generator(*purpose, models[i].motion, int(keys[i]))
         try:
-            found = correct(model, measured[i], start(i, rng), settings, rng)
+            found = correct(models[i], measured[i], start(i, rng), settings, rng)
         except (ArithmeticError, ValueError) as error:
             # One strange record must not end the job of all others.
             rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"

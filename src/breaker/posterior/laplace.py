@@ -7,7 +7,7 @@ posterior of them, as of a network's.
 
 import numpy as np
 
-from breaker.model import Model, linearise
+from breaker.model import Model, linearise, linearise_beside
 
 __all__ = ["approximate"]
 
@@ -39,8 +39,9 @@ def _climb(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for _ in range(_STEPS):
         curves, (slopes,) = linearise(model, z[None], records=record[None])
         residual = model.sensor.whiten(record - curves[0])
-        precision = slopes @ slopes.T + prior
-        step = np.linalg.solve(precision, slopes @ residual - prior @ z)
+        beside, known = linearise_beside(model, z, record)
+        precision = slopes @ slopes.T + known @ known.T + prior
+        step = np.linalg.solve(precision, slopes @ residual - known @ beside - prior @ z)
         z = z + step * min(1.0, 1.0 / np.abs(step).max())
         if np.abs(step).max() < _REACHED:
             break

@@ -179,11 +179,19 @@ class Drive:
         return bool(np.isfinite(closed_rest(self._packed())))
 
     def travel(self, motion: str, times: np.ndarray) -> np.ndarray:
-        """Return the travel of the pushrod's drive end as the transducer reads it, ``(t,)``, mm.
+        """Return the travel alone of what ``operate`` returns."""
+        return self.operate(motion, times)[0]
+
+    def operate(self, motion: str, times: np.ndarray) -> tuple[np.ndarray, float]:
+        """Return the travel, and when the contact touches for the first time, or parts.
 
         Args:
             motion: "closing" or "opening".
             times: Times after the release, ms, rising, ``(t,)``; before 0 the drive rests.
+
+        Returns:
+            Travel of the pushrod's drive end as the transducer reads it, ``(t,)``, mm; and the time
+            of touch or parting after the release, ms, ``inf`` if not by the last of the times.
 
         Raises:
             ValueError: If the drive has no closed position.
@@ -194,10 +202,10 @@ class Drive:
         if not np.isfinite(rest):
             raise ValueError(f"the closing force does not press the contact: {self}")
         times = np.asarray(times, dtype=np.float64)
-        curve = travel(numbers, rest, motion == "closing", times, _STEP)
+        curve, switching = travel(numbers, rest, motion == "closing", times, _STEP)
         if not np.isfinite(curve).all():
             raise FloatingPointError(f"the curve of a drive is not finite: {self}")
-        return curve
+        return curve, switching if switching <= times[-1] else np.inf
 
     def _packed(self) -> np.ndarray:
         """All numbers in one row for the compiled code."""

@@ -141,8 +141,11 @@ def _switch(n, mode, state):
 
 @_fast
 def travel(n, rest, closing, times, step):
-    """Travel at times after the release, ``(t,)``; see ``drive.Drive.travel``."""
-    result = np.empty(times.size)
+    """Travel at times after the release, ``(t,)``, and when the contact first switches.
+
+    See ``drive.Drive.operate``.
+    """
+    result, switching = np.empty(times.size), np.inf
     state, new = np.zeros(6), np.zeros(6)
     k = np.zeros((4, 6))
     mode = _FREE
@@ -182,8 +185,9 @@ def travel(n, rest, closing, times, step):
         now += h
         state[:] = new
         if ends:
+            switching = min(switching, now)
             mode = _switch(n, mode, state)
-    return result
+    return result, switching
 
 
 @_fast

@@ -9,6 +9,9 @@ where mean and slopes are a regression over all new drives, the basis has the co
 the residuals of both lines are largest (in the metric of a record's noise and zero), and a, b and
 the change ``dz`` of the parameters of both motions together have joint second moments. A family is
 finite and a Gaussian has thin tails, so a and b are widened by a factor.
+
+The *lag*, by which a drive's contact touches or parts after the model's, is learned of new drives
+along with delta: a regression on z, and one of what it leaves on a.
 """
 
 from collections.abc import Sequence
@@ -40,20 +43,23 @@ def ensemble(
     Returns:
         Dataset over ``condition`` (new, worn), ``motion``, ``drive``, ``time`` and ``parameter``:
         the drives' curves without noise, ``travel``, and ``delta``, both mm; standardised
-        parameters ``z``; and ``onset``, ms.
+        parameters ``z``; ``onset``, ms; and ``lag``, ms, by which a drive's contact touches for the
+        first time, or parts, after the model's: nan if either does not.
     """
     new = [family.new(rng) for _ in range(n)]
     drives = [new, [family.worn(drive, rng) for drive in new]]
     onset = sensor.onset_sd * rng.standard_normal((len(motions), n))
     theta = np.array([[drive.theta for drive in condition] for condition in drives])
     curves = np.empty((2, len(motions), n, sensor.samples))
-    delta = np.empty_like(curves)
+    delta, lag = np.empty_like(curves), np.empty(curves.shape[:3])
     for c, condition in enumerate(drives):
         for m, motion in enumerate(motions):
             for i, drive in enumerate(condition):
-                curves[c, m, i] = drive.travel(motion, sensor.times - onset[m, i])
+                curves[c, m, i], lag[c, m, i] = drive.operate(motion, sensor.times - onset[m, i])
             exact = travel(theta[c], sensor.times, motion, onset=onset[m])
             delta[c, m] = curves[c, m] - exact.travel
+            both = np.isfinite(lag[c, m]) & np.isfinite(exact.switching)
+            lag[c, m] = np.where(both, lag[c, m], np.nan) - exact.switching
     everything = ("condition", "motion", "drive", "time")
     return xr.Dataset(
         {
@@ -61,6 +67,7 @@ def ensemble(
             "delta": (everything, delta, {"unit": "mm"}),
             "z": (("condition", "drive", "parameter"), family.prior.standardise(theta)),
             "onset": (("motion", "drive"), onset, {"unit": "ms"}),
+            "lag": (everything[:3], lag, {"unit": "ms"}),
         },
         coords={
             "condition": ["new", "worn"],
@@ -75,7 +82,7 @@ def learn(drives: xr.Dataset, sensor: Sensor, *, components: int, widening: floa
     """Learn the Gaussian of what the model leaves out.
 
     Args:
-        drives: ``delta`` and ``z`` of an ``ensemble``.
+        drives: ``delta``, ``z`` and ``lag`` of an ``ensemble``.
         sensor: Noise and zero, in whose metric components are compared.
         components: Components of each motion, c.
         widening: Factor of the standard deviations of a and b.
@@ -85,9 +92,10 @@ def learn(drives: xr.Dataset, sensor: Sensor, *, components: int, widening: floa
         ``basis`` and ``factor`` (the components of a, each scaled to its standard deviation,
         largest first), mm; ``spread (motion, condition, time)``, the sd of delta of a new drive
         about ``mean``, and the root of the mean square of its change with wear, mm; ``left (motion,
-        condition)``, the share of the whitened residuals' square beyond the components;
-        ``covariance (state, other_state)``, second moments of the change of z, of a for each
-        motion, and of b for each motion; and ``examples``, delta of a few drives, mm.
+        condition)``, the share of the whitened residuals' square beyond the components; of the lag
+        ``lag_mean``, ``lag_slopes``, ``lag_loading`` (by component of the factor) and ``lag_sd``
+        (what is left), ms; ``covariance (state, other_state)``, second moments of the change of z,
+        of a for each motion, and of b for each motion; and ``examples``, delta of a few drives, mm.
     """
     z_new, z_worn = drives.z.values
     change = z_worn - z_new
@@ -99,17 +107,21 @@ def learn(drives: xr.Dataset, sensor: Sensor, *, components: int, widening: floa
         slopes, basis = found["slopes"], found["basis"]
         draws = [z_new @ slopes + a @ basis, change @ slopes + b @ basis]
         found["spread"] = np.sqrt([np.square(each).mean(0) for each in draws])
-        moments.append(found | {"factor": _factor(a) @ basis})
+        lag = _lag(drives.lag.sel(motion=motion).values[0], z_new, a, widening)
+        moments.append(found | {"factor": _factor(a) @ basis} | lag)
         scores["a"].append(a)
         scores["b"].append(b)
     state = np.hstack([change, *scores["a"], *scores["b"]])
     dims = {
         "mean": ("motion", "time"),
         "slopes": ("motion", "parameter", "time"),
-        "basis": ("motion", "component", "time"),
-        "factor": ("motion", "component", "time"),
+        **dict.fromkeys(("basis", "factor"), ("motion", "component", "time")),
         "spread": ("motion", "condition", "time"),
         "left": ("motion", "condition"),
+        "lag_mean": ("motion",),
+        "lag_slopes": ("motion", "parameter"),
+        "lag_loading": ("motion", "component"),
+        "lag_sd": ("motion",),
     }
     data = {name: (dims[name], np.stack([each[name] for each in moments])) for name in dims}
     examples = drives.delta.isel(drive=slice(_EXAMPLES)).astype(np.float32).drop_attrs()
@@ -157,6 +169,21 @@ def _factor(scores: np.ndarray) -> np.ndarray:
     """Return F with ``F.T @ F`` the second moments of scores ``(n, c)``, ``(c, c)``, by size."""
     _, sizes, directions = np.linalg.svd(scores / np.sqrt(len(scores)), full_matrices=False)
     return sizes[:, None] * directions
+
+
+def _lag(lag: np.ndarray, z: np.ndarray, a: np.ndarray, widening: float) -> dict[str, np.ndarray]:
+    """Moments of the lag ``(n,)``, given parameters ``(n, p)`` and widened scores a, ``(n, c)``.
+
+    What the regression on z leaves is widened as well. The loading is by xi, ``a = xi F``.
+    """
+    there = np.isfinite(lag)
+    lag, z, xi = lag[there], z[there], a[there] @ np.linalg.pinv(_factor(a))
+    (mean, *slopes), *_ = np.linalg.lstsq(np.column_stack([np.ones(len(z)), z]), lag)
+    left = widening * (lag - mean - z @ slopes)
+    loading, *_ = np.linalg.lstsq(xi, left)
+    free = max(1, len(z) - z.shape[1] - 1 - xi.shape[1])
+    sd = np.sqrt(np.square(left - xi @ loading).sum() / free)
+    return {"lag_mean": mean, "lag_slopes": np.array(slopes), "lag_loading": loading, "lag_sd": sd}
 
 
 def _names(motions: Sequence[str], components: int) -> list[str]:

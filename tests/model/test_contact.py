@@ -1,0 +1,178 @@
+"""The contact's time as one more datum: against the joint Gaussian of the augmented record."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from breaker.mechanism import Size, travel
+from breaker.model import Contact, Discrepancy, Facts, Lag, Model, linearise_beside
+from breaker.model.saved import open_model, write_model
+from tests.networks_fixtures import PRIOR, left_out
+
+SAMPLES = 12
+SENSOR = {"start": -1.0, "stop": 40.0, "samples": SAMPLES}
+ERRORS = {"noise_sd": 0.2, "onset_sd": 0.3, "zero_sd": 0.1}
+CURVE = left_out(SAMPLES)
+LAG = Lag(0.3, np.linspace(-0.1, 0.2, 7), np.linspace(0.2, -0.1, len(CURVE.factor)), 0.07)
+KNOWN = replace(CURVE, lag=LAG)
+CONTACT = Contact(10.3, 0.1)
+
+
+@pytest.fixture(scope="module", params=["closing", "opening"])
+def model(request):
+    settings = {"prior": PRIOR, "sensor": {**SENSOR, **ERRORS}, "motion": request.param}
+    return Model.from_settings(settings, KNOWN)
+
+
+def augmented(model, z, contact):
+    """Mean ``(n, t + 1)`` and covariance of record and time together, written out."""
+    values, left_out = model.destandardise(z), model.sensor.discrepancy
+    found = travel(values[:, :7], model.sensor.times, model.motion, onset=values[:, 7])
+    times = found.switching + values[:, 7] + left_out.lag.mean + z[:, :7] @ left_out.lag.slopes
+    curves = found.travel + left_out.mean + z[:, :7] @ left_out.slopes
+    root = np.column_stack([left_out.factor, left_out.lag.loading])
+    whole = root.T @ root
+    t = model.sensor.samples
+    whole[:t, :t] += model.sensor.noise_sd**2 * np.eye(t) + model.sensor.zero_sd**2
+    whole[t, t] += left_out.lag.sd**2 + contact.sd**2
+    return np.column_stack([curves, times]), whole
+
+
+def some_record(model, missing):
+    rng = np.random.default_rng(3)
+    record = model.curves(np.append(model.prior.medians, 0.1)[None])[0] + rng.normal(
+        0, 0.2, SAMPLES
+    )
+    record[rng.permutation(SAMPLES)[:missing]] = np.nan
+    return record
+
+
+@pytest.mark.parametrize("missing", [0, 5, SAMPLES - 1])
+@pytest.mark.parametrize("scale", [1.0, 0.4])
+def test_record_and_time_are_one_gaussian(model, missing, scale):
+    """Planted faults: the lag taken for independent of the curve, and for none at all."""
+    model = model.leaving_out(KNOWN.scaled(scale))
+    contact = CONTACT if model.motion == "closing" else Contact(2.2, 0.1)
+    record = some_record(model, missing)
+    z = 0.4 * np.random.default_rng(2).standard_normal((8, 8))
+    means, whole = augmented(model, z, contact)
+    there = np.append(~np.isnan(record), True)
+    datum = np.append(record, contact.time)[there]
+    normal = multivariate_normal(np.zeros(there.sum()), whole[np.ix_(there, there)])
+    expected = model.log_prior(z) + normal.logpdf(datum - means[:, there])
+    found = model.knowing(contact=contact).log_joint(z, record)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    for lag in (replace(LAG, loading=0 * LAG.loading), LAG.scaled(0.0)):
+        faulty = model.leaving_out(replace(CURVE, lag=lag).scaled(scale))
+        assert np.abs(faulty.knowing(contact=contact).log_joint(z, record) - expected).max() > 0.1
+
+
+def test_without_an_error_of_the_model(model):
+    plain = model.leaving_out(None)
+    contact = Contact(5.0, 0.1)
+    record = some_record(model, 0)
+    z = 0.2 * np.random.default_rng(2).standard_normal((8, 8))
+    values = model.destandardise(z)
+    found = travel(values[:, :7], plain.sensor.times, model.motion)
+    off = (5.0 - values[:, 7] - found.switching) / 0.1
+    expected = plain.log_joint(z, record) - 0.5 * (off**2 + np.log(2 * np.pi)) - np.log(0.1)
+    found = plain.knowing(contact=contact).log_joint(z, record)
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
+
+
+def test_nothing_known_changes_nothing(model):
+    record = some_record(model, 2)
+    z = 0.4 * np.random.default_rng(2).standard_normal((8, 8))
+    nothing = model.knowing(Facts.from_settings({}))
+    assert nothing.facts is None
+    bare = model.leaving_out(CURVE)
+    for same in (nothing, bare):
+        np.testing.assert_array_equal(same.log_joint(z, record), model.log_joint(z, record))
+    assert model.residuals_beside(z, record).shape == (8, 0)
+
+
+def test_a_contact_that_does_not_switch_excludes_its_parameters(model):
+    """Long before the grid ends, a drive with a gap that it does not reach has no such time."""
+    model = replace(
+        model, sensor=replace(model.sensor, stop=2.0 if model.motion == "closing" else 0.5)
+    )
+    z, record = np.zeros((1, 8)), np.zeros(SAMPLES)
+    assert np.isfinite(model.log_joint(z, record)).all()
+    known = model.knowing(contact=CONTACT)
+    assert known.log_joint(z, record).tolist() == [-np.inf]
+    residuals, slopes = linearise_beside(known, z[0], record)
+    assert not residuals.any()
+    assert not slopes.any()
+
+
+def test_an_error_without_lags_is_refused(model):
+    with pytest.raises(ValueError, match=r"learned without times of touch.*leave out touch_time"):
+        model.leaving_out(CURVE).knowing(contact=CONTACT)
+
+
+@pytest.mark.parametrize("wrong", [(np.nan, 0.1), (1.0, 0.0), (np.inf, 0.1), (1.0, np.nan)])
+def test_times_that_are_none_are_refused(wrong):
+    with pytest.raises(ValueError, match="must be finite and its sd positive"):
+        Contact(*wrong)
+
+
+def test_any_size(model):
+    """The density of a stretched record and time is that of the small one, per unit of each."""
+    size = Size(lengths=7.0, times=3.0)
+    record, z = some_record(model, 3), 0.3 * np.random.default_rng(4).standard_normal((6, 8))
+    small = model.knowing(contact=Contact(10.0, 0.1)).log_joint(z, record)
+    large = model.sized(size).knowing(contact=Contact(30.0, 0.3)).log_joint(z, 7.0 * record)
+    there = np.sum(~np.isnan(record))
+    np.testing.assert_allclose(large, small - there * np.log(7.0) - np.log(3.0), rtol=1e-9)
+
+
+def test_the_error_by_other_parameters():
+    rng = np.random.default_rng(5)
+    matrix, offset = rng.standard_normal((7, 7)), rng.standard_normal(7)
+    x = rng.standard_normal(7)
+    lag, other = KNOWN.lag, KNOWN.known_as(matrix, offset).lag
+    expected = lag.mean + (offset + x @ matrix) @ lag.slopes
+    assert other.mean + x @ other.slopes == pytest.approx(expected, rel=1e-12)
+    np.testing.assert_array_equal(other.loading, lag.loading)
+
+
+def test_derivatives_lead_to_the_mode(model):
+    """Those beside the record, against differences of the joint density less that of the record."""
+    contact = Contact(10.4 if model.motion == "closing" else 2.3, 0.1)
+    facts = Facts.from_settings({"mu": [2.4, 0.07], "wipe": [3.5, 0.3]})
+    known, record = model.knowing(facts, contact), some_record(model, 3)
+    z = 0.3 * np.random.default_rng(6).standard_normal(8)
+    residuals, slopes = linearise_beside(known, z, record)
+    assert residuals.shape == (3,)
+    step = 1e-5 * np.eye(8)
+    parts = [known.log_joint(z + s, record) - model.log_joint(z + s, record) for s in (step, -step)]
+    np.testing.assert_allclose(
+        -slopes @ residuals, (parts[0] - parts[1]) / 2e-5, rtol=1e-4, atol=1e-3
+    )
+
+
+def test_model_files_keep_the_lag(tmp_path):
+    sensor = {"start": -1.0, "stop": 40.0, "samples": SAMPLES, **ERRORS}
+    settings = {"prior": PRIOR, "sensor": sensor, "motion": "closing"}
+    for known in (KNOWN, CURVE):
+        write_model(tmp_path / "m.safetensors", settings, {}, known)
+        with open_model(tmp_path / "m.safetensors") as saved:
+            back = saved.discrepancy
+        assert back.to_arrays().keys() == known.to_arrays().keys()
+        for name, each in known.to_arrays().items():
+            np.testing.assert_array_equal(back.to_arrays()[name], each)
+
+
+def test_arrays_and_back():
+    back = Discrepancy.from_arrays(KNOWN.to_arrays())
+    for name in ("mean", "slopes", "loading", "sd"):
+        np.testing.assert_array_equal(getattr(back.lag, name), getattr(KNOWN.lag, name))
+    assert Discrepancy.from_arrays(CURVE.to_arrays()).lag is None
+    arrays = KNOWN.to_arrays()
+    del arrays["lag_sd"]
+    with pytest.raises(KeyError, match="lag_sd"):
+        Discrepancy.from_arrays(arrays)
+    with pytest.raises(ValueError, match=r"slopes \(p,\) and loading \(c,\) of the lag"):
+        replace(CURVE, lag=replace(LAG, loading=np.zeros(2)))
