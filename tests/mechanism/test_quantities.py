@@ -132,7 +132,7 @@ def test_no_rows():
 
 def test_registry():
     assert tuple(QUANTITIES)[:7] == NAMES
-    assert set(QUANTITIES) == {*NAMES, *CLOSING, *OPENING}
+    assert set(QUANTITIES) == {*NAMES, *CLOSING, *OPENING, "stroke", "travel_time"}
     for name, quantity in QUANTITIES.items():
         assert quantity.name == name
         assert quantity.meaning
@@ -149,7 +149,7 @@ def test_complaints():
             assert check_quantity(name, motion) is None
     assert check_quantity("touch_time", "opening") == (
         "touch_time is a quantity of closing, not of opening. Known of opening: mu, k_a, k_b, "
-        "gamma_a, gamma_b, f, L, wipe, part_time, opening_speed, rebound."
+        "gamma_a, gamma_b, f, L, wipe, stroke, travel_time, part_time, rebound, opening_speed."
     )
     assert "speed is not a known quantity. Known of closing: mu," in check_quantity(
         "speed", "closing"

@@ -528,3 +528,33 @@ def test_snakemake_shows_the_message_and_no_traceback(tmp_path):
     assert result.returncode == 1
     assert "mine.yaml, line 1: sensor.noise_sd is -0.1, but must be a number, at" in output
     assert "Traceback" not in output
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        ("[6 mm before part, touch]", "speeds cannot be used. closing_speed: '6 mm before part'"),
+        ("[touch, 6 mm before touch]", "is not forward; swap them."),
+        ("6 mm", 'speeds.closing_speed is "6 mm", but must be a list or null'),
+        ("[touch]", "2 entries"),
+    ],
+)
+def test_speeds_are_checked(complaint, points, words):
+    text = complaint(f"speeds: {{closing_speed: {points}}}")
+    assert words in text
+    assert "a problem" in text
+
+
+def test_speeds_of_other_names(complaint, tmp_path):
+    """A limit may be on them; a name of another form is unknown."""
+    mean = tmp_path / "mean.yaml"
+    mean.write_text(
+        "speeds: {closing_speed_mean: [10 % of stroke, 90 % of stroke]}\n"
+        "limits: [{name: slow, motion: closing, lower: {closing_speed_mean: 1.1}}]\n"
+    )
+    assert "closing_speed_mean" in load([DEFAULTS, mean])["speeds"]
+    text = complaint("speeds: {fast_speed: [touch, 6 mm after touch], closing_speed_a: null}")
+    assert "speeds.fast_speed is not a known key" in text
+    assert "speeds.closing_speed_a is empty" in text
+    text = complaint("limits: [{name: slow, motion: closing, lower: {closing_speed_mean: 1.1}}]")
+    assert "closing_speed_mean is not a known quantity" in text

@@ -4,6 +4,7 @@ import os
 import re
 from pathlib import Path
 
+from breaker.mechanism import Size, speeds_of
 from breaker.workflow import ConfigurationError, configuration, missing_packages, modules_of
 
 if workflow.is_main_process:  # jobs run on what was checked before the first one
@@ -34,6 +35,9 @@ for section in config:
 MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
+SPEEDS = {
+    each.name: each.points for each in speeds_of(config["speeds"], Size(**config.get("size", {})))
+}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 # Store of what the model leaves out; none where the model is taken for right.
 DISCREPANCY = "results/discrepancy.zarr" if config["discrepancy"]["components"] else []

@@ -19,6 +19,7 @@ rule condition:
         motions=MOTIONS,
         operations=operations,
         limits=config["limits"],
+        speeds=SPEEDS,
     script:
         "../scripts/condition.py"
 
@@ -43,6 +44,7 @@ rule trend:
         motions=MOTIONS,
         operations=operations,
         limits=config["limits"],
+        speeds=SPEEDS,
         prior=config["prior"],
         sensor=config["sensor"],
         wear_model=config["wear_model"],
@@ -88,6 +90,7 @@ rule decide:
     params:
         motions=MOTIONS,
         limits=config["limits"],
+        speeds=SPEEDS,
         alarm=config["alarm"],
         wear_model=config["wear_model"],
     script:

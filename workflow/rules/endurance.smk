@@ -147,6 +147,7 @@ rule sensitivity:
     params:
         seed=config["seed"],
         limits=config["limits"],
+        speeds=SPEEDS,
         correction=config["correction"],
         endurance={key: config["endurance"][key] for key in ("draws", "misfit_p_value")},
         scales=[0.0, 0.5, 1.0, 2.0] if DISCREPANCY else [0.0],

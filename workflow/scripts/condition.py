@@ -3,7 +3,7 @@
 import numpy as np
 
 from breaker.decisions import align, condition
-from breaker.mechanism import from_list
+from breaker.mechanism import from_list, speeds_of
 from breaker.stores import describe, open_store, save
 from breaker.workflow import start
 
@@ -14,6 +14,8 @@ data = {
     motion: align([open_store(file) for file in snakemake.input[motion]], operations).load()
     for motion in params.motions
 }
-result = condition(data, from_list(params.limits, params.motions))
+limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
+result = condition(data, limits)
 log.info("%d operations, %d limits", *result.probability.shape)
-save(describe(result, "condition at single operations", limits=params.limits), snakemake.output[0])
+settings = {"limits": params.limits, "speeds": params.speeds}
+save(describe(result, "condition at single operations", **settings), snakemake.output[0])

@@ -12,14 +12,14 @@ from breaker.decisions import (
     trust_table,
     verdict,
 )
-from breaker.mechanism import from_list
+from breaker.mechanism import from_list, speeds_of
 from breaker.stores import describe, open_store, save
 from breaker.synthetic import failures
 from breaker.workflow import start
 
 log = start(snakemake)
 params, found = snakemake.params, snakemake.input
-limits = from_list(params.limits, params.motions)
+limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
 condition = join([open_store(file).load() for file in found.conditions])
 trends = {data.attrs["source"]: data for data in (open_store(f).load() for f in found.trends)}
 curves = dict(zip(params.motions, (open_store(file) for file in found.curves), strict=True))

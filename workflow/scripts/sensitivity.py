@@ -1,7 +1,7 @@
 """Infer a few operations at several scales of what the model leaves out."""
 
 from breaker.decisions import over_scales, spread
-from breaker.mechanism import from_list
+from breaker.mechanism import from_list, speeds_of
 from breaker.posterior import Posterior
 from breaker.records import open_curves
 from breaker.stores import open_store
@@ -16,7 +16,7 @@ table = over_scales(
     posterior,
     spread(open_curves(snakemake.input.curves), params.operations).load(),
     params.scales,
-    from_list(params.limits, [motion]),
+    from_list(params.limits, [motion], speeds_of(params.speeds)),
     params.correction,
     truth=truth,
     seed=params.seed,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from breaker.decisions import align, usable
-from breaker.mechanism import from_list
+from breaker.mechanism import from_list, speeds_of
 from breaker.model import Model, generator
 from breaker.stores import describe, open_store, save
 from breaker.wear import Follower, Learned, State, series_of, trust_in
@@ -23,9 +23,8 @@ learned = store and Learned.from_dataset(
     rough_sd=wear_model["rough_sd"],
     noise_sd=params.sensor["noise_sd"],
 )
-follower = Follower.from_settings(
-    models, from_list(params.limits, motions), wear_model, params.seed, learned or None
-)
+limits = from_list(params.limits, motions, speeds_of(params.speeds))
+follower = Follower.from_settings(models, limits, wear_model, params.seed, learned or None)
 data = {
     motion: align([open_store(file) for file in snakemake.input[motion]], operations).load()
     for motion in motions
@@ -37,8 +36,8 @@ state, result = follower.follow(state, series)
 if not follower.together(state):
     log.info("the motions have different parameters, or no operation in common: not followed")
 log.info("%d operations, changes noticed at %s", result.sizes["operation"], list(state.alarms))
-settings = shared | {"limits": params.limits, "wear_model": wear_model, "seed": params.seed}
-settings |= {"discrepancy": params.discrepancy}
+names = ("prior", "sensor", "limits", "speeds", "wear_model", "seed", "discrepancy")
+settings = {name: params[name] for name in names}
 trust = trust_in(follower, state, generator(params.seed, "trust", source))
 save(describe(result, f"trend of {source}", **settings), snakemake.output.trend)
 save(describe(state.to_dataset(), f"state of the trend of {source}"), snakemake.output.state)

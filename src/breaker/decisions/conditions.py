@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import NAMES, Limit, evaluate
+from breaker.mechanism import NAMES, Limit
 
 __all__ = ["align", "condition", "usable"]
 
@@ -65,7 +65,7 @@ def condition(data: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.Dat
         one = data[limit.motion]
         there = usable(one)
         draws = one.draws.values[there].astype(np.float64)[..., : len(NAMES)]
-        values = evaluate(limit.quantities, draws.reshape(-1, len(NAMES)), limit.motion)
+        values = limit.evaluate(draws.reshape(-1, len(NAMES)))
         exceedance = limit.exceedance(values.reshape(*draws.shape[:2], len(limit.parts)))
         for name, each in zip(names, exceedance, strict=True):
             found[name][there, j] = each

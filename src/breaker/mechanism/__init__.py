@@ -22,7 +22,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "prior_sds",
             "split",
         ],
-        "quantities": ["QUANTITIES", "evaluate"],
+        "quantities": ["QUANTITIES", "Quantity", "evaluate"],
         "size": ["Size", "powers"],
+        "speeds": ["SPEEDS", "Point", "Speed", "speeds_of"],
     },
 )

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from breaker.mechanism.quantities import QUANTITIES, check_quantity
+from breaker.mechanism.quantities import check_quantity, evaluate, quantities
+from breaker.mechanism.speeds import SPEEDS, Speed
 
 __all__ = ["Exceedance", "Limit", "from_list"]
 
@@ -42,6 +43,7 @@ class Limit:
         name: Its name in the configuration.
         motion: Motion whose quantities it is about.
         parts: (quantity, value, whether it holds above the value rather than below), at least one.
+        speeds: How speeds are defined.
 
     Example:
         >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -55,10 +57,11 @@ class Limit:
     name: str
     motion: str
     parts: tuple[tuple[str, float, bool], ...]
+    speeds: tuple[Speed, ...] = SPEEDS
 
     def __post_init__(self) -> None:
         names = dict.fromkeys(self.quantities)
-        wrong = [text for name in names if (text := check_quantity(name, self.motion))]
+        wrong = [text for name in names if (text := check_quantity(name, self.motion, self.speeds))]
         bounds = {(name, is_upper): value for name, value, is_upper in self.parts}
         for name in names:
             above, below = bounds.get((name, True), -np.inf), bounds.get((name, False), np.inf)
@@ -73,8 +76,12 @@ class Limit:
             raise ValueError(f"{self.name}: {' '.join(wrong)}")
 
     @classmethod
-    def from_settings(cls, entry: Mapping[str, Any]) -> "Limit":
+    def from_settings(cls, entry: Mapping[str, Any], speeds: tuple[Speed, ...] = SPEEDS) -> "Limit":
         """Build a limit from an entry of the list ``limits`` of the configuration.
+
+        Args:
+            entry: The entry.
+            speeds: How speeds are defined.
 
         Raises:
             ValueError: If it has no quantity, one that its motion does not have, or one whose two
@@ -85,7 +92,7 @@ class Limit:
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        return cls(entry["name"], entry["motion"], tuple(parts))
+        return cls(entry["name"], entry["motion"], tuple(parts), speeds)
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -93,11 +100,21 @@ class Limit:
         return tuple(quantity for quantity, _, _ in self.parts)
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Units of ``quantities``."""
+        every = quantities(self.speeds)
+        return tuple(every[name].unit for name in self.quantities)
+
+    def evaluate(self, theta: np.ndarray) -> np.ndarray:
+        """Return the quantities of the parts of parameter sets, ``(n, p) -> (n, parts)``."""
+        return evaluate(self.quantities, theta, self.motion, self.speeds)
+
+    @property
     def words(self) -> str:
         """The condition in words, such as "touch_time above 10 ms"."""
         return " and ".join(
-            f"{quantity} {'above' if is_upper else 'below'} {_with_unit(quantity, value)}"
-            for quantity, value, is_upper in self.parts
+            f"{quantity} {'above' if is_upper else 'below'} {value:g} {unit}".removesuffix(" 1")
+            for (quantity, value, is_upper), unit in zip(self.parts, self.units, strict=True)
         )
 
     def excess(self, values: ArrayLike) -> np.ndarray:
@@ -142,11 +159,10 @@ class Limit:
         return Exceedance(holds.all(axis=-1).mean(axis=-1), np.prod(shares, axis=0), undefined)
 
 
-def from_list(entries: Sequence[Mapping[str, Any]], motions: Sequence[str]) -> list[Limit]:
+def from_list(
+    entries: Sequence[Mapping[str, Any]],
+    motions: Sequence[str],
+    speeds: tuple[Speed, ...] = SPEEDS,
+) -> list[Limit]:
     """Return the limits of the section ``limits`` that are of these motions, in its order."""
-    return [Limit.from_settings(entry) for entry in entries if entry["motion"] in motions]
-
-
-def _with_unit(quantity: str, value: float) -> str:
-    unit = QUANTITIES[quantity].unit
-    return f"{value:g}" if unit == "1" else f"{value:g} {unit}"
+    return [Limit.from_settings(entry, speeds) for entry in entries if entry["motion"] in motions]

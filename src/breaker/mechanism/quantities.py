@@ -3,32 +3,40 @@
 Times, speeds and ways are read from the exact curve of a parameter set, without noise, its motion
 starting at 0. A quantity that does not exist for a parameter set is nan:
 
-- of a closing whose contact does not touch within 60 ms, all that is read from the curve;
+- of a closing whose contact does not touch within 60 ms, all that needs the touch;
 - of an opening whose contact does not part within 60 ms, or that has no closed state to start from
   (no wipe, ``f <= k_a L``), the same;
-- a speed over 6 mm, where the drive does not travel as far before the touch or after the parting;
-- the over-travel without a closed rest position (no wipe), and over-travel or rebound of a drive
-  that is still on its way at 60 ms.
+- a speed between points that the drive does not pass, such as 6 mm before the touch of one that
+  does not travel as far;
+- what needs a closed rest position where there is none (no wipe): stroke, travel time, over-travel;
+- over-travel or rebound of a drive that is still on its way at 60 ms.
 
 A contact whose force falls to zero again after the touch counts as closed, as in ``mechanism``.
+
+Any size of drive: a parameter set is read as one of about the size of the reference drive, with
+lengths and times divided by powers of 2, which is exact; the 60 ms are of that size. The powers
+follow from the set alone, and are 0 within 5 prior standard deviations of the reference drive.
+
 Compiled code is imported where it is called: to check a configuration, with which every job of the
 workflow begins, takes the names alone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS, Parameter, split
+from breaker.mechanism.size import Size
+from breaker.mechanism.speeds import SPEEDS, Point, Speed
 
-__all__ = ["QUANTITIES", "Quantity", "check_quantity", "evaluate"]
+__all__ = ["QUANTITIES", "Quantity", "check_quantity", "evaluate", "quantities"]
 
-_STEP = 0.25  # ms; cubics between samples are then right to a micrometre, as the tests show
-_TIMES = np.arange(241) * _STEP
-_WAY = 6.0  # mm, over which a speed is taken
-_SETTLED = 0.1  # mm from its rest position within which a drive counts as at rest at the end
-_HALVINGS = 30  # of a step of the grid, in search of a crossing
+# Of the reference drive: contact gap, mm, and the times in which force and opening spring move it,
+# sqrt(L / f) and sqrt(1 / k_a), ms.
+_GAP, _TIMES = 10.0, {"closing": np.sqrt(10.0 / 0.75), "opening": np.sqrt(1.0 / 0.045)}
+_NEAR = 0.75  # powers of 2 within which a drive counts as of the reference drive's size
+_TRAVEL = Point(10.0, "%"), Point(90.0, "%")  # between which a travel time is taken
 
 
 @dataclass(frozen=True)
@@ -42,50 +50,71 @@ class Quantity(Parameter):
     motions: tuple[str, ...]
 
 
-QUANTITIES = {
-    quantity.name: quantity
-    for quantity in (
-        *(Quantity(**asdict(parameter), motions=MOTIONS) for parameter in PARAMETERS),
-        Quantity("wipe", r"$w$", "mm", "way of the drive past the contact gap, closed", MOTIONS),
+_FIXED = (
+    *(Quantity(**asdict(parameter), motions=MOTIONS) for parameter in PARAMETERS),
+    Quantity("wipe", r"$w$", "mm", "way of the drive past the contact gap, closed", MOTIONS),
+    Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions", MOTIONS),
+    Quantity(
+        *("travel_time", r"$t_\mathrm{travel}$", "ms"),
+        *("time in which the drive goes from 10 to 90 % of its stroke", MOTIONS),
+    ),
+    Quantity(
+        "touch_time", r"$t_\mathrm{touch}$", "ms", "first motion to contact touch", ("closing",)
+    ),
+    Quantity(
+        *("over_travel", r"$\Delta_\mathrm{close}$", "mm"),
+        *("largest travel beyond the closed rest position", ("closing",)),
+    ),
+    Quantity(
+        "part_time", r"$t_\mathrm{part}$", "ms", "first motion to contact parting", ("opening",)
+    ),
+    Quantity(
+        *("rebound", r"$\Delta_\mathrm{open}$", "mm"),
+        *("largest travel beyond the open rest position", ("opening",)),
+    ),
+)
+_SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathrm{open}$"}
+
+
+def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
+    """Return all quantities by name: the seven parameters and what follows from them.
+
+    Args:
+        speeds: How speeds are defined.
+
+    Example:
+        >>> quantities()["closing_speed"].meaning
+        'mean speed of the drive from 6 mm before touch to touch'
+    """
+    moving = (
         Quantity(
-            "touch_time", r"$t_\mathrm{touch}$", "ms", "first motion to contact touch", ("closing",)
-        ),
-        Quantity(
-            *("closing_speed", r"$v_\mathrm{close}$", "mm/ms"),
-            *("mean speed of the drive over the last 6 mm before the touch", ("closing",)),
-        ),
-        Quantity(
-            *("over_travel", r"$\Delta_\mathrm{close}$", "mm"),
-            *("largest travel beyond the closed rest position", ("closing",)),
-        ),
-        Quantity(
-            "part_time", r"$t_\mathrm{part}$", "ms", "first motion to contact parting", ("opening",)
-        ),
-        Quantity(
-            *("opening_speed", r"$v_\mathrm{open}$", "mm/ms"),
-            *("mean speed of the drive over the first 6 mm after the parting", ("opening",)),
-        ),
-        Quantity(
-            *("rebound", r"$\Delta_\mathrm{open}$", "mm"),
-            *("largest travel beyond the open rest position", ("opening",)),
-        ),
+            *(speed.name, _SYMBOLS.get(speed.name, speed.name), "mm/ms"),
+            *(f"mean speed of the drive {speed.words}", (speed.motion,)),
+        )
+        for speed in speeds
     )
-}
-"""The seven parameters and what follows from them, by name."""
+    return {quantity.name: quantity for quantity in (*_FIXED, *moving)}
 
 
-def check_quantity(name: str, motion: str) -> str | None:
+QUANTITIES = quantities()
+"""Quantities of a drive whose speeds are defined as usual, by name."""
+
+
+def check_quantity(name: str, motion: str, speeds: Sequence[Speed] = SPEEDS) -> str | None:
     """Return why a motion does not have a quantity, with a remedy; None if it has it."""
-    known = ", ".join(each.name for each in QUANTITIES.values() if motion in each.motions)
-    if name not in QUANTITIES:
+    every = quantities(speeds)
+    known = ", ".join(each.name for each in every.values() if motion in each.motions)
+    if name not in every:
         return f"{name} is not a known quantity. Known of {motion}: {known}."
-    if motion not in QUANTITIES[name].motions:
-        other = " or ".join(QUANTITIES[name].motions)
+    if motion not in every[name].motions:
+        other = " or ".join(every[name].motions)
         return f"{name} is a quantity of {other}, not of {motion}. Known of {motion}: {known}."
     return None
 
 
-def evaluate(names: Sequence[str], theta: np.ndarray, motion: str) -> np.ndarray:
+def evaluate(
+    names: Sequence[str], theta: np.ndarray, motion: str, speeds: Sequence[Speed] = SPEEDS
+) -> np.ndarray:
     """Return quantities of parameter sets, ``(n, len(names))``, in the units of ``QUANTITIES``.
 
     Each set is simulated once, and not at all if no quantity needs its curve. The wipe is that of
@@ -93,8 +122,9 @@ def evaluate(names: Sequence[str], theta: np.ndarray, motion: str) -> np.ndarray
 
     Args:
         names: Names of quantities.
-        theta: Parameters, ``(n, p)``.
+        theta: Parameters, ``(n, p)``, of drives of any size.
         motion: "closing" or "opening".
+        speeds: How speeds are defined.
 
     Returns:
         float64; nan where a quantity does not exist (see the module).
@@ -111,103 +141,57 @@ def evaluate(names: Sequence[str], theta: np.ndarray, motion: str) -> np.ndarray
     from breaker.mechanism.curves import blocks, check
 
     for name in names:
-        if complaint := check_quantity(name, motion):
+        if complaint := check_quantity(name, motion, speeds):
             raise ValueError(complaint)
-    theta, _, _ = check(theta, _TIMES, motion, 0.0)
+    theta, _, _ = check(theta, np.zeros(1), motion, 0.0)
     result = np.empty((len(theta), len(names)))
     for rows in blocks(len(theta)):
         parameters = np.asarray(theta[rows], dtype=np.float64)
-        known = dict(zip(NAMES, split(parameters), strict=True)) | {"wipe": _wipe(parameters)}
-        if not known.keys() >= set(names):
-            known |= _read_from_curves(parameters, motion)
+        known = dict(zip(NAMES, split(parameters), strict=True)) | _ways(parameters)
+        if shown := set(names) - known.keys():
+            known |= _read_from_curves(shown, parameters, motion, speeds)
         for column, name in enumerate(names):
             result[rows, column] = known[name]
     return result
 
 
-def _wipe(theta: np.ndarray) -> np.ndarray:
+def _ways(theta: np.ndarray) -> dict[str, np.ndarray]:
+    """Wipe and stroke of parameter sets ``(n, p)``, ``(n,)``."""
     _, k_a, k_b, _, _, f, gap = split(theta)
-    return (f - k_a * gap) / (k_a + k_b)
+    wipe = (f - k_a * gap) / (k_a + k_b)
+    return {"wipe": wipe, "stroke": np.where(wipe > 0, gap + wipe, np.nan)}
 
 
-def _read_from_curves(theta: np.ndarray, motion: str) -> dict[str, np.ndarray]:
+def _read_from_curves(
+    names: set[str], theta: np.ndarray, motion: str, speeds: Sequence[Speed]
+) -> dict[str, np.ndarray]:
     """Simulate parameter sets ``(n, p)`` and return what a curve shows, by name, ``(n,)``."""
-    from breaker.mechanism.curves import rest_position, travel
+    from breaker.mechanism.readings import Readings
 
-    curves, switching, _ = travel(theta, _TIMES, motion)
-    pressed = _wipe(theta) > 0
-    exists = np.isfinite(switching) & (pressed | (motion == "closing"))
-    at = np.where(exists, switching, 0.0)
-    level = _cubic(curves, _around(at), at) - _WAY
-    if motion == "closing":
-        names = "touch_time", "closing_speed", "over_travel"
-        crossing = _last_rise(curves, level, at)
-        beyond = curves - rest_position(theta, "opening")[:, None]
-    else:
-        names = "part_time", "opening_speed", "rebound"
-        crossing, beyond = _first_fall(curves, level, at), -curves
-    speed = _WAY / np.abs(at - crossing)
-    values = switching, speed, np.where(pressed, _most(beyond), np.nan)
-    return {
-        name: np.where(exists, value, np.nan) for name, value in zip(names, values, strict=True)
-    }
-
-
-# ---- curves (n, t) on the grid ---------------------------------------------------------------
+    found = {name: np.empty(len(theta)) for name in names}
+    for size, rows in _sizes(theta, motion):
+        there = theta[rows] / size.factors
+        readings = Readings(there, motion, _ways(there)["wipe"] > 0)
+        back = Size(1.0 / size.lengths, 1.0 / size.times)
+        points = {each.name: (each.sized(back).start, each.sized(back).end) for each in speeds}
+        for name in names:
+            if name in points:
+                found[name][rows] = readings.speed(*points[name]) * size.factor("mm/ms")
+            elif name == "travel_time":
+                found[name][rows] = readings.duration(*_TRAVEL) * size.times
+            elif name in ("touch_time", "part_time"):
+                found[name][rows] = readings.switching * size.times
+            else:
+                found[name][rows] = readings.beyond() * size.lengths
+    return found
 
 
-def _around(at: np.ndarray) -> np.ndarray:
-    """First of the four samples around each time, ``(n,)``; of the nearest four at the ends."""
-    return np.clip(np.floor(at / _STEP).astype(int) - 1, 0, _TIMES.size - 4)
-
-
-def _cubic(curves: np.ndarray, first: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values ``(n,)`` at times ``(n,)`` of the cubics through four samples from ``first``."""
-    a, b, c, d = np.take_along_axis(curves, first[:, None] + np.arange(4), axis=1).T
-    u = at / _STEP - first
-    v, w, x = u - 1, u - 2, u - 3
-    return (d * u * v * w - a * v * w * x) / 6 + (b * u * w * x - c * u * v * x) / 2
-
-
-def _last_rise(curves: np.ndarray, level: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Last time before ``end`` (n,) at which a curve rises past its level, nan if it does not."""
-    below = (curves <= level[:, None]) & (end[:, None] > _TIMES)
-    last = _TIMES.size - 1 - np.argmax(below[:, ::-1], axis=1)
-    return _crossing(curves, level, last, below.any(axis=1))
-
-
-def _first_fall(curves: np.ndarray, level: np.ndarray, begin: np.ndarray) -> np.ndarray:
-    """First time after ``begin`` (n,) at which a curve falls to its level, nan if it does not."""
-    below = (curves <= level[:, None]) & (begin[:, None] < _TIMES)
-    return _crossing(curves, level, np.argmax(below, axis=1) - 1, below.any(axis=1))
-
-
-def _crossing(
-    curves: np.ndarray, level: np.ndarray, sample: np.ndarray, found: np.ndarray
-) -> np.ndarray:
-    """Time between a sample (n,) and the next at which a curve passes its level, by bisection."""
-    sample = np.clip(sample, 0, _TIMES.size - 2)
-    low, high = _TIMES[sample], _TIMES[sample + 1]
-    first = _around(low)
-    was_below = np.take_along_axis(curves, sample[:, None], axis=1)[:, 0] <= level
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        before = (_cubic(curves, first, middle) <= level) == was_below
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return np.where(found, (low + high) / 2, np.nan)
-
-
-def _most(beyond: np.ndarray) -> np.ndarray:
-    """Largest way beyond rest, ``(n, t) -> (n,)``: 0 if it is not passed, nan if still open.
-
-    Between samples by a parabola. It is open where the way neither has a peak beyond rest nor
-    ends near it.
-    """
-    peak = np.clip(np.argmax(beyond, axis=1), 1, _TIMES.size - 2)
-    before, top, after = np.take_along_axis(beyond, peak[:, None] + np.arange(-1, 2), axis=1).T
-    bend = 2 * top - before - after
-    turns = (top >= before) & (top >= after) & (bend > 0)
-    top = top + np.where(turns, (after - before) ** 2 / (8 * np.where(turns, bend, 1.0)), 0.0)
-    largest = np.maximum(np.where(turns, top, beyond[:, -1]), 0.0)
-    passed = turns & (top > 0)
-    return np.where(passed | (np.abs(beyond[:, -1]) <= _SETTLED), largest, np.nan)
+def _sizes(theta: np.ndarray, motion: str) -> Iterator[tuple[Size, np.ndarray]]:
+    """Yield sizes in powers of 2, and which parameter sets ``(n, p)`` are of about that size."""
+    _, k_a, _, _, _, f, gap = split(theta)
+    times = np.sqrt(gap / f if motion == "closing" else 1.0 / k_a) / _TIMES[motion]
+    powers = np.log2([gap / _GAP, times])
+    powers = np.where(np.abs(powers) <= _NEAR, 0.0, np.rint(powers))
+    for lengths, duration in np.unique(powers, axis=1).T:
+        rows = np.flatnonzero((powers[0] == lengths) & (powers[1] == duration))
+        yield Size(2.0**lengths, 2.0**duration), rows

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import xarray as xr
 
 from breaker.decisions import first
-from breaker.mechanism import Limit, evaluate
+from breaker.mechanism import Limit
 
 __all__ = ["failures"]
 
@@ -32,6 +32,5 @@ def failures(truth: xr.DataArray, limits: Sequence[Limit]) -> dict[str, float]:
     operations = truth.operation.values.astype(float)
     result = {}
     for limit in limits:
-        quantities = evaluate(limit.quantities, truth.values, limit.motion)
-        result[limit.name] = first(limit.exceeded(quantities), operations)
+        result[limit.name] = first(limit.exceeded(limit.evaluate(truth.values)), operations)
     return result

@@ -185,14 +185,13 @@ def _simulated(
     p = len(NAMES)
     around = np.concatenate([points, centre + _STEP * np.vstack([np.zeros(p), np.eye(p)])])
     theta = prior.destandardise(around)
-    known = {}
-    for motion in {limit.motion for limit in limits}:
-        names = sorted(
-            {part[0] for limit in limits if limit.motion == motion for part in limit.parts}
-        )
-        known[motion] = dict(zip(names, evaluate(names, theta, motion).T, strict=True))
-    for limit in limits:
-        values = np.stack([known[limit.motion][part[0]] for part in limit.parts], axis=-1)
+    known, places = {}, [(limit.motion, limit.speeds) for limit in limits]
+    for place in set(places):
+        there = [limit for limit, each in zip(limits, places, strict=True) if each == place]
+        names = sorted({name for limit in there for name in limit.quantities})
+        known[place] = dict(zip(names, evaluate(names, theta, *place).T, strict=True))
+    for limit, place in zip(limits, places, strict=True):
+        values = np.stack([known[place][name] for name in limit.quantities], axis=-1)
         slopes = (values[-p:] - values[-p - 1]) / (_STEP * prior.log_sds[:, None])
         yield values[: len(points)], np.sqrt(np.square(slopes).sum(axis=0))
 

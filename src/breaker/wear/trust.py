@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from scipy.linalg import block_diag
 
-from breaker.mechanism import NAMES, QUANTITIES, Limit, evaluate
+from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior
 from breaker.wear.learned import PHASES, by_phase
 from breaker.wear.reference import Reference
@@ -74,7 +74,7 @@ def trust_in(follower: Follower, state: State, rng: np.random.Generator) -> xr.D
             "quantile": list(_QUANTILES),
             "part_limit": ("part", [limit.name for limit, _ in parts]),
             "part_quantity": ("part", [quantity for _, quantity in parts]),
-            "part_unit": ("part", [QUANTITIES[quantity].unit for _, quantity in parts]),
+            "part_unit": ("part", [unit for limit in follower.limits for unit in limit.units]),
         },
     )
 
@@ -104,6 +104,6 @@ def _slopes(limits: Sequence[Limit], prior: Prior, centre: np.ndarray) -> np.nda
     """Slopes of the quantities of all limits by the standardised parameters, ``(part, p)``."""
     moved = _STEP * np.eye(len(NAMES))
     theta = prior.destandardise(np.concatenate([centre + moved, centre - moved]))
-    values = np.concatenate([evaluate(each.quantities, theta, each.motion) for each in limits], 1)
+    values = np.concatenate([each.evaluate(theta) for each in limits], 1)
     up, down = np.split(values, 2)
     return (up - down).T / (2.0 * _STEP)

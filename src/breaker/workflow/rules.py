@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from breaker.files import list_operations
-from breaker.mechanism import MOTIONS, NAMES, Limit
+from breaker.mechanism import MOTIONS, NAMES, Limit, speeds_of
 from breaker.workflow.magnitudes import MAGNITUDES
 
 __all__ = ["RULES"]
@@ -101,14 +101,28 @@ def _needs_components(scales: float | Sequence[float], components: int) -> str |
     )
 
 
-def _limits(entries: Sequence[Mapping[str, Any]], motions: Sequence[str]) -> str | None:
+def _speeds(settings: Mapping[str, Sequence[str] | None]) -> str | None:
+    try:
+        speeds_of(settings)
+    except ValueError as error:
+        return f"cannot be used. {error}."
+    return None
+
+
+def _limits(
+    entries: Sequence[Mapping[str, Any]],
+    motions: Sequence[str],
+    speeds: Mapping[str, Sequence[str] | None],
+) -> str | None:
+    if _speeds(speeds):
+        return None
     names, wrong = [entry["name"] for entry in entries], []
     for name in dict.fromkeys(names):
         if names.count(name) > 1:
             wrong.append(f"{name}: there are two limits of this name. Give one another name.")
     for entry in entries:
         try:
-            Limit.from_settings(entry)
+            Limit.from_settings(entry, speeds_of(speeds))
         except ValueError as error:
             wrong.append(str(error))
     if wrong:
@@ -172,7 +186,8 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
         ((name, "discrepancy.components"), _needs_components)
         for name in ("endurance.discrepancy", "validation.discrepancies")
     ),
-    (("limits", "motions"), _limits),
+    (("speeds",), _speeds),
+    (("limits", "motions", "speeds"), _limits),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
     (("endurance.curves", "motions", "endurance.breaker", "endurance.phase"), _curves),
     *MAGNITUDES,

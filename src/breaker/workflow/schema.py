@@ -9,6 +9,7 @@ editors also accept an overlay, which holds only what differs.
 import difflib
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -69,9 +70,10 @@ def problems(config: Mapping[str, Any], schema: _Schema) -> Iterator[tuple[Key, 
     errors = _VALIDATOR(schema).iter_errors(config)
     for error in sorted(errors, key=lambda error: list(map(str, error.path))):
         key, known = tuple(error.absolute_path), error.schema.get("properties", {})
+        patterns = error.schema.get("patternProperties", {})
         if error.validator == "additionalProperties":
             for name in error.instance:
-                if name not in known:
+                if name not in known and not any(re.search(each, str(name)) for each in patterns):
                     yield (*key, name), _unknown(key, name, schema, list(known))
         elif error.validator == "properties":
             yield key, f"is missing; it must be {_allowed(known[key[-1]])}."

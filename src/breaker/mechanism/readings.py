@@ -1,0 +1,159 @@
+"""What exact curves show: switching times, ways beyond rest, and times at points of a motion.
+
+The curves are those of drives of about the size of the reference drive, sampled from their first
+motion to 60 ms; between samples they are cubics.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from breaker.mechanism.curves import rest_position, travel
+from breaker.mechanism.parameters import MOTIONS
+from breaker.mechanism.speeds import Point
+
+__all__ = ["TIMES", "Readings"]
+
+_STEP = 0.25  # ms; cubics between samples are then right to a micrometre, as the tests show
+TIMES = np.arange(241) * _STEP
+"""Times of the samples, ms."""
+
+_SETTLED = 0.1  # mm from its rest position within which a drive counts as at rest at the end
+_HALVINGS = 30  # of a step of the grid, in search of a crossing
+
+
+@dataclass(eq=False)
+class Readings:
+    """Curves of ``n`` parameter sets, and what is read from them.
+
+    Attributes:
+        theta: Parameters, ``(n, p)``.
+        motion: "closing" or "opening".
+        pressed: Whether a contact stays pressed in the closed state, ``(n,)``.
+    """
+
+    theta: np.ndarray
+    motion: str
+    pressed: np.ndarray
+    _curves: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._curves, switching, _ = travel(self.theta, TIMES, self.motion)
+        self._exists = np.isfinite(switching) & (self.pressed | (self.motion == "closing"))
+        self._at = np.where(self._exists, switching, 0.0)
+
+    @property
+    def switching(self) -> np.ndarray:
+        """Time from the first motion to touch or parting, ``(n,)``, ms."""
+        return np.where(self._exists, self._at, np.nan)
+
+    def beyond(self) -> np.ndarray:
+        """Largest way beyond the rest position at the end, ``(n,)``, mm."""
+        beyond = self._forward - self._forward_rests[1][:, None]
+        return np.where(self.pressed & self._exists, _most(beyond), np.nan)
+
+    def duration(self, start: Point, end: Point) -> np.ndarray:
+        """Time from one point to another, ``(n,)``, ms; nan where the first is not before."""
+        duration = self._place(end)[0] - self._place(start)[0]
+        return np.where(duration > 0, duration, np.nan)
+
+    def speed(self, start: Point, end: Point) -> np.ndarray:
+        """Mean speed from one point to another, ``(n,)``, mm/ms."""
+        (begin, low, before), (stop, high, after) = self._place(start), self._place(end)
+        duration = stop - begin
+        speed = ((high - low) + (after - before)) / np.where(duration > 0, duration, np.nan)
+        return np.abs(speed)
+
+    @cached_property
+    def _forward(self) -> np.ndarray:
+        """Travel in the direction of the motion, ``(n, t)``, mm."""
+        return self._curves if self.motion == "closing" else -self._curves
+
+    @property
+    def _forward_rests(self) -> list[np.ndarray]:
+        """Rest positions before and after the motion in its direction, ``(n,)`` each, mm."""
+        before, after = MOTIONS if self.motion == "closing" else MOTIONS[::-1]
+        sign = 1.0 if self.motion == "closing" else -1.0
+        return [sign * rest_position(self.theta, each) for each in (before, after)]
+
+    def _place(self, point: Point) -> tuple[np.ndarray, np.ndarray, float]:
+        """Time of a point, ``(n,)``, ms, and its travel, as that of a mark ``(n,)`` and the way
+        from there, mm; nan where it is not reached.
+        """
+        if point.unit == "%":
+            start, end = self._forward_rests
+            level = start + point.amount / 100.0 * (end - start)
+            level = np.where(self.pressed, level, np.nan)
+            return self._first_after(level, np.zeros(len(level))), level, 0.0
+        if point.unit == "ms":
+            at = self._at + point.amount
+            there = self._exists & (at <= TIMES[-1])
+            at = np.where(there, at, np.nan)
+            return at, self._travel(np.where(there, np.maximum(at, 0.0), 0.0)), 0.0
+        mark = np.where(self._exists, self._travel(self._at), np.nan)
+        if point.amount == 0.0:
+            return self._at, mark, 0.0
+        search = self._last_before if point.amount < 0.0 else self._first_after
+        return search(mark + point.amount, self._at), mark, point.amount
+
+    def _travel(self, at: np.ndarray) -> np.ndarray:
+        return _cubic(self._forward, _around(at), at)
+
+    def _last_before(self, level: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Last time before ``end`` (n,) at which a curve passes its level, nan if it does not."""
+        below = (self._forward <= level[:, None]) & (end[:, None] > TIMES)
+        last = TIMES.size - 1 - np.argmax(below[:, ::-1], axis=1)
+        return _crossing(self._forward, level, last, below.any(axis=1))
+
+    def _first_after(self, level: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        """First time after ``begin`` (n,) at which a curve reaches its level, nan if never."""
+        above = (self._forward >= level[:, None]) & (begin[:, None] < TIMES)
+        return _crossing(self._forward, level, np.argmax(above, axis=1) - 1, above.any(axis=1))
+
+
+# ---- curves (n, t) on the grid ---------------------------------------------------------------
+
+
+def _around(at: np.ndarray) -> np.ndarray:
+    """First of the four samples around each time, ``(n,)``; of the nearest four at the ends."""
+    return np.clip(np.floor(at / _STEP).astype(int) - 1, 0, TIMES.size - 4)
+
+
+def _cubic(curves: np.ndarray, first: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values ``(n,)`` at times ``(n,)`` of the cubics through four samples from ``first``."""
+    a, b, c, d = np.take_along_axis(curves, first[:, None] + np.arange(4), axis=1).T
+    u = at / _STEP - first
+    v, w, x = u - 1, u - 2, u - 3
+    return (d * u * v * w - a * v * w * x) / 6 + (b * u * w * x - c * u * v * x) / 2
+
+
+def _crossing(
+    curves: np.ndarray, level: np.ndarray, sample: np.ndarray, found: np.ndarray
+) -> np.ndarray:
+    """Time between a sample (n,) and the next at which a curve passes its level, by bisection."""
+    sample = np.clip(sample, 0, TIMES.size - 2)
+    low, high = TIMES[sample], TIMES[sample + 1]
+    first = _around(low)
+    was_below = np.take_along_axis(curves, sample[:, None], axis=1)[:, 0] <= level
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        before = (_cubic(curves, first, middle) <= level) == was_below
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return np.where(found, (low + high) / 2, np.nan)
+
+
+def _most(beyond: np.ndarray) -> np.ndarray:
+    """Largest way beyond rest, ``(n, t) -> (n,)``: 0 if it is not passed, nan if still open.
+
+    Between samples by a parabola. It is open where the way neither has a peak beyond rest nor
+    ends near it.
+    """
+    peak = np.clip(np.argmax(beyond, axis=1), 1, TIMES.size - 2)
+    before, top, after = np.take_along_axis(beyond, peak[:, None] + np.arange(-1, 2), axis=1).T
+    bend = 2 * top - before - after
+    turns = (top >= before) & (top >= after) & (bend > 0)
+    top = top + np.where(turns, (after - before) ** 2 / (8 * np.where(turns, bend, 1.0)), 0.0)
+    largest = np.maximum(np.where(turns, top, beyond[:, -1]), 0.0)
+    passed = turns & (top > 0)
+    return np.where(passed | (np.abs(beyond[:, -1]) <= _SETTLED), largest, np.nan)

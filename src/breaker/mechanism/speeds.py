@@ -1,0 +1,188 @@
+"""Speeds of the drive: each its mean between two points of a motion, as configured.
+
+A point is written as engineers say it:
+
+- ``touch`` (of the contact, in a closing) or ``parting`` (in an opening);
+- a way or a time from there: ``6 mm before touch``, ``10 ms after parting``;
+- a share of the way between the rest positions: ``10 % of stroke``.
+
+The name of a speed begins with ``closing_speed`` or ``opening_speed``, and so says its motion.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from breaker.mechanism.size import Size
+
+__all__ = ["SPEEDS", "Point", "Speed", "speeds_of"]
+
+EVENTS = {"closing": "touch", "opening": "parting"}
+_TEXT = re.compile(
+    r"(?P<event>touch|parting)"
+    r"|(?P<way>\d+(?:\.\d+)?) (?P<unit>mm|ms) (?P<side>before|after) (?P<of>touch|parting)"
+    r"|(?P<share>\d+(?:\.\d+)?) % of stroke"
+)
+_AS_IT_IS = Size()
+_WAY = 6.0  # mm at size 1, over which a speed is taken that is not configured
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a motion.
+
+    Attributes:
+        amount: Way or time from touch or parting, negative before it, or percent of the stroke.
+        unit: "mm", "ms" or "%".
+
+    Example:
+        >>> Point.read("6 mm before touch", "closing")
+        Point(amount=-6.0, unit='mm')
+        >>> Point.read("10 % of stroke", "opening").text("opening")
+        '10 % of stroke'
+    """
+
+    amount: float
+    unit: str
+
+    @classmethod
+    def read(cls, text: str, motion: str) -> "Point":
+        """Read a point of a motion from its text.
+
+        Raises:
+            ValueError: If the text is not of a known form, or of the other motion.
+        """
+        event = EVENTS[motion]
+        found = _TEXT.fullmatch(" ".join(str(text).split()))
+        if not found or (event not in (found["event"], found["of"]) and not found["share"]):
+            raise ValueError(
+                f"{text!r} is no point of {motion}; write {event}, such as 6 mm before {event}, "
+                f"10 ms after {event}, or 10 % of stroke"
+            )
+        if found["event"]:
+            return cls(0.0, "mm")
+        if found["share"]:
+            if not 0 < float(found["share"]) < 100:
+                raise ValueError(f"{text!r} is no point: shares are between 0 and 100 %, neither")
+            return cls(float(found["share"]), "%")
+        sign = -1.0 if found["side"] == "before" else 1.0
+        return cls(sign * float(found["way"]), found["unit"])
+
+    @property
+    def of_event(self) -> bool:
+        """Whether it is known only where touch or parting is."""
+        return self.unit != "%"
+
+    def text(self, motion: str) -> str:
+        """Write the point as ``read`` takes it."""
+        if self.unit == "%":
+            return f"{self.amount:g} % of stroke"
+        event = EVENTS[motion]
+        side = "before" if self.amount < 0 else "after"
+        return f"{abs(self.amount):g} {self.unit} {side} {event}" if self.amount else event
+
+    def sized(self, size: Size) -> "Point":
+        """Return the same point of a drive of another size."""
+        return replace(self, amount=self.amount * (size.factor(self.unit) if self.of_event else 1))
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Mean speed of the drive between two points.
+
+    Attributes:
+        name: Its name, which begins with that of its motion.
+        start, end: The points.
+
+    Example:
+        >>> speed = Speed.read("closing_speed", ["10 ms before touch", "touch"])
+        >>> speed.motion, speed.words
+        ('closing', 'from 10 ms before touch to touch')
+    """
+
+    name: str
+    start: Point
+    end: Point
+
+    def __post_init__(self) -> None:
+        start, end = self.start, self.end
+        comparable = start.of_event == end.of_event and (
+            start.unit == end.unit or 0 in (start.amount, end.amount)
+        )
+        if comparable and not start.amount < end.amount:
+            raise ValueError(f"{self.name} goes {self.words}, which is not forward; swap them")
+
+    @classmethod
+    def read(cls, name: str, points: Sequence[str]) -> "Speed":
+        """Read a speed from its name and the texts of its two points.
+
+        Raises:
+            ValueError: If a point is wrong, or the second is not after the first.
+        """
+        if len(points) != 2:
+            raise ValueError(f"{name} needs two points, from and to, not {len(points)}")
+        try:
+            return cls(name, *(Point.read(text, name.split("_")[0]) for text in points))
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from error
+
+    @property
+    def motion(self) -> str:
+        """Its motion."""
+        return self.name.split("_")[0]
+
+    @property
+    def points(self) -> list[str]:
+        """Its points as ``read`` takes them."""
+        return [each.text(self.motion) for each in (self.start, self.end)]
+
+    @property
+    def words(self) -> str:
+        """Between which points, in words."""
+        return "from {} to {}".format(*self.points)
+
+    @property
+    def of_event(self) -> bool:
+        """Whether it is known only where touch or parting is."""
+        return self.start.of_event or self.end.of_event
+
+    def sized(self, size: Size) -> "Speed":
+        """Return the same speed of a drive of another size."""
+        return replace(self, start=self.start.sized(size), end=self.end.sized(size))
+
+
+def speeds_of(
+    settings: Mapping[str, Sequence[str] | None] | None = None, size: Size = _AS_IT_IS
+) -> tuple[Speed, ...]:
+    """Return the speeds that the section ``speeds`` of the configuration defines.
+
+    Args:
+        settings: Two points by name. ``closing_speed`` and ``opening_speed`` are always there:
+            where they are None or not given, they are over the last 6 mm before the touch, and
+            the first 6 mm after the parting, of a drive of size 1.
+        size: Size of the drive, for these; the way is rounded to two digits.
+
+    Raises:
+        ValueError: If a definition is wrong.
+
+    Example:
+        >>> speeds = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
+        >>> [speed.name for speed in speeds]
+        ['closing_speed', 'opening_speed', 'closing_speed_mean']
+        >>> speeds_of(size=Size(lengths=10.7, times=3.9))[0].words
+        'from 64 mm before touch to touch'
+    """
+    way = float(f"{_WAY * size.lengths:.2g}")
+    touch = Point(0.0, "mm")
+    usual = {
+        "closing_speed": Speed("closing_speed", Point(-way, "mm"), touch),
+        "opening_speed": Speed("opening_speed", touch, Point(way, "mm")),
+    }
+    given = {name: points for name, points in (settings or {}).items() if points is not None}
+    if unknown := (settings or {}).keys() - given.keys() - usual.keys():
+        raise ValueError(f"{min(unknown)} needs two points, from and to")
+    return tuple((usual | {name: Speed.read(name, given[name]) for name in given}).values())
+
+
+SPEEDS = speeds_of()
+"""Speeds of a drive of size 1 where none is configured."""

@@ -1,0 +1,144 @@
+"""Definitions of speeds, from texts to values on exact curves."""
+
+import numpy as np
+import pytest
+
+from breaker.mechanism.curves import rest_position, travel
+from breaker.mechanism.quantities import check_quantity, evaluate, quantities
+from breaker.mechanism.size import Size
+from breaker.mechanism.speeds import SPEEDS, Point, Speed, speeds_of
+from breaker.model.randomness import generator
+
+TIMES = np.arange(60_001) * 1e-3
+DEFINED = {
+    "closing_speed": ["10 ms before touch", "touch"],
+    "closing_speed_last": ["2.5 mm before touch", "1 mm after touch"],
+    "closing_speed_mean": ["10 % of stroke", "90 % of stroke"],
+    "closing_speed_mixed": ["20 % of stroke", "touch"],
+    "opening_speed": ["parting", "10 ms after parting"],
+    "opening_speed_mean": ["12.5 % of stroke", "75 % of stroke"],
+    "opening_speed_first": ["0.5 mm before parting", "4 mm after parting"],
+}
+
+
+@pytest.mark.parametrize(
+    "text", ["touch", "6 mm before touch", "10 ms after touch", "5 % of stroke"]
+)
+def test_texts_of_points(text):
+    assert Point.read(text, "closing").text("closing") == text
+    assert Point.read(f"  {text.replace(' ', '  ')} ", "closing").text("closing") == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "6 mm", "6 cm before touch", "-6 mm before touch", "parting", "6 mm before parting"),
+        *("0 % of stroke", "100 % of stroke", "1e3 mm before touch", "touch touch", "5 % of way"),
+    ],
+)
+def test_wrong_points(text):
+    with pytest.raises(ValueError, match=r"closing_speed: .* is no point"):
+        speeds_of({"closing_speed": [text, "touch"]})
+
+
+@pytest.mark.parametrize(
+    ("name", "points", "words"),
+    [
+        ("closing_speed", ["touch", "6 mm before touch"], "not forward"),
+        ("closing_speed", ["touch", "touch"], "not forward"),
+        ("opening_speed", ["9 ms after parting", "8 ms after parting"], "not forward"),
+        ("opening_speed", ["90 % of stroke", "10 % of stroke"], "not forward"),
+        ("closing_speed", ["touch"], "two points"),
+        ("closing_speed_b", None, "closing_speed_b needs two points"),
+    ],
+)
+def test_wrong_speeds(name, points, words):
+    with pytest.raises(ValueError, match=words):
+        speeds_of({name: points})
+
+
+def brute_force(point, curve, switching, rests, motion):
+    """Time and travel of a point of a dense curve (t,) at 1,000 points a ms."""
+    sign = 1.0 if motion == "closing" else -1.0
+    at = np.interp(switching, TIMES, curve)
+    if point.unit == "ms":
+        return switching + point.amount, np.interp(switching + point.amount, TIMES, curve)
+    if point.unit == "%":
+        level = rests[0] + point.amount / 100 * (rests[1] - rests[0])
+        first = int(np.argmax(sign * curve >= sign * level))
+    else:
+        level = at + sign * point.amount
+        if point.amount == 0:
+            return switching, at
+        before = point.amount < 0
+        when = switching > TIMES if before else switching < TIMES
+        passed = sign * curve >= sign * level
+        if before:
+            passed = ~passed & when
+            first = TIMES.size - int(np.argmax(passed[::-1])) if passed.any() else -1
+        else:
+            first = int(np.argmax(passed & when))
+        if first < 0:
+            return np.nan, level
+    return TIMES[first] - 0.5e-3, level
+
+
+@pytest.mark.parametrize("motion", ["closing", "opening"])
+def test_speeds_are_those_of_dense_curves(prior, motion):
+    theta = prior.sample(8, generator(1, "test", "speeds", motion))
+    curves, switching, _ = travel(theta, TIMES, motion)
+    rests = [rest_position(theta, each) for each in ("closing", "opening")]
+    rests = rests if motion == "closing" else rests[::-1]
+    speeds = speeds_of(DEFINED)
+    for speed in (each for each in speeds if each.motion == motion):
+        found = evaluate([speed.name], theta, motion, speeds)[:, 0]
+        for i in range(len(theta)):
+            rest = [each[i] for each in rests]
+            places = [
+                brute_force(each, curves[i], switching[i], rest, motion)
+                for each in (speed.start, speed.end)
+            ]
+            (begin, low), (end, high) = places
+            assert found[i] == pytest.approx(abs(high - low) / (end - begin), rel=1e-3, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    "size", [Size(0.5, 0.4), Size(1.7, 0.9), Size(14.3, 6.1), Size(0.031, 40.0)]
+)
+@pytest.mark.parametrize("motion", ["closing", "opening"])
+def test_quantities_scale_with_the_drive(prior, motion, size):
+    """Also where rows of several sizes are in a batch; powers of 2 are exact."""
+    theta = prior.sample(50, generator(1, "test", "sizes", motion))
+    names = [each.name for each in quantities().values() if motion in each.motions]
+    units = [quantities()[name].unit for name in names]
+    here = evaluate(names, theta, motion)
+    sized = tuple(each.sized(size) for each in SPEEDS)
+    both = np.vstack([theta, theta * size.factors])
+    there = evaluate(names, both, motion, sized)[len(theta) :]
+    expected = here * [size.factor(unit) for unit in units]
+    both = np.isfinite(there) & np.isfinite(expected)  # some are just at rest at the end, or not
+    assert both.mean() > 0.97
+    np.testing.assert_allclose(there[both], expected[both], rtol=2e-3, atol=2e-3 * size.lengths)
+    np.testing.assert_array_equal(there, evaluate(names, theta * size.factors, motion, sized))
+    double = Size(4.0, 8.0)
+    sized = tuple(each.sized(double) for each in SPEEDS)
+    there = evaluate(names, theta * double.factors, motion, sized)
+    np.testing.assert_array_equal(there, here * [double.factor(unit) for unit in units])
+
+
+def test_names_of_configured_speeds():
+    speeds = speeds_of(DEFINED)
+    assert check_quantity("closing_speed_mean", "closing", speeds) is None
+    assert "not a known quantity" in check_quantity("closing_speed_mean", "closing")
+    assert "opening, not of closing" in check_quantity("opening_speed_mean", "closing", speeds)
+    assert quantities(speeds)["closing_speed"].meaning.endswith("from 10 ms before touch to touch")
+    assert speeds_of({each.name: each.points for each in speeds}) == speeds
+
+
+def test_usual_speeds_grow_with_the_drive():
+    closing, opening = speeds_of({"opening_speed": None}, Size(lengths=1.2345, times=3.0))
+    assert closing.points == ["7.4 mm before touch", "touch"]
+    assert opening.points == ["parting", "7.4 mm after parting"]
+    assert speeds_of(size=Size()) == SPEEDS
+    given = Speed.read("closing_speed", ["12 mm before touch", "touch"])
+    assert speeds_of({"closing_speed": given.points}, Size(9.0, 1.0))[0] == given
