@@ -12,7 +12,16 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "export": ["write_curve"],
         "landmarks": ["main_motion", "raw_time"],
         "noise": ["noise_remarks"],
-        "reader": ["Record", "open_curves", "read_curves", "read_record", "require_any"],
+        "raw": ["Raw", "read_raw"],
+        "reader": [
+            "Record",
+            "curves_of",
+            "open_curves",
+            "read_curves",
+            "read_raws",
+            "read_record",
+            "require_any",
+        ],
         "scale": ["Scale"],
     },
 )

@@ -8,7 +8,7 @@ describe it; nothing is guessed, and nothing repaired. The steps, each in a modu
 3. ``scale``: travel, mm towards closed.
 4. ``doubtful``: samples that no sensor of this stroke can give become NaN.
 5. ``segments``: the part of the record that is the motion; ``stroke``: whether it is a breaker's.
-6. ``landmarks``: the first motion. ``noise``: that of the rest before it.
+6. ``landmarks``: the first motion. ``raw`` has all up to here. ``noise``: that of the rest before.
    ``leaps``, ``consistency``: what only a whole record shows.
 7. ``grid``: the model's times, around the first motion.
 
@@ -40,57 +40,43 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.files import ABOUT, Operation, RejectedCurveError, complete, printable, read_columns
-from breaker.records.clock import count_remark, even_times
+from breaker.files import ABOUT, Operation, RejectedCurveError, complete, printable
 from breaker.records.consistency import inconsistencies
-from breaker.records.doubtful import doubtful_samples, told
+from breaker.records.doubtful import told
 from breaker.records.errors import UnusableError
-from breaker.records.grid import (
-    Gridded,
-    check_missing,
-    grid_remarks,
-    on_grid,
-)
-from breaker.records.landmarks import NoMotionError, first_motion
+from breaker.records.grid import Gridded, check_missing, grid_remarks, on_grid
 from breaker.records.leaps import leap_remark
-from breaker.records.noise import Noise, noise_at_rest, noise_remarks
-from breaker.records.scale import Scale, seen_quantum
-from breaker.records.segments import Segment, SegmentError, find_segment
-from breaker.records.stroke import check_stroke, rest_of_open
+from breaker.records.noise import Noise, noise_remarks
+from breaker.records.raw import Raw, read_raw
+from breaker.records.scale import Scale
+from breaker.records.stroke import rest_remark
 from breaker.stores import open_store
 
-__all__ = ["Record", "open_curves", "read_curves", "read_record", "require_any"]
+__all__ = [
+    "Record",
+    "curves_of",
+    "open_curves",
+    "read_curves",
+    "read_raws",
+    "read_record",
+    "require_any",
+]
 
 _MANY = 100  # files, from which the progress is shown
 # Of a record that is rejected.
 _NUMBERS = {"first_motion": np.nan, "masked": 0, "noise": np.nan, "colour": np.nan, "rate": np.nan}
-# Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
-# an earlier motion may still ring.
-_REST = (50.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Record:
-    """A record, and what was found on the way to the grid.
+class Record(Raw):
+    """A record on the model's grid.
 
     Attributes:
-        time: Times of the whole record, ``(n,)``, ms.
-        whole: Its travel, ``(n,)``, mm towards closed, doubtful samples among them.
-        doubts: Kind of each doubtful sample, ``(n,)`` of text; "" where nothing is doubtful.
-        segment: The part that is the motion.
-        moves: Time of the first motion, ms.
-        quantum: Step of the reading, mm; 0 where it is fine.
         noise: Noise at rest.
-        gridded: The record on the model's grid.
+        gridded: The record on the grid.
         remarks: What is doubtful, in words.
     """
 
-    time: np.ndarray
-    whole: np.ndarray
-    doubts: np.ndarray
-    segment: Segment
-    moves: float
-    quantum: float
     noise: Noise
     gridded: Gridded
     remarks: tuple[str, ...]
@@ -100,7 +86,7 @@ class Record:
         """What the dataset of ``read_curves`` has of it, beside the travel."""
         return {
             "first_motion": self.gridded.start,
-            "masked": int((self.doubts[self.segment.begin : self.segment.end] != "").sum()),
+            "masked": int((self.doubts[self.inside] != "").sum()),
             "noise": self.noise.sd,
             "colour": self.noise.colour,
             "rate": (len(self.time) - 1) / float(self.time[-1] - self.time[0]),
@@ -141,17 +127,60 @@ def read_curves(
         ValueError: If the settings lack something, or name an unknown unit or encoding.
 
     """
+    raws = read_raws(operations, settings, motion)
+    return curves_of(operations, raws, times, motion, noise_sd=noise_sd, zero_sd=zero_sd)
+
+
+def read_raws(
+    operations: Sequence[Operation], settings: Mapping, motion: str
+) -> list[Raw | RejectedCurveError]:
+    """Read the records of several operations as they are in their files, or why there is none.
+
+    Args:
+        operations, settings, motion: As for ``read_curves``.
+    """
     settings = complete(settings)
-    scale, errors = Scale.from_settings(settings), {"noise_sd": noise_sd, "zero_sd": zero_sd}
-    records: list[Record | RejectedCurveError] = []
+    scale = Scale.from_settings(settings)
+    raws: list[Raw | RejectedCurveError] = []
     bar = {"mininterval": 5, "unit": "file", "disable": len(operations) < _MANY}
     for operation in tqdm(operations, desc=f"read {motion}", **bar):
         try:
-            records.append(read_record(operation, settings, scale, times, motion, **errors))
+            raws.append(read_raw(operation, settings, scale, motion))
+        except RejectedCurveError as error:
+            raws.append(error)
+    return raws
+
+
+def curves_of(
+    operations: Sequence[Operation],
+    raws: Sequence[Raw | RejectedCurveError],
+    times: np.ndarray,
+    motion: str,
+    *,
+    noise_sd: float | None = None,
+    zero_sd: float | None = None,
+) -> xr.Dataset:
+    """Put the records of several operations on a grid; as ``read_curves``, of ``read_raws``."""
+    records: list[Record | RejectedCurveError] = []
+    for raw in raws:
+        try:
+            records.append(_usable(raw, times, noise_sd, zero_sd))
         except RejectedCurveError as error:
             records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
     return _dataset(operations, records, times, motion)
+
+
+def _usable(
+    raw: Raw | RejectedCurveError,
+    times: np.ndarray,
+    noise_sd: float | None,
+    zero_sd: float | None,
+) -> Record:
+    """A record on the grid; raises the error that stands in its place."""
+    if isinstance(raw, RejectedCurveError):
+        raise raw
+    return _to_grid(raw, times, noise_sd, zero_sd)
 
 
 def _dataset(
@@ -242,53 +271,28 @@ def read_record(
     Raises:
         RejectedCurveError: If the record cannot be used.
     """
-    columns = read_columns(operation.file, settings, operation.channel)
+    return _to_grid(read_raw(operation, settings, scale, motion), times, noise_sd, zero_sd)
+
+
+def _to_grid(raw: Raw, times: np.ndarray, noise_sd: float | None, zero_sd: float | None) -> Record:
+    """Put a record on the grid."""
+    inside, left = raw.inside, raw.left
+    time = raw.time[inside]
+    gridded = on_grid(time, left - raw.rest, times, raw.moves)
     try:
-        time, place, uneven = even_times(columns.time, columns.lines, settings)
-        whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
-        whole[place], lines[place] = scale.travel(columns.travel), columns.lines
-        doubts, quantum = _doubts(time, whole, lines, settings)
-        left = np.where(doubts == "", whole, np.nan)
-        part = {"begin": operation.begin, "end": operation.end}
-        segment = find_segment(time, left, motion, **part)
-        check_stroke(segment.stroke, settings)
-        rest, off = rest_of_open(segment, settings, motion, zero_sd)
-        inside = slice(segment.begin, segment.end)
-        moves = first_motion(time[inside], left[inside], 1.0 if motion == "closing" else -1.0)
-        gridded = on_grid(time[inside], left[inside] - rest, times, moves)
-        check_missing(gridded, settings["missing"])
-    except (UnusableError, SegmentError, NoMotionError) as error:
-        line = getattr(error, "line", None)
-        raise RejectedCurveError(operation.file, str(error), line=line) from error
-    step, grid_step = (float(each[1] - each[0]) for each in (time, times))
-    before = (time[inside] >= moves - _REST[0]) & (time[inside] <= moves - _REST[1])
-    noise = noise_at_rest(left[inside][before], step, grid_step, quantum)
+        check_missing(gridded, raw.settings["missing"])
+    except UnusableError as error:
+        raise RejectedCurveError(raw.operation.file, str(error)) from error
+    step, grid_step = (float(each[1] - each[0]) for each in (raw.time, times))
+    noise = raw.noise_at(grid_step)
     remarks = [
-        *(*columns.remarks, uneven, count_remark(time.size, settings), off),
-        told(time, doubts),
-        *grid_remarks(gridded, time[inside], times, back=not np.isnan(segment.back)),
-        leap_remark(time[inside], left[inside], noise.sd, quantum, segment.stroke),
-        *inconsistencies(time[inside], left[inside], moves, noise_sd or 0.0),
+        *raw.said,
+        rest_remark(raw.segment, raw.settings, raw.motion, zero_sd),
+        told(raw.time, raw.doubts),
+        *grid_remarks(gridded, time, times, back=not np.isnan(raw.segment.back)),
+        leap_remark(time, left, noise.sd, raw.quantum, raw.segment.stroke),
+        *inconsistencies(time, left, raw.moves, noise_sd or 0.0),
         *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
     ]
     said = tuple(remark for remark in remarks if remark)
-    return Record(time, whole, doubts, segment, moves, quantum, noise, gridded, said)
-
-
-def _doubts(
-    time: np.ndarray, whole: np.ndarray, lines: np.ndarray, settings: Mapping
-) -> tuple[np.ndarray, float]:
-    """Kinds of doubtful samples, ``(n,)``, and the quantum, mm.
-
-    Raises:
-        UnusableError: If there is hardly a sample, or a doubtful one where these are refused.
-    """
-    if (count := int((~np.isnan(whole)).sum())) < 2:
-        raise UnusableError(f"has {count} samples")
-    given = settings["quantum"]
-    quantum = seen_quantum(whole) if given is None else given
-    doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
-    found = np.flatnonzero(doubts)
-    if found.size and settings["doubtful"] == "reject":
-        raise UnusableError(told(time, doubts), line=int(lines[found[0]]))
-    return doubts, quantum
+    return Record(**vars(raw), noise=noise, gridded=gridded, remarks=said)

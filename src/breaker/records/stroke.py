@@ -8,13 +8,14 @@ from breaker.files import TO_MM
 from breaker.records.errors import UnusableError
 from breaker.records.segments import Segment
 
-__all__ = ["check_stroke", "rest_of_open"]
+__all__ = ["check_stroke", "rest_of_open", "rest_remark"]
 
 # Rest of the open breaker, in strokes: further from zero the record is refused, or has a remark.
 _FAR = 0.15
 # 4 sd of a zero of 0.1 mm, at a stroke of 10 mm; some openings are not quite at rest at their end.
 _SDS = 4.0  # sd of the zero
 _OFF = {"closing": 0.04, "opening": 0.08}
+_REMEDY = "set endurance.format.zero to its reading, or to rest"
 
 
 def check_stroke(stroke: float, settings: Mapping) -> None:
@@ -36,43 +37,55 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
     )
 
 
-def rest_of_open(
-    segment: Segment, settings: Mapping, motion: str, zero_sd: float | None = None
-) -> tuple[float, str]:
-    """Return the reading to subtract for an open breaker at rest, mm, and a remark, "" if none.
-
-    With ``zero_sd``, the sd of the zero that the model takes for granted, mm, the rest before the
-    motion is compared: it is at 0, or a stroke of ``endurance.format.stroke`` from it.
+def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> float:
+    """Return the reading to subtract for an open breaker at rest, mm.
 
     Raises:
         UnusableError: If the open breaker is far from zero, or its rest is needed and not seen.
     """
-    if motion == "closing":
-        seen, rest = True, segment.before
-    else:
-        seen, rest = segment.arrived and np.isnan(segment.back), segment.after
+    seen, rest = _open(segment, motion)
     if settings["zero"] == "rest":
         if not seen:
             raise UnusableError(
                 "ends before the open breaker rests, so endurance.format.zero: rest finds no zero; "
                 "record longer, or give its reading"
             )
-        return rest, ""
-    if not seen:
-        return 0.0, ""
-    share = abs(rest) / segment.stroke
-    least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"]
-    clear = np.inf if zero_sd is None else _SDS * zero_sd
-    remedy = "set endurance.format.zero to its reading, or to rest"
-    if share > _FAR:
+        return rest
+    if seen and abs(rest) / segment.stroke > _FAR:
         raise UnusableError(
-            f"the open breaker rests at {rest:.2f} mm, not near 0; {remedy}, or record the whole "
+            f"the open breaker rests at {rest:.2f} mm, not near 0; {_REMEDY}, or record the whole "
             "motion"
         )
-    off = f"the open breaker rests at {rest:.2f} mm: {remedy}, if sensor.zero_sd is less"
-    if share > _OFF[motion]:
-        return 0.0, off
-    before = segment.before
-    if least - clear <= before <= most + clear:
-        return 0.0, ""
-    return 0.0, f"rests at {before:.2f} mm before the {motion}, which is no zero: {remedy}"
+    return 0.0
+
+
+def rest_remark(
+    segment: Segment, settings: Mapping, motion: str, zero_sd: float | None = None
+) -> str:
+    """Say where the breaker's rests are not those that the settings state; "" if they are.
+
+    Args:
+        segment: The motion in its record.
+        settings: The section ``endurance.format``, complete.
+        motion: "closing" or "opening".
+        zero_sd: Standard deviation of the zero that the model takes for granted, mm. With it, the
+            rest before the motion is compared: it is at 0, or a stroke of
+            ``endurance.format.stroke`` from it.
+    """
+    seen, rest = _open(segment, motion)
+    if settings["zero"] == "rest" or not seen:
+        return ""
+    if abs(rest) / segment.stroke > _OFF[motion]:
+        return f"the open breaker rests at {rest:.2f} mm: {_REMEDY}, if sensor.zero_sd is less"
+    least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"]
+    clear = np.inf if zero_sd is None else _SDS * zero_sd
+    if least - clear <= segment.before <= most + clear:
+        return ""
+    return f"rests at {segment.before:.2f} mm before the {motion}, which is no zero: {_REMEDY}"
+
+
+def _open(segment: Segment, motion: str) -> tuple[bool, float]:
+    """Whether the open breaker is seen at rest, and where, mm."""
+    if motion == "closing":
+        return True, segment.before
+    return segment.arrived and bool(np.isnan(segment.back)), segment.after

@@ -1,0 +1,137 @@
+"""A record as it is in its file: even times, travel in mm, its motion and the first of it.
+
+All that a record shows without a model's grid; ``reader`` puts it there.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from breaker.files import Operation, RejectedCurveError, read_columns
+from breaker.records.clock import count_remark, even_times
+from breaker.records.doubtful import doubtful_samples, told
+from breaker.records.errors import UnusableError
+from breaker.records.landmarks import NoMotionError, first_motion
+from breaker.records.noise import Noise, noise_at_rest
+from breaker.records.scale import Scale, seen_quantum
+from breaker.records.segments import Segment, SegmentError, find_segment
+from breaker.records.stroke import check_stroke, rest_of_open
+
+__all__ = ["Raw", "read_raw"]
+
+# Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
+# an earlier motion may still ring.
+_REST = (50.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A record as it is in its file.
+
+    Attributes:
+        operation, motion: What it is of.
+        settings: The section ``endurance.format``, complete.
+        time: Times of the whole record, ``(n,)``, ms.
+        whole: Its travel, ``(n,)``, mm towards closed, doubtful samples among them.
+        doubts: Kind of each doubtful sample, ``(n,)`` of text; "" where nothing is doubtful.
+        segment: The part that is the motion.
+        rest: Reading of the open breaker, mm, that is subtracted on the grid.
+        moves: Time of the first motion, ms.
+        quantum: Step of the reading, mm; 0 where it is fine.
+        said: What is doubtful about the file, in words; "" is nothing.
+    """
+
+    operation: Operation
+    motion: str
+    settings: Mapping
+    time: np.ndarray
+    whole: np.ndarray
+    doubts: np.ndarray
+    segment: Segment
+    rest: float
+    moves: float
+    quantum: float
+    said: tuple[str, ...]
+
+    @property
+    def inside(self) -> slice:
+        """The samples of the motion."""
+        return slice(self.segment.begin, self.segment.end)
+
+    @property
+    def left(self) -> np.ndarray:
+        """Travel of the motion, mm; NaN where a sample is missing or doubtful."""
+        return np.where(self.doubts == "", self.whole, np.nan)[self.inside]
+
+    @property
+    def step(self) -> float:
+        """Time between two samples, ms."""
+        return float(self.time[1] - self.time[0])
+
+    def noise_at(self, grid_step: float) -> Noise:
+        """Return the noise at rest, its colour at the step of a grid, ms."""
+        time = self.time[self.inside]
+        before = (time >= self.moves - _REST[0]) & (time <= self.moves - _REST[1])
+        return noise_at_rest(self.left[before], self.step, grid_step, self.quantum)
+
+    def duration(self, first: float = 0.1, last: float = 0.9) -> float:
+        """Return the time from one share of the way between the rest positions to another, ms."""
+        way = (self.left - self.segment.before) / (self.segment.after - self.segment.before)
+        there = ~np.isnan(way)
+        time, way = self.time[self.inside][there], np.maximum.accumulate(way[there])
+        begins, ends = np.interp([first, last], way, time)
+        return float(ends - begins)
+
+
+def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str) -> Raw:
+    """Read the record of one operation as it is in its file.
+
+    Args:
+        operation: Where it is.
+        settings: The section ``endurance.format``, complete.
+        scale: Of these settings.
+        motion: "closing" or "opening".
+
+    Raises:
+        RejectedCurveError: If the record cannot be used.
+    """
+    columns = read_columns(operation.file, settings, operation.channel)
+    try:
+        time, place, uneven = even_times(columns.time, columns.lines, settings)
+        whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
+        whole[place], lines[place] = scale.travel(columns.travel), columns.lines
+        doubts, quantum = _doubts(time, whole, lines, settings)
+        left = np.where(doubts == "", whole, np.nan)
+        part = {"begin": operation.begin, "end": operation.end}
+        segment = find_segment(time, left, motion, **part)
+        check_stroke(segment.stroke, settings)
+        rest = rest_of_open(segment, settings, motion)
+        inside = slice(segment.begin, segment.end)
+        moves = first_motion(time[inside], left[inside], 1.0 if motion == "closing" else -1.0)
+    except (UnusableError, SegmentError, NoMotionError) as error:
+        line = getattr(error, "line", None)
+        raise RejectedCurveError(operation.file, str(error), line=line) from error
+    said = (*columns.remarks, uneven, count_remark(time.size, settings))
+    return Raw(
+        *(operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum, said)
+    )
+
+
+def _doubts(
+    time: np.ndarray, whole: np.ndarray, lines: np.ndarray, settings: Mapping
+) -> tuple[np.ndarray, float]:
+    """Kinds of doubtful samples, ``(n,)``, and the quantum, mm.
+
+    Raises:
+        UnusableError: If there is hardly a sample, or a doubtful one where these are refused.
+    """
+    if (count := int((~np.isnan(whole)).sum())) < 2:
+        raise UnusableError(f"has {count} samples")
+    given = settings["quantum"]
+    quantum = seen_quantum(whole) if given is None else given
+    doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
+    found = np.flatnonzero(doubts)
+    if found.size and settings["doubtful"] == "reject":
+        raise UnusableError(told(time, doubts), line=int(lines[found[0]]))
+    return doubts, quantum
