@@ -28,7 +28,7 @@ FORMAT = {
     "sign": 1,
     "quantum": None,
     "samples": None,
-    "stroke": [4.0, 60.0],
+    "stroke": None,
     "doubtful": "mask",
     "missing": 0.5,
 }
@@ -65,10 +65,11 @@ def complete(settings: Mapping) -> dict:
             "with endurance.format.table, which has the mm of each reading, endurance.format.zero "
             "must be 0 or rest"
         )
-    if not 0 < settings["stroke"][0] < settings["stroke"][1]:
+    stroke = settings["stroke"]
+    if stroke is not None and not 0 < stroke[0] < stroke[1]:
         raise ValueError(
-            f"endurance.format.stroke is {list(settings['stroke'])}, but must be the least and the "
-            "largest stroke, mm"
+            f"endurance.format.stroke is {list(stroke)}, but must be the least and the largest "
+            "stroke, mm, or null"
         )
     if settings["time_column"] is None and settings["rate"] is None:
         raise ValueError(

@@ -86,6 +86,13 @@ class Prior:
         """Map standardised parameters to those expected without the shared factors, ``(p, p)``."""
         return self.precision if len(self.shared) else np.eye(len(NAMES))
 
+    def expected_shared(self, z: np.ndarray) -> np.ndarray:
+        """Return the shared factors expected at standardised parameters, ``(p,) -> (k,)``.
+
+        In their standard deviations.
+        """
+        return (self.shared / self.log_sds) @ self.precision @ z
+
     @cached_property
     def _half_space(self) -> tuple[np.ndarray, float]:
         """Coefficients ``a``, ``b`` of the condition ``log f - log k_a - log L = a . w + b > 0``

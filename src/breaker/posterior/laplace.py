@@ -9,7 +9,7 @@ import numpy as np
 
 from breaker.model import Model, linearise, linearise_beside
 
-__all__ = ["approximate"]
+__all__ = ["approximate", "mode"]
 
 _STEPS = 20
 _REACHED = 1e-3  # prior sd
@@ -25,15 +25,15 @@ def approximate(model: Model, record: np.ndarray, n: int, rng: np.random.Generat
         n: Number of draws.
         rng: Their generator.
     """
-    mode, precision = _climb(model, record)
+    highest, precision = mode(model, record)
     root = np.linalg.inv(np.linalg.cholesky(precision))  # root.T @ root is the covariance
     spread = np.sqrt(rng.chisquare(_FREEDOM, n) / _FREEDOM)
-    wide = rng.standard_normal((n, len(mode))) / spread[:, None]
-    return model.destandardise(mode + wide @ root)
+    wide = rng.standard_normal((n, len(highest))) / spread[:, None]
+    return model.destandardise(highest + wide @ root)
 
 
-def _climb(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mode, ``(q,)``, and negative curvature of the log density there, ``(q, q)``."""
+def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mode, ``(q,)``, standardised, and the negative curvature there, ``(q, q)``."""
     prior = model.precision
     z = np.zeros(len(prior))
     for _ in range(_STEPS):

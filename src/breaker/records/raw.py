@@ -12,6 +12,7 @@ from breaker.files import Operation, RejectedCurveError, read_columns
 from breaker.records.clock import count_remark, even_times
 from breaker.records.doubtful import doubtful_samples, told
 from breaker.records.errors import UnusableError
+from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import NoMotionError, first_motion
 from breaker.records.noise import Noise, noise_at_rest
 from breaker.records.scale import Scale, seen_quantum
@@ -68,6 +69,10 @@ class Raw:
     def step(self) -> float:
         """Time between two samples, ms."""
         return float(self.time[1] - self.time[0])
+
+    def on_grid(self, times: np.ndarray) -> Gridded:
+        """Return the record on a model's grid ``(t,)``, ms around the first motion."""
+        return on_grid(self.time[self.inside], self.left - self.rest, times, self.moves)
 
     def noise_at(self, grid_step: float) -> Noise:
         """Return the noise at rest, its colour at the step of a grid, ms."""

@@ -44,7 +44,7 @@ from breaker.files import ABOUT, Operation, RejectedCurveError, complete, printa
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import told
 from breaker.records.errors import UnusableError
-from breaker.records.grid import Gridded, check_missing, grid_remarks, on_grid
+from breaker.records.grid import Gridded, check_missing, grid_remarks
 from breaker.records.leaps import leap_remark
 from breaker.records.noise import Noise, noise_remarks
 from breaker.records.raw import Raw, read_raw
@@ -276,9 +276,8 @@ def read_record(
 
 def _to_grid(raw: Raw, times: np.ndarray, noise_sd: float | None, zero_sd: float | None) -> Record:
     """Put a record on the grid."""
-    inside, left = raw.inside, raw.left
-    time = raw.time[inside]
-    gridded = on_grid(time, left - raw.rest, times, raw.moves)
+    time, left = raw.time[raw.inside], raw.left
+    gridded = raw.on_grid(times)
     try:
         check_missing(gridded, raw.settings["missing"])
     except UnusableError as error:

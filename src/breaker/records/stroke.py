@@ -10,6 +10,7 @@ from breaker.records.segments import Segment
 
 __all__ = ["check_stroke", "rest_of_open", "rest_remark"]
 
+_ANY = (2.0, 300.0)  # mm
 # Rest of the open breaker, in strokes: further from zero the record is refused, or has a remark.
 _FAR = 0.15
 # 4 sd of a zero of 0.1 mm, at a stroke of 10 mm; some openings are not quite at rest at their end.
@@ -19,8 +20,11 @@ _REMEDY = "set endurance.format.zero to its reading, or to rest"
 
 
 def check_stroke(stroke: float, settings: Mapping) -> None:
-    """Refuse a stroke, mm, that is not between those of ``endurance.format.stroke``."""
-    least, most = settings["stroke"]
+    """Refuse a stroke, mm, that is not between those of ``endurance.format.stroke``.
+
+    Where it is null, those of any breaker: a unit that is wrong by far more than drives differ.
+    """
+    least, most = settings["stroke"] or _ANY
     if least <= stroke <= most:
         return
     still = "did the breaker not move, or " if stroke < least else ""
@@ -31,9 +35,9 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
         here = stroke / TO_MM[settings["travel_unit"]]
         likely = [unit for unit, mm in TO_MM.items() if least <= here * mm <= most]
         hint = f"; {still}is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
+    whose = "which endurance.format.stroke allows" if settings["stroke"] else "as of any breaker"
     raise UnusableError(
-        f"the stroke is {stroke:.4g} mm, not between {least:g} and {most:g} mm, which "
-        f"endurance.format.stroke allows{hint}"
+        f"the stroke is {stroke:.4g} mm, not between {least:g} and {most:g} mm, {whose}{hint}"
     )
 
 
@@ -77,7 +81,7 @@ def rest_remark(
         return ""
     if abs(rest) / segment.stroke > _OFF[motion]:
         return f"the open breaker rests at {rest:.2f} mm: {_REMEDY}, if sensor.zero_sd is less"
-    least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"]
+    least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"] or _ANY
     clear = np.inf if zero_sd is None else _SDS * zero_sd
     if least - clear <= segment.before <= most + clear:
         return ""

@@ -1,0 +1,203 @@
+r"""The size of a drive, read from its records: an answer for any drive without a training.
+
+The reference drive's prior, sensor and learned error hold for a drive of another size once they
+are scaled (``breaker.mechanism.Size``). A size that is only read from records is not known exactly,
+so its factors count as shared by all parameters, with a wide prior of their own
+(``Prior.sized(size, unknown)``): the posterior hardly depends on the place about which that prior
+stands. Grid and learned error do, a little, and their size is made consistent with the posterior:
+
+1. It starts at the stroke and the travel time over those of the reference drive.
+2. At the posterior modes of some records, the size's factors are expected to be others,
+   ``E[u | z]``, given the reference drive's spread of each parameter. The size moves there.
+3. The records are put on the grid of that size, and so on, until the size stays.
+
+All records of a call are of one drive, both motions together. Works without torch.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from breaker.files import Operation
+from breaker.mechanism import NAMES, Size
+from breaker.model import Model
+from breaker.posterior.laplace import mode
+from breaker.records import Raw, curves_of, read_raws
+
+__all__ = ["DriveRecords", "read_drive"]
+
+_UNKNOWN = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
+_RECORDS = 8  # of each motion, from which the size is read
+_ROUNDS = 12
+_REACHED = 0.01  # change of the logarithm of the size, far below its uncertainty
+_FARTHEST = 0.5  # of a round
+_LEFT_OUT = 0.002  # mm, of the reference drive: what components of the learned error leave out
+_WHOLE = 10  # samples of a record in a step of the grid, from which it takes whole ones
+
+
+@dataclass(frozen=True)
+class DriveRecords:
+    """The records of one drive, and the models that they are to be inferred with.
+
+    Attributes:
+        size: Size of the drive beside that of the models given.
+        noise_sd: Standard deviation of the noise of a sample that the models take, mm.
+        models: Joint model of each motion.
+        curves: Records of each motion on its model's grid: see ``records.read_curves``.
+        said: What was chosen and from what, in words.
+    """
+
+    size: Size
+    noise_sd: float
+    models: Mapping[str, Model]
+    curves: Mapping[str, xr.Dataset]
+    said: tuple[str, ...]
+
+
+def read_drive(
+    operations: Mapping[str, Sequence[Operation]],
+    format_settings: Mapping,
+    models: Mapping[str, Model],
+    *,
+    size: Size | None = None,
+    noise_sd: float | None = None,
+) -> DriveRecords:
+    """Read records of one drive, of any size.
+
+    Args:
+        operations: Operations of each motion, and where their records are.
+        format_settings: The section ``endurance.format`` of the configuration; what it lacks has
+            its default.
+        models: Joint model of each motion, of the size 1: those of the reference drive
+            (``reference_model``), or of a prior and sensor of one's own.
+        size: Size of the drive beside the models', where it is known. None reads it from the
+            records, and the posterior then allows for its being uncertain.
+        noise_sd: Standard deviation of the noise, mm, where it is known. None reads it from the
+            records.
+    """
+    raws = {m: read_raws(each, format_settings, m) for m, each in operations.items()}
+    usable = {m: [raw for raw in each if isinstance(raw, Raw)] for m, each in raws.items()}
+    usable = {m: each for m, each in usable.items() if each}
+    said = []
+    if noise_sd is None:
+        noise_sd = seen_noise(usable)
+    unknown = 0.0
+    if size is None and usable:
+        size, unknown = read_size(usable, models, noise_sd), _UNKNOWN
+        said.append(_size_in_words(size, usable))
+    size = size or Size()
+    sized = {m: at_size(models[m], size, unknown, noise_sd) for m in operations}
+    curves = {
+        m: curves_of(
+            *(each, raws[m], sized[m].sensor.times, m),
+            noise_sd=sized[m].sensor.noise_sd,
+            zero_sd=sized[m].sensor.zero_sd,
+        )
+        for m, each in operations.items()
+    }
+    noise_sd = max(each.sensor.noise_sd for each in sized.values())
+    return DriveRecords(size, noise_sd, sized, curves, tuple(said))
+
+
+def at_size(model: Model, size: Size, unknown: float, noise_sd: float | None) -> Model:
+    """Return the model at a size, with the noise of records.
+
+    Args:
+        model: Joint model of the size 1.
+        size, unknown: As for ``Model.sized``.
+        noise_sd: Of the records, mm; None leaves that of the sensor, scaled. It is never less than
+            what the components of the learned error leave out of a drive.
+    """
+    sized = model.sized(size, unknown)
+    if noise_sd is None:
+        return sized
+    least = _LEFT_OUT * size.lengths if sized.sensor.discrepancy is not None else 0.0
+    return replace(sized, sensor=replace(sized.sensor, noise_sd=float(np.hypot(noise_sd, least))))
+
+
+def seen_noise(raws: Mapping[str, Sequence[Raw]]) -> float | None:
+    """Return the median noise of records at rest, mm, rounding included; None if none is seen."""
+    seen = [
+        max(noise, raw.quantum / np.sqrt(12.0))
+        for each in raws.values()
+        for raw in each
+        if np.isfinite(noise := raw.noise_at(raw.step).sd)
+    ]
+    return float(np.median(seen)) if seen and np.median(seen) > 0.0 else None
+
+
+def read_size(
+    raws: Mapping[str, Sequence[Raw]], models: Mapping[str, Model], noise_sd: float | None
+) -> Size:
+    """Return the size with which the posterior modes of records agree.
+
+    Args:
+        raws: Records of each motion.
+        models: Joint model of each motion, of the size 1.
+        noise_sd: Noise of the records, mm; None takes that of the models, scaled.
+    """
+    some = {m: [each[i] for i in _spread(len(each))] for m, each in raws.items()}
+    logs = np.median([_landmarks(raw) for raw in _flat(some)], axis=0)
+    logs -= np.mean([_reference(models[m]) for m in some], axis=0)
+    for _ in range(_ROUNDS):
+        size = Size(*np.exp(logs).tolist())
+        moves = [
+            _expected(at_size(models[m], size, _UNKNOWN, noise_sd), raw)
+            for m, each in some.items()
+            for raw in each
+        ]
+        move = np.clip(np.median(moves, axis=0), -_FARTHEST, _FARTHEST)
+        logs += move
+        if np.abs(move).max() < _REACHED:
+            break
+    return _whole_samples(Size(*np.exp(logs).tolist()), some, models)
+
+
+def _flat(raws: Mapping[str, Sequence[Raw]]) -> list[Raw]:
+    return [raw for each in raws.values() for raw in each]
+
+
+def _spread(count: int) -> np.ndarray:
+    """Numbers of some records, spread over all."""
+    return np.unique(np.linspace(0, count - 1, min(count, _RECORDS)).round().astype(int))
+
+
+def _landmarks(raw: Raw) -> np.ndarray:
+    """Logarithms of stroke and travel time of a record."""
+    return np.log([raw.segment.stroke, raw.duration()])
+
+
+def _reference(model: Model) -> np.ndarray:
+    """The same of the curve at the prior's medians."""
+    medians = np.zeros((1, len(model.outputs)))
+    curve, times = model.curves(model.destandardise(medians))[0], model.sensor.times
+    way = np.maximum.accumulate((curve - curve[0]) / (curve[-1] - curve[0]))
+    begins, ends = np.interp([0.1, 0.9], way, times)
+    return np.log([abs(curve[-1] - curve[0]), ends - begins])
+
+
+def _expected(model: Model, raw: Raw) -> np.ndarray:
+    """Logarithms of a size's factors that are expected at a record's posterior mode, ``(2,)``."""
+    z, _ = mode(model, raw.on_grid(model.sensor.times).travel)
+    return _UNKNOWN * model.prior.expected_shared(z[: len(NAMES)])
+
+
+def _whole_samples(
+    size: Size, raws: Mapping[str, Sequence[Raw]], models: Mapping[str, Model]
+) -> Size:
+    """The size next to one at which steps of the grid are whole samples, where these are short."""
+    step = float(np.median([raw.step for raw in _flat(raws)]))
+    reference = float(np.mean([models[m].sensor.step for m in raws]))
+    every = size.times * reference / step
+    return replace(size, times=round(every) * step / reference) if every >= _WHOLE else size
+
+
+def _size_in_words(size: Size, raws: Mapping[str, Sequence[Raw]]) -> str:
+    """What was read, in words."""
+    strokes = [raw.segment.stroke for raw in _flat(raws)]
+    return (
+        f"size read from {len(strokes)} records: lengths {size.lengths:.3g} and times "
+        f"{size.times:.3g} times those of the reference drive (stroke {np.median(strokes):.4g} mm)"
+    )
