@@ -20,7 +20,7 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test test-faults lint format environment numbers lock clean distclean
+.PHONY: help all test test-faults lint format environment numbers ship lock clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -31,6 +31,7 @@ help:
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
 	@echo "make numbers      write the numbers of the last run into README.md and docs/"
+	@echo "make ship         put the models of the last run, which is that of the defaults, into the package"
 	@echo "make lock         pin the newest versions that pyproject.toml allows in envs/"
 	@echo "make clean        remove what the workflow made: results, figures, logs"
 	@echo "make distclean    clean, and remove the environment and all caches"
@@ -84,6 +85,9 @@ numbers: $(INSTALLED)
 	cp results/numbers.csv docs/numbers.csv
 	$(BIN)/python docs/restate.py
 
+ship: $(INSTALLED)
+	$(BIN)/python envs/ship.py
+
 lock: $(INSTALLED)
 	@echo "== pinning the newest versions that pyproject.toml allows"
 	$(BIN)/python -m pip install --upgrade --upgrade-strategy eager --editable '.[test]' setuptools
@@ -94,5 +98,5 @@ clean:
 	rm -rf results figures logs checkpoints report.html report.zip
 
 distclean: clean
-	rm -rf $(VENV) .snakemake .pytest_cache .ruff_cache build dist src/breaker.egg-info
+	rm -rf $(VENV) .snakemake .pytest_cache .ruff_cache build dist src/*.egg-info
 	find src tests workflow envs -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -4,7 +4,7 @@
 # Snakemake runs a copy of this file in the folder of the results; the Snakefile says where it is.
 set -eu
 root=${BREAKER_ROOT:-$PWD}
-if ! grep -qs '^name = "breaker"' "$root/pyproject.toml"; then
+if ! grep -qs '^name = "breaker-drive"' "$root/pyproject.toml"; then
     echo "breaker is not in $root; set BREAKER_ROOT to the folder that holds its Snakefile" >&2
     exit 1
 fi

@@ -8,6 +8,7 @@ import re
 import tomllib
 from collections.abc import Iterable
 from importlib import metadata
+from itertools import chain
 from pathlib import Path
 
 from packaging.requirements import Requirement
@@ -38,14 +39,24 @@ dependencies:
 
 
 def direct(pyproject: Path) -> dict[str, list[Requirement]]:
-    """Return the requirements that ``pyproject.toml`` states, by what they are for."""
+    """Return the requirements that ``pyproject.toml`` states, by what they are for.
+
+    An extra may name others of the package itself; these are stated by themselves.
+    """
     content = tomllib.loads(pyproject.read_text(encoding="utf-8"))
+    project, build = content["project"], content["build-system"]["requires"]
+    extras = project["optional-dependencies"]
+    run = [extras.pop(name) for name in ("networks", "workflow")]
     groups = {
-        "to run": content["project"]["dependencies"],
-        "to test": content["project"]["optional-dependencies"]["test"],
-        "to build": content["build-system"]["requires"],
+        "to run": [*project["dependencies"], *chain(*run)],
+        "to test": [*chain(*extras.values())],
+        "to build": build,
     }
-    return {name: [Requirement(text) for text in texts] for name, texts in groups.items()}
+    found = {name: [Requirement(text) for text in texts] for name, texts in groups.items()}
+    return {
+        name: [each for each in stated if each.name != project["name"]]
+        for name, stated in found.items()
+    }
 
 
 def closure(names: Iterable[str]) -> set[str]:

@@ -11,6 +11,9 @@ Rooms, each a subpackage, import only rooms of a line above their own:
 The command ``breaker`` is in ``breaker.cli``. The workflow is in ``Snakefile`` and ``workflow``.
 """
 
-__all__ = ["__version__"]
+__all__ = ["DISTRIBUTION", "__version__"]
+
+DISTRIBUTION = "breaker-drive"
+"""What pip calls the package; on the package index ``breaker`` is another project."""
 
 __version__ = "0.1.0"

@@ -99,13 +99,16 @@ def test_torch_keeps_its_threads_when_numba_starts_its_own(log, monkeypatch):
 
 def test_missing_packages_are_named_with_the_remedy():
     assert missing_packages() == ""
-    for words in ("nowhere", sys.executable, "make environment", "pip install ."):
+    for words in ("nowhere", sys.executable, "make environment", '"breaker-drive[workflow]"'):
         assert words in missing_packages("nowhere")
+    assert '"breaker-drive[networks]"' in missing_packages("torch")
+    assert '"breaker-drive[workflow]"' in missing_packages("torch", "snakemake")
 
 
 def test_the_packages_looked_for_are_those_of_the_project():
     text = (Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
-    names = {
-        re.match(r"[\w-]+", each)[0] for each in tomllib.loads(text)["project"]["dependencies"]
-    }
+    project = tomllib.loads(text)["project"]
+    extras = project["optional-dependencies"]
+    stated = [*project["dependencies"], *extras["networks"], *extras["workflow"]]
+    names = {re.match(r"[\w-]+", each)[0] for each in stated} - {project["name"]}
     assert {"yaml" if n == "PyYAML" else n.replace("-", "_") for n in names} == set(_PACKAGES)

@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Sequence
 
+from breaker import __version__
 from breaker.cli import check, infer, inspect, manifest
 from breaker.cli.settings import PROJECT
 from breaker.workflow import ConfigurationError, missing_packages, set_threads
@@ -44,6 +45,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="breaker", description="From a breaker's travel curve to the state of its drive."
     )
+    parser.add_argument("--version", action="version", version=f"breaker {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for each in (inspect, manifest, check, infer):  # in the order of --help
         command = each.add(commands)

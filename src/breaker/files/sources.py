@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from breaker import DISTRIBUTION
 from breaker.files.columns import Columns
 from breaker.files.grids import read_netcdf, read_zarr
 from breaker.files.guards import RejectedCurveError
@@ -72,7 +73,7 @@ def understood(file: str | Path) -> Iterator[None]:
     except RejectedCurveError:
         raise
     except ModuleNotFoundError as error:
-        reason = f'is {kind}, which needs {error.name}: pip install "breaker[{extra}]"'
+        reason = f'is {kind}, which needs {error.name}: pip install "{DISTRIBUTION}[{extra}]"'
         raise RejectedCurveError(file, reason) from error
     except Exception as error:  # a damaged file raises anything in the package that reads it
         said = f"{type(error).__name__}: {error}"[:200]

@@ -6,9 +6,12 @@ run. ``make ship`` brings both up to date, and tests compare them.
 
 from pathlib import Path
 
-__all__ = ["DEFAULTS", "SCHEMA", "model_file"]
+__all__ = ["CARD", "DEFAULTS", "SCHEMA", "model_file"]
 
 _HERE = Path(__file__).parent
+
+CARD = _HERE / "MODEL_CARD.md"
+"""What the models are, for whom, and how good."""
 
 DEFAULTS = _HERE / "config.yaml"
 """Every setting with its default."""

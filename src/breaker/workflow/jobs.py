@@ -9,6 +9,8 @@ import os
 import sys
 from types import TracebackType
 
+from breaker import DISTRIBUTION
+
 __all__ = ["missing_packages", "set_threads", "start"]
 
 _VARIABLES = (
@@ -22,20 +24,23 @@ _PACKAGES = (
     *("charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba", "numpy", "pandas"),
     *("safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml", "zarr", "zuko"),
 )
+_NETWORKS = {"torch", "zuko"}
 
 
 def missing_packages(*found: str) -> str:
     """Return which packages are missing and the remedy, or nothing where all are there.
 
     Args:
-        found: Names of packages that an import did not find, if it is known.
+        found: Names of packages that an import did not find, if it is known; else all that the
+            workflow needs are looked for.
     """
     missing = found or tuple(name for name in _PACKAGES if importlib.util.find_spec(name) is None)
     if not missing:
         return ""
+    extra = "networks" if _NETWORKS.issuperset(missing) else "workflow"
     return (
-        f"missing in the environment of {sys.executable}: {', '.join(missing)}. Run `make "
-        "environment`, or `pip install .` in the project's folder"
+        f"missing in the environment of {sys.executable}: {', '.join(missing)}. Run `pip install "
+        f'"{DISTRIBUTION}[{extra}]"`, or `make environment` in the project\'s folder'
     )
 
 

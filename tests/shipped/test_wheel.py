@@ -1,0 +1,127 @@
+"""The wheel: all that the command needs is in it, and what it asks for is little."""
+
+import email
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+import breaker
+
+ROOT = Path(__file__).parents[2]
+SOURCES = ROOT / "src" / "breaker"
+BUILD = (
+    "import sys; from setuptools import build_meta; out = sys.argv[1]; "
+    "build_meta.build_sdist(out); build_meta.build_wheel(out)"
+)
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Source distribution and wheel of a copy of the project, made without a network."""
+    copy, out = tmp_path_factory.mktemp("project"), tmp_path_factory.mktemp("dist")
+    skipped = shutil.ignore_patterns("*.egg-info", "__pycache__")
+    shutil.copytree(ROOT / "src", copy / "src", ignore=skipped)
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, copy)
+    command = [sys.executable, "-c", BUILD, str(out)]
+    subprocess.run(command, cwd=copy, check=True, capture_output=True)
+    return next(out.glob("*.tar.gz")), next(out.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def described(built):
+    """The metadata of the wheel."""
+    with zipfile.ZipFile(built[1]) as wheel:
+        (name,) = (each for each in wheel.namelist() if each.endswith("/METADATA"))
+        return email.message_from_bytes(wheel.read(name))
+
+
+def packaged():
+    """Every file of the package, as it should be in a wheel."""
+    files = (file for file in SOURCES.rglob("*") if file.is_file())
+    return {
+        file.relative_to(ROOT / "src").as_posix()
+        for file in files
+        if "__pycache__" not in file.parts
+    }
+
+
+def test_wheel_and_source_distribution_have_every_file_of_the_package(built):
+    with zipfile.ZipFile(built[1]) as wheel:
+        assert {name for name in wheel.namelist() if name.startswith("breaker/")} == packaged()
+        for name in (
+            "shipped/closing.safetensors",
+            "shipped/MODEL_CARD.md",
+            "synthetic/angles.csv",
+        ):
+            assert wheel.read(f"breaker/{name}") == (SOURCES / name).read_bytes()
+        (licence,) = (name for name in wheel.namelist() if name.endswith("/licenses/LICENSE"))
+        assert wheel.read(licence) == (ROOT / "LICENSE").read_bytes()
+    with tarfile.open(built[0]) as source:
+        names = {name.partition("/")[2] for name in source.getnames()}
+        assert names >= {f"src/{name}" for name in packaged()} | {"LICENSE", "pyproject.toml"}
+
+
+def test_the_wheel_says_what_it_is(described):
+    assert described["Name"] == "breaker-drive"
+    assert described["Version"] == breaker.__version__
+    assert described["License-Expression"] == "MIT"
+    assert described["Description-Content-Type"] == "text/markdown"
+    assert described.get_payload().startswith("# breaker")
+
+
+def test_the_command_needs_neither_torch_nor_snakemake(described):
+    needed = [Requirement(each) for each in described.get_all("Requires-Dist")]
+    core = {each.name for each in needed if each.marker is None}
+    assert {"numpy", "numba", "safetensors"} <= core
+    assert not core & {"torch", "zuko", "snakemake"}
+    networks = {e.name for e in needed if e.marker and e.marker.evaluate({"extra": "networks"})}
+    assert networks - core == {"torch", "zuko"}
+
+
+# As in an environment without the extras.
+WITHOUT = """
+import sys
+class Nowhere:
+    def find_spec(name, path=None, target=None):
+        if name in ("torch", "zuko", "snakemake"):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Nowhere)
+"""
+
+
+def test_the_wheel_works_in_any_folder_without_the_extras(built, tmp_path):
+    place = tmp_path / "installed"
+    with zipfile.ZipFile(built[1]) as wheel:
+        wheel.extractall(place)
+    (place / "sitecustomize.py").write_text(WITHOUT)
+    folder = tmp_path / "elsewhere"
+    (folder / "closing").mkdir(parents=True)
+    rows = (f"{0.1 * i / 1000:.5f},{10.0 * (i > 300):.3f}" for i in range(700))
+    (folder / "closing" / "a.csv").write_text("time,travel\n" + "\n".join(rows) + "\n")
+
+    def run(*arguments):
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": str(place)},
+            capture_output=True,
+            text=True,
+        )
+
+    done = run("-c", "import breaker; print(breaker.__file__); import torch")
+    assert done.stdout == f"{place}/breaker/__init__.py\n"
+    assert "ModuleNotFoundError" in done.stderr
+    assert run("-m", "breaker", "--version").stdout == f"breaker {breaker.__version__}\n"
+    checked = run("-m", "breaker", "check", ".")  # by configuration and schema that ship
+    assert checked.stderr == ""
+    assert "a.csv" in checked.stdout
+    read = run("-c", "from breaker.model import reference_model as r; print(r('opening').motion)")
+    assert read.stdout == "opening\n", read.stderr
