@@ -60,6 +60,8 @@ rule correct_operations:
         seed=config["seed"],
         prior=config["prior"],
         sensor=config["sensor"],
+        known=config["known"],
+        speeds={name: SPEEDS[name] for name in config["known"] if name in SPEEDS},
         discrepancy=config["endurance"]["discrepancy"],
         correction=config["correction"],
         misfit_p_value=config["endurance"]["misfit_p_value"],

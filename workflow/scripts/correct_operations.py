@@ -1,24 +1,32 @@
 """Correct the posteriors of some operations of the endurance test."""
 
-from breaker.model import Model, open_discrepancy
+from breaker.mechanism import NAMES, speeds_of
+from breaker.model import Facts, Model, open_discrepancy
 from breaker.posterior import correct_operations
 from breaker.stores import describe, open_store, save
 from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
-names = ("prior", "sensor", "discrepancy", "correction", "misfit_p_value")
+names = ("prior", "sensor", "known", "speeds", "discrepancy", "correction", "misfit_p_value")
 settings = {key: params[key] for key in names}
 left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
 model = Model.from_settings({**settings, "motion": motion}, left_out, params.discrepancy)
+facts = Facts.from_settings(params.known, speeds_of(params.speeds))
 inferred = open_store(snakemake.input.inferred).load()
 
 result = correct_operations(
-    model, inferred, params.correction, seed=params.seed, misfit_p_value=params.misfit_p_value
+    model.knowing(facts),
+    inferred,
+    params.correction,
+    seed=params.seed,
+    misfit_p_value=params.misfit_p_value,
 )
 log.info(
     "%d of %d operations resolved, %.1f rounds on average, %d do not fit the model",
     *(result.resolved.sum(), result.sizes["operation"], result.rounds.mean(), result.misfit.sum()),
 )
+for text in facts.contradicted(result["median"].values[:, : len(NAMES)]):
+    log.warning(text)
 title = f"exact posteriors of measured {motion} operations"
 save(describe(result, title, seed=params.seed, **settings), snakemake.output[0])

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from breaker.mechanism import MOTIONS, QUANTITIES, evaluate
+from breaker.mechanism import MOTIONS, SPEEDS, Speed, check_quantity, evaluate
 
 __all__ = ["Facts"]
+
+_CONTRADICTED = 3.0  # sd of a fact
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +23,7 @@ class Facts:
     Attributes:
         names: Names of quantities, k of them.
         values, sds: What is known of each and how well, ``(k,)``, in the quantity's unit.
+        speeds: How speeds are defined.
 
     Example:
         >>> facts = Facts.from_settings({"mu": [2.4, 0.1], "wipe": [3.5, 0.3]})
@@ -32,12 +35,15 @@ class Facts:
     names: tuple[str, ...]
     values: np.ndarray
     sds: np.ndarray
+    speeds: tuple[Speed, ...] = SPEEDS
 
     @classmethod
-    def from_settings(cls, settings: Mapping[str, Sequence[float]]) -> "Facts":
+    def from_settings(
+        cls, settings: Mapping[str, Sequence[float]], speeds: tuple[Speed, ...] = SPEEDS
+    ) -> "Facts":
         """Build from ``{name: [value, sd]}``, the section ``known`` of the configuration."""
         values, sds = np.array([*settings.values()], dtype=np.float64).reshape(-1, 2).T
-        return cls(tuple(settings), values, sds)
+        return cls(tuple(settings), values, sds, speeds)
 
     def residuals(self, theta: np.ndarray) -> np.ndarray:
         """Return how far parameters are from the facts, ``(n, p) -> (n, k)``, in their sds.
@@ -45,14 +51,13 @@ class Facts:
         NaN where a quantity does not exist.
         """
         found = np.empty((len(theta), len(self.names)))
+        left = range(len(self.names))
         for motion in MOTIONS:  # each quantity by the first motion that has it
-            columns = [
-                column
-                for column, name in enumerate(self.names)
-                if QUANTITIES[name].motions[0] == motion
-            ]
-            if columns:
-                found[:, columns] = evaluate([self.names[i] for i in columns], theta, motion)
+            own = [i for i in left if not check_quantity(self.names[i], motion, self.speeds)]
+            left = [i for i in left if i not in own]
+            if own:
+                names = [self.names[i] for i in own]
+                found[:, own] = evaluate(names, theta, motion, self.speeds)
         return (found - self.values) / self.sds
 
     def log_density(self, theta: np.ndarray) -> np.ndarray:
@@ -63,3 +68,23 @@ class Facts:
         constant = np.log(2 * np.pi) * len(self.names) + 2 * np.log(self.sds).sum()
         square = np.square(self.residuals(theta)).sum(axis=-1)
         return np.where(np.isnan(square), -np.inf, -0.5 * (square + constant))
+
+    def contradicted(self, theta: np.ndarray) -> list[str]:
+        """Return what facts records contradict, in words; empty if they do not.
+
+        Args:
+            theta: Posterior medians of some records, ``(n, p)``, NaN where there is none. A fact
+                that they leave by more than 3 of its sds, in half of the records, is contradicted.
+        """
+        there = np.isfinite(theta).all(axis=-1)
+        if not there.any() or not self.names:
+            return []
+        off = np.median(self.residuals(theta[there]), axis=0)
+        return [
+            f"the records contradict known.{name}, {value:g} with an sd of {sd:g}: the posterior "
+            f"is {distance:+.1f} sd off; check its value and unit, or widen it"
+            for name, value, sd, distance in zip(
+                self.names, self.values, self.sds, off, strict=True
+            )
+            if not abs(distance) <= _CONTRADICTED
+        ]

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from breaker.files import list_operations
-from breaker.mechanism import MOTIONS, NAMES, Limit, speeds_of
+from breaker.mechanism import MOTIONS, NAMES, Limit, check_quantity, speeds_of
 from breaker.workflow.magnitudes import MAGNITUDES
 
 __all__ = ["RULES"]
@@ -133,6 +133,31 @@ def _limits(
     return None
 
 
+def _known(
+    known: Mapping[str, Sequence[float]],
+    speeds: Mapping[str, Sequence[str] | None],
+    posterior: str,
+) -> str | None:
+    if _speeds(speeds):
+        return None
+    defined, wrong = speeds_of(speeds), []
+    for name in known:
+        complaints = [check_quantity(name, motion, defined) for motion in MOTIONS]
+        if all(complaints):
+            wrong.append("cannot be used. " + " ".join(complaints))
+    wrong += [
+        f"has {name}: {[value, sd]}, but a standard deviation must be positive."
+        for name, (value, sd) in known.items()
+        if not (value >= 0 and sd > 0)
+    ]
+    if known and posterior != "corrected":
+        wrong.append(
+            f"names {', '.join(known)}, which networks do not know, but endurance.posterior is "
+            f"{posterior}. Set it to corrected, or leave the facts out."
+        )
+    return " ".join(wrong) or None
+
+
 def _choice(choice: str | None, curves: str | None) -> str | None:
     if choice is None or curves is not None:
         return None
@@ -188,6 +213,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     ),
     (("speeds",), _speeds),
     (("limits", "motions", "speeds"), _limits),
+    (("known", "speeds", "endurance.posterior"), _known),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
     (("endurance.curves", "motions", "endurance.breaker", "endurance.phase"), _curves),
     *MAGNITUDES,

@@ -1,0 +1,139 @@
+"""What is known beside records, in exact posteriors: against reweighted draws, near and far."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from breaker.model import Contact, Facts, Lag, Model, generator
+from breaker.posterior.exact import infer_exactly
+from breaker.posterior.exactness import correct_operations
+from tests.networks_fixtures import PRIOR, SENSOR, left_out
+
+SETTINGS = {
+    "rounds": 20,
+    "round_draws": 500,
+    "draws": 2000,
+    "efficiency": 0.6,
+    "fit_size": 100,
+    "smallest_size": 400,
+    "largest_k": 0.7,
+}
+COMMON = {"seed": 1, "misfit_p_value": 1e-3}
+NEAR = Facts.from_settings({"mu": [2.3, 0.3], "wipe": [3.7, 0.2]})
+CURVE = left_out(31, size=0.1)
+LAG = Lag(0.3, np.linspace(-0.1, 0.2, 7), np.linspace(0.2, -0.1, len(CURVE.factor)), 0.07)
+
+
+@pytest.fixture(scope="module")
+def model():
+    settings = {"prior": PRIOR, "sensor": SENSOR, "motion": "closing"}
+    return Model.from_settings(settings, replace(CURVE, lag=LAG))
+
+
+@pytest.fixture(scope="module")
+def curves(model):
+    """Three records, of the last of which nothing is known of the contact."""
+    rng = generator(1, "test facts")
+    values = model.destandardise(0.5 * rng.standard_normal((3, 8)))
+    records = model.sensor.corrupt(model.curves(values), rng)
+    data = {
+        "travel": (("operation", "time"), records),
+        "accepted": ("operation", [True] * 3),
+        "reason": ("operation", [""] * 3),
+        "file": ("operation", ["a.csv", "b.csv", "c.csv"]),
+    }
+    return xr.Dataset(data, coords={"operation": [1, 2, 3], "time": model.sensor.times})
+
+
+@pytest.fixture(scope="module")
+def unaware(model, curves):
+    return infer_exactly(model, curves, SETTINGS, draws=4000, **COMMON)
+
+
+def timed(model, curves, sd=0.1):
+    """The records with measured times, off what is expected at the prior's medians."""
+    expected = model.expected(np.append(model.prior.medians, 0.0)[None]).switching[0]
+    times = np.array([expected - 0.4, expected + 0.3, np.nan])
+    return curves.assign(
+        contact_time=("operation", times), contact_sd=("operation", np.full(3, sd))
+    )
+
+
+def agree(model, found, unaware, log_weight, i):
+    """z-score, at most, of the means of draws against those of reweighted draws."""
+    draws = unaware.draws.values[i].astype(float)
+    weights = np.exp(log_weight - log_weight.max())
+    weights /= weights.sum()
+    size = 1 / np.square(weights).sum()
+    z, other = model.standardise(draws), model.standardise(found.draws.values[i].astype(float))
+    mean = weights @ z
+    sd = np.sqrt(weights @ np.square(z - mean))
+    # Both sets are weighed draws: at least these effective sizes.
+    error = sd * np.sqrt(1 / size + 1 / min(len(other), SETTINGS["smallest_size"]))
+    assert size > 100
+    return np.abs((other.mean(axis=0) - mean) / error).max()
+
+
+def test_facts_weigh_the_draws_of_records(model, curves, unaware):
+    """24 means of 8 outputs: none beyond 4.2 standard errors, by chance with 6e-4.
+
+    Planted fault: facts that nothing counts.
+    """
+    known = model.knowing(NEAR)
+    found = infer_exactly(known, curves, SETTINGS, draws=4000, **COMMON)
+    assert found.resolved.values.all()
+    for i in range(3):
+        theta = unaware.draws.values[i].astype(float)[:, :7]
+        assert agree(model, found, unaware, NEAR.log_density(theta), i) < 4.2
+    assert agree(model, unaware, unaware, NEAR.log_density(theta), 2) > 4.2
+
+
+def test_times_of_the_contact_weigh_the_draws_of_their_record(model, curves, unaware):
+    """As above; the record without a time is as it was."""
+    data = timed(model, curves)
+    found = infer_exactly(model, data, SETTINGS, draws=4000, **COMMON)
+    assert found.resolved.values.all()
+    for i in range(2):
+        z = model.standardise(unaware.draws.values[i].astype(float))
+        record = data.travel.values[i]
+        known = model.knowing(contact=Contact(float(data.contact_time[i]), 0.1))
+        weight = known.log_joint(z, record) - model.log_joint(z, record)
+        assert agree(model, found, unaware, weight, i) < 4.2
+        assert agree(model, unaware, unaware, weight, i) > 4.2
+    np.testing.assert_array_equal(found.draws.values[2], unaware.draws.values[2])
+
+
+def test_narrow_facts_far_from_a_network_s_draws(model, curves, unaware):
+    """A network knows nothing of them: its draws are far off, and yet records resolve."""
+    facts = Facts.from_settings({"mu": [2.9, 0.03], "L": [10.6, 0.05]})
+    network = unaware.isel(draw=slice(200))
+    far = correct_operations(model.knowing(facts), timed(model, network, 0.02), SETTINGS, **COMMON)
+    assert far.resolved.values.all()
+    off = facts.residuals(far["median"].values[:, :7])
+    assert np.abs(off).max() < 4.0
+    before = facts.residuals(network["median"].values[:, :7])
+    assert np.abs(before).max() > 10.0
+
+
+def test_nothing_known_changes_nothing(model, curves, unaware):
+    network = unaware.isel(draw=slice(200))
+    plain, none = (
+        correct_operations(each, data, SETTINGS, **COMMON)
+        for each, data in (
+            (model, network),
+            (
+                model.knowing(Facts.from_settings({})),
+                timed(model, network).assign(contact_time=("operation", np.full(3, np.nan))),
+            ),
+        )
+    )
+    np.testing.assert_array_equal(none.draws.values, plain.draws.values)
+
+
+def test_times_are_refused_where_the_error_was_learned_without(model, curves):
+    bare = model.leaving_out(CURVE)
+    infer_exactly(bare, curves, SETTINGS, draws=50, **COMMON)
+    with pytest.raises(ValueError, match="learned without times of touch"):
+        infer_exactly(bare, timed(model, curves), SETTINGS, draws=50, **COMMON)
