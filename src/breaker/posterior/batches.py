@@ -84,8 +84,10 @@ class Rows:
     left_out: tuple[Tensor, Tensor] | None = None
 
     @classmethod
-    def of(cls, bank: xr.Dataset, posterior: Posterior, device: torch.device) -> "Rows":
-        """Take the rows of a bank for a posterior."""
+    def of(
+        cls, bank: xr.Dataset, posterior: Posterior, device: torch.device | str = "cpu"
+    ) -> "Rows":
+        """Take the rows of a bank for a posterior, onto the device that it is on."""
         z = posterior.standardise(truth(bank, posterior))
         left_out = None
         if (known := posterior.discrepancy) is not None:

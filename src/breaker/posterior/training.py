@@ -61,7 +61,8 @@ class Trainer:
         validation: Rows to judge on, not among ``rows``.
         settings: The section ``training`` of the configuration, for this motion.
         seed: Seed of the configuration.
-        checkpoint: File of the state, written as the training goes and read if it is there.
+        checkpoint: File of the state, written as the training goes and read if it is there; None
+            for a training too short to be killed.
         fingerprint: What the checkpoint must have been made with; one of another training is
             left alone and written over.
 
@@ -83,8 +84,8 @@ class Trainer:
     validation: Rows
     settings: Mapping
     seed: int
-    checkpoint: Path
-    fingerprint: str
+    checkpoint: Path | None = None
+    fingerprint: str = ""
     step: int = 0
     best_step: int = 0
     best_loss: float = math.inf
@@ -128,7 +129,7 @@ class Trainer:
                 if self.step % self.settings["evaluate_every"] == 0 or self.step == total:
                     self._evaluate()
                     bar.set_postfix(loss=f"{self.losses[-1]:.2f}", best=f"{self.best_loss:.3f}")
-                if self.step % self.settings["checkpoint_every"] == 0:
+                if self.checkpoint and self.step % self.settings["checkpoint_every"] == 0:
                     self._save()
                 bar.update()
         self._copy(self.best, self.weights)
@@ -215,7 +216,7 @@ class Trainer:
         partial.replace(self.checkpoint)  # whole or not at all
 
     def _resume(self) -> None:
-        if not self.checkpoint.exists():
+        if self.checkpoint is None or not self.checkpoint.exists():
             return
         # weights_only: a checkpoint is data, whoever wrote it.
         try:

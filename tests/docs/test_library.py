@@ -1,0 +1,62 @@
+"""The page on the package as a library: its code runs as it stands and prints what stands there."""
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.networks_fixtures import MARKS, one_thread  # noqa: F401
+
+pytestmark = MARKS
+PAGE = Path(__file__).parents[2] / "docs" / "library.md"
+TEXT = PAGE.read_text(encoding="utf-8")
+ROOMS = re.compile(r">>> from (breaker[\w.]*) import")
+
+
+class Rounded(doctest.OutputChecker):
+    """Numbers agree to one in their last digit: other processors round a training otherwise."""
+
+    number = re.compile(r"-?\d+(?:\.(\d+))?")
+
+    def check_output(self, want, got, flags):
+        if super().check_output(self.number.sub("0", want), self.number.sub("0", got), flags):
+            pairs = zip(self.number.finditer(want), self.number.finditer(got), strict=True)
+            return all(self.close(*pair) for pair in pairs)
+        return False
+
+    def close(self, want, got):
+        return abs(float(want[0]) - float(got[0])) < 1.5 * 10.0 ** -len(want[1] or "")
+
+
+def run(text, name="library.md"):
+    """Run the examples of a text; returns how many there are and how many print something else."""
+    test = doctest.DocTestParser().get_doctest(text, {}, name, str(PAGE), 0)
+    result = doctest.DocTestRunner(Rounded(), optionflags=doctest.NORMALIZE_WHITESPACE).run(test)
+    return result.attempted, result.failed
+
+
+def test_the_page_runs_as_it_stands(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # no folder of the project is needed
+    examples, failed = run(TEXT)
+    assert failed == 0
+    assert examples > 20
+
+
+def test_a_number_that_is_not_so_is_found():
+    part = TEXT[TEXT.index("## The exact posterior") :]
+    setting = ">>> from breaker.model import generator\n>>> from breaker.workflow import load\n"
+    setting += ">>> from breaker.shipped import DEFAULTS\n>>> config = load([DEFAULTS])\n\n"
+    assert run(setting + part)[1] == 0
+    assert run(setting + part.replace("mu       ", "mu   4   "))[1] == 1
+
+
+def test_a_network_takes_thirty_lines():
+    """Examples of the first section, a statement over several lines counted by its lines."""
+    first = TEXT[TEXT.index("## A network") : TEXT.index("## The exact posterior")]
+    assert 20 < len(re.findall(r"^(?:>>>|\.\.\.) ", first, flags=re.MULTILINE)) <= 30
+
+
+@pytest.mark.parametrize("room", sorted(set(ROOMS.findall(TEXT))))
+def test_names_are_public(room):
+    assert re.fullmatch(r"breaker\.[a-z]+", room), "from the room, not from its modules"
