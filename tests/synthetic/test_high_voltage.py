@@ -10,6 +10,7 @@ from breaker.cli import main
 from breaker.files.manifest import Operation
 from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of
+from breaker.mechanism.size import Size
 from breaker.records.reader import read_curves
 from breaker.synthetic.high_voltage import CHANNELS, LENGTHS, TIMES, write_exports
 from breaker.synthetic.rigs import Rig
@@ -40,9 +41,8 @@ def test_the_drive_is_the_default_one_on_another_scale(defaults):
     times = np.linspace(0.0, 60.0, 200)
     for motion in ("closing", "opening"):
         small = drive.travel(motion, times)
-        large = drive.scaled(LENGTHS, TIMES).travel(motion, TIMES * times)
-        # Friction and preloads set in over lengths and speeds that are those of the code.
-        np.testing.assert_allclose(large, LENGTHS * small, atol=0.01 * LENGTHS * 14.5)
+        large = drive.scaled(Size(LENGTHS, TIMES)).travel(motion, TIMES * times)
+        np.testing.assert_allclose(large, LENGTHS * small, atol=1e-9)
     speed = np.abs(np.diff(large) / np.diff(TIMES * times)).max()
     assert large[0] == pytest.approx(150.0, abs=1.0)
     assert speed == pytest.approx(3.5, abs=0.3)

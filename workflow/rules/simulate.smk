@@ -53,6 +53,7 @@ rule discrepancy:
         prior=config["prior"],
         sensor=config["sensor"],
         rigs=config["rigs"],
+        size=config["size"],
         discrepancy=config["discrepancy"],
     script:
         "../scripts/discrepancy.py"

@@ -1,5 +1,6 @@
 """Learn what the model leaves out from drives of a family that it does not fit."""
 
+from breaker.mechanism import Size
 from breaker.model import Prior, Sensor, generator
 from breaker.stores import describe, save
 from breaker.synthetic import Family, ensemble, learn
@@ -10,7 +11,7 @@ params = snakemake.params
 chosen = dict(params.discrepancy)
 
 sensor = Sensor.from_settings(params.sensor)
-family = Family(Prior.from_settings(params.prior), params.rigs)
+family = Family(Prior.from_settings(params.prior), params.rigs, Size(**params.size))
 rng = generator(params.seed, "discrepancy")
 drives = ensemble(family, sensor, params.motions, chosen.pop("drives"), rng)
 learned = learn(drives, sensor, **chosen)
@@ -22,7 +23,7 @@ for motion in params.motions:
         *(motion, largest.sel(motion=motion), drives.sizes["drive"]),
         learned.left.sel(motion=motion, condition="new"),
     )
-names = ("motions", "prior", "sensor", "rigs", "discrepancy")
+names = ("motions", "prior", "sensor", "size", "rigs", "discrepancy")
 settings = {name: params[name] for name in names}
 learned = describe(learned, "what the model leaves out", **settings)
 save(learned.assign_attrs(seed=params.seed), snakemake.output[0])

@@ -1,5 +1,6 @@
 """Infer single records of some rigs exactly, and keep intervals beside the truth."""
 
+from breaker.mechanism import Size
 from breaker.model import Model, Prior, open_discrepancy
 from breaker.synthetic import family_of, judge_records
 from breaker.workflow import start
@@ -9,7 +10,8 @@ params, name = snakemake.params, snakemake.wildcards.family
 shared = {key: params[key] for key in ("prior", "sensor")}
 models = {each: Model.from_settings({**shared, "motion": each}) for each in params.motions}
 left_out = {each: open_discrepancy(snakemake.input.discrepancy, each) for each in params.motions}
-family = family_of(name, Prior.from_settings(params.prior), params.rigs, params.judged)
+prior, size = Prior.from_settings(params.prior), Size(**params.size)
+family = family_of(name, prior, params.rigs, params.judged, size)
 
 rows = judge_records(
     name, family, models, left_out, params.numbers, params.judged, params.correction

@@ -23,7 +23,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "split",
         ],
         "quantities": ["QUANTITIES", "Quantity", "check_quantity", "evaluate"],
-        "size": ["Size", "powers"],
+        "size": ["UNIT", "Size", "powers"],
         "speeds": ["SPEEDS", "Point", "Speed", "speeds_of"],
     },
 )

@@ -12,7 +12,7 @@ import numpy as np
 
 from breaker.mechanism.parameters import PARAMETERS
 
-__all__ = ["Size", "powers"]
+__all__ = ["UNIT", "Size", "powers"]
 
 # Powers of length and time in a unit.
 _POWERS = {
@@ -62,3 +62,7 @@ class Size:
     def factors(self) -> np.ndarray:
         """Factors on the parameters, ``(p,)``."""
         return np.array([self.factor(parameter.unit) for parameter in PARAMETERS])
+
+
+UNIT = Size()
+"""The size of the reference drive."""

@@ -18,22 +18,13 @@ from dataclasses import asdict, astuple, dataclass, field, fields, replace
 
 import numpy as np
 
-from breaker.mechanism import NAMES
+from breaker.mechanism import NAMES, UNIT, Size
 from breaker.synthetic.integrator import closed_rest, travel
 
 __all__ = ["STOPS", "Drive", "Elements", "Stop"]
 
 STOPS = ("closing_stop", "opening_stop")
-_STEP = 0.02  # ms
-# Powers of length and time in the unit of a number; others have none.
-_FORCE = (1, -2)
-_UNITS = {
-    **{"k_a": (0, -2), "k_b": (0, -2), "gamma_a": (0, -1), "gamma_b": (0, -1)},
-    **{"f": _FORCE, "L": (1, 0), "lever_turn": (-1, 0), "dry_friction": _FORCE},
-    **{"opening_preload": _FORCE, "contact_preload": _FORCE, "build_up": (0, 1)},
-    **{"force_fall": (-1, 0), "drag": (-1, 0), "linkage": (0, 1)},
-}
-_STOP = {"reach": (1, 0), "damping": _FORCE, "depth": (1, 0), "stiffness": (0, -2)}
+_STEP = 0.02  # ms, of a drive of size 1
 
 
 @dataclass(frozen=True)
@@ -120,7 +111,8 @@ class Drive:
 
     Attributes:
         theta: The seven parameters, ``(p,)``, in the model's order and units.
-        elements: What it has on top.
+        elements: What it has on top, in the units of a drive of size 1.
+        size: Its size.
 
     Example:
         >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
@@ -130,6 +122,7 @@ class Drive:
 
     theta: tuple[float, ...]
     elements: Elements
+    size: Size = UNIT
 
     def changed(self, **values) -> "Drive":
         """Return the drive with other parameters or elements, by name; a stop's as ``stop.name``.
@@ -146,7 +139,7 @@ class Drive:
             if part:
                 value = replace(getattr(elements, stop), **{part: value})
             elements = replace(elements, **{stop: value})
-        return Drive(tuple(theta.values()), elements)
+        return replace(self, theta=tuple(theta.values()), elements=elements)
 
     def value(self, name: str) -> float:
         """Return a parameter or an element by the name under which ``changed`` takes it."""
@@ -155,23 +148,16 @@ class Drive:
         stop, _, part = name.partition(".")
         return getattr(getattr(self.elements, stop), part) if part else getattr(self.elements, stop)
 
-    def scaled(self, lengths: float, times: float) -> "Drive":
+    def scaled(self, size: Size) -> "Drive":
         """Return a drive of another size that moves alike: ``lengths x(t / times)``.
 
-        Each number is multiplied by what its unit makes of both factors.
-
         >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
-        >>> drive.scaled(10.0, 4.0).travel("closing", np.array([0.0, 40.0, 240.0])).round(1)
+        >>> drive.scaled(Size(10.0, 4.0)).travel("closing", np.array([0.0, 40.0, 240.0])).round(1)
         array([  0. , 110.5, 135.3])
         """
-        powers = {**_UNITS, **{f"{stop}.{part}": u for stop in STOPS for part, u in _STOP.items()}}
-        changed = {
-            name: self.value(name) * lengths**length * times**time
-            for name, (length, time) in powers.items()
-        }
-        for stop in STOPS:  # a force at 1 mm/ms
-            changed[f"{stop}.damping"] *= (times / lengths) ** self.value(f"{stop}.power")
-        return self.changed(**changed)
+        theta = tuple((np.array(self.theta) * size.factors).tolist())
+        both = Size(self.size.lengths * size.lengths, self.size.times * size.times)
+        return replace(self, theta=theta, size=both)
 
     @property
     def holds(self) -> bool:
@@ -201,14 +187,16 @@ class Drive:
         rest = closed_rest(numbers)
         if not np.isfinite(rest):
             raise ValueError(f"the closing force does not press the contact: {self}")
-        times = np.asarray(times, dtype=np.float64)
+        times = np.asarray(times, dtype=np.float64) / self.size.times
         curve, switching = travel(numbers, rest, motion == "closing", times, _STEP)
         if not np.isfinite(curve).all():
             raise FloatingPointError(f"the curve of a drive is not finite: {self}")
-        return curve, switching if switching <= times[-1] else np.inf
+        switches = self.size.times * switching if switching <= times[-1] else np.inf
+        return self.size.lengths * curve, switches
 
     def _packed(self) -> np.ndarray:
-        """All numbers in one row for the compiled code."""
+        """All numbers in one row for the compiled code, those of the drive at size 1."""
         values = [getattr(self.elements, each.name) for each in fields(Elements)]
+        theta = np.array(self.theta) / self.size.factors
         rows = [astuple(each) if isinstance(each, Stop) else (each,) for each in values]
-        return np.array([*self.theta, *(number for row in rows for number in row)], np.float64)
+        return np.array([*theta, *(number for row in rows for number in row)], np.float64)

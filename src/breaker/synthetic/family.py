@@ -15,7 +15,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from breaker.mechanism import NAMES
+from breaker.mechanism import NAMES, UNIT, Size
 from breaker.model import Prior
 from breaker.synthetic.drive import Drive, Elements, Stop
 
@@ -30,7 +30,8 @@ class Family:
 
     Attributes:
         prior: Prior of the parameters.
-        settings: The section ``rigs`` of the configuration.
+        settings: The section ``rigs`` of the configuration: elements of drives of size 1.
+        size: Size of its drives, and of the prior.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
@@ -47,6 +48,7 @@ class Family:
 
     prior: Prior
     settings: Mapping
+    size: Size = UNIT
 
     def new(self, rng: np.random.Generator) -> Drive:
         """Draw a drive in new condition.
@@ -57,7 +59,7 @@ class Family:
         for _ in range(_TRIES):
             theta = tuple(self.prior.sample(1, rng)[0].tolist())
             elements = Elements.from_settings(_draw_all(self.settings["elements"], Elements, rng))
-            drive = Drive(theta, elements.scaled(self.settings["strength"]))
+            drive = Drive(theta, elements.scaled(self.settings["strength"]), self.size)
             if drive.holds:
                 return drive
         raise RuntimeError(

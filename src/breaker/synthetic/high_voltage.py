@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.mechanism import Size
 from breaker.model import generator
 from breaker.synthetic.dialects import DIALECTS
 from breaker.synthetic.rigs import Rig
@@ -47,7 +48,7 @@ def write_exports(
         Time of the first motion, ms of the record, by channel, motion and operation.
     """
     Path(folder).mkdir(parents=True, exist_ok=True)
-    drive = Rig.from_settings(settings, seed).new.scaled(LENGTHS, TIMES)
+    drive = Rig.from_settings(settings, seed).new.scaled(Size(LENGTHS, TIMES))
     time = np.arange(0.0, _LENGTH, 1.0 / _DIALECT.rate)
     truth: dict[tuple[str, str, int], float] = {}
     for operation in range(1, operations + 1):

@@ -14,7 +14,7 @@ import pandas as pd
 from scipy.signal import lfilter
 from tqdm import tqdm
 
-from breaker.mechanism import NAMES, evaluate
+from breaker.mechanism import NAMES, UNIT, Size, evaluate
 from breaker.model import Discrepancy, Model, Prior, Sensor, generator, information, pool
 from breaker.posterior import correct, predictive_p_value
 from breaker.synthetic.drive import Drive
@@ -33,16 +33,18 @@ _WIDER = 1.5  # factor on the covariance of the draws that a correction starts f
 _ENDS = (0.05, 0.5, 0.95)
 
 
-def family_of(name: str, prior: Prior, rigs: Mapping, judged: Mapping) -> Family:
+def family_of(name: str, prior: Prior, rigs: Mapping, judged: Mapping, size: Size = UNIT) -> Family:
     """Return the family of a set.
 
     Args:
         name: Of the set; "foreign" has the elements of ``judged.foreign`` on top.
         prior: Prior of the parameters.
         rigs, judged: Sections of the configuration.
+        size: Size of the drives.
     """
     foreign = judged["foreign"] if name == "foreign" else {}
-    return Family(prior, {**rigs, "elements": {**rigs["elements"], **foreign}})
+    elements = {**rigs["elements"], **foreign}
+    return Family(prior, {**rigs, "elements": elements}, size)
 
 
 @dataclass(frozen=True)
