@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from breaker.mechanism import MOTIONS
-from breaker.model import ModelFileError, open_discrepancy, open_model
+from breaker.model import Discrepancy, ModelFileError, open_discrepancy, open_model
 from breaker.shipped import CARD, DEFAULTS, model_file
 from breaker.stores import StoreError, open_store
 from breaker.workflow import ConfigurationError, chosen_network, load
@@ -70,10 +70,16 @@ def unfit_results(results: Path, config: Mapping[str, Any]) -> list[str]:
         model = results / "models" / f"{motion}.safetensors"
         lines += unfit(model, config, motion)
         with open_model(model) as saved:
-            learned = open_discrepancy(store, motion)
-            if saved.discrepancy and not np.array_equal(learned.factor, saved.discrepancy.factor):
+            if not _same(saved.discrepancy, open_discrepancy(store, motion)):
                 lines.append(f"{model}: what it leaves out is not that of {store}")
     return lines
+
+
+def _same(one: Discrepancy | None, other: Discrepancy) -> bool:
+    if one is None:
+        return False
+    one, other = one.to_arrays(), other.to_arrays()
+    return one.keys() == other.keys() and all(map(np.array_equal, one.values(), other.values()))
 
 
 def described(text: str) -> str:

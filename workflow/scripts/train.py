@@ -1,6 +1,5 @@
 """Train the posterior of one motion on its bank."""
 
-from dataclasses import astuple
 from pathlib import Path
 
 from breaker.model import generator, open_bank, open_discrepancy
@@ -34,7 +33,7 @@ device = choose_device(training["device"])
 left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
 posterior = Posterior(made_from, seed=seed, discrepancy=left_out)
 freeze_inputs(posterior, rows, generator(seed, "components", motion))
-numbers = [each.tolist() for each in astuple(left_out)] if left_out else None
+numbers = {name: each.tolist() for name, each in left_out.to_arrays().items()} if left_out else None
 trainer = Trainer(
     posterior=posterior.to(device),
     rows=Rows.of(rows, posterior, device),
