@@ -134,6 +134,22 @@ def test_log_prior_is_minus_infinity_outside(model):
     assert np.isneginf(model.log_prior(-z)).tolist() == [False, False, False, True]
 
 
+def test_drives_too_fast_to_be_simulated_have_no_density(setting):
+    """Within 20 prior sds of a wide prior; those beside them keep theirs."""
+    wide = {name: each | {"log_sd": 1.5} for name, each in setting["prior"].items()}
+    model = Model.from_settings({**setting, "prior": wide, "motion": "closing"})
+    record, values = a_record(model)
+    z = model.standardise(values)
+    alone = model.log_joint(z, record)
+    fast = z.copy()
+    fast[1, NAMES.index("gamma_b")] = 15.0
+    with pytest.raises(ValueError, match="too fast to follow"):
+        model.curves(model.destandardise(fast))
+    found = model.log_joint(fast, record)
+    assert np.isneginf(found[1])
+    np.testing.assert_array_equal(np.delete(found, 1), np.delete(alone, 1))
+
+
 @pytest.mark.parametrize("size", [1e3, 1e6, 1e100])
 def test_wild_points_have_no_density(model, size):
     """No overflow, no curve that takes for ever, and the tame point among them is not lost."""

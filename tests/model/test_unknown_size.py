@@ -82,3 +82,11 @@ def test_the_joint_density_scales(prior, motion, unknown_sd):
         moved = np.log(SIZE.factors)[None] / prior.log_sds * 0.05
         shift = small.shift(small.destandardise(np.pad(moved, ((0, 0), (0, 1)))))
         assert np.abs(shift - left_out.mean).max() < np.abs(moved @ left_out.slopes).max() / 2
+
+
+def test_every_draw_has_a_density(prior):
+    """However many of the narrow prior's own sds it is away."""
+    model = Model(prior, SENSOR, "closing").sized(SIZE, 0.5)
+    z = model.prior.standardise(model.prior.sample(2000, generator(1, "test", "far")))
+    assert np.abs(z).max() > 25.0
+    assert np.isfinite(model.log_prior(np.pad(z, ((0, 0), (0, 1))))).all()

@@ -45,7 +45,7 @@ def curves(model):
     records = model.sensor.corrupt(model.curves(values), rng)
     records[[REJECTED, EMPTY]] = np.nan
     records[INFINITE, 3] = np.inf
-    records[BUMP, 60:70] += 1.0
+    records[BUMP, 60:70] += 3.0
     records[3, ::3] = np.nan  # fewer samples are no obstacle
     return curves_of(model, records)
 

@@ -9,7 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "curves": ["Motion", "blocks", "rest_position", "sensitivity", "travel"],
+        "curves": ["Motion", "blocks", "rest_position", "sensitivity", "too_fast", "travel"],
         "limits": ["Limit", "from_list"],
         "parameters": [
             "MOTIONS",

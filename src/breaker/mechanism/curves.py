@@ -42,7 +42,7 @@ import numpy as np
 from breaker.mechanism.kernels import rate_of, simulate
 from breaker.mechanism.parameters import MOTIONS, NAMES, split
 
-__all__ = ["Motion", "blocks", "check", "rest_position", "sensitivity", "travel"]
+__all__ = ["Motion", "blocks", "check", "rest_position", "sensitivity", "too_fast", "travel"]
 
 _LONGEST = 1e6  # rate * length of a record: 280,000 intervals, some 10 ms a curve
 _ROWS = 8192  # of a block: some 20 ms of simulation, and 10 MB of curves
@@ -221,17 +221,34 @@ def _check_parameters(theta: np.ndarray) -> None:
         )
 
 
+def too_fast(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray = 0.0) -> np.ndarray:
+    """Say which drives are too fast to follow to the end of a record, ``(..., p) -> (...)``.
+
+    Args:
+        theta: Parameters.
+        times: Times of the samples, ``(t,)``, ms, increasing.
+        onset: Start of the motion, ms, one for all or ``(...)``.
+    """
+    return _intervals(theta, times, onset) > _LONGEST
+
+
+def _intervals(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray) -> np.ndarray:
+    return _rates(theta) * (times[-1] - np.minimum(times[0], onset))
+
+
+def _rates(theta: np.ndarray) -> np.ndarray:
+    with np.errstate(over="ignore"):  # an infinite rate is too fast as well
+        return rate_of.py_func(np.moveaxis(theta, -1, 0), True)
+
+
 def _check_rates(theta: np.ndarray, times: np.ndarray, onset: np.ndarray) -> None:
     for rows in blocks(len(theta)):
         block, start = _contiguous(theta[rows], onset[rows])
-        span = times[-1] - np.minimum(times[0], start)
-        with np.errstate(over="ignore"):  # an infinite rate is too fast as well
-            rates = rate_of.py_func(block.T, True)
-            row = int(np.argmax(rates * span))
-            too_fast = rates[row] * span[row] > _LONGEST
-        if too_fast:
+        row = int(np.argmax(_intervals(block, times, start)))
+        if too_fast(block[row], times, start[row]):
             raise ValueError(
-                f"the drive of row {rows.start + row} is too fast to follow over {span[row]:g} ms: "
-                f"its rate is {rates[row]:.3g} / ms, from "
+                f"the drive of row {rows.start + row} is too fast to follow over "
+                f"{times[-1] - min(times[0], start[row]):g} ms: its rate is "
+                f"{_rates(block[row]):.3g} / ms, from "
                 f"{dict(zip(NAMES, block[row].tolist(), strict=True))}"
             )

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.mechanism import MOTIONS, NAMES, Motion, Parameter, Size, outputs, travel
+from breaker.mechanism import MOTIONS, NAMES, Motion, Parameter, Size, outputs, too_fast, travel
 from breaker.model.contact import Contact
 from breaker.model.discrepancy import Discrepancy
 from breaker.model.facts import Facts
@@ -20,7 +20,7 @@ from breaker.model.sensor import Sensor
 
 __all__ = ["Model"]
 
-_FARTHEST = 20.0  # prior sd; beyond lies a probability of 1e-88, and mechanisms without end
+_FARTHEST = 20.0  # prior sd; beyond lies a probability of 1e-88
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +115,12 @@ class Model:
         return matrix
 
     @property
+    def condition(self) -> tuple[np.ndarray, float]:
+        """Coefficients ``a``, ``b`` of the prior's condition ``a . z + b > 0`` on outputs z."""
+        slope, offset = self.prior.condition
+        return np.pad(slope, (0, len(self.outputs) - len(slope))), offset
+
+    @property
     def outputs(self) -> tuple[Parameter, ...]:
         """What is inferred, in order."""
         return outputs(self.sensor.infers_onset)
@@ -179,12 +185,15 @@ class Model:
     def log_prior(self, z: np.ndarray) -> np.ndarray:
         """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.
 
-        It is ``-inf`` outside the prior's support, and beyond 20 prior standard deviations; nan
-        stays nan.
+        It is ``-inf`` outside the prior's support, beyond 20 prior standard deviations in any of
+        its independent directions, and for drives too fast to be simulated; nan stays nan.
         """
-        near = np.all(np.abs(z) <= _FARTHEST, axis=-1)
+        p = len(NAMES)
+        near = np.all(np.abs(self.prior.independent(z[..., :p])) <= _FARTHEST, axis=-1)
+        near &= np.all(np.abs(z[..., p:]) <= _FARTHEST, axis=-1)
         values = self.destandardise(np.where(near[..., None], z, 0.0))
-        inside = near & self.prior.supported(values[..., : len(NAMES)])
+        theta, onset = values[..., :p], values[..., p:].sum(axis=-1)  # 0 where it is no output
+        inside = near & self.prior.supported(theta) & ~too_fast(theta, self.sensor.times, onset)
         safe = np.where(inside[..., None], z, 0.0)
         normal = -0.5 * (np.square(safe).sum(-1) + z.shape[-1] * np.log(2 * np.pi))
         normal = normal + self.prior.log_shared(safe[..., : len(NAMES)])

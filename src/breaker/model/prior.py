@@ -94,13 +94,19 @@ class Prior:
         return (self.shared / self.log_sds) @ self.precision @ z
 
     @cached_property
-    def _half_space(self) -> tuple[np.ndarray, float]:
-        """Coefficients ``a``, ``b`` of the condition ``log f - log k_a - log L = a . w + b > 0``
-        on independent standard normals ``w``, where ``z = F w``.
+    def condition(self) -> tuple[np.ndarray, float]:
+        """Coefficients ``a``, ``b`` of the condition ``log f - log k_a - log L = a . z + b > 0``
+        on standardised parameters ``z``.
         """
         signs = np.zeros(len(NAMES))
         signs[[NAMES.index("f"), NAMES.index("k_a"), NAMES.index("L")]] = 1.0, -1.0, -1.0
-        return (signs * self.log_sds) @ self._root, float(signs @ np.log(self.medians))
+        return signs * self.log_sds, float(signs @ np.log(self.medians))
+
+    @cached_property
+    def _half_space(self) -> tuple[np.ndarray, float]:
+        """The condition on independent standard normals ``w``, where ``z = F w``."""
+        slope, offset = self.condition
+        return slope @ self._root, offset
 
     @cached_property
     def log_support(self) -> float:
@@ -115,6 +121,10 @@ class Prior:
     def destandardise(self, z: np.ndarray) -> np.ndarray:
         """Map standardised log space ``(..., p)`` to parameters ``(..., p)``."""
         return np.exp(np.log(self.medians) + self.log_sds * z)
+
+    def independent(self, z: np.ndarray) -> np.ndarray:
+        """Map standardised parameters ``(..., p)`` to independent ones, ``z = F w``."""
+        return z @ np.linalg.inv(self._root).T if len(self.shared) else z
 
     @staticmethod
     def supported(theta: np.ndarray) -> np.ndarray:

@@ -1,9 +1,15 @@
 """Draws to start the exact posterior from, of any drive, without a network.
 
-The mode of the exact posterior is climbed to by damped Gauss-Newton steps, and draws are of a wide
-Student-t with the curvature there. Adaptive importance sampling (``corrections``) makes the exact
-posterior of them, as of a network's.
+The mode of the exact posterior is climbed to by Gauss-Newton steps, damped as far as each has to
+be to gain (Levenberg, 1944; Marquardt, 1963). A record of little noise has many local modes, and
+one of much noise has one. So the climb begins with as much noise as lets the prior's centre explain
+the record, and takes the noise away step by step. Draws are of a wide Student-t with the curvature
+at the mode. Adaptive importance sampling (``corrections``) makes the exact posterior of them, as of
+a network's.
 """
+
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,8 +17,13 @@ from breaker.model import Model, linearise, linearise_beside
 
 __all__ = ["approximate", "mode"]
 
-_STEPS = 20
-_REACHED = 1e-3  # prior sd
+_LESS = 1 / 3  # of the noise, from one climb to the next
+_STEPS, _LAST_STEPS = 8, 40  # of each climb, and of the last
+_REACHED, _LAST_REACHED = 0.5, 1e-3  # nats that a step can still gain
+_FARTHEST = 3.0  # prior sd in all, of a step
+_DAMPING, _FACTOR = 1e-3, 10.0  # share of the prior's precision, at first; its change
+_SHORTEST = 1e-7  # prior sd: a step that still gains nothing ends the climb
+_INSIDE = 1e-3  # prior sd from the border of the prior's support, as far as a mode may come
 _FREEDOM = 5.0  # of the Student-t
 
 
@@ -33,16 +44,83 @@ def approximate(model: Model, record: np.ndarray, n: int, rng: np.random.Generat
 
 
 def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mode, ``(q,)``, standardised, and the negative curvature there, ``(q, q)``."""
+    """Return the mode of a record's posterior, and the negative curvature of its log there.
+
+    Args:
+        model: Joint model.
+        record: On the sensor's grid, ``(t,)``, mm; NaN where a sample is missing.
+
+    Returns:
+        Standardised outputs, ``(q,)``, and the curvature, ``(q, q)``, without second derivatives of
+        the curve. Where the mode is on the border of the prior's support, it is just inside.
+
+    Example:
+        >>> from breaker.model import reference_model
+        >>> model = reference_model("closing")
+        >>> record = model.curves(np.append(model.prior.medians, 0.0)[None])[0]
+        >>> highest, precision = mode(model, record)  # the prior's centre explains the record
+        >>> bool(np.abs(highest).max() < 0.01), precision.shape
+        (True, (8, 8))
+    """
+    z = np.zeros(len(model.outputs))
+    left = record - model.curves(model.destandardise(z[None]))[0]
+    rungs = np.log(np.nanstd(left) / model.sensor.noise_sd) / -np.log(_LESS)
+    for rung in range(int(np.clip(np.ceil(rungs), 1, 30)), 0, -1):
+        z, _ = _climb(_noisier(model, rung), record, z, _STEPS, _REACHED)
+    return _climb(model, record, z, _LAST_STEPS, _LAST_REACHED)
+
+
+@lru_cache(maxsize=64)
+def _noisier(model: Model, rung: int) -> Model:
+    """The model with more noise; cached, for the sensor's errors are factored once."""
+    noise_sd = model.sensor.noise_sd * _LESS**-rung
+    return replace(model, sensor=replace(model.sensor, noise_sd=noise_sd))
+
+
+def _climb(
+    model: Model, record: np.ndarray, z: np.ndarray, steps: int, reached: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Climb from outputs ``(q,)`` until no step gains enough; also returns the curvature there."""
     prior = model.precision
-    z = np.zeros(len(prior))
-    for _ in range(_STEPS):
-        curves, (slopes,) = linearise(model, z[None], records=record[None])
-        residual = model.sensor.whiten(record - curves[0])
-        beside, known = linearise_beside(model, z, record)
-        precision = slopes @ slopes.T + known @ known.T + prior
-        step = np.linalg.solve(precision, slopes @ residual - known @ beside - prior @ z)
-        z = z + step * min(1.0, 1.0 / np.abs(step).max())
-        if np.abs(step).max() < _REACHED:
+    height, residual, slopes = _look(model, record, z)
+    damping = _DAMPING
+    for _ in range(steps):
+        precision, uphill = slopes @ slopes.T + prior, slopes @ residual - prior @ z
+        step = _step(model, z, precision + damping * prior, uphill)
+        length = np.sqrt(step @ prior @ step)
+        gain = uphill @ step - 0.5 * step @ precision @ step
+        if length < _SHORTEST or (gain < reached and damping <= _DAMPING):
             break
-    return z, precision
+        there = z + step * min(1.0, _FARTHEST / length)
+        found = _look(model, record, there)
+        if found[0] > height:
+            z, (height, residual, slopes) = there, found
+            damping /= _FACTOR
+        else:
+            damping *= _FACTOR
+    return z, slopes @ slopes.T + prior
+
+
+def _step(model: Model, z: np.ndarray, precision: np.ndarray, uphill: np.ndarray) -> np.ndarray:
+    """The step to the top of a parabola, or to its highest point inside the prior's support."""
+    slope, offset = model.condition
+    step, across = np.linalg.solve(precision, np.column_stack([uphill, slope])).T
+    lacking = _INSIDE * np.linalg.norm(slope) - (slope @ (z + step) + offset)
+    return step + max(lacking, 0.0) / (slope @ across) * across
+
+
+def _look(model: Model, record: np.ndarray, z: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Log density but for a constant, and residuals ``(r,)`` with minus their slopes ``(q, r)``.
+
+    Whitened residuals of the record, and of what is known beside it. The density is ``-inf``, and
+    nothing is simulated, where the joint density is.
+    """
+    beside_it = model.facts is not None or model.contact is not None
+    density = model.log_joint(z[None], record) if beside_it else model.log_prior(z[None])
+    if not np.isfinite(density[0]):
+        return -np.inf, np.zeros(0), np.zeros((len(z), 0))
+    curves, (slopes,) = linearise(model, z[None], records=record[None])
+    beside, known = linearise_beside(model, z, record)
+    residual = np.concatenate([model.sensor.whiten(record - curves[0]), -beside])
+    height = -0.5 * (residual @ residual + z @ model.precision @ z)
+    return float(height), residual, np.concatenate([slopes, known], axis=1)

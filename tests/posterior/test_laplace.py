@@ -1,0 +1,106 @@
+"""Modes of posteriors: reached from the prior's centre, at any noise, size and support."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.mechanism import MOTIONS, NAMES, Size
+from breaker.model import Facts, generator, reference_model
+from breaker.posterior.corrections import correct
+from breaker.posterior.laplace import approximate, mode
+
+RECORDS = 6
+
+
+def with_noise(model, noise_sd):
+    return replace(model, sensor=replace(model.sensor, noise_sd=noise_sd))
+
+
+def simulated(model, *purpose):
+    rng = generator(1, "test laplace", model.motion, *purpose)
+    onset = model.sensor.onset_sd * rng.standard_normal((RECORDS, 1))
+    values = np.hstack([model.prior.sample(RECORDS, rng), onset])
+    return model.standardise(values), model.sensor.corrupt(model.curves(values), rng)
+
+
+@pytest.mark.parametrize("unknown", [0.0, 0.3])
+@pytest.mark.parametrize("scale", [0.0, 1.0])
+@pytest.mark.parametrize("noise_sd", [0.003, 0.3])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_mode_is_no_lower_than_the_truth(motion, noise_sd, scale, unknown):
+    """Twice what is gained over the truth is a chi-square of up to 8 degrees of freedom."""
+    model = with_noise(reference_model(motion, scale), noise_sd).sized(Size(10.0, 4.0), unknown)
+    for z, record in zip(*simulated(model), strict=True):
+        highest, precision = mode(model, record)
+        there, truth = model.log_joint(np.stack([highest, z]), record)
+        assert truth - 1.0 < there < truth + 25.0
+        assert np.all(np.linalg.eigvalsh(precision) > 0)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_no_step_from_the_mode_gains(motion):
+    """Along each axis of the curvature, 0.3 sd either way; away from the mode some do."""
+    model = reference_model(motion)
+    for record in simulated(model)[1]:
+        highest, precision = mode(model, record)
+        sds, axes = np.linalg.eigh(np.linalg.inv(precision))
+        steps = 0.3 * np.sqrt(sds)[:, None] * axes.T
+        around = np.concatenate([highest + steps, highest - steps])
+        height = model.log_joint(highest[None], record)
+        assert np.all(model.log_joint(around, record) < height)
+        moved = highest + 3.0 * steps[-1]
+        assert np.any(model.log_joint(moved + around - highest, record) > height - 0.4)
+
+
+def test_a_mode_on_the_border_of_the_support_is_inside():
+    """Of a prior whose opening spring is as strong as the closing force, and a record without."""
+    model = reference_model("opening", 0.0)
+    medians = model.prior.medians.copy()
+    medians[NAMES.index("f")] *= 0.62
+    model = replace(model, prior=replace(model.prior, medians=medians))
+    rng = generator(1, "test laplace", "border")
+    slope, offset = model.condition
+    for record in simulated(model)[1]:
+        highest, _ = mode(model, record)
+        assert slope @ highest + offset > 0
+        found = correct(model, record, approximate(model, record, 200, rng), SETTINGS, rng)
+        assert found.resolved, found.reason
+
+
+def test_a_narrow_fact_moves_the_mode():
+    """A fact far narrower than what the record knows; without it the mode is elsewhere."""
+    model = reference_model("closing")
+    z, records = simulated(model)
+    known = 1.3 * model.destandardise(z[0])[NAMES.index("mu")]
+    informed = model.knowing(Facts.from_settings({"mu": [known, 1e-3]}))
+    highest, precision = mode(informed, records[0])
+    found = model.destandardise(highest)[NAMES.index("mu")]
+    assert abs(found - known) < 5e-3
+    assert abs(model.destandardise(mode(model, records[0])[0])[NAMES.index("mu")] - known) > 0.1
+    sd = np.sqrt(np.linalg.inv(precision)[0, 0]) * model.prior.log_sds[0] * known
+    assert 0.9e-3 < sd < 1.1e-3
+
+
+def test_draws_are_wider_than_the_curvature():
+    """By the Student-t of 5: variance 5/3, within 10 %. And they repeat with their generator."""
+    model = reference_model("closing")
+    _, records = simulated(model)
+    highest, precision = mode(model, records[0])
+    rng = generator(1, "test laplace", "draws")
+    draws = approximate(model, records[0], 20_000, rng)
+    z = (model.standardise(draws) - highest) @ np.linalg.cholesky(precision)
+    np.testing.assert_allclose(z.T @ z / len(z), 5 / 3 * np.eye(8), atol=1 / 6)
+    again = approximate(model, records[0], 20_000, generator(1, "test laplace", "draws"))
+    np.testing.assert_array_equal(draws, again)
+
+
+SETTINGS = {
+    "draws": 2000,
+    "round_draws": 500,
+    "fit_size": 100,
+    "rounds": 20,
+    "efficiency": 0.6,
+    "smallest_size": 400,
+    "largest_k": 0.7,
+}
