@@ -21,6 +21,7 @@ FLOORS = [
     {"model", "workflow", "inspection"},
     {"posterior", "wear"},
     {"validation", "decisions"},
+    {"answers"},
     {"synthetic", "figures"},
     {"cli"},  # draws a picture of what it inspects
 ]

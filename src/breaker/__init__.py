@@ -6,6 +6,7 @@ Rooms, each a subpackage, import only rooms of a line above their own:
     model, workflow                 the joint probability model; what rules and scripts share
     posterior, wear                 posteriors of single records; trends over the operations
     validation, decisions           checks on known truth; alarms and what to do
+    answers                         what one call infers of a drive, judged and put into words
     synthetic, figures              simulated drives and lives; data in, figures out
 
 The command ``breaker`` is in ``breaker.cli``. The workflow is in ``Snakefile`` and ``workflow``.

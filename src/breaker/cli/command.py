@@ -21,6 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupted and 141 where nobody reads its output to the end.
     """
     options = _parser().parse_args(arguments)
+    _show_progress()
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     try:
         status = options.run(options)
@@ -36,9 +37,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         print(f"breaker: {missing_packages(error.name)}", file=sys.stderr)
         return 1
+    except MemoryError:
+        print("breaker: out of memory; name fewer files, or lower endurance.draws", file=sys.stderr)
+        return 1
     except (ConfigurationError, OSError, ValueError) as error:
         print(f"breaker: {error}", file=sys.stderr)
         return 1
+
+
+def _show_progress() -> None:
+    """Show progress only to who waits for it, on a terminal. Before tqdm is loaded."""
+    os.environ.setdefault("TQDM_DELAY", "2")  # s
+    if not sys.stderr.isatty():
+        os.environ.setdefault("TQDM_DISABLE", "1")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -1,95 +1,204 @@
-"""`breaker infer`: infer curve files."""
+"""`breaker infer`: infer the records of a drive."""
 
 import argparse
+import json
+import logging
+import math
+import shlex
 import sys
+from collections.abc import Mapping, Sequence
 
-from breaker.cli.settings import settings_of
+from breaker.cli.named import check_output, operations_of
+from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
+
+_MOTIONS = ("closing", "opening")
 
 
 def add(commands) -> argparse.ArgumentParser:
     infer = commands.add_parser(
         "infer",
-        help="infer curve files with a trained model",
-        description="Infer curve files of one motion with a trained model. The configuration sets "
-        "how files are read (endurance.format), how far the drive may be from the model "
-        "(endurance.discrepancy), and whether the network's posterior is corrected to the exact "
-        "one (endurance.posterior).",
+        help="infer the state of a drive from its records",
+        description="Infer the drive in curve files, all of one breaker: parameters, times, speeds "
+        "and ways with their intervals, how far the model can be trusted, and whether limits are "
+        "exceeded. Works in any folder, for drives of any size. A file may hold a closing, an "
+        "opening or both. The status is 1 if nothing was inferred.",
     )
     infer.set_defaults(run=_run)
-    infer.add_argument("model", metavar="MODEL", help="such as results/models/closing.safetensors")
-    infer.add_argument("files", metavar="FILE", nargs="+", help="CSV file of one operation")
-    infer.add_argument("--output", metavar="CSV", help="write the table there, with all columns")
+    infer.add_argument(
+        "files", metavar="FILE", nargs="+", help="a record, or a folder of records of one breaker"
+    )
+    infer.add_argument("--motion", choices=_MOTIONS, help="infer this motion alone")
+    infer.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
+    infer.add_argument("--breaker", metavar="NAME", help="which breaker of a folder's table")
+    infer.add_argument("--phase", metavar="NAME", help="which phase of a folder's table")
+    infer.add_argument(
+        "--size",
+        nargs=2,
+        type=_factor,
+        metavar=("LENGTHS", "TIMES"),
+        help="the drive's size beside that of the reference drive; read from the records if not "
+        "given",
+    )
+    infer.add_argument(
+        "--known",
+        nargs="+",
+        type=_fact,
+        default=[],
+        metavar="NAME=VALUE:SD",
+        help="what is known of a parameter or quantity, such as mu=2.4:0.07 or wipe=3.5:0.3",
+    )
+    infer.add_argument(
+        "--model",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="start from a trained network; once for each motion",
+    )
+    infer.add_argument("--json", action="store_true", help="print one JSON document")
+    infer.add_argument("--output", metavar="CSV", help="write a table there, with all columns")
+    infer.add_argument("--plot", metavar="PNG", help="draw the answer there")
+    infer.add_argument("--draws", metavar="ZARR", help="write all draws there, for ArviZ")
     return infer
 
 
-def _run(options: argparse.Namespace) -> int:
-    # Imported here, so that --help and wrong options answer at once.
-    from breaker.files import Operation
-    from breaker.posterior import Posterior, correct_operations, infer, table
-    from breaker.records import read_curves, require_any
+def _factor(text: str) -> float:
+    value = float(text)
+    if not 0 < value < math.inf:
+        raise ValueError
+    return value
 
+
+def _fact(text: str) -> tuple[str, list[float]]:
+    """Name, value and sd of ``NAME=VALUE:SD``."""
+    name, _, numbers = text.partition("=")
+    value, _, sd = numbers.partition(":")
+    if not (name and math.isfinite(float(value)) and _factor(sd)):
+        raise ValueError
+    return name, [float(value), float(sd)]
+
+
+def _run(options: argparse.Namespace) -> int:
+    logging.getLogger("breaker").setLevel(logging.ERROR)  # the answer has the reasons
+    _refuse_old_form(options.files)
+    for path in filter(None, (options.output, options.plot, options.draws)):
+        check_output(path, options.files, store=path == options.draws)
     config = settings_of(options.config)
+    config["known"] = {**config.get("known", {}), **dict(options.known)}
+    limits = limits_of(config, options.config)
     endurance = config["endurance"]
-    posterior = Posterior.load(options.model).at(endurance["discrepancy"])
-    files = [Operation(number, file) for number, file in enumerate(options.files, start=1)]
-    curves = read_curves(
-        files,
-        endurance["format"],
-        posterior.sensor.times,
-        posterior.motion,
-        noise_sd=posterior.sensor.noise_sd,
-        zero_sd=posterior.sensor.zero_sd,
-    )
-    require_any(curves)
-    common = {"seed": config["seed"], "misfit_p_value": endurance["misfit_p_value"]}
-    result = infer(posterior, curves, draws=endurance["draws"], **common)
-    if endurance["posterior"] == "corrected":
-        result = correct_operations(posterior.model, result, config["correction"], **common)
-    result = table(result)
-    _show(result)
-    if options.output:
-        result.to_csv(options.output, index=False, float_format="%.6g")
-        print(f"written to {options.output}")
-    if result["median"].isna().all():
-        reasons = " | ".join(result["reason"].unique())
-        print(f"breaker: nothing was inferred: {reasons}", file=sys.stderr)
+    chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
+    motions = [options.motion] if options.motion else list(_MOTIONS)
+    operations, loose = operations_of(options.files, motions, chosen, options.channel)
+    # Imported here, so that --help and wrong options answer at once.
+    from breaker.answers import document, in_words
+    from breaker.cli.drive import networks_of, read_records
+
+    networks = networks_of(options.model, config)
+    drive = read_records(operations, config, networks, size=options.size, loose=loose)
+    answers = _answers(drive, networks, config, limits)
+    found = document(answers, drive.about, _settings(config))
+    print(json.dumps(found, ensure_ascii=False) if options.json else in_words(found))
+    rejected = [each for each in found["records"] if not each["accepted"]]
+    if rejected:
+        _say_remedy(rejected, nothing=len(rejected) == len(found["records"]))
+    if len(rejected) == len(found["records"]):
         return 1
+    _write(answers, drive.models, config, options)
     return 0
 
 
-def _show(result) -> None:
-    """Print what was found, file by file."""
-    for (_, file), rows in result.groupby(["operation", "file"]):
-        first = rows.iloc[0]
-        print(f"\n{file}")
-        if not first.accepted:
-            print(f"  rejected: {first.reason}")
-            continue
-        for row in rows.itertuples():
-            interval = f"{row.interval_95_lower:.4g} to {row.interval_95_upper:.4g}"
-            print(f"  {row.output:8s} {row.median:10.4g}   95 %: {interval:22s} {row.unit}")
-        if "resolved" in rows and not first.resolved:
-            print("  NOT resolved: the exact posterior was not reached; this is the best so far")
-        for doubt in _doubts(first):
-            print(f"  {doubt}")
-        if not first.p_value >= 0:
-            print("  no draw of its posterior could be compared with the record")
-            continue
-        verdict = "does NOT fit the model" if first.misfit else "fits the model"
-        outside = ", OUTSIDE what the prior can produce" if first.outside_prior else ""
-        print(f"  {verdict} (posterior predictive p = {first.p_value:.2g}){outside}")
-
-
-def _doubts(row) -> list[str]:
-    """What to know of an operation beside its intervals."""
-    doubts = row.remarks.split("; ") if getattr(row, "remarks", "") else []
-    if row.completed and "resolved" not in row:
-        doubts.append(
-            f"approximate: {row.missing} samples are missing, which the network was given as drawn "
-            "from the others; endurance.posterior: corrected is exact"
+def _refuse_old_form(files: Sequence[str]) -> None:
+    """Point to --model where a model stands among the records, as it did once."""
+    models = [each for each in files if each.endswith(".safetensors")]
+    if models:
+        rest = " ".join(shlex.quote(each) for each in files if each not in models) or "FILE"
+        given = " ".join(f"--model {shlex.quote(each)}" for each in models)
+        raise ValueError(
+            f"{models[0]} is a model, not a record. No model is needed any more: breaker infer "
+            f"{rest}. To start from one: breaker infer {rest} {given}"
         )
-    if row.far_onset:
-        doubts.append("the motion begins FAR from where it was read: beyond 4 sensor.onset_sd")
-    return doubts
+
+
+def _settings(config: Mapping) -> dict:
+    """What an answer was made with."""
+    names = ("discrepancy", "draws", "misfit_p_value")
+    chosen = {name: config["endurance"][name] for name in names}
+    return chosen | {"known": config["known"], "seed": config["seed"]}
+
+
+def _answers(drive, networks: Mapping, config: Mapping, limits: Sequence) -> dict:
+    """The answer of each motion, with quantities, trust, and limits where there are any."""
+    from breaker.answers import with_limits, with_quantities, with_trust
+    from breaker.mechanism import from_list, speeds_of
+    from breaker.posterior import infer_exactly
+
+    endurance, seed = config["endurance"], config["seed"]
+    common = {"seed": seed, "misfit_p_value": endurance["misfit_p_value"]}
+    speeds, answers = speeds_of(config["speeds"], drive.size), {}
+    for motion, curves in drive.curves.items():
+        model = drive.models[motion]
+        if motion in networks:
+            answer = _by_network(networks[motion], curves, config, common)
+        else:
+            answer = infer_exactly(
+                model, curves, config["correction"], draws=endurance["draws"], **common
+            )
+        answer = with_quantities(answer, speeds)
+        answer = with_trust(answer, model, seed=seed)
+        if judged := from_list(limits, [motion], speeds):
+            answer = with_limits(answer, judged, config["alarm"])
+        answers[motion] = answer
+    return answers
+
+
+def _by_network(network, curves, config: Mapping, common: Mapping):
+    """The answer of a network, corrected to the exact one unless the configuration says not to."""
+    from breaker.posterior import correct_operations, infer
+
+    endurance = config["endurance"]
+    answer = infer(network, curves, draws=endurance["draws"], **common)
+    if endurance["posterior"] == "corrected":
+        answer = correct_operations(network.model, answer, config["correction"], **common)
+    return answer
+
+
+def _say_remedy(rejected: Sequence[Mapping], *, nothing: bool) -> None:
+    """Say on stderr that records were rejected, and how to find out how they can be read."""
+    what = "nothing was inferred" if nothing else f"{len(rejected)} records were rejected"
+    file = shlex.quote(rejected[0]["file"])
+    print(
+        f"breaker: {what}. If a file is written in another way than the settings say:\n"
+        f"  breaker inspect {file} --output my.yaml\n"
+        f"and then: breaker infer ... --config my.yaml",
+        file=sys.stderr,
+    )
+
+
+def _write(answers: Mapping, models: Mapping, config: Mapping, options) -> None:
+    """Write what the options ask for."""
+    if options.output:
+        from breaker.answers import table_of
+
+        table_of(answers).to_csv(options.output, index=False, float_format="%.6g")
+        _say_written(f"written to {options.output}", options)
+    if options.draws:
+        from breaker.answers import tree
+
+        found = tree(answers, models, seed=config["seed"])
+        found.to_zarr(options.draws, mode="w", zarr_format=2)
+        _say_written(f"draws written to {options.draws}", options)
+    if options.plot:
+        from breaker.answers import shown
+        from breaker.figures import answer
+
+        seed = config["seed"]
+        parts = {m: shown(each, models[m], seed=seed) for m, each in answers.items()}
+        answer.answer(parts).savefig(options.plot)
+        _say_written(f"drawn in {options.plot}", options)
+
+
+def _say_written(text: str, options) -> None:
+    """Beside a JSON document, only where it is not in the way."""
+    print(text, file=sys.stderr if options.json else sys.stdout)

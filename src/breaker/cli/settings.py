@@ -1,10 +1,10 @@
 """The configuration that commands share."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from breaker.shipped import DEFAULTS
-from breaker.workflow import load
+from breaker.workflow import load, read
 
 __all__ = ["PROJECT", "settings_of"]
 
@@ -15,3 +15,12 @@ PROJECT = Path("config/config.yaml")
 def settings_of(overlays: Sequence[str]) -> dict:
     """The configuration: overlays over that of the folder, or over the defaults that ship."""
     return load([PROJECT if PROJECT.exists() else DEFAULTS, *overlays])
+
+
+def limits_of(config: Mapping, overlays: Sequence[str]) -> list:
+    """The limits of the drive: those that ship are an example, and none unless they are asked for.
+
+    They are where the configuration changes them, or an overlay names them.
+    """
+    named = any("limits" in read(path) for path in overlays)
+    return config["limits"] if named or config["limits"] != read(DEFAULTS)["limits"] else []

@@ -16,7 +16,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "scales": ["over_scales", "spread"],
         "series": ["complete", "health", "join", "remaining"],
         "summary": ["verdict"],
-        "table": ["STATES", "decide"],
+        "table": ["MAY_BE", "STATES", "decide"],
         "trust": ["trust_table"],
     },
 )

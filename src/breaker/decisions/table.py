@@ -14,6 +14,7 @@ from breaker.decisions.changes import changes, latest_step
 from breaker.files import ABOUT, known_about
 
 __all__ = [
+    "MAY_BE",
     "STATES",
     "decide",
     "in_doubt",

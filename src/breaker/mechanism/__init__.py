@@ -22,7 +22,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "prior_sds",
             "split",
         ],
-        "quantities": ["QUANTITIES", "Quantity", "check_quantity", "evaluate"],
+        "quantities": ["QUANTITIES", "Quantity", "check_quantity", "evaluate", "quantities_of"],
         "size": ["UNIT", "Size", "powers"],
         "speeds": ["SPEEDS", "Point", "Speed", "speeds_of"],
     },

@@ -30,7 +30,14 @@ from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS, Parameter, 
 from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import SPEEDS, Point, Speed
 
-__all__ = ["QUANTITIES", "Quantity", "check_quantity", "evaluate", "quantities"]
+__all__ = [
+    "QUANTITIES",
+    "Quantity",
+    "check_quantity",
+    "evaluate",
+    "quantities",
+    "quantities_of",
+]
 
 # Of the reference drive: contact gap, mm, and the times in which force and opening spring move it,
 # sqrt(L / f) and sqrt(1 / k_a), ms.
@@ -94,6 +101,20 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
         for speed in speeds
     )
     return {quantity.name: quantity for quantity in (*_FIXED, *moving)}
+
+
+def quantities_of(motion: str, speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
+    """Return the quantities of a motion that are no parameters, by name.
+
+    Example:
+        >>> list(quantities_of("opening"))
+        ['wipe', 'stroke', 'travel_time', 'part_time', 'rebound', 'opening_speed']
+    """
+    return {
+        name: each
+        for name, each in quantities(speeds).items()
+        if motion in each.motions and name not in NAMES
+    }
 
 
 QUANTITIES = quantities()

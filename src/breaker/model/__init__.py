@@ -19,7 +19,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "plausibility": ["distance", "excess", "principal_components"],
         "prior": ["Prior"],
         "randomness": ["generator", "seed_integer"],
-        "reference": ["reference_model"],
+        "reference": ["configured_model", "reference_model"],
         "saved": ["FORMATS", "ModelFileError", "SavedModel", "open_model", "write_model"],
         "sensor": ["Sensor", "grid"],
     },

@@ -21,6 +21,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "predict",
             "predict_stages",
             "predictive_p_value",
+            "replicates",
             "sample_records",
             "validate",
         ],

@@ -25,6 +25,7 @@ __all__ = [
     "predict",
     "predict_stages",
     "predictive_p_value",
+    "replicates",
     "sample_records",
     "summaries",
     "validate",
@@ -197,10 +198,20 @@ def summaries(
     return plain | {name: xr.DataArray(each, **bounds) for name, each in intervals}
 
 
-def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:
-    """Predict records from the draws of their own model.
+def replicates(
+    model: Model, record: np.ndarray, values: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
+    """Draw repetitions of a record ``(t,)``, one for each draw ``(d, q)``, ``(d, t)``, mm.
 
     A replicate shares the record's parameters, onset and zero, and has noise of its own.
+    """
+    exact = model.curves(values)
+    shared = model.sensor.sample_shared(record, exact, rng)
+    return exact + shared + model.sensor.noise_sd * rng.standard_normal(exact.shape)
+
+
+def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:
+    """Predict records from the draws of their own model.
 
     Args:
         model: Joint model.
@@ -217,10 +228,8 @@ def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int)
     bands = []
     for i, (record, values) in enumerate(zip(measured, draws, strict=True)):
         rng = generator(seed, "predictive", model.motion, i)
-        exact = model.curves(values.astype(np.float64))
-        zero = sensor.sample_shared(record, exact, rng)
-        replicates = exact + zero + sensor.noise_sd * rng.standard_normal(exact.shape)
-        bands.append(np.quantile(replicates, [0.5, 0.025, 0.975], axis=0))
+        found = replicates(model, record, values.astype(np.float64), rng)
+        bands.append(np.quantile(found, [0.5, 0.025, 0.975], axis=0))
     median, lower, upper = np.moveaxis(np.array(bands), 1, 0)
     unit = {"unit": "mm"}
     return xr.Dataset(

@@ -142,8 +142,8 @@ def read_raws(
     settings = complete(settings)
     scale = Scale.from_settings(settings)
     raws: list[Raw | RejectedCurveError] = []
-    bar = {"mininterval": 5, "unit": "file", "disable": len(operations) < _MANY}
-    for operation in tqdm(operations, desc=f"read {motion}", **bar):
+    few = {"disable": True} if len(operations) < _MANY else {}
+    for operation in tqdm(operations, desc=f"read {motion}", mininterval=5, unit="file", **few):
         try:
             raws.append(read_raw(operation, settings, scale, motion))
         except RejectedCurveError as error:

@@ -11,7 +11,7 @@ from breaker.mechanism import NAMES
 from breaker.model import Discrepancy, Model, information
 from breaker.records import main_motion
 
-__all__ = ["PHASES", "Learned", "by_phase"]
+__all__ = ["PHASES", "Learned", "by_phase", "phases"]
 
 PHASES = ("start", "main motion", "end")
 """Phases of a motion in which a difference is sized."""
@@ -210,15 +210,20 @@ def _step(matrix: np.ndarray, prior: np.ndarray, change: np.ndarray, variance: f
     return modes @ (best * said / (best * told + variance))
 
 
-def by_phase(values: np.ndarray, curve: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
-    """Return the root mean square of values ``(t,)`` in the ``PHASES`` of a curve, ``(3,)``.
+def phases(curve: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
+    """Return which samples of a curve ``(t,)`` are in each of the ``PHASES``, ``(3, t)`` of bool.
 
     The start is the first 15 % of the way, the main motion goes on as ``records.main_motion`` does,
     and the end is the rest.
     """
     main = main_motion(curve, times, motion)
     begun = (curve - curve[0]) / (curve[-1] - curve[0]) < _START
-    parts = main & begun, main & ~begun, (times > 0.0) & ~main
+    return np.stack([main & begun, main & ~begun, (times > 0.0) & ~main])
+
+
+def by_phase(values: np.ndarray, curve: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
+    """Return the root mean square of values ``(t,)`` in the ``phases`` of a curve, ``(3,)``."""
+    parts = phases(curve, times, motion)
     return np.array(
         [np.sqrt(np.square(values[each]).mean()) if each.any() else 0.0 for each in parts]
     )

@@ -1,0 +1,65 @@
+"""The command as a whole: usage, errors in one line, interrupts, closed pipes, its imports."""
+
+import subprocess
+import sys
+
+import pytest
+
+from breaker.cli import infer, main
+
+
+@pytest.mark.parametrize("arguments", [[], ["infer"], ["infer", "--json"], ["learn"]])
+def test_wrong_options_show_the_usage(capsys, arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert "usage: breaker" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["infer", "--help"]])
+def test_help_answers_without_what_infers(arguments):
+    script = (
+        "import atexit, sys; from breaker.cli import main\n"
+        "heavy = {'torch', 'pandas', 'xarray', 'numba'}\n"
+        "atexit.register(lambda: print('imported:', sorted(heavy & set(sys.modules))))\n"
+        f"main({arguments})"
+    )
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0
+    assert done.stdout.startswith("usage: breaker")
+    assert done.stdout.endswith("imported: []\n")
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "words"),
+    [
+        (KeyboardInterrupt(), 130, "breaker: interrupted\n"),
+        (ModuleNotFoundError("No module named 'zuko'", name="zuko"), 1, "missing in the env"),
+        (PermissionError(13, "Permission denied", "a.csv"), 1, "Permission denied: 'a.csv'"),
+        (MemoryError(), 1, "breaker: out of memory"),
+    ],
+)
+def test_what_ends_a_command_is_one_line(capsys, monkeypatch, error, status, words):
+    def run(_):
+        raise error
+
+    monkeypatch.setattr(infer, "_run", run)
+    assert main(["infer", "a.csv"]) == status
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
+
+
+def test_a_reader_that_leaves_is_no_error_of_the_command():
+    """As in `breaker infer ... | head`."""
+    script = (
+        "import sys; from breaker.cli import infer, main\n"
+        "infer._run = lambda _: print('text ' * 10**6) or 0\n"
+        "sys.exit(main(['infer', 'file']))"
+    )
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", script], **pipes) as command:
+        command.stdout.close()
+        assert command.wait(timeout=60) == 141
+        assert command.stderr.read() == b""

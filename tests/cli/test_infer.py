@@ -1,0 +1,374 @@
+"""`breaker infer`: what it prints, writes, and where it fails."""
+
+import json
+import os
+import re
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+import yaml
+
+from breaker.cli import main
+from breaker.model.bank import simulate
+from breaker.model.joint import Model
+from breaker.model.randomness import generator
+from breaker.posterior.batches import freeze_inputs
+from breaker.posterior.estimator import Posterior
+from breaker.shipped import DEFAULTS
+from tests.networks_fixtures import NETWORK, left_out
+
+LIMITS = """
+limits:
+  - {name: slow, motion: closing, upper: {touch_time: 5.0}}
+  - {name: late, motion: closing, upper: {touch_time: 50.0}}
+  - {name: wide, motion: opening, upper: {L: 30.0}}
+"""
+
+
+def call(*arguments):
+    return main(["infer", *arguments, "--config", "few.yaml"])
+
+
+def answered(capsys, *arguments):
+    """The document of a call."""
+    assert call(*arguments, "--json") == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def failed(capsys, *arguments):
+    """Run what has to fail before anything is read; returns the message."""
+    assert main(["infer", *arguments]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("breaker: ")
+    assert len(re.findall("^breaker: ", err, re.M)) == 1
+    assert "Traceback" not in err
+    return err
+
+
+# ---- what is answered ---------------------------------------------------------------------------
+
+
+def test_a_closing_and_an_opening_are_found_in_any_folder(folder, capsys, prior):
+    """The truth is that of the reference drive, without what the model leaves out."""
+    (folder / "right.yaml").write_text("endurance: {draws: 200, discrepancy: 0.0}")
+    assert main(["infer", "both.csv", "--json", "--config", "right.yaml"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [each["motion"] for each in found["records"]] == ["closing", "opening"]
+    assert found["drive"]["size"]["lengths"] == pytest.approx(1.0, rel=0.2)
+    assert found["drive"]["noise_sd"] == pytest.approx(0.1, rel=0.2)
+    for record in found["records"]:
+        assert record["fit"]["resolved"]
+        assert not record["fit"]["misfit"]
+        medians = dict(zip(record["parameters"], prior.medians, strict=False))
+        for name, truth in medians.items():  # 14 intervals: false alarm below 1e-3 at 4 sd
+            low, high = record["parameters"][name]["interval_95"]
+            assert low - (high - low) / 2 < truth < high + (high - low) / 2, name
+    closing, opening = found["records"]
+    assert closing["quantities"]["touch_time"]["median"] == pytest.approx(10.09, abs=0.5)
+    assert "part_time" in opening["quantities"]
+
+
+def test_a_block_of_text_for_each_motion(folder, capsys):
+    assert call("both.csv") == 0
+    out, err = capsys.readouterr()
+    assert "breaker:" not in err
+    assert out.startswith("size read from ")
+    assert max(map(len, out.splitlines())) <= 100
+    blocks = re.split(r"\n(?=both\.csv: )", out)[1:]
+    assert [block.split("\n")[0] for block in blocks] == ["both.csv: closing", "both.csv: opening"]
+    for block in blocks:
+        assert re.search(r"^  L +\d[\d.]+ +\d[\d.]+ to \d[\d.]+ +mm +contact gap$", block, re.M)
+        assert re.search(r"^  main motion +\d", block, re.M)
+        assert "fits the model (posterior predictive p = " in block
+        assert "exact posterior" in block
+        assert "exceeded" not in block  # the limits that ship are an example
+
+
+def test_several_files_are_one_drive(folder, capsys):
+    found = answered(capsys, "a.csv", "b 2.csv", "open.csv")
+    assert [each["file"] for each in found["records"]] == ["a.csv", "b 2.csv", "open.csv"]
+    together = found["together"]
+    assert set(together) == {"closing"}
+    touch = together["closing"]["quantities"]["touch_time"]
+    medians = [each["quantities"]["touch_time"]["median"] for each in found["records"][:2]]
+    assert (touch["lowest"], touch["highest"]) == (min(medians), max(medians))
+    assert call("a.csv", "b 2.csv", "open.csv") == 0
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= 100
+    assert "\n2 records of closing\n" in out
+    assert re.search(r"^  mu \d[\d.]+ ±\d", out, re.M)
+
+
+def test_the_same_call_answers_the_same_and_no_record_depends_on_the_others(folder, capsys):
+    size = ("--size", "1", "1")
+    alone, again, beside = (
+        answered(capsys, *files, *size) for files in (["a.csv"], ["a.csv"], ["a.csv", "open.csv"])
+    )
+    assert alone == again
+    assert beside["records"][0]["file"] == "a.csv"
+
+
+def test_the_size_may_be_given_and_a_fact_narrows(folder, capsys):
+    unknown, plain, known = (
+        answered(capsys, "a.csv", *more)["records"][0]["parameters"]
+        for more in ([], ["--size", "1", "1"], ["--size", "1", "1", "--known", "mu=2.0:0.02"])
+    )
+
+    def width(found, name):
+        return np.diff(found[name]["interval_95"])[0]
+
+    assert width(plain, "L") < 0.7 * width(unknown, "L")
+    assert width(known, "mu") < 0.3 * width(plain, "mu")
+    assert known["mu"]["median"] == pytest.approx(2.0, abs=0.03)
+
+
+def test_limits_are_judged_where_there_are_any(folder, capsys):
+    (folder / "limits.yaml").write_text(LIMITS, encoding="utf-8")
+    arguments = ["infer", "both.csv", "--config", "few.yaml", "limits.yaml"]
+    assert main([*arguments, "--json"]) == 0
+    closing, opening = json.loads(capsys.readouterr().out)["records"]
+    assert [each["verdict"] for each in closing["limits"]] == ["not healthy", "healthy"]
+    assert closing["limits"][0]["probability"] == 1.0
+    assert (closing["verdict"], opening["verdict"]) == ("not healthy", "healthy")
+    assert main(arguments) == 0
+    out = capsys.readouterr().out
+    assert "NOT healthy: slow exceeded" in out
+    assert "healthy: no limit is exceeded" in out
+    assert "touch_time above 5 ms" in out
+
+
+def test_a_network_is_started_from_or_answers(folder, capsys, defaults, prior, sensor):
+    """A small untrained one: the command is the same for it."""
+    settings = {"motion": "closing", "network": NETWORK}
+    settings |= {"prior": defaults["prior"], "sensor": defaults["sensor"]}
+    posterior = Posterior(settings, discrepancy=left_out(sensor.samples, size=0.02))
+    rng = generator(0, "test command")
+    freeze_inputs(posterior, simulate(Model(prior, sensor, "closing"), 128, rng), rng)
+    posterior.save("closing.safetensors")
+    (folder / "amortised.yaml").write_text("endurance: {draws: 50, posterior: amortised}")
+    arguments = ["both.csv", "--model", "closing.safetensors", "--json", "--config"]
+    assert main(["infer", *arguments, "amortised.yaml"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)["records"]
+    assert "resolved" not in record["fit"]
+    (folder / "many.yaml").write_text("endurance: {draws: 500}")
+    assert main(["infer", *arguments, "many.yaml"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)["records"]
+    assert record["fit"]["resolved"]
+    assert record["parameters"]["gamma_a"]["median"] == pytest.approx(0.30, rel=0.15)
+    again = ["a.csv", *2 * ["--model", "closing.safetensors"]]
+    assert "is a second model of closing" in failed(capsys, *again)
+    one_round = {"endurance": {"draws": 500}, "correction": {"rounds": 1}}
+    (folder / "one.yaml").write_text(yaml.safe_dump(one_round))
+    assert main(["infer", *arguments[:3], "--config", "one.yaml"]) == 0
+    assert "NOT resolved" in capsys.readouterr().out
+
+
+# ---- which files --------------------------------------------------------------------------------
+
+
+def test_one_motion_alone(folder, capsys):
+    found = answered(capsys, "both.csv", "--motion", "opening")
+    assert [each["motion"] for each in found["records"]] == ["opening"]
+
+
+def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
+    (folder / "own").mkdir()
+    for name in ("a.csv", "open.csv", "both.csv"):
+        shutil.copy(folder / name, folder / "own")
+    table = "file,motion,operation,breaker,date\n"
+    rows = ["a.csv,closing,7,Q1,2024-11-20", "open.csv,opening,7,Q1,2024-11-20"]
+    rows.append("both.csv,closing,9,Q2,2024-11-21")
+    (folder / "own" / "operations.csv").write_text("\n".join([table + rows[0], *rows[1:], ""]))
+    message = failed(capsys, "own")
+    assert "2 different values in its column breaker: Q1, Q2" in message
+    assert "choose one by --breaker NAME" in message
+    found = answered(capsys, "own", "--breaker", "Q1")
+    assert [(each["motion"], each["operation"]) for each in found["records"]] == [
+        ("closing", 7),
+        ("opening", 7),
+    ]
+    assert found["records"][0]["date"] == "2024-11-20"
+    found = answered(capsys, "own", "--breaker", "Q2")
+    assert [each["operation"] for each in found["records"]] == [9]
+
+
+def test_folders_without_a_table(folder, capsys):
+    (folder / "own").mkdir()
+    shutil.copy(folder / "both.csv", folder / "own")
+    assert len(answered(capsys, "own")["records"]) == 2
+    (folder / "own" / "closing").mkdir()
+    shutil.move(folder / "own" / "both.csv", folder / "own" / "closing" / "operation_12.csv")
+    (record,) = answered(capsys, "own")["records"]
+    assert (record["motion"], record["operation"]) == ("closing", 12)
+    (folder / "empty").mkdir()
+    assert "empty has no file of a record" in failed(capsys, "empty")
+    assert "one folder with a table" in failed(capsys, "a.csv", "--phase", "L1")
+
+
+def test_files_that_are_none_do_not_stop_the_others(folder, capsys):
+    os.mkfifo(folder / "pipe.csv")
+    (folder / "empty.csv").write_bytes(b"")
+    (folder / "noise.csv").write_bytes(bytes(range(256)) * 40)
+    assert call("a.csv", "c.csv", "pipe.csv", "empty.csv", "noise.csv") == 0
+    out, err = capsys.readouterr()
+    assert out.count("rejected: ") == 4
+    assert "c.csv: is not there" in out
+    assert "pipe.csv: is a pipe" in out
+    assert "\n  mu " in out
+    assert "4 records were rejected" in err
+    assert "breaker inspect c.csv --output my.yaml" in err
+
+
+def test_noise_and_another_layout_are_told_with_the_remedy(folder, capsys):
+    rows = "\n".join(f"{0.1 * i};{generator(1, 'still').normal():.3f}" for i in range(700))
+    (folder / "still.csv").write_text(f"time;travel\n{rows}\n")
+    assert call("still.csv") == 1
+    out, err = capsys.readouterr()
+    assert out.count("rejected: ") == 1  # once, though it is neither a closing nor an opening
+    assert "nothing was inferred" in err
+    assert "breaker inspect still.csv --output my.yaml" in err
+
+
+# ---- what is written ----------------------------------------------------------------------------
+
+
+def test_the_table_is_written_with_all_columns(folder, capsys):
+    assert call("both.csv", "c.csv", "--output", "out.csv") == 0
+    assert capsys.readouterr().out.endswith("written to out.csv\n")
+    rows = pd.read_csv("out.csv")
+    named = {"motion", "operation", "file", "kind", "output", "unit", "median", "p_value", "misfit"}
+    assert named <= set(rows.columns)
+    assert {"resolved", "reason", "remarks", "error_main_motion"} <= set(rows.columns)
+    accepted = rows[rows.accepted]
+    assert set(accepted.motion) == {"closing", "opening"}
+    assert set(accepted.kind) == {"parameter", "quantity"}
+    assert (accepted.interval_95_lower < accepted["median"]).all()
+    assert (accepted["median"] < accepted.interval_95_upper).all()
+    rejected = rows[rows.file == "c.csv"]
+    assert len(rejected)
+    assert rejected["median"].isna().all()
+
+
+def test_a_picture_and_a_document_at_once(folder, capsys):
+    found = answered(capsys, "both.csv", "--plot", "both.png")
+    assert len(found["records"]) == 2
+    assert (folder / "both.png").stat().st_size > 50_000
+    assert call("open.csv", "--plot", "open.png") == 0  # of one motion alone
+    assert "drawn in open.png" in capsys.readouterr().out
+
+
+def test_draws_are_a_tree_as_arviz_has_them(folder, capsys):
+    assert call("both.csv", "a.csv", "--draws", "draws.zarr") == 0
+    with xr.open_datatree("draws.zarr", engine="zarr") as tree:
+        names = ["observed_data", "posterior", "posterior_predictive", "prior", "sample_stats"]
+        assert sorted(tree.children) == names
+        posterior = tree["posterior"].to_dataset()
+        assert posterior.mu.dims == ("chain", "draw", "record")
+        assert posterior.mu.shape == (1, 100, 3)
+        assert posterior.motion.values.tolist() == ["closing", "closing", "opening"]
+        assert posterior.touch_time.isnull().all("draw").values.tolist() == [[False, False, True]]
+        assert np.isfinite(posterior.L.values).all()
+        observed, predicted = (
+            tree[f"{n}/travel"] for n in ("observed_data", "posterior_predictive")
+        )
+        assert predicted.dims == ("chain", "draw", "record", "time")
+        spread = predicted.std("draw").isel(chain=0)
+        assert (abs(observed - predicted.mean("draw").isel(chain=0)) < 6 * spread).mean() > 0.95
+    assert call("both.csv", "--draws", "draws.zarr") == 0  # a store is replaced
+    capsys.readouterr()
+    pytest.importorskip("arviz_base")
+    stats = pytest.importorskip("arviz_stats")
+    tree = xr.open_datatree("draws.zarr", engine="zarr")
+    assert stats.summary(tree, var_names=["mu", "L"]).shape[0] == 4
+
+
+# ---- what fails before the work -----------------------------------------------------------------
+
+
+def test_the_old_form_names_the_new_one(folder, capsys):
+    message = failed(capsys, "results/closing.safetensors", "a.csv", "b 2.csv")
+    assert "breaker infer a.csv 'b 2.csv' --model results/closing.safetensors" in message
+
+
+@pytest.mark.parametrize(
+    ("option", "path", "reason"),
+    [
+        ("--output", "nowhere/out.csv", "there is no folder nowhere/"),
+        ("--plot", "few", "is a folder, and is not replaced"),
+        ("--draws", "few", "is a folder, and is not replaced"),
+        ("--draws", "few.yaml", "is a file, and a store is a folder"),
+        ("--output", "a.csv", "is what is read, and would be replaced"),
+    ],
+)
+def test_what_cannot_be_written_is_told_before_the_work(folder, capsys, option, path, reason):
+    (folder / "few").mkdir()
+    before = (folder / "a.csv").read_bytes()
+    assert reason in failed(capsys, "a.csv", option, path)
+    assert (folder / "a.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--size", "1"],
+        ["--size", "0", "1"],
+        ["--size", "nan", "1"],
+        ["--known", "mu"],
+        ["--known", "mu=2.0"],
+        ["--known", "mu=2.0:-1"],
+        ["--motion", "both"],
+    ],
+)
+def test_wrong_values_of_options(folder, capsys, arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(["infer", "a.csv", *arguments])
+    assert caught.value.code == 2
+    assert arguments[0] in capsys.readouterr().err
+
+
+def test_facts_about_what_is_not_known(folder, capsys):
+    message = failed(capsys, "a.csv", "--known", "weight=2.0:0.1")
+    assert "weight is not a known quantity" in message
+
+
+def test_a_size_beside_a_prior_of_ones_own(folder, capsys):
+    (folder / "own.yaml").write_text("prior: {L: {median: 11.0, log_sd: 0.05}}")
+    message = failed(capsys, "a.csv", "--size", "1", "1", "--config", "own.yaml")
+    assert "--size is of drives with the default prior" in message
+
+
+def test_a_model_that_is_none(folder, capsys):
+    assert "gone.safetensors" in failed(capsys, "a.csv", "--model", "gone.safetensors")
+    assert "is not a model file" in failed(capsys, "a.csv", "--model", "open.csv")
+
+
+@pytest.mark.parametrize(
+    ("overlay", "reason"),
+    [
+        ("endurance:\n  format:\n    travel_unit: foot\n", "wrong.yaml, line 3: endurance.format"),
+        ("endurance:\n  formatt:\n    zero: 1.0\n", "wrong.yaml, line 2: endurance.formatt"),
+        ("endurance: [", "wrong.yaml: is not valid YAML"),
+        ("endurance:\n", "endurance"),
+        ("", "wrong.yaml: must hold keys and values"),
+        (None, "wrong.yaml: is not there"),
+    ],
+)
+def test_a_wrong_configuration(folder, capsys, overlay, reason):
+    if overlay is not None:
+        (folder / "wrong.yaml").write_text(overlay, encoding="utf-8")
+    assert reason in failed(capsys, "a.csv", "--config", "wrong.yaml")
+
+
+def test_the_configuration_of_the_project_counts(folder, capsys):
+    """One in the folder's config/config.yaml comes before the defaults that ship."""
+    (folder / "config").mkdir()
+    settings = yaml.safe_load(DEFAULTS.read_text(encoding="utf-8"))
+    settings["endurance"]["format"]["travel_column"] = "height"
+    (folder / "config" / "config.yaml").write_text(yaml.safe_dump(settings), encoding="utf-8")
+    assert call("a.csv") == 1
+    assert "no line has 'height'" in capsys.readouterr().out
+    assert call("a.csv", "--channel", "travel") == 0

@@ -1,0 +1,54 @@
+"""`breaker inspect` and `breaker check` as commands."""
+
+import re
+import shutil
+
+from breaker.cli import main
+from tests.cli.conftest import written
+
+
+def german(folder):
+    """A record with decimal commas."""
+    text = (folder / "a.csv").read_text(encoding="utf-8")
+    text = text.replace(".", ";").replace(",", "|").replace(";", ",").replace("|", ";")
+    (folder / "german.csv").write_text(text, encoding="utf-8")
+
+
+def test_a_file_is_inspected_and_its_proposal_reads_it(folder, capsys):
+    german(folder)
+    arguments = ["german.csv", "--output", "german.yaml", "--plot", "german.png"]
+    assert main(["inspect", *arguments]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    overlay = (folder / "german.yaml").read_text(encoding="utf-8")
+    assert overlay in out
+    assert 'delimiter: ";"' in overlay
+    assert "accepted" in out
+    assert (folder / "german.png").stat().st_size > 10_000
+    assert main(["infer", "german.csv", "--config", "few.yaml", "german.yaml"]) == 0
+    assert main(["infer", "a.csv", "--config", "few.yaml"]) == 0
+    first, second = re.split(r"(?=size read)", capsys.readouterr().out)[1:]
+    assert first == second.replace("a.csv", "german.csv")
+
+
+def test_a_file_that_cannot_be_inspected(folder, capsys):
+    assert main(["inspect", "c.csv"]) == 1
+    assert capsys.readouterr().err.startswith("breaker: c.csv: is not there")
+    (folder / "words.csv").write_text("once upon a time", encoding="utf-8")
+    assert main(["inspect", "words.csv"]) == 1
+    assert "no columns of numbers" in capsys.readouterr().err
+    assert main(["inspect", "a.csv", "--channel", "force"]) == 1
+    assert "there are 'travel'" in capsys.readouterr().err
+
+
+def test_a_folder_is_checked(folder, capsys, prior):
+    for motion, name in (("closing", "a.csv"), ("opening", "open.csv")):
+        (folder / "own" / motion).mkdir(parents=True)
+        shutil.copy(folder / name, folder / "own" / motion / "operation_1.csv")
+    assert main(["check", "own"]) == 0
+    assert re.search(r"closing +1 +1 +0 +0", capsys.readouterr().out)
+    written(folder / "own" / "opening" / "operation_1.csv", prior, "closing")
+    assert main(["check", "own"]) == 1
+    out, err = capsys.readouterr()
+    assert "which is no opening" in out
+    assert err == ""
