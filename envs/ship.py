@@ -64,7 +64,7 @@ def unfit_results(results: Path, config: Mapping[str, Any]) -> list[str]:
     """Return why results are not those of a configuration, as far as they ship."""
     store = results / "discrepancy.zarr"
     made = json.loads(open_store(store).attrs["settings"])
-    wanted = {name: config[name] for name in ("motions", "prior", "sensor", "rigs", "discrepancy")}
+    wanted = {name: config.get(name, "nothing") for name in made}
     lines = [f"{store}: {line}" for line in differing(made, wanted)]
     for motion in MOTIONS:
         model = results / "models" / f"{motion}.safetensors"
