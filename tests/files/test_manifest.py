@@ -41,6 +41,18 @@ def test_a_table_says_all_there_is_to_say(tmp_path):
     assert third[1].event == ""
 
 
+def test_times_of_contacts_are_those_of_their_motion(tmp_path):
+    found = read(
+        tmp_path,
+        f"{HEAD},touch_time,part_time,timing_sd,trigger\n"
+        "a.csv,closing,1,44.1,,0.2,12\na.csv,opening,1,,231.9,,\na.csv,closing,2,,,,\n",
+    )
+    closing, opening, none = (operation for _, operation in found)
+    assert (closing.switching, closing.timing_sd, closing.trigger) == (44.1, 0.2, 12.0)
+    assert opening.switching == 231.9
+    assert all(map(math.isnan, (opening.timing_sd, opening.trigger, none.switching)))
+
+
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("delimiter", [",", ";"])
@@ -98,6 +110,11 @@ WRONG = [
     (f"{HEAD},temperature\na.csv,closing,1,2_0", "column temperature: '2_0' is no number"),
     (f"{HEAD},from,to\na.csv,closing,1,20,10", "column to: 10 is not after from, 20"),
     (f"{HEAD},from\na.csv,closing,1,1e246", "column from: 1e246 is not between"),
+    (f"{HEAD},touch_time\na.csv,opening,1,9.5", "column touch_time: is of closing; leave it empty"),
+    (f"{HEAD},part_time\na.csv,closing,1,9.5", "line 2, column part_time: is of opening; leave"),
+    (f"{HEAD},touch_time\na.csv,closing,1,9:5", "column touch_time: '9:5' is no number"),
+    (f"{HEAD},timing_sd\na.csv,closing,1,0", "column timing_sd: 0 is not between 0.001 and 10 ms"),
+    (f"{HEAD},trigger\na.csv,closing,1,x", "column trigger: 'x' is no number"),
     (f"{HEAD},event\na.csv,closing,1,a\x1b[2J", r"column event: 'a\\x1b\[2J' has signs"),
     (f"{HEAD},event\na.csv,closing,1,{'x' * 201}", "column event: has 201 signs"),
     (f"{HEAD}\nä.csv,closing,1".encode("latin-1"), "line 2: is not UTF-8; save"),

@@ -333,3 +333,51 @@ def test_a_workbook_is_no_text(tmp_path):
     for encoding in ("utf-8", "latin-1", "utf-16", "gbk"):
         with pytest.raises(RejectedCurveError):
             read_columns(file, complete({"encoding": encoding}))
+
+
+# ---- columns beside the travel ----------------------------------------------------------------
+
+
+def test_contact_and_trigger_of_any_kind_of_file(tmp_path):
+    """By name or number; a status channel counts as well as an analog one."""
+    contact, coil = (TIME > 3) * 12.0, (TIME > 1) * 2.5
+    text = tmp_path / "a.csv"
+    rows = zip(TIME, TRAVEL, contact, coil, strict=True)
+    cells = [[f"{t:.1f}", f"{x}", "" if t < 0.35 else f"{c}", f"{i}"] for t, x, c, i in rows]
+    head = ["time [ms]", "travel [mm]", "Main contact", "Coil (A)"]
+    text.write_text("\n".join(map(",".join, [head, *cells])))
+    book = tmp_path / "a.xlsx"
+    numbers = [[float(cell) if cell else None for cell in row] for row in cells]
+    workbook(book, {"record": [head, *numbers]})
+    named = {"contact_column": "main contact", "trigger_column": 4}
+    expected = np.where(TIME < 0.35, np.nan, contact)
+    settings = {"time_unit": "ms", **named}
+    for file in (text, book):
+        columns = read_columns(file, complete(settings))
+        np.testing.assert_array_equal(columns.beside["contact"], expected)
+        np.testing.assert_array_equal(columns.beside["trigger"], coil)
+        np.testing.assert_array_equal(columns.travel, TRAVEL)
+        zero = read_columns(file, complete({**settings, "trigger_column": 0}))
+        assert zero.beside.keys() == {"contact"}
+        with pytest.raises(RejectedCurveError, match="no line has 'mian'"):
+            read_columns(file, complete({**settings, "contact_column": "mian"}))
+        assert read_columns(file, complete({"time_unit": "ms"})).beside == {}
+    unnamed = tmp_path / "b.csv"
+    unnamed.write_text("\n".join(map(",".join, cells)))
+    numbers = {"time_column": 1, "travel_column": 2, "contact_column": 3, "trigger_column": 4}
+    columns = read_columns(unnamed, complete({"time_unit": "ms", **numbers}))
+    np.testing.assert_array_equal(columns.beside["contact"], expected)
+    grid = tmp_path / "3.nc"
+    arrays = {"main": ("time", contact), "coil": ("time", coil, {"units": "A"})}
+    WRITE["3.nc"](labelled().assign(arrays), grid)
+    columns = read(grid, "netcdf", contact_column="main", trigger_column="coil")
+    np.testing.assert_array_equal(columns.beside["contact"], contact)
+    np.testing.assert_array_equal(columns.beside["trigger"], coil)
+    assert "'scalar' has 1 values for 60" in rejection(grid, "netcdf", contact_column="scalar")
+    recorder = tmp_path / "a.cfg"
+    recorded(recorder)
+    columns = read(recorder, "comtrade", "S", contact_column="trip", trigger_column="I")
+    np.testing.assert_array_equal(columns.beside["contact"], 0.0)
+    np.testing.assert_allclose(columns.beside["trigger"], 0.005)
+    reason = rejection(recorder, "comtrade", "S", contact_column="main")
+    assert "no column 'main' among 'I', 'S', 'trip'" in reason

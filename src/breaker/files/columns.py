@@ -1,7 +1,7 @@
 """The columns of time and travel of one record, as numbers in the file's own units."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from breaker.files.head import (
     find_head,
     is_remark,
 )
+from breaker.files.names import BESIDE
 from breaker.files.numbers import LARGEST_NUMBER, strict_numbers, why_none
 
 __all__ = ["Columns", "columns_of"]
@@ -28,12 +29,14 @@ class Columns:
         travel: Readings, ``(t,)``, NaN where one is missing.
         lines: Line of each in the file, ``(t,)``.
         remarks: What is doubtful about the file, in words.
+        beside: Those of ``names.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where missing.
     """
 
     time: np.ndarray | None
     travel: np.ndarray
     lines: np.ndarray
     remarks: tuple[str, ...] = ()
+    beside: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 def columns_of(
@@ -76,7 +79,8 @@ def columns_of(
         )
         raise RejectedCurveError(file, reason, line=int(lines[gaps[0]]))
     time = columns["time"][kept] if "time" in columns else None
-    return Columns(time, travel[kept], lines[kept], head.remarks)
+    beside = {kind: columns[kind][kept] for kind in BESIDE if kind in columns}
+    return Columns(time, travel[kept], lines[kept], head.remarks, beside)
 
 
 def _part(

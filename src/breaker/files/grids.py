@@ -13,6 +13,7 @@ import numpy as np
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, read_bytes, require_folder
 from breaker.files.names import (
+    BESIDE,
     check_unit,
     label_of,
     place_of,
@@ -114,9 +115,14 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
         raise RejectedCurveError(file, reason + ", ".join(map(str, travel.sizes.items())))
     remarks = _unit(file, "travel", travel, settings)
     readings = _numbers(file, "travel", travel)
-    lines = np.arange(1, readings.size + 1)
+    lines, beside = np.arange(1, readings.size + 1), {}
+    for kind in wanted.keys() & {*BESIDE}:
+        beside[kind] = _numbers(file, kind, dataset[names[place_of(file, names, wanted[kind])]])
+        if beside[kind].size != readings.size:
+            reason = f"{label_of(wanted[kind])} has {beside[kind].size} values for {readings.size}"
+            raise RejectedCurveError(file, f"{reason} samples of travel")
     if "time" not in wanted:
-        return Columns(None, readings, lines, remarks)
+        return Columns(None, readings, lines, remarks, beside)
     # The time by its name, or else the coordinate along which the travel lies.
     named = [name for name in names if name in (wanted["time"], along[0])]
     named.sort(key=lambda name: name != wanted["time"])
@@ -126,7 +132,7 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
         reason = f"{names[place]!r} has {time.size} times for {readings.size} samples"
         raise RejectedCurveError(file, reason)
     remarks += _unit(file, "time", time, settings)
-    return Columns(_numbers(file, "time", time), readings, lines, remarks)
+    return Columns(_numbers(file, "time", time), readings, lines, remarks, beside)
 
 
 def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from breaker.files.guards import RejectedCurveError
 from breaker.files.names import (
+    BESIDE,
     check_unit,
     label_of,
     place_of,
@@ -50,8 +51,8 @@ class Table:
         return "" if row is None else "".join(self.rows[row][place : place + 1]).strip()
 
     def numeric(self, row: Row, places: Mapping[str, int]) -> bool:
-        """Say whether a row has numbers in all of these places."""
-        cells = ("".join(row[place : place + 1]) for place in places.values())
+        """Say whether a row has numbers in those of these places that are time and travel."""
+        cells = ("".join(row[place : place + 1]) for place in _without_beside(places).values())
         return all(is_number(cell, self.settings["decimal"]) for cell in cells)
 
     def texts(self, row: Row) -> tuple[bool, ...]:
@@ -68,7 +69,7 @@ class Head:
 
     Attributes:
         first: Row of the first sample.
-        places: Place of each column in a row, from 0, by ``"time"`` and ``"travel"``.
+        places: Place of each column in a row, from 0, by its kind: see ``names.wanted_columns``.
         labels: What messages call these columns.
         width: Cells that a row may have.
         remarks: What is doubtful, in words.
@@ -190,7 +191,8 @@ def _above(table: Table, first: int, places: Mapping[str, int]) -> tuple[int | N
         return None, None
     units = table.settings["units_row"]
     if units is None:
-        units = all(unit_of(table.cell(first - 1, place)) for place in places.values())
+        own = _without_beside(places).values()
+        units = all(unit_of(table.cell(first - 1, place)) for place in own)
     return (first - 2 if first > 1 else None, first - 1) if units else (first - 1, None)
 
 
@@ -223,7 +225,7 @@ def _check_units(
     """Reject a column that states another unit than the settings; remark on an unknown one."""
     file, settings = table.file, table.settings
     remarks: tuple[str, ...] = ()
-    for kind, place in places.items():
+    for kind, place in _without_beside(places).items():
         text = table.cell(units, place)
         line = table.lines[units] if units is not None else None
         if units is not None and (
@@ -236,3 +238,8 @@ def _check_units(
             line = table.lines[names] if names is not None else None
         remarks += check_unit(file, kind, labels[kind], text, settings, line=line)
     return remarks
+
+
+def _without_beside(places: Mapping[str, int]) -> dict[str, int]:
+    """Those of time and travel, which alone have units and a number in every row."""
+    return {kind: place for kind, place in places.items() if kind not in BESIDE}

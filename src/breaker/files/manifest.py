@@ -19,7 +19,16 @@ from breaker.files.naming import LARGEST_COUNTER
 if TYPE_CHECKING:  # xarray takes longer to load than all of this
     import xarray as xr
 
-__all__ = ["ABOUT", "COLUMNS", "MANIFEST", "Operation", "known_about", "read_manifest"]
+__all__ = [
+    "ABOUT",
+    "COLUMNS",
+    "MANIFEST",
+    "PROPOSED",
+    "SWITCHING",
+    "Operation",
+    "known_about",
+    "read_manifest",
+]
 
 MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
@@ -28,7 +37,11 @@ ABOUT = ("breaker", "phase", "date", "temperature", "event")
 """What is known of an operation and kept through to all results; empty where it is not."""
 
 REQUIRED = ("file", "motion", "operation")
-COLUMNS = (*REQUIRED, "channel", *ABOUT, "from", "to")
+SWITCHING = {"closing": "touch_time", "opening": "part_time"}
+"""Column of the time at which the contact touched or parted, by motion."""
+
+PROPOSED = (*REQUIRED, "channel", *ABOUT, "from", "to")
+COLUMNS = (*PROPOSED, *SWITCHING.values(), "timing_sd", "trigger")
 """Columns that the table may have; the first three it must have."""
 
 _MOTIONS = ("closing", "opening")
@@ -50,6 +63,9 @@ class Operation:
         date: Date and time as ISO 8601.
         temperature: Of the drive, °C.
         event: What was done before this operation, such as maintenance or remounting.
+        switching: When the main contact touched or parted, ms of the file's time; nan if not given.
+        timing_sd: Its standard deviation, ms; that of ``endurance.format`` if nan.
+        trigger: When the coil was energised, ms of the file's time; nan if not given.
     """
 
     number: int
@@ -62,6 +78,9 @@ class Operation:
     date: str = ""
     temperature: float = math.nan
     event: str = ""
+    switching: float = math.nan
+    timing_sd: float = math.nan
+    trigger: float = math.nan
 
 
 def known_about(data: "xr.Dataset") -> list[str]:
@@ -192,10 +211,17 @@ def _row(
     begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
     if begin >= end:
         mistakes.append(f"column to: {end:g} is not after from, {begin:g}")
+    switching = {motion: read.pop(name) for motion, name in SWITCHING.items() if name in read}
+    mistakes += [
+        f"column {SWITCHING[of]}: is of {of}; leave it empty in a row of {read['motion']}"
+        for of in switching
+        if of != read.get("motion", of)
+    ]
     if mistakes:
         return None, mistakes
     file, motion, number = (read.pop(name) for name in REQUIRED)
-    return (motion, Operation(number, folder / file, begin=begin, end=end, **read)), []
+    read |= {"begin": begin, "end": end, "switching": switching.get(motion, math.nan)}
+    return (motion, Operation(number, folder / file, **read)), []
 
 
 def _file(cell: str) -> str:
@@ -265,4 +291,8 @@ _READ: dict[str, Callable] = {
     "event": _text,
     "from": _TIME,
     "to": _TIME,
+    "touch_time": _TIME,
+    "part_time": _TIME,
+    "timing_sd": _number(0.001, 10.0, "ms"),
+    "trigger": _TIME,
 }

@@ -9,13 +9,17 @@ from pathlib import Path
 from breaker.files.guards import RejectedCurveError
 from breaker.files.units import split_unit, unit_of
 
-__all__ = ["check_unit", "label_of", "place_of", "places_of", "wanted_columns"]
+__all__ = ["BESIDE", "check_unit", "label_of", "place_of", "places_of", "wanted_columns"]
+
+BESIDE = ("contact", "trigger")
+"""Columns that a record may have beside time and travel, in any unit."""
 
 
 def wanted_columns(
     rows: Iterable[Sequence[str]], settings: Mapping, channel: str
 ) -> dict[str, str | int]:
-    """Return the columns that are wanted, by ``"time"``, if there is one, and ``"travel"``.
+    """Return the columns that are wanted, by kind: ``"time"``, if there is one, ``"travel"``, and
+    those of ``BESIDE`` that the settings name.
 
     Args:
         rows: Rows that may hold the names.
@@ -26,6 +30,8 @@ def wanted_columns(
     if channel.isdecimal() and not any(places_of(row, channel) for row in rows):
         channel = int(channel)
     wanted = {"time": settings["time_column"], "travel": channel or settings["travel_column"]}
+    # A trigger at time 0 has no column.
+    wanted |= {kind: settings[f"{kind}_column"] or None for kind in BESIDE}
     return {kind: column for kind, column in wanted.items() if column is not None}
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from breaker.files.dates import moments
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
-from breaker.files.manifest import COLUMNS
+from breaker.files.manifest import PROPOSED
 from breaker.files.naming import numbers_in
 
 __all__ = ["propose_manifest"]
@@ -170,7 +170,7 @@ def _natural(path: str) -> list[tuple[int, str]]:
 
 def _text(rows: Sequence[tuple[str, int, str, _File]], channels: Sequence[str]) -> str:
     text = StringIO()
-    table = csv.DictWriter(text, COLUMNS, restval="", lineterminator="\n")
+    table = csv.DictWriter(text, PROPOSED, restval="", lineterminator="\n")
     table.writeheader()
     for breaker, number, motion, file in sorted(rows, key=lambda row: row[:3]):
         when = file.when and (file.when if file.timed else file.when.date())

@@ -12,6 +12,7 @@ import numpy as np
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, read_bytes
 from breaker.files.names import (
+    BESIDE,
     check_unit,
     label_of,
     place_of,
@@ -43,7 +44,8 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
     record = open_comtrade(file, settings["encoding"])
     cfg = record.cfg
     names = [each.name for each in cfg.analog_channels]
-    column = wanted_columns([names], settings, channel)["travel"]
+    wanted = wanted_columns([names], settings, channel)
+    column = wanted["travel"]
     place = place_of(file, names, column)
     described = cfg.analog_channels[place]
     remarks = check_unit(file, "travel", label_of(column), described.uu, settings)
@@ -54,7 +56,14 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
     if not (np.abs(travel[~np.isnan(travel)]) <= LARGEST_NUMBER["travel"]).all():
         raise RejectedCurveError(file, f"{label_of(column)} has values that are no readings")
     time = np.asarray(record.time) * 1e3 / TO_MS[settings["time_unit"]]
-    return Columns(time, travel, np.arange(1, travel.size + 1), remarks)
+    # Contacts and triggers may be analog or status channels.
+    every = [*names, *(each.name for each in cfg.status_channels)]
+    values = [*record.analog, *record.status]
+    beside = {
+        kind: np.asarray(values[place_of(file, every, wanted[kind])], dtype=float)
+        for kind in wanted.keys() & {*BESIDE}
+    }
+    return Columns(time, travel, np.arange(1, travel.size + 1), remarks, beside)
 
 
 def open_comtrade(file: str | Path, encoding: str):

@@ -29,6 +29,9 @@ FORMAT = {
     "quantum": None,
     "samples": None,
     "stroke": None,
+    "contact_column": None,
+    "timing_sd": 0.1,
+    "trigger_column": None,
     "doubtful": "mask",
     "missing": 0.5,
 }

@@ -66,6 +66,8 @@ _COLUMNS = (
     "effective_size",
     "pareto_k",
 )
+# And of what was measured beside the travel, where it was of any operation.
+_MEASURED = ("contact_time", "contact_sd", "latch_time")
 
 
 def quantiles(draws: np.ndarray, *, axis: int) -> dict[str, np.ndarray]:
@@ -152,7 +154,8 @@ def table(result: xr.Dataset) -> pd.DataFrame:
             frame[f"{name}_{bound}"] = values.to_series()
     frame = frame.reset_index()
     frame.insert(2, "unit", frame.output.map(units))
-    columns = [*(name for name in _COLUMNS if name in result), *known_about(result)]
+    measured = (name for name in _MEASURED if name in result and result[name].notnull().any())
+    columns = [*(name for name in _COLUMNS if name in result), *measured, *known_about(result)]
     return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
 
 

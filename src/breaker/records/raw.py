@@ -11,6 +11,7 @@ import numpy as np
 from breaker.files import Operation, RejectedCurveError, read_columns
 from breaker.records.clock import count_remark, even_times
 from breaker.records.doubtful import doubtful_samples, told
+from breaker.records.edges import events_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import NoMotionError, first_motion
@@ -40,6 +41,9 @@ class Raw:
         rest: Reading of the open breaker, mm, that is subtracted on the grid.
         moves: Time of the first motion, ms.
         quantum: Step of the reading, mm; 0 where it is fine.
+        switching, switching_sd: When the main contact touched or parted and how well that is known,
+            ms; nan where it is not.
+        trigger: When the coil was energised, ms; nan where that is not known.
         said: What is doubtful about the file, in words; "" is nothing.
     """
 
@@ -53,6 +57,9 @@ class Raw:
     rest: float
     moves: float
     quantum: float
+    switching: float
+    switching_sd: float
+    trigger: float
     said: tuple[str, ...]
 
     @property
@@ -114,13 +121,21 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         rest = rest_of_open(segment, settings, motion)
         inside = slice(segment.begin, segment.end)
         moves = first_motion(time[inside], left[inside], 1.0 if motion == "closing" else -1.0)
+        beside = {kind: _placed(each, place, time) for kind, each in columns.beside.items()}
+        events, odd = events_of(operation, settings, motion, time, segment, moves, beside)
     except (UnusableError, SegmentError, NoMotionError) as error:
         line = getattr(error, "line", None)
         raise RejectedCurveError(operation.file, str(error), line=line) from error
-    said = (*columns.remarks, uneven, count_remark(time.size, settings))
-    return Raw(
-        *(operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum, said)
-    )
+    said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
+    found = operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum
+    return Raw(*found, *events, said)
+
+
+def _placed(column: np.ndarray, place: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """A column of the file at the record's even times, ``(n,)``; nan where it has no sample."""
+    found = np.full(time.size, np.nan)
+    found[place] = column
+    return found
 
 
 def _doubts(

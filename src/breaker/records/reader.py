@@ -64,7 +64,11 @@ __all__ = [
 
 _MANY = 100  # files, from which the progress is shown
 # Of a record that is rejected.
-_NUMBERS = {"first_motion": np.nan, "masked": 0, "noise": np.nan, "colour": np.nan, "rate": np.nan}
+_UNITS = {
+    **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
+    **{"masked": "1", "noise": "mm", "colour": "1", "rate": "kHz"},
+}
+_NUMBERS = dict.fromkeys(_UNITS, np.nan) | {"masked": 0}
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,9 @@ class Record(Raw):
         """What the dataset of ``read_curves`` has of it, beside the travel."""
         return {
             "first_motion": self.gridded.start,
+            "contact_time": self.switching - self.gridded.start,
+            "contact_sd": self.switching_sd,
+            "latch_time": self.moves - self.trigger,
             "masked": int((self.doubts[self.inside] != "").sum()),
             "noise": self.noise.sd,
             "colour": self.noise.colour,
@@ -118,7 +125,9 @@ def read_curves(
         Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
         all are, where the file was rejected), ``missing``: the number of these samples,
         ``accepted``, ``reason``, ``file``, ``first_motion``: the file's time that is 0 on the
-        grid, ms; ``remarks``: what is doubtful about an accepted record, in words, empty if
+        grid, ms; ``contact_time``: when the main contact touched or parted, ms on the grid, and
+        ``contact_sd``, its error's; ``latch_time``: from the trigger to the first motion, ms, NaN
+        where not known; ``remarks``: what is doubtful about an accepted record, in words, empty if
         nothing is; ``masked``: doubtful samples left out; ``noise`` (mm) and ``colour``: standard
         deviation and correlation from one sample to the next at rest; ``rate``: samples of the
         file in a ms, kHz; and what is known of each operation, ``ABOUT``.
@@ -164,23 +173,13 @@ def curves_of(
     records: list[Record | RejectedCurveError] = []
     for raw in raws:
         try:
-            records.append(_usable(raw, times, noise_sd, zero_sd))
+            if isinstance(raw, RejectedCurveError):
+                raise raw
+            records.append(_to_grid(raw, times, noise_sd, zero_sd))
         except RejectedCurveError as error:
             records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
     return _dataset(operations, records, times, motion)
-
-
-def _usable(
-    raw: Raw | RejectedCurveError,
-    times: np.ndarray,
-    noise_sd: float | None,
-    zero_sd: float | None,
-) -> Record:
-    """A record on the grid; raises the error that stands in its place."""
-    if isinstance(raw, RejectedCurveError):
-        raise raw
-    return _to_grid(raw, times, noise_sd, zero_sd)
 
 
 def _dataset(
@@ -200,8 +199,10 @@ def _dataset(
         "remarks": ["; ".join(getattr(record, "remarks", ())) for record in records],
         "file": [printable(each.file) for each in operations],
     }
-    units = {"first_motion": "ms", "noise": "mm", "rate": "kHz"}
-    numbers = {name: np.array([each[name] for each in found]) for name in _NUMBERS}
+    numbers = {
+        name: ("operation", np.array([each[name] for each in found]), {"unit": unit})
+        for name, unit in _UNITS.items()
+    }
     about = {name: [getattr(each, name) for each in operations] for name in ABOUT}
     return xr.Dataset(
         {
@@ -209,10 +210,7 @@ def _dataset(
             "missing": ("operation", np.isnan(travel).sum(axis=1)),
             "accepted": ("operation", np.array(accepted, dtype=bool)),
             **{name: ("operation", np.array(values, dtype=str)) for name, values in texts.items()},
-            **{
-                name: ("operation", values, {"unit": units[name]} if name in units else {})
-                for name, values in numbers.items()
-            },
+            **numbers,
             **{name: ("operation", np.array(values)) for name, values in about.items()},
         },
         coords={
