@@ -9,6 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "compiling": ["compiled"],
         "curves": ["Motion", "blocks", "rest_position", "sensitivity", "too_fast", "travel"],
         "limits": ["Limit", "from_list"],
         "parameters": [

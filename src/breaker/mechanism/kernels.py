@@ -9,10 +9,9 @@ About the middle of each, ``y = sum_k (A h)^k / k! y(middle) u^k`` with ``u = (t
 from -1 to 1. So the coefficients of x_a and x_b are fixed rows times the state, and the state at
 the next middle is ``exp(2 A h) y``: rows and exponentials are computed once for all intervals.
 
-``rate_of`` bounds the norm of A in coordinates scaled by mass. With ``rate * h <= 1.8``, what the
-series leaves out is below round-off. A mode ends when its *margin* falls to zero: the distance of
-the contact to the gap, or its force. All compiled functions are in one file: numba compiles one
-anew when its own file changes, not when that of a function which it calls does.
+``rate_of`` bounds the norm of A in coordinates scaled by mass. With ``rate * h <= 1.8``, the series
+leaves out less than round-off. A mode ends when its *margin* falls to zero: the distance of the
+contact to the gap, or its force. One file has them all, as numba sees changes of one file only.
 """
 
 from typing import NamedTuple
@@ -20,13 +19,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from breaker.mechanism.compiling import compiled
+
 __all__ = ["rate_of", "simulate"]
 
 _REACH = 1.8  # largest rate * h
 _TERMS = 24  # 1.8^24 / 24! = 2e-18, and 1.8^23 / 23! = 3e-17 for speeds
 _NODES = np.linspace(-1.0, 1.0, 9)  # of an interval: at most one turn of a margin between two
 _ROWS = 64  # of a thread at a time, in the same buffers
-
 _compiled = njit(error_model="numpy")
 
 
@@ -288,7 +288,7 @@ def _curve(theta, onset, closing, record, buffers):
     return switching - onset, again < np.inf
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@compiled(parallel=True)
 def simulate(theta, times, onset, closing, travel, switching, reopening):
     """Fill curves (n, t), switching times (n,) and reopening flags (n,) of parameters (n, p)."""
     n = theta.shape[0]

@@ -21,8 +21,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
+
+from breaker.mechanism import compiled
 
 __all__ = ["KINDS", "Watched", "level_for", "watch"]
 
@@ -32,7 +33,7 @@ _SLACK = 0.5  # of the cusum, sd
 _WEIGHT = 0.2  # of the newest residual in the ewma
 _ROUND_OFF = 1e-12  # of a value: scatter below it is none
 
-_compiled = njit(cache=True, error_model="numpy")
+_compiled = compiled()
 
 
 class Watched(NamedTuple):

@@ -6,11 +6,12 @@ for their meaning.
 """
 
 import numpy as np
-from numba import njit
+
+from breaker.mechanism import compiled
 
 __all__ = ["closed_rest", "travel"]
 
-_fast = njit(cache=True, error_model="numpy")
+_fast = compiled()
 
 _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there

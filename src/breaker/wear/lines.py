@@ -7,11 +7,12 @@ and ten times as long to merge.
 """
 
 import numpy as np
-from numba import njit
+
+from breaker.mechanism import compiled
 
 __all__ = ["SPACING", "evidence", "thin", "update"]
 
-_fast = njit(cache=True, error_model="numpy")
+_fast = compiled()
 SPACING = 0.2  # of neighbouring starts, share of their age
 
 
