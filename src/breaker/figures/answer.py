@@ -9,14 +9,15 @@ from matplotlib.figure import Figure
 from scipy.stats import gaussian_kde
 
 from breaker.figures import style
-from breaker.mechanism import NAMES
 
 __all__ = ["answer"]
 
 _COLOURS = {"closing": style.CORRECTED, "opening": style.AMORTISED}
 _SWITCHING = {"closing": "touch", "opening": "parting"}
+_CORNER = {"closing": (0.97, 0.08, "bottom"), "opening": (0.97, 0.95, "top")}  # without a curve
 _POINTS = 200  # of a density
-_PRIOR = 2.5  # times the width of the posterior, to which the prior is shown on either side
+_PRIOR = 1.0  # times the width of the posterior, to which the prior is shown on either side
+_COLUMNS = 4
 
 
 @style.styled
@@ -25,106 +26,111 @@ def answer(parts: Mapping[str, xr.Dataset]) -> Figure:
 
     Above the first record of each motion with what its posterior predicts, and the time of the
     touch or the parting; below it the residual from the model, beside what the model leaves out of
-    drives of the family; at the foot the parameters, of all records, beside the prior.
+    drives of the family; at the foot the parameters and the wipe, of all records, beside the prior.
 
     Args:
         parts: By motion, what ``answers.shown`` returns; one of them at least has a posterior.
     """
     parts = {motion: each for motion, each in parts.items() if each.sizes["operation"]}
     figure = style.new_figure(12.0, 11.0)
-    grid = figure.add_gridspec(4, 4, height_ratios=[1.9, 1.0, 1.0, 1.0])
-    width = 4 // len(parts)
-    for k, (motion, data) in enumerate(parts.items()):
-        place = slice(k * width, (k + 1) * width)
-        above = figure.add_subplot(grid[0, place])
-        below = figure.add_subplot(grid[1, place], sharex=above)
-        _record(above, data, motion)
-        _residual(below, data)
-    for k, name in enumerate(NAMES):
-        _parameter(figure.add_subplot(grid[2 + k // 4, k % 4]), parts, name)
-    last = figure.add_subplot(grid[3, 3])
-    last.axis("off")
-    last.legend(handles=_keys(parts), loc="center left")
+    above, below = figure.subfigures(2, 1, height_ratios=[1.35, 1.0])
+    grid = above.subplots(2, len(parts), height_ratios=[2, 1], sharex="col", squeeze=False)
+    for (motion, data), (record, residual) in zip(parts.items(), grid.T, strict=True):
+        _record(record, data, motion)
+        _residual(residual, data)
+    names = next(iter(parts.values()))["shown"].values.tolist()
+    axes = below.subplots(-(-len(names) // _COLUMNS), _COLUMNS).flat
+    for axis, name in zip(axes, names, strict=True):
+        _density_panel(axis, {m: data.sel(shown=name) for m, data in parts.items()}, name)
     figure.suptitle(_title(parts))
+    style.legend_below(figure, _keys(parts), columns=3)
     return figure
 
 
 def _title(parts: Mapping[str, xr.Dataset]) -> str:
-    counts = [f"{data.sizes['operation']} {motion}" for motion, data in parts.items()]
+    files = {_name(file) for data in parts.values() for file in data.file.values}
+    if len(files) == 1:
+        return f"Drive as inferred from {files.pop()}"
+    counts = [
+        f"{data.sizes['operation']} {motion}{'s' * (data.sizes['operation'] > 1)}"
+        for motion, data in parts.items()
+    ]
     return f"Drive as inferred from {' and '.join(counts)}"
 
 
+def _name(file: object) -> str:
+    return style.literal(str(file).rpartition("/")[2])
+
+
 def _record(axis: Axes, data: xr.Dataset, motion: str) -> None:
-    low, middle, high = np.nanquantile(data.switching, [0.025, 0.5, 0.975])
+    """The first record, what its posterior predicts, and when the contact switches."""
+    switching = data.switching.values[np.isfinite(data.switching.values)]
     colour = _COLOURS[motion]
-    if np.isfinite(middle):
+    if switching.size:
+        low, middle, high = np.quantile(switching, [0.025, 0.5, 0.975])
         axis.axvspan(low, high, color=colour, alpha=0.25, lw=0)
         axis.axvline(middle, color=colour, lw=1.2)
-        axis.annotate(
-            f" {_SWITCHING[motion]} at {middle:.4g} ms\n ({low:.4g} to {high:.4g})",
-            (high, 0.5),
-            xycoords=("data", "axes fraction"),
-            color=colour,
-            va="center",
-        )
+        x, y, side = _CORNER[motion]
+        said = f"{_SWITCHING[motion]} at {middle:.1f} ms\n95 %: {low:.1f} to {high:.1f} ms"
+        look = {"color": colour, "ha": "right", "va": side, "transform": axis.transAxes}
+        axis.text(x, y, said, **look)
     axis.fill_between(data.time, data.lower, data.upper, color=style.MODEL, alpha=0.3, lw=0)
     axis.plot(data.time, data["median"], color=style.MODEL, lw=1.0)
     axis.plot(data.time, data.record, "o", color=style.MEASURED, ms=2, mew=0)
-    axis.set(ylabel=style.TRAVEL)
-    axis.tick_params(labelbottom=False)
+    axis.set_ylabel(style.TRAVEL)
     axis.margins(x=0)
-    file = str(data.file.values[0]).rpartition("/")[2]
-    p_value = float(data.p_value.values[0])
-    axis.set_title(f"{style.literal(file)}, {motion}\np = {p_value:.2g}", loc="left")
+    misfit, p_value = bool(data.misfit.values[0]), float(data.p_value.values[0])
+    fits = f"{'does NOT fit' if misfit else 'fits'} the model, p = {p_value:.2g}"
+    axis.set_title(f"{motion} in {_name(data.file.values[0])}: {fits}", loc="left")
+    if misfit:
+        axis.title.set_color(style.WARNING)
 
 
 def _residual(axis: Axes, data: xr.Dataset) -> None:
-    axis.fill_between(
-        data.time, data.family_lower, data.family_upper, color=style.PRIOR, alpha=0.35, lw=0
-    )
+    """The first record less the model alone, and what the model leaves out."""
+    band = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
+    axis.fill_between(data.time, data.family_lower, data.family_upper, **band)
     axis.plot(data.time, data.left_out, color=style.WARNING, lw=1.2)
     axis.plot(data.time, data.residual, "o", color=style.MEASURED, ms=2, mew=0)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
-    axis.set(xlabel="time after the first motion (ms)", ylabel="record less\nmodel (mm)")
-    axis.margins(x=0)
+    axis.set(xlabel="time after the first motion (ms)", ylabel="record minus\nmodel (mm)")
 
 
-def _parameter(axis: Axes, parts: Mapping[str, xr.Dataset], name: str) -> None:
-    """Densities of a parameter: of each record, and of the prior."""
-    k = NAMES.index(name)
-    every = np.concatenate([data.draws.values[..., k].ravel() for data in parts.values()])
-    low, middle, high = np.quantile(every, [0.001, 0.5, 0.999])
-    prior = next(iter(parts.values())).prior.values[:, k]
+def _density_panel(axis: Axes, parts: Mapping[str, xr.Dataset], name: str) -> None:
+    """Densities of a parameter or quantity: of each record, and of the prior."""
+    every = np.concatenate([_finite(data.values_shown) for data in parts.values()])
+    low, high = np.quantile(every, [0.001, 0.999])
+    first = next(iter(parts.values()))
+    prior = _finite(first.prior_shown)
     ends = np.quantile(prior, [0.005, 0.995])
-    left = max(min(ends[0], low), middle - _PRIOR * (high - low), 0.0)
-    right = min(max(ends[1], high), middle + _PRIOR * (high - low))
+    left = max(min(ends[0], low), low - _PRIOR * (high - low))
+    right = min(max(ends[1], high), high + _PRIOR * (high - low))
     at = np.linspace(left, right, _POINTS)
-    axis.fill_between(at, _density(prior, at), color=style.PRIOR, alpha=0.35, lw=0)
+    band = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
+    axis.fill_between(at, gaussian_kde(prior)(at), **band)
     for motion, data in parts.items():
-        for i, draws in enumerate(data.draws.values[..., k]):
+        for i, values in enumerate(data.values_shown.transpose("operation", "draw").values):
             look = {"lw": 1.8} if i == 0 else {"lw": 0.6, "alpha": 0.6}
-            axis.plot(at, _density(draws, at), color=_COLOURS[motion], **look)
-    output = style.parameter(name)
-    axis.set_title(output.meaning, loc="left", fontsize=9)
-    axis.set(xlabel=output.label, yticks=[], xlim=(left, right))
+            axis.plot(at, gaussian_kde(_finite(values))(at), color=_COLOURS[motion], **look)
+    unit = first.shown_unit.item()
+    axis.set_title(style.literal(first.shown_meaning.item()), loc="left", fontsize=9)
+    axis.set(xlabel=f"{first.shown_symbol.item()}{'' if unit == '1' else f' ({unit})'}")
+    axis.set(yticks=[], xlim=(left, right))
     axis.set_ylim(bottom=0.0)
 
 
-def _density(draws: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Density of positive draws ``(d,)`` at values ``(n,)``, smoothed in the logarithm."""
-    inside = np.maximum(at, at[-1] * 1e-6)
-    return gaussian_kde(np.log(draws))(np.log(inside)) / inside
+def _finite(values: xr.DataArray | np.ndarray) -> np.ndarray:
+    values = np.ravel(values)
+    return values[np.isfinite(values)]
 
 
 def _keys(parts: Mapping[str, xr.Dataset]) -> list:
     several = any(data.sizes["operation"] > 1 for data in parts.values())
-    rest = " (thin: other records)" if several else ""
+    rest = "s, the first thick" if several else ""
     return [
         style.dot_key("record", style.MEASURED, ms=4),
         style.band_key("predicted, pointwise 95 %", style.MODEL, 0.3),
         style.line_key("left out by the model, inferred", style.WARNING),
-        style.band_key(
-            "the same of drives of the family,\n95 %; below: the prior", style.PRIOR, 0.35
-        ),
+        style.band_key("drives of the family, 95 %; the prior", style.PRIOR, 0.35),
         *(style.line_key(f"posterior of the {m}{rest}", _COLOURS[m], lw=1.8) for m in parts),
     ]
