@@ -15,6 +15,10 @@ from breaker.mechanism import ONSET, PARAMETERS
 __all__ = ["document"]
 
 _MEANINGS = {each.name: each.meaning for each in (*PARAMETERS, ONSET)}
+_FIT = (
+    *("p_value", "misfit", "far_onset", "missing", "masked", "noise", "outside_prior"),
+    *("completed", "resolved", "why_unresolved", "effective_size", "pareto_k"),
+)
 _FEWEST = 2  # records that are summed up together
 
 
@@ -32,109 +36,107 @@ def document(
         ``{"drive", "settings", "records", "together"}``: a list with one entry for each record, and
         what several records of a motion have in common.
     """
-    records = [
-        _record(answer.isel(operation=i))
-        for answer in answers.values()
-        for i in range(answer.sizes["operation"])
-    ]
     together = {motion: _together(answer) for motion, answer in answers.items()}
     return {
         "drive": dict(drive),
         "settings": dict(settings),
-        "records": records,
+        "records": [record for answer in answers.values() for record in _records(answer)],
         "together": {motion: each for motion, each in together.items() if each},
     }
 
 
-def _record(one: xr.Dataset) -> dict:
-    """One record; what it lacks is left out."""
-    known = known_about(one.expand_dims("operation"))
-    found = {
-        "file": str(one.file.item()),
-        "motion": one.attrs["motion"],
-        "operation": int(one.operation.item()),
-        **{name: _plain(one[name].item()) for name in known},
-        "accepted": bool(one.accepted.item()),
-        "reason": str(one.reason.item()) or None,
-        "remarks": list(filter(None, str(one.remarks.item()).split("; "))),
-    }
-    if not found["accepted"]:
-        return found
-    found |= {
-        "parameters": _parameters(one),
-        "quantities": _quantities(one),
-        "model_error": _errors(one),
-        "fit": {
-            name: _plain(one[name].item())
-            for name in (
-                *("p_value", "misfit", "far_onset", "missing", "masked", "noise", "outside_prior"),
-                *("completed", "resolved", "why_unresolved", "effective_size", "pareto_k"),
-            )
-            if name in one
-        },
-    }
-    if "limit" in one.coords:
-        found["limits"] = _limits(one)
-        verdicts = [each["verdict"] for each in found["limits"]]
-        found["verdict"] = max(verdicts, key=VERDICTS.index, default=None)
-    return found
-
-
-def _parameters(one: xr.Dataset) -> dict:
-    return {
-        name: {
-            "unit": unit,
-            "meaning": _MEANINGS[name],
-            "median": _plain(one["median"].values[k]),
-            "interval_50": _plain(one.interval_50.values[k]),
-            "interval_95": _plain(one.interval_95.values[k]),
+def _records(answer: xr.Dataset) -> list[dict]:
+    """One entry for each record; what it lacks is left out."""
+    # Plain lists first: to take one record out of a dataset takes as long as to infer it.
+    about = ("file", "operation", *known_about(answer))
+    fit = [name for name in _FIT if name in answer]
+    columns = {name: _plain(answer[name].values) for name in (*about, *fit)}
+    parts = {"model_error": _errors(answer), "parameters": _parameters(answer)}
+    parts["quantities"] = _quantities(answer)
+    if "limit" in answer.coords:
+        parts["limits"] = _limits(answer)
+    records = []
+    for i, accepted in enumerate(answer.accepted.values.tolist()):
+        record = {name: columns[name][i] for name in about}
+        record |= {
+            "motion": answer.attrs["motion"],
+            "accepted": accepted,
+            "reason": str(answer.reason.values[i]) or None,
+            "remarks": list(filter(None, str(answer.remarks.values[i]).split("; "))),
         }
-        for k, (name, unit) in enumerate(
-            zip(one.output.values.tolist(), one.output_unit.values.tolist(), strict=True)
-        )
-    }
+        if accepted:
+            record["fit"] = {name: columns[name][i] for name in fit}
+            record |= {name: each[i] for name, each in parts.items()}
+        if accepted and "limits" in parts:
+            verdicts = [each["verdict"] for each in record["limits"]]
+            record["verdict"] = max(verdicts, key=VERDICTS.index)
+        records.append(record)
+    return records
 
 
-def _quantities(one: xr.Dataset) -> dict:
-    found = {}
-    for k, name in enumerate(one["quantity"].values.tolist()):
-        found[name] = {
-            "unit": str(one.quantity_unit.values[k]),
-            "meaning": str(one.quantity_meaning.values[k]),
-            "median": _plain(one.quantity_median.values[k]),
-            "interval_95": _plain(one.quantity_interval.values[k]),
-            "undefined": _plain(one.quantity_undefined.values[k]),
-        }
-        if "measured" in one:
-            found[name]["measured"] = _plain(one.measured.values[k])
-            found[name]["measured_sd"] = _plain(one.measured_sd.values[k])
-    return found
+def _named(
+    names: Sequence[str], about: Mapping[str, Sequence], arrays: Mapping[str, np.ndarray]
+) -> list[dict]:
+    """For each record what is known of each name, from arrays ``(operation, name, ...)``.
 
-
-def _errors(one: xr.Dataset) -> dict:
-    place = {float(level): i for i, level in enumerate(one["quantile"].values)}
-    ends = [place[0.05], place[0.95]]
-    return {
-        phase: {
-            "unit": "mm",
-            "median": _plain(one.model_error.values[k, place[0.5]]),
-            "interval_90": _plain(one.model_error.values[k, ends]),
-            "family_median": _plain(one.family_error.values[k, place[0.5]]),
-            "family_99": _plain(one.family_error.values[k, place[0.99]]),
-            "share_of_residual": _plain(one.explained.values[k]),
-        }
-        for k, phase in enumerate(one["part"].values.tolist())
-    }
-
-
-def _limits(one: xr.Dataset) -> list[dict]:
+    Args:
+        names: Of parameters, quantities or parts of the motion.
+        about: What is the same in all records, by key, one for each name.
+        arrays: What is not.
+    """
+    plain = {key: _plain(values) for key, values in arrays.items()}
+    count = len(next(iter(plain.values())))
     return [
-        {"name": name, "words": words, "probability": _plain(probability), "verdict": verdict}
-        for name, words, probability, verdict in zip(
-            *(one[name].values.tolist() for name in ("limit", "limit_words")),
-            *(one[name].values.tolist() for name in ("exceeded", "limit_verdict")),
-            strict=True,
-        )
+        {
+            name: {key: values[k] for key, values in about.items()}
+            | {key: values[i][k] for key, values in plain.items()}
+            for k, name in enumerate(names)
+        }
+        for i in range(count)
+    ]
+
+
+def _parameters(answer: xr.Dataset) -> list[dict]:
+    names = answer.output.values.tolist()
+    about = {
+        "unit": answer.output_unit.values.tolist(),
+        "meaning": [_MEANINGS[name] for name in names],
+    }
+    arrays = {name: answer[name].values for name in ("median", "interval_50", "interval_95")}
+    return _named(names, about, arrays)
+
+
+def _quantities(answer: xr.Dataset) -> list[dict]:
+    about = {name: answer[f"quantity_{name}"].values.tolist() for name in ("unit", "meaning")}
+    arrays = {
+        "median": answer.quantity_median.values,
+        "interval_95": answer.quantity_interval.values,
+        "undefined": answer.quantity_undefined.values,
+    }
+    arrays |= {n: answer[n].values for n in ("measured", "measured_sd") if n in answer}
+    return _named(answer["quantity"].values.tolist(), about, arrays)
+
+
+def _errors(answer: xr.Dataset) -> list[dict]:
+    error, family = answer.model_error, answer.family_error
+    names = answer["part"].values.tolist()
+    arrays = {
+        "median": error.sel(quantile=0.5).values,
+        "interval_90": error.sel(quantile=[0.05, 0.95]).values,
+        "family_median": family.sel(quantile=0.5).values,
+        "family_99": family.sel(quantile=0.99).values,
+        "share_of_residual": answer.explained.values,
+    }
+    return _named(names, {"unit": ["mm"] * len(names)}, arrays)
+
+
+def _limits(answer: xr.Dataset) -> list[list[dict]]:
+    names, words = answer.limit.values.tolist(), answer.limit_words.values.tolist()
+    probabilities, verdicts = _plain(answer.exceeded.values), answer.limit_verdict.values.tolist()
+    keys = ("name", "words", "probability", "verdict")
+    return [
+        [dict(zip(keys, each, strict=True)) for each in zip(names, words, *row, strict=True)]
+        for row in zip(probabilities, verdicts, strict=True)
     ]
 
 
@@ -181,8 +183,10 @@ def _spread(medians: np.ndarray, intervals: np.ndarray) -> dict:
 
 
 def _plain(value: object) -> object:
-    """A number, flag, text or list of them as JSON has it, numbers to six digits."""
-    if isinstance(value, np.ndarray | Sequence) and not isinstance(value, str):
+    """A number, flag, text or array of them as JSON has it, numbers to six digits."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, list):
         return [_plain(each) for each in value]
     if isinstance(value, np.generic):
         value = value.item()
