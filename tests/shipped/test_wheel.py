@@ -9,10 +9,16 @@ import tarfile
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from packaging.requirements import Requirement
 
 import breaker
+from breaker.mechanism.curves import travel
+from breaker.model.randomness import generator
+from breaker.model.reference import reference_model
+from breaker.records.export import write_curve
+from breaker.shipped import model_file
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "src" / "breaker"
@@ -98,14 +104,17 @@ sys.meta_path.insert(0, Nowhere)
 
 
 def test_the_wheel_works_in_any_folder_without_the_extras(built, tmp_path):
-    place = tmp_path / "installed"
+    place, folder = tmp_path / "installed", tmp_path / "elsewhere"
     with zipfile.ZipFile(built[1]) as wheel:
         wheel.extractall(place)
     (place / "sitecustomize.py").write_text(WITHOUT)
-    folder = tmp_path / "elsewhere"
-    (folder / "closing").mkdir(parents=True)
-    rows = (f"{0.1 * i / 1000:.5f},{10.0 * (i > 300):.3f}" for i in range(700))
-    (folder / "closing" / "a.csv").write_text("time,travel\n" + "\n".join(rows) + "\n")
+    folder.mkdir()
+    model = reference_model("closing")
+    times = 0.1 * np.arange(760)
+    values = model.destandardise(np.zeros((1, 8)))[:, :7]
+    record = travel(values, times, "closing", onset=10.0).travel[0]
+    record += 0.1 * generator(1, "test of the wheel").standard_normal(times.size)
+    write_curve(folder / "a.csv", times, record, motion="closing", operation=1)
 
     def run(*arguments):
         return subprocess.run(
@@ -120,8 +129,10 @@ def test_the_wheel_works_in_any_folder_without_the_extras(built, tmp_path):
     assert done.stdout == f"{place}/breaker/__init__.py\n"
     assert "ModuleNotFoundError" in done.stderr
     assert run("-m", "breaker", "--version").stdout == f"breaker {breaker.__version__}\n"
-    checked = run("-m", "breaker", "check", ".")  # by configuration and schema that ship
-    assert checked.stderr == ""
-    assert "a.csv" in checked.stdout
-    read = run("-c", "from breaker.model import reference_model as r; print(r('opening').motion)")
-    assert read.stdout == "opening\n", read.stderr
+    answered = run("-m", "breaker", "infer", "a.csv", "--output", "a.table")
+    assert answered.stderr == ""
+    assert "exact posterior" in answered.stdout
+    assert (folder / "a.table").read_text().count("closing") > 7
+    started = run("-m", "breaker", "infer", "a.csv", "--model", str(model_file("closing")))
+    assert started.returncode == 1
+    assert 'torch. Run `pip install "breaker-drive[networks]"`' in started.stderr
