@@ -122,8 +122,17 @@ def _around(at: np.ndarray) -> np.ndarray:
 
 def _cubic(curves: np.ndarray, first: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Values ``(n,)`` at times ``(n,)`` of the cubics through four samples from ``first``."""
-    a, b, c, d = np.take_along_axis(curves, first[:, None] + np.arange(4), axis=1).T
-    u = at / _STEP - first
+    return _through(_four(curves, first), at / _STEP - first)
+
+
+def _four(curves: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Four samples of each curve from ``first`` (n,), ``(4, n)``."""
+    return np.take_along_axis(curves, first[:, None] + np.arange(4), axis=1).T
+
+
+def _through(samples: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Values of cubics through samples ``(4, n)``, ``u`` (n,) samples after the first."""
+    a, b, c, d = samples
     v, w, x = u - 1, u - 2, u - 3
     return (d * u * v * w - a * v * w * x) / 6 + (b * u * w * x - c * u * v * x) / 2
 
@@ -133,14 +142,15 @@ def _crossing(
 ) -> np.ndarray:
     """Time between a sample (n,) and the next at which a curve passes its level, by bisection."""
     sample = np.clip(sample, 0, TIMES.size - 2)
-    low, high = TIMES[sample], TIMES[sample + 1]
+    low, width = TIMES[sample], _STEP
     first = _around(low)
+    samples = _four(curves, first)
     was_below = np.take_along_axis(curves, sample[:, None], axis=1)[:, 0] <= level
     for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        before = (_cubic(curves, first, middle) <= level) == was_below
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return np.where(found, (low + high) / 2, np.nan)
+        width /= 2
+        before = (_through(samples, (low + width) / _STEP - first) <= level) == was_below
+        low = low + width * before
+    return np.where(found, low + width / 2, np.nan)
 
 
 def _most(beyond: np.ndarray) -> np.ndarray:
