@@ -20,7 +20,7 @@ from breaker.model.sensor import Sensor
 from breaker.posterior.exactness import correct_operations, correct_validation, judge
 from breaker.posterior.predictive import predictive_p_value, summaries, validate
 from breaker.posterior.tables import beside, choose, summary, table, table_of_both
-from breaker.records.reader import open_curves
+from breaker.records.opened import open_curves
 from breaker.stores import describe, save
 from breaker.validation.calibration import calibration_p_values, family_p_value, ranks
 from tests.networks_fixtures import MARKS, frozen, one_thread, pin  # noqa: F401

@@ -13,12 +13,8 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 from breaker.records.export import write_curve
-from breaker.records.reader import (
-    open_curves,
-    read_curves,
-    read_record,
-    require_any,
-)
+from breaker.records.opened import open_curves, require_any
+from breaker.records.reader import read_curves, read_record
 from breaker.records.scale import Scale
 from breaker.stores import describe, save
 
@@ -519,7 +515,7 @@ def folder(tmp_path, prior):
 def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
     caplog.set_level(logging.WARNING, logger="breaker")  # a command before may have silenced it
     curves = read_curves(folder, FORMAT, times, "closing")
-    assert dict(curves.sizes) == {"operation": 5, "time": times.size}
+    assert dict(curves.sizes) == {"operation": 5, "time": times.size, "quantity": 6}
     assert curves.operation.values.tolist() == [1, 2, 3, 4, 5]
     assert curves.accepted.values.tolist() == [True, False, False, True, False]
     np.testing.assert_array_equal(np.isnan(curves.travel.values).all(axis=1), ~curves.accepted)

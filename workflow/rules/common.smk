@@ -36,7 +36,7 @@ MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
 SPEEDS = {
-    each.name: each.points for each in speeds_of(config["speeds"], Size(**config.get("size", {})))
+    each.name: each.points for each in speeds_of(config["speeds"], Size(**config["size"]))
 }
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 # Store of what the model leaves out; none where the model is taken for right.

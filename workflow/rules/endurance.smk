@@ -49,6 +49,7 @@ rule read_curves:
         format=config["endurance"]["format"],
         operations=operations,
         grid=GRID,
+        speeds=SPEEDS,
         errors={name: config["sensor"][name] for name in ("noise_sd", "zero_sd")},
     script:
         "../scripts/read_curves.py"

@@ -1,6 +1,7 @@
 """Read and check the curve files of some operations."""
 
 from breaker.files import list_operations
+from breaker.mechanism import speeds_of
 from breaker.model import grid
 from breaker.records import read_curves
 from breaker.stores import describe, save
@@ -12,7 +13,8 @@ wanted = set(params.operations)
 listed = list_operations(params.folder, motion, **params.chosen)
 files = [each for each in listed if each.number in wanted]
 
-curves = read_curves(files, params.format, grid(**params.grid), motion, **params.errors)
+times, speeds = grid(**params.grid), speeds_of(params.speeds)
+curves = read_curves(files, params.format, times, motion, **params.errors, speeds=speeds)
 log.info("%d of %d operations rejected", (~curves.accepted).sum(), len(files))
-settings = {"format": params.format, "grid": params.grid, "source": params.source}
+settings = {name: params[name] for name in ("format", "grid", "source", "speeds")}
 save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import Operation
-from breaker.mechanism import NAMES, Size
+from breaker.mechanism import NAMES, Size, speeds_of
 from breaker.model import Model
 from breaker.posterior.laplace import mode
 from breaker.records import Raw, curves_of, read_raws
@@ -63,6 +63,7 @@ def read_drive(
     *,
     size: Size | None = None,
     noise_sd: float | None = None,
+    speeds: Mapping[str, Sequence[str] | None] | None = None,
 ) -> DriveRecords:
     """Read records of one drive, of any size.
 
@@ -76,6 +77,7 @@ def read_drive(
             records, and the posterior then allows for its being uncertain.
         noise_sd: Standard deviation of the noise, mm, where it is known. None reads it from the
             records.
+        speeds: The section ``speeds`` of the configuration.
     """
     raws = {m: read_raws(each, format_settings, m) for m, each in operations.items()}
     usable = {m: [raw for raw in each if isinstance(raw, Raw)] for m, each in raws.items()}
@@ -94,6 +96,7 @@ def read_drive(
             *(each, raws[m], sized[m].sensor.times, m),
             noise_sd=sized[m].sensor.noise_sd,
             zero_sd=sized[m].sensor.zero_sd,
+            speeds=speeds_of(speeds, size),
         )
         for m, each in operations.items()
     }

@@ -11,16 +11,16 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "export": ["write_curve"],
         "landmarks": ["main_motion", "raw_time"],
+        "measured": ["Contact", "Measured", "measure"],
         "noise": ["noise_remarks"],
+        "opened": ["open_curves", "require_any"],
         "raw": ["Raw", "read_raw"],
         "reader": [
             "Record",
             "curves_of",
-            "open_curves",
             "read_curves",
             "read_raws",
             "read_record",
-            "require_any",
         ],
         "scale": ["Scale"],
     },

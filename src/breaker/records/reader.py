@@ -34,32 +34,30 @@ Example:
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
 from breaker.files import ABOUT, Operation, RejectedCurveError, complete, printable
+from breaker.mechanism import SPEEDS, Speed
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import told
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, check_missing, grid_remarks
 from breaker.records.leaps import leap_remark
+from breaker.records.measured import Contact, Measured, measure, variables
 from breaker.records.noise import Noise, noise_remarks
 from breaker.records.raw import Raw, read_raw
 from breaker.records.scale import Scale
 from breaker.records.stroke import rest_remark
-from breaker.stores import open_store
 
 __all__ = [
     "Record",
     "curves_of",
-    "open_curves",
     "read_curves",
     "read_raws",
     "read_record",
-    "require_any",
 ]
 
 _MANY = 100  # files, from which the progress is shown
@@ -85,6 +83,12 @@ class Record(Raw):
     gridded: Gridded
     remarks: tuple[str, ...]
 
+    def measured(self, speeds: Sequence[Speed]) -> dict[str, Measured]:
+        """Return the quantities that are read from the record itself."""
+        found = self.motion, self.segment, self.moves, self.noise, self.quantum
+        contact = Contact(self.switching, self.switching_sd)
+        return measure(self.time[self.inside], self.left, *found, contact=contact, speeds=speeds)
+
     @property
     def numbers(self) -> dict[str, float]:
         """What the dataset of ``read_curves`` has of it, beside the travel."""
@@ -108,6 +112,7 @@ def read_curves(
     *,
     noise_sd: float | None = None,
     zero_sd: float | None = None,
+    speeds: Sequence[Speed] = SPEEDS,
 ) -> xr.Dataset:
     """Read the records of several operations.
 
@@ -120,6 +125,7 @@ def read_curves(
         noise_sd: Standard deviation of the noise that the model takes for granted, mm; a record
             whose own is another has a remark. None compares nothing.
         zero_sd: The same of its zero, mm.
+        speeds: How speeds are defined.
 
     Returns:
         Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
@@ -130,14 +136,17 @@ def read_curves(
         where not known; ``remarks``: what is doubtful about an accepted record, in words, empty if
         nothing is; ``masked``: doubtful samples left out; ``noise`` (mm) and ``colour``: standard
         deviation and correlation from one sample to the next at rest; ``rate``: samples of the
-        file in a ms, kHz; and what is known of each operation, ``ABOUT``.
+        file in a ms, kHz; what is known of each operation, ``ABOUT``; and over ``operation`` and
+        ``quantity`` what is read from the record itself: ``measured``, ``measured_sd`` and
+        ``measured_reason``, why there is none.
 
     Raises:
         ValueError: If the settings lack something, or name an unknown unit or encoding.
 
     """
     raws = read_raws(operations, settings, motion)
-    return curves_of(operations, raws, times, motion, noise_sd=noise_sd, zero_sd=zero_sd)
+    errors = {"noise_sd": noise_sd, "zero_sd": zero_sd}
+    return curves_of(operations, raws, times, motion, **errors, speeds=speeds)
 
 
 def read_raws(
@@ -168,6 +177,7 @@ def curves_of(
     *,
     noise_sd: float | None = None,
     zero_sd: float | None = None,
+    speeds: Sequence[Speed] = SPEEDS,
 ) -> xr.Dataset:
     """Put the records of several operations on a grid; as ``read_curves``, of ``read_raws``."""
     records: list[Record | RejectedCurveError] = []
@@ -179,7 +189,7 @@ def curves_of(
         except RejectedCurveError as error:
             records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
-    return _dataset(operations, records, times, motion)
+    return _dataset(operations, records, times, motion, speeds)
 
 
 def _dataset(
@@ -187,6 +197,7 @@ def _dataset(
     records: Sequence[Record | RejectedCurveError],
     times: np.ndarray,
     motion: str,
+    speeds: Sequence[Speed],
 ) -> xr.Dataset:
     """Records, or why there is none, as the dataset of ``read_curves``."""
     accepted = [isinstance(record, Record) for record in records]
@@ -203,6 +214,8 @@ def _dataset(
         name: ("operation", np.array([each[name] for each in found]), {"unit": unit})
         for name, unit in _UNITS.items()
     }
+    read = [isinstance(record, Record) and record.measured(speeds) for record in records]
+    measured, quantities = variables(read, motion, speeds)
     about = {name: [getattr(each, name) for each in operations] for name in ABOUT}
     return xr.Dataset(
         {
@@ -212,40 +225,15 @@ def _dataset(
             **{name: ("operation", np.array(values, dtype=str)) for name, values in texts.items()},
             **numbers,
             **{name: ("operation", np.array(values)) for name, values in about.items()},
+            **measured,
         },
         coords={
             "operation": ("operation", [each.number for each in operations]),
             "time": ("time", times, {"unit": "ms"}),
+            **quantities,
         },
         attrs={"motion": motion},
     )
-
-
-def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
-    """Read stores of consecutive operations as one dataset over ``operation``.
-
-    Raises:
-        RejectedCurveError: If not one operation was accepted.
-    """
-    parts = [open_store(store) for store in stores]
-    curves = xr.concat(parts, dim="operation", join="exact", combine_attrs="override").load()
-    require_any(curves)
-    return curves
-
-
-def require_any(curves: xr.Dataset) -> None:
-    """Raise an error if no curve can be used, since then the settings are wrong.
-
-    Raises:
-        RejectedCurveError: If not one operation was accepted; the first reasons are listed.
-    """
-    if not curves.accepted.any():
-        raise RejectedCurveError(
-            Path(str(curves.file.values[0])).parent,
-            f"none of {curves.sizes['operation']} {curves.attrs['motion']} files can be used; "
-            "check endurance.format and the folder. The first reasons: "
-            + " | ".join(curves.reason.values[:3].tolist()),
-        )
 
 
 def read_record(

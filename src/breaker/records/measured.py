@@ -1,0 +1,237 @@
+"""Quantities read from a record itself, with their uncertainty: what an instrument would print.
+
+Read at the record's own rate, by local fits and means, without the model of the drive. Rest
+positions are the record's own, so its zero does not enter. An uncertainty is that of the record's
+own noise: its size, its colour, the step of its readings, and a drive not quite at rest at the end.
+A scale of the sensor that is wrong is not seen.
+
+What needs the time of touch or parting is there where a contact was measured. What a record does
+not show is nan, with the reason.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.mechanism import SPEEDS, Point, Speed, quantities_of
+from breaker.records.noise import Noise
+from breaker.records.segments import Segment, white_noise
+from breaker.records.uncertain import NotShownError, Trace, Uncertain
+
+__all__ = ["Contact", "Measured", "measure", "variables"]
+
+_BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
+_AFTER = 8.0  # times that, farthest rest after it,
+_LAST = 1 / 3  # of which this share counts
+_TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
+_SEEN = 3.0  # sd, from which a way beyond rest, or a drive still moving, is seen
+# Error of the first motion over the motion's duration: by the noise of a mean over it, in strokes;
+# and at least. Of the model's curves; early in much noise.
+_FIRST = (14.0, 0.003)
+_PARTS = 4  # of the rest after a motion, whose means are compared
+_STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
+_TAIL = 0.7  # share of the time after the arrival from which its rest follows if it moves
+
+
+class Measured(NamedTuple):
+    """A quantity of a record.
+
+    Attributes:
+        value: In the quantity's unit; nan if the record does not show it.
+        sd: Standard deviation of its error.
+        reason: Why there is none, "" if there is one.
+    """
+
+    value: float
+    sd: float
+    reason: str
+
+
+class Contact(NamedTuple):
+    """When the contact touched or parted.
+
+    Attributes:
+        time: In the record, ms; nan if unknown.
+        sd: Standard deviation of its error, ms.
+    """
+
+    time: float = np.nan
+    sd: float = np.nan
+
+
+_UNKNOWN = Contact()
+
+
+def measure(
+    time: np.ndarray,
+    travel: np.ndarray,
+    motion: str,
+    segment: Segment,
+    moves: float,
+    noise: Noise,
+    quantum: float = 0.0,
+    *,
+    contact: Contact = _UNKNOWN,
+    speeds: Sequence[Speed] = SPEEDS,
+) -> dict[str, Measured]:
+    """Read the quantities of a record.
+
+    Args:
+        time: Times of the part of the record that is the motion, ``(n,)``, ms.
+        travel: Its travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
+        motion: "closing" or "opening".
+        segment: What is known of that part.
+        moves: Time of the first motion, ms.
+        noise: Noise at rest.
+        quantum: Step of the reading, mm.
+        contact: When the contact touched or parted.
+        speeds: How speeds are defined.
+
+    Returns:
+        By name, all of ``mechanism.quantities_of``.
+    """
+    reading = _Reading(time, travel, motion, segment, moves, noise, quantum, contact)
+    ways = {
+        "stroke": reading.stroke,
+        "travel_time": reading.travel_time,
+        **dict.fromkeys(("over_travel", "rebound"), reading.beyond),
+        **dict.fromkeys(("touch_time", "part_time"), reading.switching),
+        **{each.name: partial(reading.speed, each) for each in speeds},
+    }
+    return {name: reading.told(ways.get(name)) for name in quantities_of(motion, speeds)}
+
+
+def variables(
+    found: Sequence[Mapping[str, Measured] | bool], motion: str, speeds: Sequence[Speed] = SPEEDS
+) -> tuple[dict, dict]:
+    """Return variables and coordinates of a dataset of what is measured of records.
+
+    Args:
+        found: What ``measure`` returns of each operation, False where there is no record.
+        motion: "closing" or "opening".
+        speeds: How speeds are defined.
+
+    Returns:
+        ``measured``, ``measured_sd`` and ``measured_reason`` over ``operation`` and ``quantity``,
+        and the coordinates ``quantity`` and ``quantity_unit``.
+    """
+    names = quantities_of(motion, speeds)
+    none = Measured(np.nan, np.nan, "the record was rejected")
+    rows = [[each[name] if each else none for name in names] for each in found]
+    over = ("operation", "quantity")
+    columns = {"measured": float, "measured_sd": float, "measured_reason": str}
+    shape = (len(rows), len(names))
+    return {
+        name: (over, np.array([[each[i] for each in row] for row in rows], kind).reshape(shape))
+        for i, (name, kind) in enumerate(columns.items())
+    }, {
+        "quantity": list(names),
+        "quantity_unit": ("quantity", [each.unit for each in names.values()]),
+    }
+
+
+class _Reading:
+    """What is read of a record, in the direction of its motion; arguments as of ``measure``."""
+
+    def __init__(self, time, travel, motion, segment, moves, noise, quantum, contact):
+        sign = 1.0 if motion == "closing" else -1.0
+        self.time, forward = time, sign * travel
+        self.segment, self.moves, self.contact = segment, moves, contact
+        done = (forward - sign * segment.before) / segment.stroke >= _TRAVEL[1]
+        self.arrival = float(self.time[int(done.argmax())])
+        self.duration = max(self.arrival - moves, 2.0 * float(time[1] - time[0]))
+        sd = noise.sd if np.isfinite(noise.sd) else white_noise(forward)
+        around = self.duration, segment.stroke
+        self.trace = Trace(time, forward, sd, noise.next, quantum, *around)
+
+    def told(self, way) -> Measured:
+        """A quantity, or why there is none."""
+        if way is None:
+            return Measured(np.nan, np.nan, "travel alone does not show it")
+        try:
+            found = way()
+        except NotShownError as error:
+            return Measured(np.nan, np.nan, str(error))
+        return Measured(found.value, self.trace.sd(found), "")
+
+    @cached_property
+    def before(self) -> Uncertain:
+        """Rest before the motion."""
+        begin, end = (self.moves - share * self.duration for share in _BEFORE)
+        return self.trace.rest(begin, end, "before")
+
+    @cached_property
+    def after(self) -> Uncertain:
+        """Rest after the motion; how far its halves differ is an error, as of a slow approach."""
+        if not self.segment.arrived:
+            raise NotShownError("the record ends before the drive rests")
+        end = min(self.time[-1], self.arrival + _AFTER * self.duration)
+        begin = end - _LAST * (end - self.arrival)
+        mean = self.trace.rest(begin, end, "after")
+        settled = self.trace.settles(end - _TAIL * (end - self.arrival), end)
+        if settled is not None:
+            return settled
+        marks = np.linspace(begin, end, _PARTS + 1)
+        parts = [self.trace.rest(*part, "after") for part in pairwise(marks)]
+        off = [part - mean for part in parts]
+        square = sum((each.value / max(self.trace.sd(each), 1e-12)) ** 2 for each in off)
+        if square <= _STILL:
+            return mean
+        way = np.ptp([part.value for part in parts])
+        raise NotShownError(f"the drive still moves by {way:.2g} mm at the end")
+
+    def switching(self) -> Uncertain:
+        """Time from the first motion to touch or parting, ms."""
+        noise = self.trace.noise_of_mean / self.segment.stroke
+        sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
+        return self._switching - self.trace.error(self.moves, sd)
+
+    def stroke(self) -> Uncertain:
+        """Way between the rests, mm."""
+        return self.after - self.before
+
+    def travel_time(self) -> Uncertain:
+        """Time between two shares of the stroke, ms."""
+        begin, end = (self._place(Point(100.0 * share, "%"))[0] for share in _TRAVEL)
+        return end - begin
+
+    def beyond(self) -> Uncertain:
+        """Largest way beyond the rest after the motion, mm."""
+        way = self.trace.top(self.arrival) - self.after
+        least = _SEEN * self.trace.sd(way)
+        if way.value < least:
+            raise NotShownError(f"no more than its noise, {least:.2g} mm")
+        return way
+
+    def speed(self, speed: Speed) -> Uncertain:
+        """Mean speed between two points, mm/ms."""
+        (begin, low), (end, high) = self._place(speed.start), self._place(speed.end)
+        if not end.value > begin.value:
+            raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
+        return (high - low) / (end - begin)
+
+    @cached_property
+    def _switching(self) -> Uncertain:
+        """Time of touch or parting, ms."""
+        if not np.isfinite(self.contact.time):
+            raise NotShownError("no contact timing: the time of touch or parting is not known")
+        return self.trace.error(self.contact.time, self.contact.sd)
+
+    def _place(self, point: Point) -> tuple[Uncertain, Uncertain]:
+        """Time and travel of a point."""
+        if point.unit == "%":
+            level = self.before + (self.after - self.before) * (point.amount / 100.0)
+            return self.trace.reaches(level), level
+        at = self._switching
+        if point.unit == "ms":
+            at = at + point.amount
+            return at, self.trace.at(at)
+        level = self.trace.at(at) + point.amount
+        if point.amount < 0.0:
+            return self.trace.left(level, at.value), level
+        if point.amount > 0.0:
+            return self.trace.reaches(level, at.value), level
+        return at, level

@@ -1,0 +1,97 @@
+"""Where a drive that still swings, or creeps, comes to rest: the end of a curve, carried on.
+
+Late in a motion one mode is left, ``y = e + a C(x) + b S(x)``, a damped swing or the sum of two
+decays. First its damping and stiffness follow from the integrals of ``y'' + r y' + s (y - e) = 0``,
+which are linear in them and average the noise; then all five numbers are fitted by Gauss-Newton.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["Settling", "settling"]
+
+_BLOCKS = 64  # means of neighbouring samples that are fitted
+_ROUNDS = 5
+_FARTHEST = 5.0  # change of a rate in a round
+_CONDITION = 1e3  # of a fit whose end is known
+
+
+class Settling(NamedTuple):
+    """End of a curve, carried on.
+
+    Attributes:
+        rest: Where it comes to rest, mm.
+        weights: Of the samples in that, ``(n,)``.
+        misfit: Sum of squares of what the fit leaves of means of samples, in mm^2 for one sample,
+            over their number less that of what is fitted.
+    """
+
+    rest: float
+    weights: np.ndarray
+    misfit: float
+
+
+def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
+    """Fit the end of a curve; None where it does not show where it settles.
+
+    Args:
+        time: Times, ``(n,)``, ms, increasing.
+        travel: Travel, ``(n,)``, mm; no sample missing.
+
+    Example:
+        >>> time = np.arange(0.0, 30.0, 0.1)
+        >>> found = settling(time, 14.0 + 0.8 * np.exp(-0.1 * time) * np.cos(0.17 * time))
+        >>> round(found.rest, 3)
+        14.0
+    """
+    every = max(1, time.size // _BLOCKS)
+    skipped = time.size % every
+    x, y = (each[skipped:].reshape(-1, every).mean(axis=1) for each in (time, travel))
+    x = (x - x[0]) / (x[-1] - x[0])
+    once = _integral(x, y)
+    known = np.column_stack([np.ones(x.size), x, x**2, -once, -_integral(x, once)])
+    rates = np.linalg.lstsq(known, y, rcond=None)[0][3:]  # r and s
+    linear = None
+    for _ in range(_ROUNDS):
+        if not (rates > 0).all():
+            return None
+        basis, slopes = _solutions(x, rates)
+        if linear is None:
+            linear = np.linalg.lstsq(basis, y, rcond=None)[0]
+        jacobian = np.column_stack([basis, *(each @ linear[1:] for each in slopes)])
+        left = y - basis @ linear
+        scale = np.linalg.norm(jacobian, axis=0)
+        if not (scale > 0).all():
+            return None
+        root = np.linalg.svd(jacobian / scale, full_matrices=False)
+        inverse = (root.Vh.T / root.S) @ root.U.T / scale[:, None]
+        step = inverse @ left
+        linear, rates = linear + step[:3], rates + np.clip(step[3:], -_FARTHEST, _FARTHEST)
+    if not root.S[0] < _CONDITION * root.S[-1]:
+        return None
+    weights = np.append(np.zeros(skipped), np.repeat(inverse[0], every) / every)
+    misfit = every * float(left @ left) / max(x.size - jacobian.shape[1], 1)
+    return Settling(float(linear[0]), weights, misfit)
+
+
+def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Integral of samples from the first on, by trapezia, ``(n,)``."""
+    return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+
+
+def _solutions(x: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Constant and both solutions of ``y'' + r y' + s y = 0``, ``(n, 3)``; derivatives of these two
+    by r and s, ``(n, 2)`` each.
+    """
+    r, s = rates
+    square = s - r**2 / 4.0
+    square = square if abs(square) > 1e-6 else 1e-6
+    frequency = np.sqrt(complex(square))
+    decay = np.exp(-0.5 * r * x)
+    cosine = decay * np.cos(frequency * x).real
+    sine = decay * (np.sin(frequency * x) / frequency).real
+    both = np.column_stack([cosine, sine])
+    by_s = np.column_stack([-0.5 * x * sine, (x * cosine - sine) / (2.0 * square)])
+    by_r = -0.5 * x[:, None] * both - 0.5 * r * by_s
+    return np.column_stack([np.ones(x.size), both]), [by_r, by_s]

@@ -1,0 +1,281 @@
+"""Values read from a noisy curve, with errors that are followed to first order.
+
+Every value knows its slope by each sample of the curve and by each further error, so quantities
+made of several values, from windows that may overlap, have the right uncertainty by themselves.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import lfilter
+
+from breaker.records.settling import settling
+
+__all__ = ["NotShownError", "Trace", "Uncertain"]
+
+_OTHERS = 64  # errors beside those of the samples, at most
+_DEGREE = 3  # of the polynomials of local fits
+_FEWEST = 6  # samples of a local fit
+_MOST_COLOUR = 0.95  # correlation of neighbouring samples
+_LOCAL = 11.0  # of the width of local fits: with it, their own error is a third of the noise's
+_WIDEST = 0.2  # of the time of the motion, half the width of a local fit
+_OFF = (
+    0.02  # strokes at half a width of the time of the motion: error of a local fit, with u squared
+)
+_NEWTON = 6  # steps
+_LEAST = 20  # samples of a curve that is carried on to its rest
+_MISFIT = 2.5  # noise variances, the most that this fit may leave
+_OTHER_MODES = 4e-3  # of the way on which this fit rests: error of its rest from other modes
+_VAGUE = 0.02  # strokes, the sd of a rest that is too uncertain
+
+
+class NotShownError(ValueError):
+    """A value that the curve does not show."""
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertain:
+    """A value with its slopes.
+
+    Attributes:
+        value: The value.
+        slope: By each error, ``(e,)``.
+    """
+
+    value: float
+    slope: np.ndarray
+
+    def __add__(self, other: "Uncertain | float") -> "Uncertain":
+        if isinstance(other, Uncertain):
+            return Uncertain(self.value + other.value, self.slope + other.slope)
+        return Uncertain(self.value + other, self.slope)
+
+    def __mul__(self, factor: float) -> "Uncertain":
+        return Uncertain(self.value * factor, self.slope * factor)
+
+    def __sub__(self, other: "Uncertain") -> "Uncertain":
+        return self + other * -1.0
+
+    def __truediv__(self, other: "Uncertain") -> "Uncertain":
+        value = self.value / other.value
+        return Uncertain(value, (self.slope - value * other.slope) / other.value)
+
+
+@dataclass(eq=False)
+class Trace:
+    """A curve of one motion, in its direction.
+
+    Attributes:
+        time: Times, ``(n,)``, ms, evenly spaced.
+        travel: Travel in the direction of the motion, ``(n,)``, mm; NaN where a sample is missing.
+        noise: Standard deviation of the noise of a sample, rounding included, mm.
+        colour: Correlation of the noise of neighbouring samples.
+        quantum: Step of the reading, mm; 0 where it is fine.
+        duration: About how long the motion takes, ms.
+        stroke: About its way, mm.
+    """
+
+    time: np.ndarray
+    travel: np.ndarray
+    noise: float
+    colour: float
+    quantum: float
+    duration: float
+    stroke: float
+    _sds: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.colour = float(np.clip(np.nan_to_num(self.colour), 0.0, _MOST_COLOUR))
+        self._there = ~np.isnan(self.travel)
+
+    @property
+    def step(self) -> float:
+        """Time between two samples, ms."""
+        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+
+    @property
+    def _alike(self) -> float:
+        """Factor by which colour makes the variance of a mean of many samples larger."""
+        return (1.0 + self.colour) / (1.0 - self.colour)
+
+    @property
+    def noise_of_mean(self) -> float:
+        """Standard deviation of a mean over the time of the motion, mm."""
+        return self.noise * float(np.sqrt(self._alike * self.step / self.duration))
+
+    @cached_property
+    def half(self) -> float:
+        """Half the width of local fits, ms: so that their own error is small against the noise's,
+        if samples allow.
+        """
+        share = (_LOCAL * self.noise_of_mean / self.stroke / np.sqrt(2.0)) ** 0.4
+        least = 0.5 * (_FEWEST - 1) * self.step
+        return max(min(share, _WIDEST) * self.duration, least)
+
+    @cached_property
+    def smooth(self) -> np.ndarray:
+        """Running mean over the width of a local fit, ``(n,)``, to find places with."""
+        places = np.flatnonzero(self._there)
+        filled = np.interp(np.arange(self.time.size), places, self.travel[places])
+        return uniform_filter1d(filled, 2 * round(0.5 * self.half / self.step) + 1, mode="nearest")
+
+    def sd(self, found: Uncertain) -> float:
+        """Return the standard deviation of a value."""
+        own, others = found.slope[: self.time.size], found.slope[self.time.size :]
+        # Errors of samples are a first-order process.
+        along = lfilter([1.0], [1.0, -self.colour], own)
+        square = self.noise**2 * (2.0 * own @ along - own @ own)
+        others = others[: len(self._sds)] * self._sds
+        return float(np.sqrt(max(square, 0.0) + others @ others))
+
+    def error(self, value: float, sd: float) -> Uncertain:
+        """Return a value with a new error of its own."""
+        slope = np.zeros(self.time.size + _OTHERS)
+        slope[self.time.size + len(self._sds)] = 1.0
+        self._sds.append(sd)
+        return Uncertain(value, slope)
+
+    def rest(self, begin: float, end: float, where: str) -> Uncertain:
+        """Return the mean travel between two times, at rest.
+
+        Raises:
+            NotShownError: If there are hardly samples.
+        """
+        window = np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
+        if window.size < _FEWEST:
+            raise NotShownError(f"too little rest {where} the motion")
+        mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
+        return mean + self.error(0.0, self._rounding(0.0))
+
+    def settles(self, begin: float, end: float) -> Uncertain | None:
+        """Return where travel that still moves between two times comes to rest, None if unseen."""
+        window = np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
+        found = settling(self.time[window], self.travel[window]) if window.size > _LEAST else None
+        if found is None or found.misfit > _MISFIT * self._alike * self.noise**2:
+            return None
+        moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
+        late = self.travel[window[2 * window.size // 3 :]]
+        error = float(np.hypot(moved, self._rounding(float(np.std(late)))))
+        rest = self._of(found.rest, window, found.weights) + self.error(0.0, error)
+        return rest if self.sd(rest) <= _VAGUE * self.stroke else None
+
+    def at(self, time: Uncertain) -> Uncertain:
+        """Return the travel at a time."""
+        fit = self._fit(time.value)
+        travel = self._of(fit.value(time.value), fit.window, fit.weights(time.value))
+        moved = Uncertain(0.0, fit.value(time.value, 1) * time.slope)
+        return travel + moved + self.error(0.0, fit.error)
+
+    def reaches(self, level: Uncertain, after: float | None = None) -> Uncertain:
+        """Return the first time at which the travel reaches a level, after a time if it is given.
+
+        Raises:
+            NotShownError: If it does not reach it.
+        """
+        above = self.smooth >= level.value
+        if after is not None:
+            above &= self.time > after
+        first = int(above.argmax())
+        if not above[first] or first == 0:
+            raise NotShownError("the record does not pass the point")
+        return self._passes(level, self.time[first])
+
+    def left(self, level: Uncertain, before: float) -> Uncertain:
+        """Return the last time before a time at which the travel is at a level.
+
+        Raises:
+            NotShownError: If it never is.
+        """
+        below = (self.smooth <= level.value) & (self.time < before)
+        if not below.any():
+            raise NotShownError("the drive does not travel as far")
+        return self._passes(level, self.time[below.size - 1 - int(below[::-1].argmax())])
+
+    def top(self, after: float) -> Uncertain:
+        """Return the largest travel after a time, as the top of a local fit."""
+        later = np.flatnonzero(self.time >= after)
+        peak = later[int(self.smooth[later].argmax())]
+        fit = self._fit(self.time[peak])
+        time = fit.solve(self.time[peak], 0.0, 1)
+        travel = self._of(fit.value(time), fit.window, fit.weights(time))
+        # The top of a noisy curve is higher than that of its mean, by half its slope's variance
+        # over its bend.
+        slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
+        bend = max(-fit.value(time, 2), slope / fit.half)
+        return travel + -0.5 * slope**2 / bend + self.error(0.0, fit.error)
+
+    def _passes(self, level: Uncertain, near: float) -> Uncertain:
+        """Time near another one at which the travel is at a level."""
+        fit = self._fit(near)
+        time = fit.solve(near, level.value)
+        speed = fit.value(time, 1)
+        if not speed > 0.0:
+            raise NotShownError("the drive hardly moves at the point")
+        travel = self._of(level.value, fit.window, fit.weights(time)) + self.error(0.0, fit.error)
+        return Uncertain(time, (level.slope - travel.slope) / speed)
+
+    def _of(self, value: float, window: np.ndarray, weights: np.ndarray | float) -> Uncertain:
+        """Value that is a weighted sum of the samples in a window."""
+        slope = np.zeros(self.time.size + _OTHERS)
+        slope[window] = weights
+        return Uncertain(value, slope)
+
+    def _rounding(self, spread: float) -> float:
+        """Error of rounding of a mean of readings, mm, of travel that spreads by an sd.
+
+        Noise across several steps averages it out, and motion across them evens it out.
+        """
+        if not self.quantum:
+            return 0.0
+        alone = self.quantum / np.sqrt(12.0)
+        noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
+        return float(alone * np.exp(-2.0 * np.pi**2 * noise) / (1.0 + spread / alone))
+
+    def _fit(self, near: float) -> "_Fit":
+        half = self.half
+        window = np.flatnonzero((np.abs(self.time - near) <= half + 1e-6) & self._there)
+        if window.size < _FEWEST - 1 or not self.time[window[0]] <= near <= self.time[window[-1]]:
+            raise NotShownError("samples are missing at the point")
+        shares = (self.time[window] - near) / half
+        powers = shares[:, None] ** np.arange(_DEGREE + 1)
+        inverse = np.linalg.solve(powers.T @ powers, powers.T)
+        spread = float(np.std(self.travel[window]))
+        off = _OFF * self.stroke * (half / self.duration) ** 2
+        error = float(np.hypot(self._rounding(spread), off))
+        return _Fit(near, half, inverse @ self.travel[window], window, inverse, error)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Polynomial through samples about a time, in halves of its width from there."""
+
+    near: float
+    half: float
+    coefficients: np.ndarray  # (degree + 1,)
+    window: np.ndarray  # samples, (w,)
+    inverse: np.ndarray  # each coefficient's weights of these samples, (degree + 1, w)
+    error: float
+
+    def value(self, time: float, order: int = 0) -> float:
+        """Value, or a derivative of an order, mm/ms^order."""
+        return float(self._powers(time, order) @ self.coefficients)
+
+    def weights(self, time: float, order: int = 0) -> np.ndarray:
+        """Weights of the samples in that, ``(w,)``."""
+        return self._powers(time, order) @ self.inverse
+
+    def solve(self, time: float, value: float, order: int = 0) -> float:
+        """Time within the fit, near another, at which its value or a derivative is one given."""
+        for _ in range(_NEWTON):
+            slope = self.value(time, order + 1)
+            time -= (self.value(time, order) - value) / slope if slope else 0.0
+            time = min(max(time, self.near - self.half), self.near + self.half)
+        return time
+
+    def _powers(self, time: float, order: int) -> np.ndarray:
+        """Factors on the coefficients that make the value, or a derivative."""
+        u = (time - self.near) / self.half
+        powers = ((1.0, u, u * u, u**3), (0.0, 1.0, 2 * u, 3 * u * u), (0.0, 0.0, 2.0, 6 * u))
+        return np.array(powers[order]) / self.half**order
