@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import Operation
-from breaker.mechanism import QUANTITIES, Size
+from breaker.mechanism import QUANTITIES, Size, Speed, speeds_of
 from breaker.model import Facts, Model, configured_model, reference_model
 from breaker.posterior import DriveRecords, read_drive
 from breaker.records import read_curves
@@ -27,12 +27,14 @@ class Drive:
         models: Joint model of each motion.
         curves: Records of each motion on its model's grid: see ``records.read_curves``.
         size: Its size beside the reference drive.
+        speeds: How its speeds are defined.
         about: What is known of the drive as a whole, as plain values.
     """
 
     models: Mapping[str, Model]
     curves: Mapping[str, xr.Dataset]
     size: Size
+    speeds: tuple[Speed, ...]
     about: dict
 
 
@@ -92,7 +94,7 @@ def read_records(
         "words": [*found.said],
     }
     curves = _without_the_other(found.curves) if loose else dict(found.curves)
-    return Drive(found.models, curves, found.size, about)
+    return Drive(found.models, curves, found.size, found.speeds, about)
 
 
 def _by_prior(
@@ -127,7 +129,14 @@ def _by_prior(
         models,
         size=Size() if own else Size(*size) if size else None,
         noise_sd=noise_sd if own or noise_sd != defaults["sensor"]["noise_sd"] else None,
+        speeds=_configured(config) if own else config["speeds"],
     )
+
+
+def _configured(config: Mapping) -> dict[str, list[str]]:
+    """The section ``speeds``, at the size of the drive whose prior stands in the configuration."""
+    speeds = speeds_of(config["speeds"], Size(**config["size"]))
+    return {each.name: each.points for each in speeds}
 
 
 def _by_networks(
@@ -136,17 +145,19 @@ def _by_networks(
     """Read records for networks, of whose motions, prior and sensor they are."""
     models = {motion: networks[motion].model for motion in operations if motion in networks}
     sensors = {motion: model.sensor for motion, model in models.items()}
+    speeds = speeds_of(_configured(config))
     curves = {
         motion: read_curves(
             *(operations[motion], config["endurance"]["format"], sensor.times, motion),
             noise_sd=sensor.noise_sd,
             zero_sd=sensor.zero_sd,
+            speeds=speeds,
         )
         for motion, sensor in sensors.items()
     }
     noise_sd = max(sensor.noise_sd for sensor in sensors.values())
     said = ("prior and sensor are those of the model files",)
-    return DriveRecords(Size(), noise_sd, models, curves, said)
+    return DriveRecords(Size(), noise_sd, models, curves, speeds, said)
 
 
 def _without_the_other(curves: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:

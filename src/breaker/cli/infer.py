@@ -131,12 +131,12 @@ def _settings(config: Mapping) -> dict:
 def _answers(drive, networks: Mapping, config: Mapping, limits: Sequence) -> dict:
     """The answer of each motion, with quantities, trust, and limits where there are any."""
     from breaker.answers import with_limits, with_quantities, with_trust
-    from breaker.mechanism import from_list, speeds_of
+    from breaker.mechanism import from_list
     from breaker.posterior import infer_exactly
 
     endurance, seed = config["endurance"], config["seed"]
     common = {"seed": seed, "misfit_p_value": endurance["misfit_p_value"]}
-    speeds, answers = speeds_of(config["speeds"], drive.size), {}
+    answers = {}
     for motion, curves in drive.curves.items():
         model = drive.models[motion]
         if motion in networks:
@@ -145,9 +145,9 @@ def _answers(drive, networks: Mapping, config: Mapping, limits: Sequence) -> dic
             answer = infer_exactly(
                 model, curves, config["correction"], draws=endurance["draws"], **common
             )
-        answer = with_quantities(answer, speeds)
+        answer = with_quantities(answer, drive.speeds)
         answer = with_trust(answer, model, seed=seed)
-        if judged := from_list(limits, [motion], speeds):
+        if judged := from_list(limits, [motion], drive.speeds):
             answer = with_limits(answer, judged, config["alarm"])
         answers[motion] = answer
     return answers

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import Operation
-from breaker.mechanism import NAMES, Size, speeds_of
+from breaker.mechanism import NAMES, Size, Speed, speeds_of
 from breaker.model import Model
 from breaker.posterior.laplace import mode
 from breaker.records import Raw, curves_of, read_raws
@@ -46,6 +46,7 @@ class DriveRecords:
         noise_sd: Standard deviation of the noise of a sample that the models take, mm.
         models: Joint model of each motion.
         curves: Records of each motion on its model's grid: see ``records.read_curves``.
+        speeds: How speeds are defined.
         said: What was chosen and from what, in words.
     """
 
@@ -53,6 +54,7 @@ class DriveRecords:
     noise_sd: float
     models: Mapping[str, Model]
     curves: Mapping[str, xr.Dataset]
+    speeds: tuple[Speed, ...]
     said: tuple[str, ...]
 
 
@@ -90,18 +92,19 @@ def read_drive(
         size, unknown = read_size(usable, models, noise_sd), _UNKNOWN
         said.append(_size_in_words(size, usable))
     size = size or Size()
+    defined = speeds_of(speeds, size)
     sized = {m: at_size(models[m], size, unknown, noise_sd) for m in operations}
     curves = {
         m: curves_of(
             *(each, raws[m], sized[m].sensor.times, m),
             noise_sd=sized[m].sensor.noise_sd,
             zero_sd=sized[m].sensor.zero_sd,
-            speeds=speeds_of(speeds, size),
+            speeds=defined,
         )
         for m, each in operations.items()
     }
     noise_sd = max(each.sensor.noise_sd for each in sized.values())
-    return DriveRecords(size, noise_sd, sized, curves, tuple(said))
+    return DriveRecords(size, noise_sd, sized, curves, defined, tuple(said))
 
 
 def at_size(model: Model, size: Size, unknown: float, noise_sd: float | None) -> Model:
