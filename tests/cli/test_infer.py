@@ -333,6 +333,12 @@ def test_wrong_values_of_options(folder, capsys, arguments):
 def test_facts_about_what_is_not_known(folder, capsys):
     message = failed(capsys, "a.csv", "--known", "weight=2.0:0.1")
     assert "weight is not a known quantity" in message
+    speeds = "speeds: {closing_speed_mean: [10 % of stroke, 90 % of stroke]}"
+    (folder / "mean.yaml").write_text(speeds, encoding="utf-8")
+    arguments = ["a.csv", "--size", "1", "1", "--known", "closing_speed_mean=1.0:0.5"]
+    assert main(["infer", *arguments, "--config", "few.yaml", "mean.yaml"]) == 0
+    capsys.readouterr()
+    assert "closing_speed_mean is not a known" in failed(capsys, *arguments)
 
 
 def test_a_size_beside_a_prior_of_ones_own(folder, capsys):

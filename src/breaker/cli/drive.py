@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import Operation
-from breaker.mechanism import QUANTITIES, Size, Speed, speeds_of
+from breaker.mechanism import MOTIONS, Size, Speed, check_quantity, speeds_of
 from breaker.model import Facts, Model, configured_model, reference_model
 from breaker.posterior import DriveRecords, read_drive
 from breaker.records import read_curves
@@ -83,6 +83,11 @@ def read_records(
     """
     if size and networks:
         raise ValueError("--size is of drives with the default prior, not with that of --model")
+    if networks and config["known"] and config["endurance"]["posterior"] != "corrected":
+        raise ValueError(
+            "networks know no facts; set endurance.posterior to corrected, or leave the facts out"
+        )
+    _check_known(config)
     found = (
         _by_networks(operations, config, networks)
         if networks
@@ -94,7 +99,18 @@ def read_records(
         "words": [*found.said],
     }
     curves = _without_the_other(found.curves) if loose else dict(found.curves)
-    return Drive(found.models, curves, found.size, found.speeds, about)
+    facts = Facts.from_settings(config["known"], found.speeds)
+    models = {motion: model.knowing(facts) for motion, model in found.models.items()}
+    return Drive(models, curves, found.size, found.speeds, about)
+
+
+def _check_known(config: Mapping) -> None:
+    """Refuse facts about something unknown, before any file is read."""
+    speeds = speeds_of(config["speeds"])
+    for name in config["known"]:
+        complaints = [check_quantity(name, motion, speeds) for motion in MOTIONS]
+        if all(complaints):
+            raise ValueError(f"known: {' '.join(complaints)}")
 
 
 def _by_prior(
@@ -114,14 +130,6 @@ def _by_prior(
         models = {motion: configured_model(config, motion) for motion in operations}
     else:
         models = {motion: reference_model(motion, scale) for motion in operations}
-    for name in config["known"]:
-        if name not in QUANTITIES:
-            raise ValueError(
-                f"known: {name} is not a known quantity. Known are {', '.join(QUANTITIES)}."
-            )
-    if config["known"]:
-        facts = Facts.from_settings(config["known"])
-        models = {motion: model.knowing(facts) for motion, model in models.items()}
     noise_sd = config["sensor"]["noise_sd"]
     return read_drive(
         operations,
