@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from breaker.mechanism.parameters import NAMES
-from breaker.mechanism.size import Size
-from breaker.model.discrepancy import Discrepancy
+from breaker.mechanism.size import Size, powers
+from breaker.model.discrepancy import Discrepancy, Lag
 from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
@@ -78,10 +78,6 @@ def test_the_joint_density_scales(prior, motion, unknown_sd):
     difference = small.log_joint(z, record) - large.log_joint(z, SIZE.lengths * record)
     assert np.ptp(difference) < 1e-6
     assert difference[0] == pytest.approx(151 * np.log(SIZE.lengths))
-    if unknown_sd:  # the mean error is that expected at parameters without the shared factors
-        moved = np.log(SIZE.factors)[None] / prior.log_sds * 0.05
-        shift = small.shift(small.destandardise(np.pad(moved, ((0, 0), (0, 1)))))
-        assert np.abs(shift - left_out.mean).max() < np.abs(moved @ left_out.slopes).max() / 2
 
 
 def test_every_draw_has_a_density(prior):
@@ -90,3 +86,54 @@ def test_every_draw_has_a_density(prior):
     z = model.prior.standardise(model.prior.sample(2000, generator(1, "test", "far")))
     assert np.abs(z).max() > 25.0
     assert np.isfinite(model.log_prior(np.pad(z, ((0, 0), (0, 1))))).all()
+
+
+TIMES = np.linspace(-2.0, 58.0, 121)
+HEIGHTS = np.array([0.0, 2.0, 0.0])  # mm
+CHANGES = 0.05 * np.random.default_rng(1).standard_normal((7, 3))
+
+
+def bumps(times):
+    """Three errors along times ``(..., t)``, ``(..., 3, t)``."""
+    return np.exp(-0.5 * ((times[..., None, :] - np.array([[12.0], [20.0], [30.0]])) / 6.0) ** 2)
+
+
+def drives_of_unknown_size(lag, prior, unknown, rng, n=40_000):
+    """Standardised parameters at the size expected, errors and lags of drives of other sizes."""
+    z, normal = rng.standard_normal((n, 7)), rng.standard_normal((n, 3))
+    sizes = unknown * rng.standard_normal((n, 2))
+    heights = np.exp(sizes[:, :1]) * (HEIGHTS + z @ CHANGES + 0.1 * normal)
+    delta = np.einsum("nb,nbt->nt", heights, bumps(TIMES * np.exp(-sizes[:, 1:])))
+    late = np.exp(sizes[:, 1]) * (lag.mean + z @ lag.slopes + normal @ lag.loading)
+    return z + sizes @ (powers() / prior.log_sds), delta, late
+
+
+def misfit_of_law(law, z, delta, late):
+    """Largest differences of mean, covariance and lag from a law, in their sds."""
+    residual = delta - law.shift(z)
+    late = late - law.lag.mean - z @ law.lag.slopes
+    sd = law.sd + 0.01  # mm, where nothing is left out
+    mean = np.abs(np.column_stack([z, np.ones(len(z))]).T @ residual / len(z))
+    covariance = np.abs(residual.T @ residual / len(z) - law.factor.T @ law.factor)
+    together = np.abs(residual.T @ late / len(z) - law.factor.T @ law.lag.loading)
+    return [
+        (mean / sd).max(),
+        (covariance / np.outer(sd, sd)).max(),
+        (together / sd).max() / late.std(),
+    ]
+
+
+def test_the_error_of_drives_of_unknown_size_has_the_law_that_is_stated(prior):
+    """Mean, covariance and lag of 40,000 drives within 0.04 sd: 8 standard errors, and what the
+    first order leaves out at sizes that differ by 1 %. The error at known size has not, nor that
+    which moves with the parameters alone."""
+    rng = generator(1, "test", "law")
+    lag = Lag(0.5, 0.05 * rng.standard_normal(7), np.array([0.02, 0.05, 0.0]), 0.0)
+    basis = bumps(TIMES)
+    left_out = Discrepancy(HEIGHTS @ basis, CHANGES @ basis, 0.1 * basis, lag)
+    uncertain = prior.sized(Size(), 0.01)
+    drawn = drives_of_unknown_size(lag, prior, 0.01, rng)
+    law = left_out.of_unknown_size(uncertain, TIMES, 0.01)
+    assert max(misfit_of_law(law, *drawn)) < 0.04
+    assert max(misfit_of_law(left_out, *drawn)) > 0.2
+    assert max(misfit_of_law(left_out.known_as(uncertain.precision), *drawn)) > 0.2

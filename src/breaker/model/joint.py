@@ -94,8 +94,8 @@ class Model:
     def sized(self, size: Size, unknown: float = 0.0) -> "Model":
         """Return the model of drives of another size, if this is that of size 1.
 
-        Exact: the mechanism does not tell sizes apart. The noise is made larger along with the
-        lengths.
+        Exact at a known size, for the mechanism does not tell sizes apart. The noise is made larger
+        along with the lengths.
 
         Args:
             size: Size of the drives, and so of times, errors, and what the model leaves out.
@@ -103,8 +103,9 @@ class Model:
         """
         prior = self.prior.sized(size, unknown)
         sensor = self.sensor.sized(size)
-        if sensor.discrepancy is not None:
-            sensor = replace(sensor, discrepancy=sensor.discrepancy.known_as(prior.recentred))
+        if unknown and sensor.discrepancy is not None:
+            left_out = sensor.discrepancy.of_unknown_size(prior, sensor.times, unknown)
+            sensor = replace(sensor, discrepancy=left_out)
         return replace(self, prior=prior, sensor=sensor)
 
     @property

@@ -82,16 +82,17 @@ class Prior:
         return inverse.T @ inverse
 
     @cached_property
-    def recentred(self) -> np.ndarray:
-        """Map standardised parameters to those expected without the shared factors, ``(p, p)``."""
-        return self.precision if len(self.shared) else np.eye(len(NAMES))
-
-    def expected_shared(self, z: np.ndarray) -> np.ndarray:
-        """Return the shared factors expected at standardised parameters, ``(p,) -> (k,)``.
+    def expects(self) -> np.ndarray:
+        """Shared factors expected at standardised parameters z, ``expects @ z``, ``(k, p)``.
 
         In their standard deviations.
         """
-        return (self.shared / self.log_sds) @ self.precision @ z
+        return (self.shared / self.log_sds) @ self.precision
+
+    @cached_property
+    def leaves_open(self) -> np.ndarray:
+        """Covariance of the shared factors about what is expected at parameters, ``(k, k)``."""
+        return np.eye(len(self.shared)) - self.expects @ (self.shared / self.log_sds).T
 
     @cached_property
     def condition(self) -> tuple[np.ndarray, float]:

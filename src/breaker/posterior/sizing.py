@@ -21,18 +21,22 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import Operation
-from breaker.mechanism import NAMES, Size, Speed, speeds_of
-from breaker.model import Model
+from breaker.mechanism import NAMES, UNIT, Size, Speed, speeds_of
+from breaker.model import Model, Sensor
 from breaker.posterior.laplace import mode
 from breaker.records import Raw, curves_of, read_raws
 
 __all__ = ["DriveRecords", "read_drive"]
 
 _UNKNOWN = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
-_RECORDS = 8  # of each motion, from which the size is read
+_RECORDS = 3  # of each motion, from which the size is read
 _ROUNDS = 12
+# Logarithms of the sizes that are tried first, beside that of the landmarks: a damper that acts on
+# most of the way makes the motion long.
+_STARTS = ((0.0, 0.0), (0.0, -0.2), (0.0, -0.4), (0.0, 0.2))
 _REACHED = 0.01  # change of the logarithm of the size, far below its uncertainty
 _FARTHEST = 0.5  # of a round
+_SHARES = (0.1, 0.5)  # of the way, between which the travel time is read: before dampers act
 _LEFT_OUT = 0.002  # mm, of the reference drive: what components of the learned error leave out
 _WHOLE = 10  # samples of a record in a step of the grid, from which it takes whole ones
 
@@ -84,16 +88,20 @@ def read_drive(
     raws = {m: read_raws(each, format_settings, m) for m, each in operations.items()}
     usable = {m: [raw for raw in each if isinstance(raw, Raw)] for m, each in raws.items()}
     usable = {m: each for m, each in usable.items() if each}
-    said = []
-    if noise_sd is None:
+    said, unknown, read_noise = [], 0.0, noise_sd is None
+    if read_noise:
         noise_sd = seen_noise(usable)
-    unknown = 0.0
     if size is None and usable:
         size, unknown = read_size(usable, models, noise_sd), _UNKNOWN
         said.append(_size_in_words(size, usable))
-    size = size or Size()
+    size = size or UNIT
     defined = speeds_of(speeds, size)
     sized = {m: at_size(models[m], size, unknown, noise_sd) for m in operations}
+    if read_noise and usable:
+        sized = {
+            m: replace(each, sensor=_with_left_out(each.sensor, size)) for m, each in sized.items()
+        }
+        said.append(_noise_in_words(noise_sd, max(each.sensor.noise_sd for each in sized.values())))
     curves = {
         m: curves_of(
             *(each, raws[m], sized[m].sensor.times, m),
@@ -113,14 +121,19 @@ def at_size(model: Model, size: Size, unknown: float, noise_sd: float | None) ->
     Args:
         model: Joint model of the size 1.
         size, unknown: As for ``Model.sized``.
-        noise_sd: Of the records, mm; None leaves that of the sensor, scaled. It is never less than
-            what the components of the learned error leave out of a drive.
+        noise_sd: Of the records, mm; None leaves that of the sensor, scaled.
     """
     sized = model.sized(size, unknown)
     if noise_sd is None:
         return sized
-    least = _LEFT_OUT * size.lengths if sized.sensor.discrepancy is not None else 0.0
-    return replace(sized, sensor=replace(sized.sensor, noise_sd=float(np.hypot(noise_sd, least))))
+    return replace(sized, sensor=replace(sized.sensor, noise_sd=noise_sd))
+
+
+def _with_left_out(sensor: Sensor, size: Size) -> Sensor:
+    """A sensor whose noise includes what the components of the learned error leave out."""
+    if sensor.discrepancy is None:
+        return sensor
+    return replace(sensor, noise_sd=float(np.hypot(sensor.noise_sd, _LEFT_OUT * size.lengths)))
 
 
 def seen_noise(raws: Mapping[str, Sequence[Raw]]) -> float | None:
@@ -147,18 +160,43 @@ def read_size(
     some = {m: [each[i] for i in _spread(len(each))] for m, each in raws.items()}
     logs = np.median([_landmarks(raw) for raw in _flat(some)], axis=0)
     logs -= np.mean([_reference(models[m]) for m in some], axis=0)
+    first = {m: each[:1] for m, each in some.items()}
+    starts = [logs + start for start in _STARTS]
+    logs = max(starts, key=lambda each: sum(_modes(each, first, models, noise_sd)[0]))
     for _ in range(_ROUNDS):
-        size = Size(*np.exp(logs).tolist())
-        moves = [
-            _expected(at_size(models[m], size, _UNKNOWN, noise_sd), raw)
-            for m, each in some.items()
-            for raw in each
-        ]
-        move = np.clip(np.median(moves, axis=0), -_FARTHEST, _FARTHEST)
-        logs += move
+        move = np.mean(_modes(logs, some, models, noise_sd)[1], axis=0)
+        logs = logs + np.clip(move, -_FARTHEST, _FARTHEST)
         if np.abs(move).max() < _REACHED:
             break
     return _whole_samples(Size(*np.exp(logs).tolist()), some, models)
+
+
+def _modes(
+    logs: np.ndarray,
+    raws: Mapping[str, Sequence[Raw]],
+    models: Mapping[str, Model],
+    noise_sd: float | None,
+) -> tuple[list[float], list[np.ndarray]]:
+    """Climb to the posterior modes of records at a size.
+
+    Returns:
+        Log evidence of each record by Laplace's method, over that of noise alone; and by how much
+        the logarithms of the size are expected to be others, ``(2,)``.
+    """
+    evidences, moves = [], []
+    for motion, each in raws.items():
+        size = Size(*np.exp(logs).tolist())
+        model = at_size(models[motion], size, _UNKNOWN, noise_sd)
+        model = replace(model, sensor=_with_left_out(model.sensor, size))
+        for raw in each:
+            record = raw.on_grid(model.sensor.times).travel
+            z, precision = mode(model, record)
+            noise = np.log(model.sensor.noise_sd) + 0.5 * np.log(2 * np.pi * np.e)
+            there = np.isfinite(record).sum()
+            found = float(model.log_joint(z[None], record)[0]) + there * noise
+            evidences.append(found - 0.5 * np.linalg.slogdet(precision)[1])
+            moves.append(_UNKNOWN * (model.prior.expects @ z[: len(NAMES)]))
+    return evidences, moves
 
 
 def _flat(raws: Mapping[str, Sequence[Raw]]) -> list[Raw]:
@@ -172,7 +210,7 @@ def _spread(count: int) -> np.ndarray:
 
 def _landmarks(raw: Raw) -> np.ndarray:
     """Logarithms of stroke and travel time of a record."""
-    return np.log([raw.segment.stroke, raw.duration()])
+    return np.log([raw.segment.stroke, raw.duration(*_SHARES)])
 
 
 def _reference(model: Model) -> np.ndarray:
@@ -180,14 +218,8 @@ def _reference(model: Model) -> np.ndarray:
     medians = np.zeros((1, len(model.outputs)))
     curve, times = model.curves(model.destandardise(medians))[0], model.sensor.times
     way = np.maximum.accumulate((curve - curve[0]) / (curve[-1] - curve[0]))
-    begins, ends = np.interp([0.1, 0.9], way, times)
+    begins, ends = np.interp(_SHARES, way, times)
     return np.log([abs(curve[-1] - curve[0]), ends - begins])
-
-
-def _expected(model: Model, raw: Raw) -> np.ndarray:
-    """Logarithms of a size's factors that are expected at a record's posterior mode, ``(2,)``."""
-    z, _ = mode(model, raw.on_grid(model.sensor.times).travel)
-    return _UNKNOWN * model.prior.expected_shared(z[: len(NAMES)])
 
 
 def _whole_samples(
@@ -203,7 +235,19 @@ def _whole_samples(
 def _size_in_words(size: Size, raws: Mapping[str, Sequence[Raw]]) -> str:
     """What was read, in words."""
     strokes = [raw.segment.stroke for raw in _flat(raws)]
+    count = "1 record" if len(strokes) == 1 else f"{len(strokes)} records"
     return (
-        f"size read from {len(strokes)} records: lengths {size.lengths:.3g} and times "
-        f"{size.times:.3g} times those of the reference drive (stroke {np.median(strokes):.4g} mm)"
+        f"size read from {count}: lengths {size.lengths:.3g} and times {size.times:.3g} times "
+        f"those of the reference drive (stroke {np.median(strokes):.4g} mm)"
     )
+
+
+def _noise_in_words(seen: float | None, taken: float) -> str:
+    """What was read of the noise, in words."""
+    if seen is None:
+        return (
+            f"the noise is not seen at rest; taken as {taken:.2g} mm, that of the reference drive "
+            "at this size: give sensor.noise_sd, or record more rest before the motion"
+        )
+    more = ", what the learned error leaves out included" if taken > 1.1 * seen else ""
+    return f"noise read at rest: {taken:.2g} mm{more}"
