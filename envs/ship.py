@@ -106,6 +106,7 @@ def _settings() -> list[str]:
                     "noise, mm": made["sensor"]["noise_sd"],
                     "samples, from, to (ms)": "{samples}, {start}, {stop}".format(**made["sensor"]),
                     "components of the learned error": len(saved.discrepancy.factor),
+                    "lag of the contact": "learned" if saved.discrepancy.lag else "not learned",
                 }
             )
     cells = [f"| {name} | {' | '.join(str(c[name]) for c in columns)} |" for name in columns[0]]
