@@ -12,11 +12,13 @@ from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of
 from breaker.mechanism.size import Size
 from breaker.records.reader import read_curves
-from breaker.synthetic.high_voltage import CHANNELS, LENGTHS, TIMES, write_exports
+from breaker.synthetic.high_voltage import CHANNELS, HIGH_VOLTAGE, write_exports
+from breaker.synthetic.high_voltage import main as example
 from breaker.synthetic.rigs import Rig
 from breaker.workflow.configuration import load
 
 OPERATIONS = 3
+LENGTHS, TIMES = HIGH_VOLTAGE.lengths, HIGH_VOLTAGE.times
 CONFIG = "config/config.yaml"
 
 
@@ -24,7 +26,7 @@ CONFIG = "config/config.yaml"
 def exports(tmp_path_factory, defaults):
     """Folder of the files, and the true first motions."""
     folder = tmp_path_factory.mktemp("rack")
-    return folder, write_exports(defaults["rig"], 1, folder, OPERATIONS)
+    return folder, write_exports(Rig.from_settings(defaults["rig"], 1).new, 1, folder, OPERATIONS)
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +106,14 @@ def test_the_files_are_of_the_layout(exports):
         assert lines[-1].split(";")[11:] == ["", "", ""]
     assert len(set(heads)) > 1
     assert all(4 <= head <= 45 for head in heads)
+
+
+def test_the_example_folder_is_always_the_same(exports, tmp_path, capsys):
+    folder, _ = exports
+    assert example([str(tmp_path / "rack"), "--operations", "1"]) == 0
+    assert "1 files written" in capsys.readouterr().out
+    (file,) = (tmp_path / "rack").iterdir()
+    assert file.read_bytes() == (folder / file.name).read_bytes()
 
 
 def test_the_overlay_is_yaml_of_the_keys_of_the_configuration(overlay):

@@ -25,8 +25,10 @@ _TRAVEL_NAMES = re.compile(
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 
 _STILL = 12.0  # sd of the noise, below which nothing moves
-# Of the way: the first of these takes longer than the second where a mass is set in motion.
-_SHARES = (0.03, 0.12, 0.4, 0.49)
+# Of the way: the first of these takes longer than one of the others where a mass is set in motion.
+# Than the next one even where a drive is fastest early, as in an opening with strong springs.
+_BEGINS = (0.03, 0.12)
+_LATER = ((0.12, 0.21), (0.4, 0.49))
 _GENTLE = 1.2  # times
 _FASTEST = 100  # kHz, of recorders
 _LEAST = 0.2  # of the range of a record, between two rests
@@ -138,11 +140,18 @@ def _travel(place: int, unit: str | None, smooth: np.ndarray, half: int) -> Trav
 
 
 def _is_gentle(smooth: np.ndarray, travel: Travel) -> bool:
-    """Whether each motion begins as that of a mass, slowly; a current rises fastest at first."""
+    """Whether a motion begins as that of a mass, slowly; a current rises fastest at first.
+
+    One is enough: before another, the drive may still creep to its rest.
+    """
     for k, at in enumerate(travel.at.tolist()):
         before, after = travel.levels[k : k + 2]
         done = (smooth[travel.part(k)[0] : at + 1] - before) / (after - before)
-        first, low, some, more = (int((done[::-1] <= share).argmax()) for share in _SHARES)
-        if first - low < _GENTLE * (some - more):
-            return False
-    return True
+        back = done[::-1]
+        times = [
+            int((back <= start).argmax()) - int((back <= end).argmax())
+            for start, end in (_BEGINS, *_LATER)
+        ]
+        if times[0] >= _GENTLE * min(times[1:]):
+            return True
+    return False

@@ -17,6 +17,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "evaluation": ["follow_lives"],
         "failure_times": ["failures"],
         "family": ["Family"],
+        "high_voltage": ["CHANNELS", "HIGH_VOLTAGE", "write_exports"],
         "judged": ["Reading", "family_of", "judge_records"],
         "judged_lives": ["judge_lives"],
         "judged_power": ["judge_power"],
