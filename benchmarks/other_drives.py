@@ -14,8 +14,8 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-for threads in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ.setdefault(threads, "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
@@ -85,7 +85,7 @@ def judged(rig: int, drive, file: Path, config: dict) -> list[dict]:
             | {"lengths": found.size.lengths, "times": found.size.times, "noise": found.noise_sd}
             for name, true, low, high in zip([*NAMES, *names], truth, *ends, strict=True)
         ]
-        # When the rig's own contact touches or parts, which is later than the model's at its values.
+        # The rig's own contact switches at another time than that of the model at its values.
         switches = real.operate(motion, np.arange(0.0, 300.0, 0.1))[1]
         rows.append({**rows[-len(names)], "quantity": f"{names[0]} of the rig", "truth": switches})
     return rows

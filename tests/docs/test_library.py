@@ -48,7 +48,7 @@ def test_a_number_that_is_not_so_is_found():
     setting = ">>> from breaker.model import generator\n>>> from breaker.workflow import load\n"
     setting += ">>> from breaker.shipped import DEFAULTS\n>>> config = load([DEFAULTS])\n\n"
     assert run(setting + part)[1] == 0
-    assert run(setting + part.replace("mu       ", "mu   4   "))[1] == 1
+    assert run(setting + part.replace("mu       ", "mu   9   "))[1] == 1
 
 
 def test_a_network_takes_thirty_lines():
