@@ -31,9 +31,9 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.optimize import brentq
 
 from breaker.model import Model
+from breaker.posterior.roots import root_between
 from breaker.posterior.transport import TriangularMap
 from breaker.posterior.weights import Importance, importance, resample
 
@@ -179,7 +179,7 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     # The root is found to 1e-3 of itself, however small, and taken from below.
     power = 1.0
     if excess(power) < 0:
-        power = (1 - 1e-3) * brentq(excess, 0.0, 1.0, xtol=1e-300, rtol=1e-3)
+        power = (1 - 1e-3) * root_between(excess, 0.0, 1.0, xtol=1e-300, rtol=1e-3)
     weights = np.zeros(log_ratio.size)
     weights[finite] = np.exp(power * centred)
     return weights / weights.sum()

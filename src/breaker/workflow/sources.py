@@ -9,7 +9,8 @@ the files of a command before Snakemake does: ``profiles/default/config.yaml`` c
 import argparse
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from functools import reduce
+from copy import deepcopy
+from functools import lru_cache, reduce
 from operator import getitem
 from pathlib import Path
 from typing import Any
@@ -66,7 +67,12 @@ def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
         ConfigurationError: If it cannot be read, is not YAML, or is a template.
     """
     path = short(path)
-    text = _text(path)
+    content, node = _parsed(path, _text(path))
+    return deepcopy(content), node
+
+
+@lru_cache(maxsize=16)  # a file is read to be merged, to be checked, and to be searched
+def _parsed(path: Path, text: str) -> tuple[Any, yaml.Node | None]:
     try:
         _check_depth(path, text)
         loader = _Loader(text)
