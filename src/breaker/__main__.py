@@ -2,7 +2,7 @@
 
 import sys
 
-from breaker.cli import main
+from breaker.cli import run
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run())

@@ -6,4 +6,6 @@ status: 0, or 1 where it failed.
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submod_attrs={"command": ["main"]})
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__, submod_attrs={"command": ["main", "run"]}
+)
