@@ -20,7 +20,7 @@ FLOORS = [
     {"records"},
     {"model", "workflow", "inspection"},
     {"posterior", "wear"},
-    {"validation", "decisions"},
+    {"validation", "decisions", "typical"},
     {"answers"},
     {"synthetic", "figures"},
     {"cli"},  # draws a picture of what it inspects

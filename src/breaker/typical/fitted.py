@@ -1,0 +1,164 @@
+"""The prior of a type: its medians and log-sds, and where each part of a log-sd comes from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from breaker.mechanism import NAMES, PARAMETERS
+from breaker.model import Model, Prior, generator
+from breaker.typical.fits import Fit, fit_breaker
+from breaker.typical.spread import Spread, find_spread
+
+__all__ = ["FittedPrior", "fit_type", "room_for_wear"]
+
+_STARTS = 4  # of a fit: the medians, and draws
+_DESIGN = 0.7  # share of a breaker's posterior variance taken for an error that its type shares
+_ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
+_WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
+_NORMAL_90 = 1.645
+
+
+@dataclass(frozen=True, eq=False)
+class FittedPrior:
+    """The prior of a type of breaker.
+
+    The parts of its log-sds are in those of the reference prior, ``(p,)``.
+
+    Attributes:
+        reference: The default prior, scaled to the size of the type, the size unknown.
+        fits: What the records of each breaker say, by name.
+        spread: Centre and spread of the type.
+        room: Room for wear.
+        unfit: Breakers without parameters that fit their records, which are left out.
+    """
+
+    reference: Prior
+    fits: Mapping[str, Fit]
+    spread: Spread
+    room: np.ndarray
+    unfit: tuple[str, ...] = ()
+
+    @property
+    def alone(self) -> bool:
+        """Whether the records of one breaker are the only source."""
+        return len(self.fits) == 1
+
+    @property
+    def between(self) -> np.ndarray:
+        """Spread between breakers."""
+        return np.maximum(self.spread.between, _ALONE) if self.alone else self.spread.between
+
+    @property
+    def design(self) -> np.ndarray:
+        """Error that all breakers of the type may share, so that more of them do not lessen it.
+
+        Breakers of a type have the same levers and dampers, so that the model's error is alike in
+        all of them, and in those to be judged.
+        """
+        if self.alone:
+            return np.zeros(len(NAMES))
+        sds = [self.own(name)[1] for name in self.fits]
+        return np.sqrt(_DESIGN * np.mean(np.square(sds), axis=0))
+
+    @property
+    def prior(self) -> Prior:
+        """The fitted prior."""
+        parts = (self.spread.centre_sd, self.between, self.design, self.room)
+        return Prior(
+            self.reference.destandardise(self.spread.centre),
+            self.reference.log_sds * np.sqrt(np.sum(np.square(parts), axis=0)),
+        )
+
+    def own(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return a breaker's standardised parameters and their sds, by itself, ``(p,)``."""
+        mean, cov = self.fits[name].posterior(self.reference.precision)
+        return mean, np.sqrt(cov.diagonal())
+
+    def without(self, name: str, rng: np.random.Generator) -> "FittedPrior":
+        """Return the prior that the other breakers make."""
+        others = {other: fit for other, fit in self.fits.items() if other != name}
+        spread = find_spread([*others.values()], self.reference.precision, rng)
+        return FittedPrior(self.reference, others, spread, self.room)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return what a figure shows, in the units of the parameters.
+
+        ``median`` and ``log_sd (kind, parameter)`` of the fitted and of the default prior at the
+        size; ``low``, ``middle`` and ``high (breaker, parameter)``: 90 % intervals of the breakers.
+        """
+        own = np.array([self.own(name) for name in self.fits])  # (b, 2, p)
+        low, middle, high = (
+            self.reference.destandardise(own[:, 0] + sds * own[:, 1])
+            for sds in (-_NORMAL_90, 0.0, _NORMAL_90)
+        )
+        priors, by_breaker = (self.prior, self.reference), ("breaker", "parameter")
+        return xr.Dataset(
+            {
+                "median": (("kind", "parameter"), np.array([each.medians for each in priors])),
+                "log_sd": (("kind", "parameter"), np.array([each.log_sds for each in priors])),
+                "low": (by_breaker, low),
+                "middle": (by_breaker, middle),
+                "high": (by_breaker, high),
+            },
+            coords={
+                "kind": ["fitted", "default"],
+                "breaker": list(self.fits),
+                "parameter": list(NAMES),
+                "unit": ("parameter", [each.unit for each in PARAMETERS]),
+            },
+        )
+
+
+def fit_type(
+    models: Mapping[str, Model],
+    records: Mapping[str, Mapping[str, np.ndarray]],
+    room: np.ndarray,
+    seed: int,
+) -> FittedPrior:
+    """Fit the prior of a type.
+
+    Args:
+        models: Joint model of each motion, of the type's size.
+        records: Records ``(n, t)``, mm, by breaker and motion.
+        room: Room for wear, log-sds of the models' prior, ``(p,)``.
+        seed: Of starts and draws.
+
+    Raises:
+        ValueError: If no breaker has parameters that fit its records.
+    """
+    prior = next(iter(models.values())).prior
+    fits = {}
+    for name, each in tqdm(records.items(), desc="fit", unit="breaker", mininterval=1):
+        starts = generator(seed, "fit-prior starts", name).standard_normal((_STARTS, len(NAMES)))
+        starts[0] = 0.0
+        fits[name] = fit_breaker(models, each, starts)
+    found = {name: fit for name, fit in fits.items() if fit.reached}
+    if not found:
+        raise ValueError(
+            f"no parameters that fit the records of {', '.join(fits)} were found: look at the "
+            "records (`breaker inspect FILE --plot PNG`) and at endurance.format"
+        )
+    rng = generator(seed, "fit-prior spread")
+    spread = find_spread([*found.values()], prior.precision, rng)
+    return FittedPrior(
+        prior, found, spread, room, tuple(name for name in fits if name not in found)
+    )
+
+
+def room_for_wear(change: Mapping[str, tuple[float, float]], prior: Prior) -> np.ndarray:
+    """Return the room that a prior needs for wear, in its log-sds, ``(p,)``.
+
+    Args:
+        change: The section ``rigs.wear.change`` of the configuration: ranges of changes, shares.
+        prior: The prior.
+
+    Example:
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> room_for_wear({"L": (0.005, 0.12)}, prior).round(2)  # 12 % is three times this
+        array([0.  , 0.  , 0.  , 0.  , 0.  , 0.  , 0.38])
+    """
+    ends = np.array([change.get(name, (0.0, 0.0)) for name in NAMES])
+    return np.abs(np.log1p(ends)).max(axis=1) / (_WEAR_SDS * prior.log_sds)

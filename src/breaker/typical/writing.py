@@ -1,0 +1,143 @@
+"""A fitted prior in words: a report, and the lines of configuration that hold it."""
+
+from collections.abc import Mapping, Sequence
+from textwrap import wrap
+
+import numpy as np
+import yaml
+
+from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter
+from breaker.typical.checks import Check
+from breaker.typical.fitted import FittedPrior
+from breaker.typical.recorded import Recorded
+
+__all__ = ["overlay_of", "overlay_text", "report"]
+
+_WIDTH = 100  # signs of a line
+_ABOUT = {
+    "size": ["# Size of the drive beside the default drive."],
+    "prior": [
+        "# Medians, and sds of the logarithms: spread between breakers, what is not known of the",
+        "# type, and room for wear.",
+    ],
+    "sensor": ["# Time grid and errors of records at this size; the noise is that of the records."],
+    "endurance": ["# How the files are read."],
+}
+
+
+def report(recorded: Recorded, fitted: FittedPrior, checks: Sequence[Check]) -> str:
+    """Return what was found, for the terminal."""
+    lines = [*_sources(recorded), "", *_table(fitted), "", *_checked(checks)]
+    if rejected := recorded.rejected:
+        lines += ["", f"rejected records: {len(rejected)}", *map("  {}".format, rejected)]
+    return "\n".join(lines)
+
+
+def overlay_of(recorded: Recorded, fitted: FittedPrior, format_settings: Mapping) -> dict:
+    """Return what the configuration has to hold for the type.
+
+    Args:
+        recorded: The records.
+        fitted: The prior.
+        format_settings: What of the section ``endurance.format`` the records need beside defaults.
+    """
+    drive, prior = recorded.drive, fitted.prior
+    sensor = next(iter(drive.models.values())).sensor.settings()
+    pairs = zip(NAMES, prior.medians, prior.log_sds, strict=True)
+    return {
+        "size": {name: _rounded(getattr(drive.size, name), 6) for name in ("lengths", "times")},
+        "prior": {
+            name: {"median": _rounded(median, 5), "log_sd": _rounded(log_sd, 3)}
+            for name, median, log_sd in pairs
+        },
+        "sensor": {name: _rounded(value, 6) for name, value in sensor.items()},
+        **({"motions": [*drive.models]} if len(drive.models) < len(MOTIONS) else {}),
+        **({"endurance": {"format": dict(format_settings)}} if format_settings else {}),
+    }
+
+
+def _rounded(value: float, digits: int) -> float:
+    return value if isinstance(value, int) else float(f"{value:.{digits}g}")
+
+
+def overlay_text(overlay: Mapping, recorded: Recorded, checks: Sequence[Check]) -> str:
+    """Return the commented lines of YAML of what ``overlay_of`` returns."""
+    said = ["Prior of a type of breaker, fitted by `breaker fit-prior`.", *_sources(recorded)]
+    said += ["", *_checked(checks)]
+    if rejected := recorded.rejected:
+        said += ["", f"rejected records: {len(rejected)}", *map("  {}".format, rejected)]
+    blocks = [_comment(said)]
+    for section, values in overlay.items():
+        lines = [_yaml({section: values})]
+        if section == "prior":
+            lines = ["prior:", *map(_prior_line, PARAMETERS, values.values())]
+        blocks.append("\n".join([*_ABOUT.get(section, []), *lines]))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _sources(recorded: Recorded) -> list[str]:
+    """What the prior was made from."""
+    records, drive = recorded.records, recorded.drive
+    lines = []
+    for motion in drive.models:
+        counts = [len(each[motion]) for each in records.values() if motion in each]
+        of = "one breaker" if len(counts) == 1 else f"{len(counts)} breakers"
+        lines.append(f"{sum(counts)} records of {motion} of {of}")
+    lines += drive.said
+    if recorded.left_out:
+        lines.append(
+            f"{sum(recorded.left_out.values())} more records of these breakers were not needed: of "
+            "each, some were taken, spread over all"
+        )
+    noise = next(iter(drive.models.values())).sensor.noise_sd
+    lines.append(f"noise of a sample {noise:.3g} mm; scale of the model's error {recorded.scale:g}")
+    return [*lines, "breakers: " + ", ".join(records)]
+
+
+def _table(fitted: FittedPrior) -> list[str]:
+    """Medians and log-sds, beside those of the default prior at the size, and their parts."""
+    prior, reference = fitted.prior, fitted.reference
+    spread = fitted.spread
+    lines = [
+        "                    median   log_sd   of it: between  not known  design    wear    default"
+        "   log_sd"
+    ]
+    parts = np.array([fitted.between, spread.centre_sd, fitted.design, fitted.room])
+    for i, each in enumerate(PARAMETERS):
+        numbers = "".join(f"{value:10.3f}" for value in reference.log_sds[i] * parts[:, i])
+        lines.append(
+            f"  {each.name:8s}{each.unit:8s}{prior.medians[i]:8.4g}{prior.log_sds[i]:9.3f}"
+            f"       {numbers}{reference.medians[i]:10.4g}{reference.log_sds[i]:9.3f}"
+        )
+    return lines
+
+
+def _checked(checks: Sequence[Check]) -> list[str]:
+    lines = []
+    for check in checks:
+        lines.append(f"{check.name}:")
+        for finding in check.findings:
+            lines += wrap(
+                finding.text,
+                _WIDTH - 2,
+                initial_indent="  " if finding.good else "  WARNING: ",
+                subsequent_indent="    ",
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+    return lines
+
+
+def _prior_line(parameter: Parameter, values: Mapping[str, float]) -> str:
+    pair = f"  {parameter.name}: {_yaml(values)}"
+    return f"{pair:45s}# {parameter.unit.replace('²', '^2'):9s} {parameter.meaning}"
+
+
+def _comment(lines: Sequence[str]) -> str:
+    return "\n".join(f"# {line}".rstrip() for text in lines for line in text.splitlines() or [""])
+
+
+def _yaml(value: object) -> str:
+    """Keys and values, a section in braces on its line."""
+    text = yaml.safe_dump(value, default_flow_style=None, allow_unicode=True, sort_keys=False)
+    return text.strip()

@@ -1,0 +1,64 @@
+"""Breakers of a type whose medians and spread are known, and their records."""
+
+import numpy as np
+
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.mechanism.size import Size
+from breaker.model.prior import Prior
+from breaker.model.reference import configured_model
+from breaker.records.export import write_curve
+from breaker.synthetic.family import Family
+
+SHARE = 0.5  # spread between breakers, in log-sds of the default prior
+NAMELESS = "file,motion,operation\n"
+NAMED = "file,motion,operation,breaker\n"
+
+
+def type_of(prior, rng, off=0.7):
+    """Prior of a type: medians that a draw of the default prior has, less spread."""
+    while True:
+        medians = prior.medians * np.exp(off * prior.log_sds * rng.standard_normal(7))
+        drawn = Prior(medians, SHARE * prior.log_sds)
+        if drawn.log_support > np.log(0.95):
+            return drawn
+
+
+def breakers_of(drawn, rigs, count, rng):
+    """Drives of a type, each with what the model lacks on top."""
+    family = Family(drawn, rigs)
+    return [family.new(rng) for _ in range(count)]
+
+
+def records_of(drive, model, count, rng):
+    """Records of a drive on a model's grid, ``(count, t)``."""
+    sensor = model.sensor.noise_and_zero
+    onsets = sensor.onset_sd * rng.standard_normal(count)
+    curves = [drive.travel(model.motion, sensor.times - onset) for onset in onsets]
+    return sensor.corrupt(np.array(curves), rng)
+
+
+def write_breakers(folder, drives, count, rng, size=None, motions=MOTIONS, head=NAMED):
+    """Write files of breakers Q0, Q1 ... with their table."""
+    size = size or Size()
+    folder.mkdir(parents=True, exist_ok=True)
+    time, lines = np.arange(0.0, 72.0 * size.times, 0.1 * size.times), []
+    for number, drive in enumerate(drives):
+        for motion in motions:
+            for operation in range(1, count + 1):
+                begins = size.times * (10.0 + 0.3 * rng.standard_normal())
+                curve = drive.scaled(size).travel(motion, time - begins)
+                curve += 0.1 * size.lengths * rng.standard_normal(time.size)
+                file = folder / f"{motion}_{number}_{operation}.csv"
+                write_curve(file, time, curve, motion=motion, operation=operation)
+                line = f"{file.name},{motion},{operation + 100 * number}"
+                lines.append(f"{line},Q{number}" if head == NAMED else line)
+    table = head + "\n".join(lines) + "\n"
+    (folder / "operations.csv").write_text(table, encoding="utf-8")
+    return folder
+
+
+def with_prior(defaults, motion, prior):
+    """The model of the reference drive with a prior of a type."""
+    named = zip(NAMES, prior.medians.tolist(), prior.log_sds.tolist(), strict=True)
+    own = {name: {"median": median, "log_sd": log_sd} for name, median, log_sd in named}
+    return configured_model({**defaults, "prior": own}, motion)

@@ -1,0 +1,82 @@
+"""`breaker fit-prior`: the lines of configuration that it writes, and what it says."""
+
+import numpy as np
+import pytest
+import yaml
+
+from breaker.cli import main
+from breaker.mechanism.parameters import NAMES
+from breaker.mechanism.size import Size
+from breaker.model.randomness import generator
+from breaker.workflow.configuration import load
+from tests.conftest import DEFAULTS
+from tests.typical.drives import breakers_of, type_of, write_breakers
+
+SIZE = Size(10.0, 4.0)
+
+
+@pytest.fixture(scope="module")
+def drawn(prior):
+    return type_of(prior, generator(5, "test written"), off=0.3)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, drawn, defaults):
+    rng = generator(5, "test files")
+    drives = breakers_of(drawn, defaults["rigs"], 3, rng)
+    return write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng, SIZE)
+
+
+@pytest.fixture(scope="module")
+def written(folder, tmp_path_factory):
+    """The overlay, and a picture."""
+    file = tmp_path_factory.mktemp("written") / "type.yaml"
+    plot = file.with_suffix(".png")
+    assert main(["fit-prior", str(folder), "--output", str(file), "--plot", str(plot)]) == 0
+    return file, plot
+
+
+def test_the_configuration_takes_it(written, drawn):
+    file, plot = written
+    config = load([DEFAULTS, file])
+    assert config["size"]["lengths"] == pytest.approx(SIZE.lengths, rel=0.3)
+    medians = np.array([config["prior"][name]["median"] for name in NAMES])
+    log_sds = np.array([config["prior"][name]["log_sd"] for name in NAMES])
+    off = np.log(medians / (drawn.medians * SIZE.factors)) / log_sds
+    assert np.abs(off).max() < 3.0  # the fitted prior's sd, of which 3 are hardly exceeded by any
+    assert config["sensor"]["noise_sd"] == pytest.approx(0.1 * SIZE.lengths, rel=0.2)
+    assert config["sensor"]["stop"] == pytest.approx(58.0 * config["size"]["times"], rel=1e-4)
+    assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_it_says_what_it_was_made_from(written):
+    text = written[0].read_text(encoding="utf-8")
+    assert "# 6 records of closing of 3 breakers" in text
+    assert "# breakers: Q0, Q1, Q2" in text
+    assert text.isprintable() or "\t" not in text
+
+
+def test_it_is_the_same_every_time(written, folder, tmp_path):
+    again = tmp_path / "again.yaml"
+    main(["fit-prior", str(folder), "--output", str(again)])
+    assert again.read_bytes() == written[0].read_bytes()
+
+
+def test_what_the_files_need_is_written_along(folder, tmp_path, capsys):
+    overlay = tmp_path / "format.yaml"
+    overlay.write_text("endurance: {format: {zero: rest}}\nmotions: [closing]\n")
+    table = (folder / "operations.csv").read_text(encoding="utf-8")
+    one = tmp_path / "one"
+    one.mkdir()
+    for file in folder.glob("closing_0_*.csv"):
+        (one / file.name).symlink_to(file)
+    head, *rows = table.splitlines()
+    chosen = [head, *(row for row in rows if row.startswith("closing_0"))]
+    (one / "operations.csv").write_text("\n".join(chosen), encoding="utf-8")
+    assert main(["fit-prior", str(one), "--config", str(overlay)]) == 0
+    printed = capsys.readouterr().out
+    assert "WARNING: ONE breaker is the only source" in printed
+    lines = yaml.safe_load(printed.split("The lines of configuration:")[1])
+    assert lines["endurance"] == {"format": {"zero": "rest"}}
+    assert lines["motions"] == ["closing"]
+    assert "# " + "  WARNING: ONE breaker" in printed
