@@ -34,7 +34,8 @@ def ranks(model, *, known=None):
     for value, record, truth in zip(values, records, left_out, strict=True):
         record[100:130] = np.nan
         same = np.repeat(value[None], 200, axis=0)
-        draws, _ = _errors(known, record, same, known.curves(same), rng)
+        curves = np.repeat(known.curves(value[None]), 200, axis=0)
+        draws, _ = _errors(known, record, same, curves, rng)
         found.append((draws[:, 60] < truth[60]).mean())
     return np.array(found)
 
