@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.stats import kstest
 
 from breaker.model import Contact, Facts, Lag, Model, generator
 from breaker.posterior.exact import infer_exactly
 from breaker.posterior.exactness import correct_operations
+from breaker.posterior.laplace import surprise
 from tests.networks_fixtures import PRIOR, SENSOR, left_out
 
 SETTINGS = {
@@ -115,6 +117,38 @@ def test_narrow_facts_far_from_a_network_s_draws(model, curves, unaware):
     assert np.abs(off).max() < 4.0
     before = facts.residuals(network["median"].values[:, :7])
     assert np.abs(before).max() > 10.0
+
+
+def test_times_that_the_record_contradicts_are_remarked(model, curves):
+    """Of 300 drives, times of their own are standard normal surprises: false alarm 1e-3.
+
+    Planted fault: times of another record.
+    """
+    rng = generator(5, "test surprise")
+    onset = model.sensor.onset_sd * rng.standard_normal((300, 1))
+    values = np.hstack([model.prior.sample(300, rng), onset])
+    expected, left_out = model.expected(values), model.sensor.discrepancy
+    xi = rng.standard_normal((300, len(left_out.factor)))
+    records = model.sensor.noise_and_zero.corrupt(expected.travel + xi @ left_out.factor, rng)
+    lags = xi @ left_out.lag.loading + np.hypot(left_out.lag.sd, 0.1) * rng.standard_normal(300)
+    times = expected.switching + lags
+
+    def surprises(times):
+        known = [model.knowing(contact=Contact(float(time), 0.1)) for time in times]
+        return [surprise(each, record) for each, record in zip(known, records, strict=True)]
+
+    own, other = surprises(times), surprises(np.roll(times, 1))
+    assert kstest(own, "norm").pvalue > 1e-3
+    assert kstest(other, "norm").pvalue < 1e-6
+    data = timed(model, curves).assign(remarks=("operation", ["odd", "", ""]))
+    data.contact_time[1] = 25.0
+    found = infer_exactly(model, data, SETTINGS, draws=50, **COMMON)
+    assert np.isfinite(found.contact_surprise.values[:2]).all()
+    assert np.isnan(found.contact_surprise.values[2])
+    assert found.remarks.values[[0, 2]].tolist() == ["odd", ""]
+    assert "sd from what the curve leads to expect: is it of this record" in str(
+        found.remarks[1].item()
+    )
 
 
 def test_nothing_known_changes_nothing(model, curves, unaware):

@@ -27,7 +27,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.model import Model
-from breaker.posterior.exactness import correct_each, models_of, p_values
+from breaker.posterior.exactness import correct_each, judged_contacts, models_of, p_values
 from breaker.posterior.laplace import approximate
 from breaker.posterior.missing import check
 from breaker.posterior.predictive import coordinates, summaries
@@ -69,7 +69,6 @@ def infer_exactly(
     samples = model.sensor.samples
     if measured.shape[1:] != (samples,):
         raise ValueError(f"records must have the shape (o, {samples}), not {measured.shape}")
-
     models = models_of(model, curves)
 
     def start(i: int, rng: np.random.Generator) -> np.ndarray:
@@ -88,5 +87,6 @@ def infer_exactly(
         "reason": ("operation", reasons.astype(str)),
         "accepted": ("operation", reasons == ""),
     }
+    by_operation |= judged_contacts(models, curves, values)
     drawn = summaries(model, values, p_values(model, measured, values), misfit_p_value)
     return curves.assign(by_operation | drawn).assign_coords(coordinates(model))

@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from breaker.model import Contact, Model, generator
 from breaker.posterior.corrections import correct
-from breaker.posterior.laplace import approximate
+from breaker.posterior.laplace import approximate, surprise
 from breaker.posterior.predictive import predictive_p_value, summaries
 from breaker.posterior.tables import ABSENT
 from breaker.posterior.weights import importance
@@ -24,9 +24,12 @@ __all__ = [
     "correct_operations",
     "correct_validation",
     "judge",
+    "judged_contacts",
     "models_of",
     "p_values",
 ]
+
+_SURPRISING = 4.0  # sd of a contact's time about what its record leads to expect
 
 
 class Density(Protocol):
@@ -92,6 +95,7 @@ def correct_operations(
     )
     p_value = p_values(model, inferred.travel.values, values)
     by_operation = {name: ("operation", each) for name, each in found.items()}
+    by_operation |= judged_contacts(models, inferred, values)
     return inferred.assign(by_operation | summaries(model, values, p_value, misfit_p_value))
 
 
@@ -114,6 +118,41 @@ def models_of(model: Model, operations: xr.Dataset) -> list[Model]:
         model if np.isnan(time) else model.knowing(model.facts, Contact(float(time), float(sd)))
         for time, sd in known
     ]
+
+
+def judged_contacts(
+    models: Sequence[Model], operations: xr.Dataset, values: np.ndarray
+) -> dict[str, tuple]:
+    """Hold the contact's time of each operation against its record.
+
+    Args:
+        models: Joint model of each operation.
+        operations: Dataset with their ``travel``, and ``remarks`` where there are any.
+        values: Their draws, ``(n, d, q)``; nan where there are none.
+
+    Returns:
+        Nothing if no such time is known. Else ``contact_surprise``, see ``laplace.surprise``, and
+        ``remarks`` with one more where it is large.
+    """
+    found, said = np.full(len(models), np.nan), np.full(len(models), "", dtype=object)
+    if "remarks" in operations:
+        said = operations.remarks.values.astype(object)
+    for i, model in enumerate(models):
+        if model.contact is None or not np.isfinite(values[i]).all():
+            continue
+        found[i] = surprise(model, operations.travel.values[i].astype(np.float64))
+        if abs(found[i]) > _SURPRISING:
+            remark = (
+                f"the contact's time is {found[i]:+.1f} sd from what the curve leads to expect: is "
+                "it of this record, and in its time?"
+            )
+            said[i] = "; ".join(filter(None, (said[i], remark)))
+    if np.isnan(found).all():
+        return {}
+    return {
+        "contact_surprise": ("operation", found),
+        "remarks": ("operation", said.astype(str)),
+    }
 
 
 def p_values(model: Model, measured: np.ndarray, values: np.ndarray) -> np.ndarray:

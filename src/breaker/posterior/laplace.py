@@ -15,7 +15,7 @@ import numpy as np
 
 from breaker.model import Model, linearise, linearise_beside
 
-__all__ = ["approximate", "mode"]
+__all__ = ["approximate", "mode", "surprise"]
 
 _LESS = 1 / 3  # of the noise, from one climb to the next
 _STEPS, _LAST_STEPS = 8, 40  # of each climb, and of the last
@@ -68,6 +68,25 @@ def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for rung in range(int(np.clip(np.ceil(rungs), 1, 30)), 0, -1):
         z, _ = _climb(_noisier(model, rung), record, z, _STEPS, _REACHED)
     return _climb(model, record, z, _LAST_STEPS, _LAST_REACHED)
+
+
+def surprise(model: Model, record: np.ndarray) -> float:
+    """Return how far the contact's time is from what the record leads to expect, in sds.
+
+    Standard normal where both are of the same motion of a drive of the family; infinite where the
+    contact is not expected to switch at all.
+
+    Args:
+        model: Joint model that knows the contact's time.
+        record: ``(t,)``, mm; NaN where a sample is missing.
+    """
+    place, precision = mode(model.knowing(model.facts), record)
+    alone = model.knowing(contact=model.contact)
+    (residual,), slopes = linearise_beside(alone, place, record)
+    if not slopes.any():
+        return np.inf
+    (slope,) = slopes.T
+    return float(residual / np.sqrt(1.0 + slope @ np.linalg.solve(precision, slope)))
 
 
 @lru_cache(maxsize=64)

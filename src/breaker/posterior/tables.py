@@ -67,7 +67,7 @@ _COLUMNS = (
     "pareto_k",
 )
 # And of what was measured beside the travel, where it was of any operation.
-_MEASURED = ("contact_time", "contact_sd", "latch_time")
+_MEASURED = ("contact_time", "contact_sd", "contact_surprise", "latch_time")
 
 
 def quantiles(draws: np.ndarray, *, axis: int) -> dict[str, np.ndarray]:
