@@ -127,7 +127,8 @@ def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) 
     if known and not _PRIOR[0] <= float(np.median(strokes)) <= _PRIOR[1]:
         remarks.append(
             f"a stroke of {np.median(strokes):.4g} mm is that of another size of breaker than "
-            "those of the default prior: set prior (and rigs) to your drive"
+            "those of the default prior: breaker infer reads the size from the records, the "
+            "workflow needs a prior and size of its own, which breaker fit-prior proposes"
         )
     opens = mm * np.array([(sign * travel.levels).min() for travel in travels])
     settings = {
