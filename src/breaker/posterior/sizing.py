@@ -4,9 +4,12 @@ The reference drive's prior, sensor and learned error hold for a drive of anothe
 are scaled (``breaker.mechanism.Size``). A size that is only read from records is not known exactly,
 so its factors count as shared by all parameters, with a wide prior of their own
 (``Prior.sized(size, unknown)``): the posterior hardly depends on the place about which that prior
-stands. Grid and learned error do, a little, and their size is made consistent with the posterior:
+stands. The learned error moves with the size that a draw makes likely, to first order
+(``Discrepancy.of_unknown_size``). So the size at which grid and errors stand has to be near:
 
-1. It starts at the stroke and the travel time over those of the reference drive.
+1. Of some sizes about the stroke and the travel time over those of the reference drive, that of the
+   highest evidence (by Laplace's method) is the first. A damper may make a motion long: from the
+   landmarks alone, one record in forty would lead to a size that is a third too large.
 2. At the posterior modes of some records, the size's factors are expected to be others,
    ``E[u | z]``, given the reference drive's spread of each parameter. The size moves there.
 3. The records are put on the grid of that size, and so on, until the size stays.
@@ -16,6 +19,7 @@ All records of a call are of one drive, both motions together. Works without tor
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -157,50 +161,56 @@ def read_size(
         models: Joint model of each motion, of the size 1.
         noise_sd: Noise of the records, mm; None takes that of the models, scaled.
     """
-    some = {m: [each[i] for i in _spread(len(each))] for m, each in raws.items()}
-    logs = np.median([_landmarks(raw) for raw in _flat(some)], axis=0)
-    logs -= np.mean([_reference(models[m]) for m in some], axis=0)
-    first = {m: each[:1] for m, each in some.items()}
+    some = [(m, each[i]) for m, each in raws.items() for i in _spread(len(each))]
+    logs = np.median([_landmarks(raw) for _, raw in some], axis=0)
+    logs -= np.mean([_reference(models[m]) for m in raws], axis=0)
+    first = [(m, each[0]) for m, each in raws.items()]
     starts = [logs + start for start in _STARTS]
-    logs = max(starts, key=lambda each: sum(_modes(each, first, models, noise_sd)[0]))
+    evidence = [
+        sum(_mode(models[m], raw, at, noise_sd).evidence for m, raw in first) for at in starts
+    ]
+    logs, found = starts[int(np.argmax(evidence))], [None] * len(some)
     for _ in range(_ROUNDS):
-        move = np.mean(_modes(logs, some, models, noise_sd)[1], axis=0)
+        found = [
+            _mode(models[m], raw, logs, noise_sd, last)
+            for (m, raw), last in zip(some, found, strict=True)
+        ]
+        move = np.mean([each.move for each in found], axis=0)
         logs = logs + np.clip(move, -_FARTHEST, _FARTHEST)
         if np.abs(move).max() < _REACHED:
             break
-    return _whole_samples(Size(*np.exp(logs).tolist()), some, models)
+    steps = np.median([raw.step for _, raw in some]), np.mean([models[m].sensor.step for m in raws])
+    return _whole_samples(Size(*np.exp(logs).tolist()), *map(float, steps))
 
 
-def _modes(
-    logs: np.ndarray,
-    raws: Mapping[str, Sequence[Raw]],
-    models: Mapping[str, Model],
-    noise_sd: float | None,
-) -> tuple[list[float], list[np.ndarray]]:
-    """Climb to the posterior modes of records at a size.
+class _Mode(NamedTuple):
+    """Posterior mode of a record at a size.
 
-    Returns:
-        Log evidence of each record by Laplace's method, over that of noise alone; and by how much
-        the logarithms of the size are expected to be others, ``(2,)``.
+    Attributes:
+        values: Outputs there, ``(q,)``, physical units.
+        move: By how much the logarithms of the size are expected to be others, ``(2,)``.
+        evidence: Log evidence by Laplace's method, over that of noise alone.
     """
-    evidences, moves = [], []
-    for motion, each in raws.items():
-        size = Size(*np.exp(logs).tolist())
-        model = at_size(models[motion], size, _UNKNOWN, noise_sd)
-        model = replace(model, sensor=_with_left_out(model.sensor, size))
-        for raw in each:
-            record = raw.on_grid(model.sensor.times).travel
-            z, precision = mode(model, record)
-            noise = np.log(model.sensor.noise_sd) + 0.5 * np.log(2 * np.pi * np.e)
-            there = np.isfinite(record).sum()
-            found = float(model.log_joint(z[None], record)[0]) + there * noise
-            evidences.append(found - 0.5 * np.linalg.slogdet(precision)[1])
-            moves.append(_UNKNOWN * (model.prior.expects @ z[: len(NAMES)]))
-    return evidences, moves
+
+    values: np.ndarray
+    move: np.ndarray
+    evidence: float
 
 
-def _flat(raws: Mapping[str, Sequence[Raw]]) -> list[Raw]:
-    return [raw for each in raws.values() for raw in each]
+def _mode(
+    model: Model, raw: Raw, logs: np.ndarray, noise_sd: float | None, near: _Mode | None = None
+) -> _Mode:
+    """Climb to the posterior mode of a record at a size, from one nearby if there is one."""
+    size = Size(*np.exp(logs).tolist())
+    model = at_size(model, size, _UNKNOWN, noise_sd)
+    model = replace(model, sensor=_with_left_out(model.sensor, size))
+    record = raw.on_grid(model.sensor.times).travel
+    z, precision = mode(model, record, None if near is None else model.standardise(near.values))
+    noise = np.log(model.sensor.noise_sd) + 0.5 * np.log(2 * np.pi * np.e)
+    over_noise = float(model.log_joint(z[None], record)[0]) + noise * np.isfinite(record).sum()
+    evidence = over_noise - 0.5 * float(np.linalg.slogdet(precision)[1])
+    move = _UNKNOWN * (model.prior.expects @ z[: len(NAMES)])
+    return _Mode(model.destandardise(z), move, evidence)
 
 
 def _spread(count: int) -> np.ndarray:
@@ -222,19 +232,15 @@ def _reference(model: Model) -> np.ndarray:
     return np.log([abs(curve[-1] - curve[0]), ends - begins])
 
 
-def _whole_samples(
-    size: Size, raws: Mapping[str, Sequence[Raw]], models: Mapping[str, Model]
-) -> Size:
+def _whole_samples(size: Size, step: float, grid_step: float) -> Size:
     """The size next to one at which steps of the grid are whole samples, where these are short."""
-    step = float(np.median([raw.step for raw in _flat(raws)]))
-    reference = float(np.mean([models[m].sensor.step for m in raws]))
-    every = size.times * reference / step
-    return replace(size, times=round(every) * step / reference) if every >= _WHOLE else size
+    every = size.times * grid_step / step
+    return replace(size, times=round(every) * step / grid_step) if every >= _WHOLE else size
 
 
 def _size_in_words(size: Size, raws: Mapping[str, Sequence[Raw]]) -> str:
     """What was read, in words."""
-    strokes = [raw.segment.stroke for raw in _flat(raws)]
+    strokes = [raw.segment.stroke for each in raws.values() for raw in each]
     count = "1 record" if len(strokes) == 1 else f"{len(strokes)} records"
     return (
         f"size read from {count}: lengths {size.lengths:.3g} and times {size.times:.3g} times "
