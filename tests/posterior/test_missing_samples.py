@@ -218,7 +218,7 @@ def files(tmp_path_factory, curved):
     """Two closings as an instrument writes them: one lacks 40 % of its lines from 16 ms on."""
     posterior, _ = curved
     time = np.arange(0, 90, 0.5)
-    theta = posterior.prior.medians[None]
+    theta = posterior.model.prior.medians[None]
     exact = travel(theta, time, "closing", onset=12.0).travel[0]
     folder = tmp_path_factory.mktemp("curves")
     for k in (1, 2):
@@ -391,7 +391,7 @@ def test_an_error_in_the_correction_is_its_reason(files, series, monkeypatch):
 def test_an_onset_far_from_the_time_that_was_read_is_a_flag(series):
     """Beyond 4 prior sd, early or late."""
     posterior, _ = series
-    values = np.tile(np.append(posterior.prior.medians, 0.0), (4, 20, 1))
+    values = np.tile(np.append(posterior.model.prior.medians, 0.0), (4, 20, 1))
     values[:, :, 7] = 0.3 * np.array([-4.1, -3.9, 3.9, 4.1])[:, None]
     found = summaries(posterior.model, values, np.full(4, 0.5), 1e-3)
     assert found["far_onset"].values.tolist() == [True, False, False, True]

@@ -11,7 +11,7 @@ from breaker.model.randomness import generator
 from breaker.model.reference import reference_model
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate
-from breaker.posterior.sizing import at_size, read_drive
+from breaker.posterior.sizing import at_size, network_remarks, read_drive
 from breaker.records.export import write_curve
 
 STEP = 0.08  # ms, of the drive of size 1: a fifth of the grid's
@@ -101,3 +101,16 @@ def test_files_that_cannot_be_read_keep_their_reason(tmp_path, theta, models):
     nothing = read_drive({"opening": operations["opening"][:1]}, {}, models)
     assert nothing.size == Size()
     assert not nothing.curves["opening"].accepted.any()
+
+
+def test_a_network_is_said_to_be_of_another_noise_or_rate(small, models):
+    sensor = models["closing"].sensor.sized(Size(10.0, 4.0))
+    curves = small.curves["closing"]
+    assert network_remarks(sensor, 1.2, curves) == []
+    (noise,) = network_remarks(sensor, 0.1, curves)
+    assert "the network knows 1 mm" in noise
+    assert "start from the mode" in noise
+    slow = curves.assign(missing=curves.missing + 60)
+    (rate,) = network_remarks(sensor, 1.0, slow)
+    assert "40%" in rate
+    assert "deep_set" in rate

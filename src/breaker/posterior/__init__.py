@@ -25,7 +25,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "sample_records",
             "validate",
         ],
-        "sizing": ["DriveRecords", "read_drive"],
+        "sizing": ["DriveRecords", "network_remarks", "read_drive"],
         "solver": ["convergence", "held_out_log_density", "records"],
         "tables": [
             "beside",

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from breaker.mechanism import Parameter
+from breaker.mechanism import UNIT, Parameter, Size
 from breaker.model import Discrepancy, Model, Sensor, distance, excess, seed_integer
 from breaker.networks import build
 from breaker.posterior.missing import check, completed, expected, lacking
@@ -42,8 +42,8 @@ class Posterior(nn.Module):
             network: see ``at``.
 
     Attributes:
-        model: Prior, sensor and motion that it was made for, also by themselves as ``prior``,
-            ``sensor`` and ``motion``.
+        model: Prior, sensor and motion that it is for; ``sensor``, ``motion`` also by themselves.
+        size: Size of its drives beside those of its training: see ``sized``.
         outputs: What it infers, in order.
         steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
             the training so that either is converged.
@@ -75,14 +75,12 @@ class Posterior(nn.Module):
     ) -> None:
         super().__init__()
         self.settings = dict(settings)
-        self.discrepancy, self.scale = discrepancy, 0.0
+        self.discrepancy, self.scale, self.size = discrepancy, 0.0, UNIT
         self.model = Model.from_settings(settings, discrepancy).leaving_out(None)
         self.motion: str = self.model.motion
-        self.prior = self.model.prior
         self.outputs: tuple[Parameter, ...] = self.model.outputs
         components = settings["network"]["summary"]["components"]
-        # Layers draw their first weights from torch's global generator; fork it, so that the seed
-        # decides and nothing else is touched.
+        # Layers draw first weights from torch's global generator: forked, the seed alone decides.
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed_integer(seed, "first weights", self.motion))
             self.summary, self.inference = build(
@@ -95,15 +93,11 @@ class Posterior(nn.Module):
         samples = self.sensor.samples
         self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
         self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
-        for name, shape in (
-            ("farthest", len(SCALES)),
-            ("lowest", samples),
-            ("highest", samples),
-            ("margin", len(SCALES)),
-        ):
+        shapes = {"farthest": len(SCALES), "lowest": samples, "highest": samples}
+        for name, shape in (shapes | {"margin": len(SCALES)}).items():
             self.register_buffer(name, torch.zeros(shape, dtype=torch.float64))
-        self.register_buffer("solver_steps", torch.ones((), dtype=torch.int64))
-        self.register_buffer("density_solver_steps", torch.ones((), dtype=torch.int64))
+        for name in ("solver_steps", "density_solver_steps"):
+            self.register_buffer(name, torch.ones((), dtype=torch.int64))
 
     def at(self, scale: float) -> Self:
         """Return the posterior for a scale of what the model leaves out; weights are shared.
@@ -120,8 +114,14 @@ class Posterior(nn.Module):
             raise ValueError(f"the network takes scales from 0 to {SCALES[-1]:g}, not {scale:g}")
         found = copy(self)
         found.scale = float(scale)
-        found.model = self.model.leaving_out(self.discrepancy.scaled(scale) if scale else None)
+        found.model = Model.from_settings(self.settings, self.discrepancy, scale).sized(self.size)
         return found
+
+    def sized(self, size: Size) -> Self:
+        """Return the posterior of drives of a size beside that of its training, noise included."""
+        found = copy(self)
+        found.size = size
+        return found.at(self.scale)
 
     def conditions(self, scale: Tensor) -> tuple[Tensor, ...]:
         """Return what the network is told of scales ``(n, 1)``: ``(n, 2)``, or nothing."""
@@ -264,8 +264,9 @@ class Posterior(nn.Module):
         missing, whole = np.isnan(measured), np.array(measured, dtype=np.float64)
         for i in np.flatnonzero(missing.any(axis=1)):
             whole[i] = expected(self.model, whole[i])
-        far = distance(whole, mean, weights)
-        measured = np.where(missing, lowest, measured)  # what is missing leaves no envelope
+        far = distance(whole / self.size.lengths, mean, weights)
+        # What is missing leaves no envelope.
+        measured = np.where(missing, lowest, measured / self.size.lengths)
         farthest, margin = (
             np.interp(self.scale, SCALES, each.cpu().numpy())
             for each in (self.farthest, self.margin)
@@ -278,7 +279,7 @@ class Posterior(nn.Module):
     def _summary(self, measured: np.ndarray) -> Tensor:
         """Features ``(n, s)`` of records ``(n, t)``."""
         scale = self._tensor(np.full((len(measured), 1), self.scale))
-        return self._features(self._tensor(measured), scale)
+        return self._features(self._tensor(measured / self.size.lengths), scale)
 
     # Model files.
 

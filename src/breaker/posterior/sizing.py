@@ -30,7 +30,7 @@ from breaker.model import Model, Sensor
 from breaker.posterior.laplace import mode
 from breaker.records import Raw, curves_of, read_raws
 
-__all__ = ["DriveRecords", "read_drive"]
+__all__ = ["DriveRecords", "network_remarks", "read_drive"]
 
 _UNKNOWN = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
 _RECORDS = 3  # of each motion, from which the size is read
@@ -42,6 +42,8 @@ _REACHED = 0.01  # change of the logarithm of the size, far below its uncertaint
 _FARTHEST = 0.5  # of a round
 _SHARES = (0.1, 0.5)  # of the way, between which the travel time is read: before dampers act
 _LEFT_OUT = 0.002  # mm, of the reference drive: what components of the learned error leave out
+_NOISE = 1.5  # factor on the noise that a network was trained with, beyond which its answer is off
+_MISSING = 0.02  # share of missing samples from which they matter to a network
 _WHOLE = 10  # samples of a record in a step of the grid, from which it takes whole ones
 
 
@@ -138,6 +140,33 @@ def _with_left_out(sensor: Sensor, size: Size) -> Sensor:
     if sensor.discrepancy is None:
         return sensor
     return replace(sensor, noise_sd=float(np.hypot(sensor.noise_sd, _LEFT_OUT * size.lengths)))
+
+
+def network_remarks(sensor: Sensor, noise_sd: float, curves: xr.Dataset) -> list[str]:
+    """Say where records are not of the kind that a network was trained for at their size.
+
+    Args:
+        sensor: That of the network, at the size: ``Posterior.sized(size).sensor``.
+        noise_sd: Noise of the records, mm.
+        curves: The records on its grid: see ``records.read_curves``.
+    """
+    remedy = "start from the mode instead of the network, which is exact for any record, or train"
+    remarks = []
+    ratio = noise_sd / sensor.noise_sd
+    if not 1 / _NOISE < ratio < _NOISE:
+        remarks.append(
+            f"the noise is {noise_sd:.2g} mm, and the network knows {sensor.noise_sd:.2g} mm at "
+            f"this size; {remedy} one with sensor.noise_sd {ratio:.2g} times as large"
+        )
+    slow = curves.accepted & (curves.missing > _MISSING * curves.sizes["time"])
+    if slow.any():
+        share = float(curves.missing.where(slow).max()) / curves.sizes["time"]
+        remarks.append(
+            f"{int(slow.sum())} records have no sample for up to {share:.0%} of the network's "
+            f"times, which are {sensor.step:.2g} ms apart at this size; {remedy} one whose summary "
+            "is a deep_set, which takes missing samples; or record longer, or faster"
+        )
+    return remarks
 
 
 def seen_noise(raws: Mapping[str, Sequence[Raw]]) -> float | None:
