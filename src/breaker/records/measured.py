@@ -31,6 +31,8 @@ _SEEN = 3.0  # sd, from which a way beyond rest, or a drive still moving, is see
 # Error of the first motion over the motion's duration: by the noise of a mean over it, in strokes;
 # and at least. Of the model's curves; early in much noise.
 _FIRST = (14.0, 0.003)
+_ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
+_COLOURED, _LOST = 0.95, 0.75  # most correlation, and share of a variance that was not seen
 _PARTS = 4  # of the rest after a motion, whose means are compared
 _STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
 _TAIL = 0.7  # share of the time after the arrival from which its rest follows if it moves
@@ -93,7 +95,8 @@ def measure(
     Returns:
         By name, all of ``mechanism.quantities_of``.
     """
-    reading = _Reading(time, travel, motion, segment, moves, noise, quantum, contact)
+    errors = _ERRORS * (len(speeds) + _ERRORS)
+    reading = _Reading(time, travel, motion, segment, moves, noise, quantum, contact, errors)
     ways = {
         "stroke": reading.stroke,
         "travel_time": reading.travel_time,
@@ -136,16 +139,19 @@ def variables(
 class _Reading:
     """What is read of a record, in the direction of its motion; arguments as of ``measure``."""
 
-    def __init__(self, time, travel, motion, segment, moves, noise, quantum, contact):
+    def __init__(self, time, travel, motion, segment, moves, noise, quantum, contact, errors):
         sign = 1.0 if motion == "closing" else -1.0
         self.time, forward = time, sign * travel
         self.segment, self.moves, self.contact = segment, moves, contact
         done = (forward - sign * segment.before) / segment.stroke >= _TRAVEL[1]
         self.arrival = float(self.time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * float(time[1] - time[0]))
-        sd = noise.sd if np.isfinite(noise.sd) else white_noise(forward)
-        around = self.duration, segment.stroke
-        self.trace = Trace(time, forward, sd, noise.next, quantum, *around)
+        first = moves - (_BEFORE[0] + 1.0) * self.duration
+        last = self.arrival + (_AFTER + 1.0) * self.duration
+        near = slice(*np.searchsorted(time, [first, last]))
+        self.time = time[near]
+        around = quantum, self.duration, segment.stroke, errors
+        self.trace = Trace(self.time, forward[near], *_noise_of(noise, forward), *around)
 
     def told(self, way) -> Measured:
         """A quantity, or why there is none."""
@@ -235,3 +241,17 @@ class _Reading:
         if point.amount > 0.0:
             return self.trace.reaches(level, at.value), level
         return at, level
+
+
+def _noise_of(noise: Noise, forward: np.ndarray) -> tuple[float, float]:
+    """Standard deviation of a sample's noise, mm, and its correlation with the next.
+
+    Both are seen too small at a short rest of coloured noise, which takes part of it for a drift.
+    """
+    if not np.isfinite(noise.sd):
+        return white_noise(forward), 0.0
+    if not np.isfinite(noise.next):
+        return noise.sd, 0.0
+    colour = float(np.clip(noise.next + (2.0 + 4.0 * noise.next) / noise.samples, 0.0, _COLOURED))
+    lost = 2.0 * (1.0 + colour) / (1.0 - colour) / noise.samples
+    return noise.sd / float(np.sqrt(1.0 - min(lost, _LOST))), colour

@@ -4,27 +4,23 @@ Every value knows its slope by each sample of the curve and by each further erro
 made of several values, from windows that may overlap, have the right uncertainty by themselves.
 """
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import lfilter
 
+from breaker.records.fits import Fit, weights_of
 from breaker.records.settling import settling
 
 __all__ = ["NotShownError", "Trace", "Uncertain"]
 
-_OTHERS = 64  # errors beside those of the samples, at most
-_DEGREE = 3  # of the polynomials of local fits
 _FEWEST = 6  # samples of a local fit
-_MOST_COLOUR = 0.95  # correlation of neighbouring samples
 _LOCAL = 11.0  # of the width of local fits: with it, their own error is a third of the noise's
 _WIDEST = 0.2  # of the time of the motion, half the width of a local fit
-_OFF = (
-    0.02  # strokes at half a width of the time of the motion: error of a local fit, with u squared
-)
-_NEWTON = 6  # steps
+_OFF = 0.02  # strokes, error of a fit half as wide as the motion lasts; it goes with the square
+_FORGOTTEN = 1e-4  # correlation
 _LEAST = 20  # samples of a curve that is carried on to its rest
 _MISFIT = 2.5  # noise variances, the most that this fit may leave
 _OTHER_MODES = 4e-3  # of the way on which this fit rests: error of its rest from other modes
@@ -75,6 +71,7 @@ class Trace:
         quantum: Step of the reading, mm; 0 where it is fine.
         duration: About how long the motion takes, ms.
         stroke: About its way, mm.
+        others: Most errors beside those of the samples.
     """
 
     time: np.ndarray
@@ -84,10 +81,11 @@ class Trace:
     quantum: float
     duration: float
     stroke: float
+    others: int = 64
     _sds: list[float] = field(default_factory=list)
+    _inverses: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.colour = float(np.clip(np.nan_to_num(self.colour), 0.0, _MOST_COLOUR))
         self._there = ~np.isnan(self.travel)
 
     @property
@@ -124,15 +122,16 @@ class Trace:
     def sd(self, found: Uncertain) -> float:
         """Return the standard deviation of a value."""
         own, others = found.slope[: self.time.size], found.slope[self.time.size :]
-        # Errors of samples are a first-order process.
-        along = lfilter([1.0], [1.0, -self.colour], own)
+        # Errors of samples are a first-order process, forgotten after so many samples.
+        memory = math.ceil(math.log(_FORGOTTEN) / math.log(max(self.colour, _FORGOTTEN)))
+        along = np.convolve(own, self.colour ** np.arange(memory))[: own.size]
         square = self.noise**2 * (2.0 * own @ along - own @ own)
         others = others[: len(self._sds)] * self._sds
         return float(np.sqrt(max(square, 0.0) + others @ others))
 
     def error(self, value: float, sd: float) -> Uncertain:
         """Return a value with a new error of its own."""
-        slope = np.zeros(self.time.size + _OTHERS)
+        slope = np.zeros(self.time.size + self.others)
         slope[self.time.size + len(self._sds)] = 1.0
         self._sds.append(sd)
         return Uncertain(value, slope)
@@ -218,7 +217,7 @@ class Trace:
 
     def _of(self, value: float, window: np.ndarray, weights: np.ndarray | float) -> Uncertain:
         """Value that is a weighted sum of the samples in a window."""
-        slope = np.zeros(self.time.size + _OTHERS)
+        slope = np.zeros(self.time.size + self.others)
         slope[window] = weights
         return Uncertain(value, slope)
 
@@ -233,49 +232,26 @@ class Trace:
         noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
         return float(alone * np.exp(-2.0 * np.pi**2 * noise) / (1.0 + spread / alone))
 
-    def _fit(self, near: float) -> "_Fit":
-        half = self.half
-        window = np.flatnonzero((np.abs(self.time - near) <= half + 1e-6) & self._there)
-        if window.size < _FEWEST - 1 or not self.time[window[0]] <= near <= self.time[window[-1]]:
-            raise NotShownError("samples are missing at the point")
-        shares = (self.time[window] - near) / half
-        powers = shares[:, None] ** np.arange(_DEGREE + 1)
-        inverse = np.linalg.solve(powers.T @ powers, powers.T)
-        spread = float(np.std(self.travel[window]))
+    def _fit(self, near: float) -> Fit:
+        """Polynomial through the samples about the sample next to a time."""
+        half, step, n = self.half, self.step, self.time.size
+        centre = min(max(round((near - float(self.time[0])) / step), 0), n - 1)
+        reach = int(half / step + 1e-6)
+        begin, end = max(centre - reach, 0), min(centre + reach + 1, n)
+        there = self._there[begin:end]
+        window, inverse = slice(begin, end), None
+        if there.all() and end - begin >= _FEWEST - 1 and begin < centre < end - 1:
+            key = begin - centre, end - centre
+            if key not in self._inverses:
+                self._inverses[key] = weights_of(np.arange(*key) * step / half)
+            inverse = self._inverses[key]
+        else:
+            window = begin + np.flatnonzero(there)
+            if window.size < _FEWEST - 1 or not window[0] < centre < window[-1]:
+                raise NotShownError("samples are missing at the point")
+            inverse = weights_of((window - centre) * step / half)
+        travel = self.travel[window]
         off = _OFF * self.stroke * (half / self.duration) ** 2
-        error = float(np.hypot(self._rounding(spread), off))
-        return _Fit(near, half, inverse @ self.travel[window], window, inverse, error)
-
-
-@dataclass(frozen=True, eq=False)
-class _Fit:
-    """Polynomial through samples about a time, in halves of its width from there."""
-
-    near: float
-    half: float
-    coefficients: np.ndarray  # (degree + 1,)
-    window: np.ndarray  # samples, (w,)
-    inverse: np.ndarray  # each coefficient's weights of these samples, (degree + 1, w)
-    error: float
-
-    def value(self, time: float, order: int = 0) -> float:
-        """Value, or a derivative of an order, mm/ms^order."""
-        return float(self._powers(time, order) @ self.coefficients)
-
-    def weights(self, time: float, order: int = 0) -> np.ndarray:
-        """Weights of the samples in that, ``(w,)``."""
-        return self._powers(time, order) @ self.inverse
-
-    def solve(self, time: float, value: float, order: int = 0) -> float:
-        """Time within the fit, near another, at which its value or a derivative is one given."""
-        for _ in range(_NEWTON):
-            slope = self.value(time, order + 1)
-            time -= (self.value(time, order) - value) / slope if slope else 0.0
-            time = min(max(time, self.near - self.half), self.near + self.half)
-        return time
-
-    def _powers(self, time: float, order: int) -> np.ndarray:
-        """Factors on the coefficients that make the value, or a derivative."""
-        u = (time - self.near) / self.half
-        powers = ((1.0, u, u * u, u**3), (0.0, 1.0, 2 * u, 3 * u * u), (0.0, 0.0, 2.0, 6 * u))
-        return np.array(powers[order]) / self.half**order
+        rounding = self._rounding(float(np.std(travel))) if self.quantum else 0.0
+        middle, error = float(self.time[centre]), math.hypot(rounding, off)
+        return Fit(middle, half, (inverse @ travel).tolist(), window, inverse, error)
