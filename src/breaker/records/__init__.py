@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "export": ["write_curve"],
         "landmarks": ["main_motion", "raw_time"],
-        "measured": ["Contact", "Measured", "measure"],
+        "measured": ["Contact", "Measured", "measure_curve"],
         "noise": ["noise_remarks"],
         "opened": ["open_curves", "require_any"],
         "raw": ["Raw", "read_raw"],

@@ -17,11 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.mechanism import SPEEDS, Point, Speed, quantities_of
-from breaker.records.noise import Noise
-from breaker.records.segments import Segment, white_noise
+from breaker.records.landmarks import first_motion
+from breaker.records.noise import REST, Noise, noise_at_rest
+from breaker.records.scale import seen_quantum
+from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.uncertain import NotShownError, Trace, Uncertain
 
-__all__ = ["Contact", "Measured", "measure", "variables"]
+__all__ = ["Contact", "Measured", "measure", "measure_curve", "variables"]
 
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
 _AFTER = 8.0  # times that, farthest rest after it,
@@ -107,6 +109,45 @@ def measure(
     return {name: reading.told(ways.get(name)) for name in quantities_of(motion, speeds)}
 
 
+def measure_curve(
+    time: np.ndarray,
+    travel: np.ndarray,
+    motion: str,
+    *,
+    contact: Contact = _UNKNOWN,
+    speeds: Sequence[Speed] = SPEEDS,
+) -> dict[str, Measured]:
+    """Read the quantities of a curve of which nothing else is known, as ``measure`` does.
+
+    Args:
+        time: Times, ``(n,)``, ms, evenly spaced, some of them before the first motion.
+        travel: Travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
+        motion, contact, speeds: As for ``measure``.
+
+    Raises:
+        ValueError: If the motion is not in the curve, or its beginning is not.
+
+    Example:
+        >>> time = np.arange(0.0, 100.0, 0.1)
+        >>> way = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
+        >>> noise = 0.05 * np.random.default_rng(1).standard_normal(time.size)
+        >>> found = measure_curve(time, 14.0 * way**2 * (3.0 - 2.0 * way) + noise, "closing")
+        >>> f"{found['stroke'].value:.2f} +- {found['stroke'].sd:.2f} mm"
+        '14.00 +- 0.01 mm'
+        >>> found["closing_speed"].reason
+        'no contact timing: the time of touch or parting is not known'
+    """
+    segment = find_segment(time, travel, motion)
+    inside = slice(segment.begin, segment.end)
+    time, travel, quantum = time[inside], travel[inside], seen_quantum(travel)
+    moves = first_motion(time, travel, 1.0 if motion == "closing" else -1.0)
+    rest = travel[(time >= moves - REST[0]) & (time <= moves - REST[1])]
+    step = float(time[1] - time[0])
+    noise = noise_at_rest(rest, step, step, quantum)
+    found = segment, moves, noise, quantum
+    return measure(time, travel, motion, *found, contact=contact, speeds=speeds)
+
+
 def variables(
     found: Sequence[Mapping[str, Measured] | bool], motion: str, speeds: Sequence[Speed] = SPEEDS
 ) -> tuple[dict, dict]:
@@ -185,7 +226,8 @@ class _Reading:
         off = [part - mean for part in parts]
         square = sum((each.value / max(self.trace.sd(each), 1e-12)) ** 2 for each in off)
         if square <= _STILL:
-            return mean
+            hidden = off[-1].value ** 2 - self.trace.sd(off[-1]) ** 2
+            return mean + self.trace.error(0.0, float(np.sqrt(max(hidden, 0.0))))
         way = np.ptp([part.value for part in parts])
         raise NotShownError(f"the drive still moves by {way:.2g} mm at the end")
 

@@ -15,16 +15,12 @@ from breaker.records.edges import events_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import NoMotionError, first_motion
-from breaker.records.noise import Noise, noise_at_rest
+from breaker.records.noise import REST, Noise, noise_at_rest
 from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, SegmentError, find_segment
 from breaker.records.stroke import check_stroke, rest_of_open
 
 __all__ = ["Raw", "read_raw"]
-
-# Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
-# an earlier motion may still ring.
-_REST = (50.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -84,7 +80,7 @@ class Raw:
     def noise_at(self, grid_step: float) -> Noise:
         """Return the noise at rest, its colour at the step of a grid, ms."""
         time = self.time[self.inside]
-        before = (time >= self.moves - _REST[0]) & (time <= self.moves - _REST[1])
+        before = (time >= self.moves - REST[0]) & (time <= self.moves - REST[1])
         return noise_at_rest(self.left[before], self.step, grid_step, self.quantum)
 
     def duration(self, first: float = 0.1, last: float = 0.9) -> float:

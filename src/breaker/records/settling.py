@@ -1,8 +1,9 @@
 """Where a drive that still swings, or creeps, comes to rest: the end of a curve, carried on.
 
 Late in a motion one mode is left, ``y = e + a C(x) + b S(x)``, a damped swing or the sum of two
-decays. First its damping and stiffness follow from the integrals of ``y'' + r y' + s (y - e) = 0``,
-which are linear in them and average the noise; then all five numbers are fitted by Gauss-Newton.
+decays, of which the faster may be over. First its damping and stiffness follow from the integrals
+of ``y'' + r y' + s (y - e) = 0``, which are linear in them and average the noise; then all numbers
+are fitted by Gauss-Newton.
 """
 
 from typing import NamedTuple
@@ -49,9 +50,20 @@ def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
     skipped = time.size % every
     x, y = (each[skipped:].reshape(-1, every).mean(axis=1) for each in (time, travel))
     x = (x - x[0]) / (x[-1] - x[0])
+    for order in (2, 1):
+        if (found := _fitted(x, y, order)) is not None:
+            rest, weights, misfit = found
+            weights = np.append(np.zeros(skipped), np.repeat(weights, every) / every)
+            return Settling(rest, weights, every * misfit)
+    return None
+
+
+def _fitted(x: np.ndarray, y: np.ndarray, order: int) -> tuple[float, np.ndarray, float] | None:
+    """What ``Settling`` has of one mode, or of its slower decay alone; None if it is not shown."""
     once = _integral(x, y)
-    known = np.column_stack([np.ones(x.size), x, x**2, -once, -_integral(x, once)])
-    rates = np.linalg.lstsq(known, y, rcond=None)[0][3:]  # r and s
+    integrals = [once, _integral(x, once)][:order]
+    known = np.column_stack([x**i for i in range(order + 1)] + [-each for each in integrals])
+    rates = np.linalg.lstsq(known, y, rcond=None)[0][order + 1 :]  # r, and s
     linear = None
     for _ in range(_ROUNDS):
         if not (rates > 0).all():
@@ -65,14 +77,13 @@ def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
         if not (scale > 0).all():
             return None
         root = np.linalg.svd(jacobian / scale, full_matrices=False)
+        if not root.S[0] < _CONDITION * root.S[-1]:
+            return None
         inverse = (root.Vh.T / root.S) @ root.U.T / scale[:, None]
         step = inverse @ left
-        linear, rates = linear + step[:3], rates + np.clip(step[3:], -_FARTHEST, _FARTHEST)
-    if not root.S[0] < _CONDITION * root.S[-1]:
-        return None
-    weights = np.append(np.zeros(skipped), np.repeat(inverse[0], every) / every)
-    misfit = every * float(left @ left) / max(x.size - jacobian.shape[1], 1)
-    return Settling(float(linear[0]), weights, misfit)
+        linear = linear + step[: order + 1]
+        rates = rates + np.clip(step[order + 1 :], -_FARTHEST, _FARTHEST)
+    return float(linear[0]), inverse[0], float(left @ left) / max(x.size - len(jacobian.T), 1)
 
 
 def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -81,9 +92,14 @@ def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _solutions(x: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Constant and both solutions of ``y'' + r y' + s y = 0``, ``(n, 3)``; derivatives of these two
-    by r and s, ``(n, 2)`` each.
+    """Constant and the solutions of ``y'' + r y' + s y = 0``, or of ``y' + r y = 0``.
+
+    Returns:
+        They, ``(n, order + 1)``; and their derivatives by each rate, ``(n, order)``.
     """
+    if rates.size == 1:
+        decay = np.exp(-rates[0] * x)
+        return np.column_stack([np.ones(x.size), decay]), [-(x * decay)[:, None]]
     r, s = rates
     square = s - r**2 / 4.0
     square = square if abs(square) > 1e-6 else 1e-6

@@ -23,6 +23,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "judged_power": ["judge_power"],
         "judged_scores": ["score_lives", "score_power", "score_records"],
         "learning": ["ensemble", "learn"],
+        "measuring": ["measure_drives", "own_quantities"],
         "rigs": ["Rig"],
         "round_trip": ["through_files"],
         "scores": ["score"],
