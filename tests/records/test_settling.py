@@ -8,9 +8,10 @@ from breaker.records.settling import settling
 TIME = np.arange(0.0, 40.0, 0.1)
 SWINGS = np.exp(-0.08 * TIME) * np.cos(0.2 * TIME + 0.5)
 CREEPS = np.exp(-0.05 * TIME) + 0.5 * np.exp(-0.15 * TIME)
+DECAYS = np.exp(-0.07 * TIME)
 
 
-@pytest.mark.parametrize("shape", [SWINGS, CREEPS, -SWINGS])
+@pytest.mark.parametrize("shape", [SWINGS, CREEPS, -SWINGS, DECAYS])
 def test_exact_ends(shape):
     found = settling(TIME, 13.0 + 1.3 * shape)
     assert found.rest == pytest.approx(13.0, abs=2e-3)
