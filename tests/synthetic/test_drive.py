@@ -41,7 +41,7 @@ class Reference:
     def __init__(self, drive: Drive, motion: str) -> None:
         self.mu, self.k_a, self.k_b, self.gamma_a, self.gamma_b, self.f, self.gap = drive.theta
         self.has, self.closing = drive.elements, motion == "closing"
-        self.rest = np.inf
+        self.rest, self.switches = np.inf, np.inf
         low, high = 0.0, 50.0
         for _ in range(100):
             middle = 0.5 * (low + high)
@@ -120,6 +120,8 @@ class Reference:
                 arcs = part.sol(times[here])
                 result[here] = arcs[4] if self.has.linkage else self.lever(arcs[0])[0]
             now, state = part.t[-1], part.y[:, -1].copy()
+            if part.status == 1:
+                self.switches = min(self.switches, now)
             back = -self.has.restitution * state[3] if self.closing else 0.0
             bounces = back < -0.02
             state[2], state[3] = self.gap, back if bounces else 0.0
@@ -130,8 +132,14 @@ class Reference:
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("theta", [THETA, QUICK], ids=["median", "quick"])
 def test_without_elements_it_is_the_model(motion, theta):
-    exact = travel(np.array([theta]), TIMES, motion).travel[0]
-    np.testing.assert_allclose(Drive(theta, Elements()).travel(motion, TIMES), exact, atol=1e-6)
+    found = travel(np.array([theta]), TIMES, motion)
+    exact, (switching,) = found.travel[0], found.switching
+    curve, switches = Drive(theta, Elements()).operate(motion, TIMES)
+    np.testing.assert_allclose(curve, exact, atol=1e-6)
+    assert switches == pytest.approx(switching, abs=1e-5)
+    before, after = (TIMES[switching + more > TIMES] for more in (0.0, 1.0))
+    assert Drive(theta, Elements()).operate(motion, before)[1] == np.inf
+    assert Drive(theta, Elements()).operate(motion, after)[1] == switches
     none = Drive(theta, FAMILY.scaled(0.0))
     np.testing.assert_allclose(none.travel(motion, TIMES), exact, atol=1e-6)
 
@@ -140,9 +148,11 @@ def test_without_elements_it_is_the_model(motion, theta):
 @pytest.mark.parametrize("name", SETS)
 @pytest.mark.parametrize("theta", [THETA, QUICK], ids=["median", "quick"])
 def test_it_agrees_with_another_solver_to_a_micrometre(motion, name, theta):
-    drive = Drive(theta, SETS[name])
-    exact = Reference(drive, motion).travel(TIMES)
-    np.testing.assert_allclose(drive.travel(motion, TIMES), exact, rtol=0, atol=1e-3)
+    """The contact, too, by its first touch or its parting."""
+    drive, reference = Drive(theta, SETS[name]), Reference(Drive(theta, SETS[name]), motion)
+    curve, switches = drive.operate(motion, TIMES)
+    np.testing.assert_allclose(curve, reference.travel(TIMES), rtol=0, atol=1e-3)
+    assert switches == pytest.approx(reference.switches, abs=1e-3)
 
 
 def test_a_step_that_is_too_long_is_noticed(monkeypatch):

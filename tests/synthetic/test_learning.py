@@ -215,15 +215,38 @@ def test_drives_held_back_have_the_learned_variance(family, sensor, stored, moti
     assert np.abs(excess(learned, late, sensor, motion)).max() > 4.3
 
 
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_lags_of_drives_held_back_are_told_by_their_curves(family, sensor, stored, motion):
+    """Squares of what is left of a lag, over the learned variance: 1, to 4.3 standard errors.
+
+    False alarm 2e-5 a motion. Planted fault: a loading of the other sign.
+    """
+    drives, _ = stored
+    learned = learn(drives, sensor, components=12, widening=1.0).sel(motion=motion)
+    fresh = ensemble(family, sensor, MOTIONS, 400, np.random.default_rng(3)).sel(motion=motion)
+    left_out, z = Discrepancy.from_dataset(learned), fresh.z.values[0]
+    known, lag = left_out.lag, fresh.lag.values[0]
+    delta = sensor.whiten(fresh.delta.values[0] - left_out.shift(z))
+    xi = np.linalg.lstsq(sensor.whiten(left_out.factor).T, delta.T)[0].T
+    ratios = []
+    for loading in (known.loading, -known.loading):
+        left = lag - known.mean - z @ known.slopes - xi @ loading
+        squares = np.square(left / known.sd)
+        ratios.append((squares.mean() - 1) / (np.sqrt(2) * squares.std() / 20))
+    assert abs(ratios[0]) < 4.3
+    assert ratios[1] > 4.3
+
+
 def test_drives_that_are_the_model_leave_nothing_out(family, sensor):
     """With an onset: the same for drive and model."""
     bare = Family(family.prior, family.settings | {"strength": 0.0})
     drives = ensemble(bare, sensor, MOTIONS, 20, np.random.default_rng(4))
     assert np.abs(drives.delta).max() < 1e-6
+    assert np.abs(drives.lag).max() < 1e-4
     assert drives.onset.std() > 0.1
     learned = learn(drives, sensor, components=2, widening=1.3)
-    for name in ("mean", "slopes", "factor"):
-        assert np.abs(learned[name]).max() < 1e-5
+    for name in ("mean", "slopes", "factor", "lag_mean", "lag_slopes", "lag_loading", "lag_sd"):
+        assert np.abs(learned[name]).max() < 1e-4
 
 
 def test_one_motion_by_itself(family, sensor):

@@ -17,7 +17,7 @@ Example:
     >>> found = infer_exactly(model, curves, settings, draws=500, seed=1, misfit_p_value=1e-3)
     >>> bool(found.resolved[0]), bool(found.misfit[0])
     (True, False)
-    >>> found.median.sel(output=["mu", "L"]).round(0).values
+    >>> found["median"].sel(output=["mu", "L"]).round(0).values
     array([[ 2., 10.]])
 """
 
