@@ -265,13 +265,21 @@ def test_a_slow_drive_gets_a_longer_grid_and_its_own_noise(put, closing):
     time, travel = closing
     slow = np.arange(0.0, 6.0 * time[-1], 0.1)
     noise = 0.3 * np.random.default_rng(1).standard_normal(slow.size)
-    travel = 10.0 * np.interp(slow / 6.0, time, np.convolve(travel, np.full(9, 1 / 9), "same"))
+    travel = np.interp(slow / 6.0, time, np.convolve(travel, np.full(9, 1 / 9), "same"))
     lines = rows(cells(slow / 1e3, 5), cells(travel + noise, 2))
     proposal = inspect_file(put("time,travel", "s,mm", *lines), SENSOR)
     assert proposal.sensor["samples"] == 151
     assert 60 < proposal.sensor["stop"] < 120  # a closing of 12 ms, six times as long
     assert proposal.sensor["start"] / proposal.sensor["stop"] == pytest.approx(-2 / 58)
-    assert any("another size of breaker" in remark for remark in proposal.remarks)
+    assert proposal.sensor["noise_sd"] == pytest.approx(0.3, rel=0.2)
+
+
+def test_of_a_drive_of_another_size_the_sensor_is_left_to_its_prior(put, closing):
+    time, travel = closing
+    lines = rows(cells(time / 1e3, 5), cells(10.0 * travel, 2))
+    proposal = inspect_file(put("time,travel", "s,mm", *lines), SENSOR)
+    assert proposal.sensor == {}
+    assert any("breaker fit-prior" in remark for remark in proposal.remarks)
 
 
 # ---- rates --------------------------------------------------------------------------------------

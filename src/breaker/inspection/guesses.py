@@ -111,6 +111,11 @@ def _said(text: str) -> str | None:
     return None if closes == opens else "closing" if closes else "opening"
 
 
+def of_default_size(strokes: np.ndarray) -> bool:
+    """Say whether strokes, mm, are those of drives of the default prior."""
+    return bool(_PRIOR[0] <= np.median(strokes) <= _PRIOR[1])
+
+
 def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) -> Guess:
     """Guess zero and stroke, from where the breaker rests.
 
@@ -124,7 +129,7 @@ def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) 
     low, high = float(strokes.min()), float(strokes.max())
     if high > _ALIKE * low:
         remarks.append(f"the strokes of the motions differ: {low:.4g} to {high:.4g} mm")
-    if known and not _PRIOR[0] <= float(np.median(strokes)) <= _PRIOR[1]:
+    if known and not of_default_size(strokes):
         remarks.append(
             f"a stroke of {np.median(strokes):.4g} mm is that of another size of breaker than "
             "those of the default prior: breaker infer reads the size from the records, the "

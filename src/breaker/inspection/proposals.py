@@ -19,6 +19,7 @@ from breaker.inspection.guesses import (
     guess_rest,
     guess_time,
     guess_unit,
+    of_default_size,
     strokes_of,
 )
 from breaker.inspection.layouts import Layout
@@ -66,7 +67,8 @@ class Proposal:
         file: The file.
         layout, clock, travels: Its text, its time, and its columns of travel.
         settings: Keys of ``endurance.format`` that differ from their default.
-        sensor: Keys of ``sensor`` that differ from the configuration.
+        sensor: Keys of ``sensor`` that differ from the configuration; none of a drive of another
+            size than those of the default prior.
         lacking: Keys of ``endurance.format`` that the file does not tell, and what they mean.
         motions: Every motion of every channel.
         remarks: What has to be looked at, in words.
@@ -133,7 +135,8 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         clock=clock,
         travels=travels,
         settings={key: value for key, value in settings.items() if value != FORMAT[key]},
-        sensor=changed,
+        # Of another size of drive, `breaker fit-prior` proposes the sensor along with the prior.
+        sensor=changed if of_default_size(mm * strokes_of(travels)) else {},
         lacking=lacking,
         motions=motions,
         remarks=[remark for guess in guesses for remark in guess.remarks],
