@@ -13,12 +13,11 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import MANIFEST, Operation, list_operations, read_manifest
-from breaker.records import raw_time, read_curves
+from breaker.records import read_curves
 
 __all__ = ["Checked", "check_folder", "checked_text"]
 
 _PART = 50  # files that one process reads at a time
-_SHARE = 0.75  # of the way, at which the travel time of a record ends
 _FAR = 8.0  # robust sd from the median of the others, from which a record stands out
 _MATTERS = 0.03  # share of the median by which it has to
 _FEWEST = 8  # records, of which some can stand out
@@ -146,7 +145,7 @@ def _table(checked: Sequence[Checked]) -> str:
             continue
         count, remarked = each.curves.sizes["operation"], (each.curves.remarks != "").sum().item()
         numbers = [count, each.accepted, remarked, count - each.accepted]
-        ranges = [_range(_strokes(each.curves)), _range(each.curves.noise.values)]
+        ranges = [_range(_measured(each.curves, "stroke")), _range(each.curves.noise.values)]
         rows.append([_name(each), *map(str, numbers), *ranges])
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = (
@@ -160,27 +159,16 @@ def _range(values: np.ndarray) -> str:
     return f"{values.min():.3g} to {values.max():.3g}" if values.size else ""
 
 
-def _strokes(curves: xr.Dataset) -> np.ndarray:
-    """Way from the rest before time 0 to the last samples, ``(n,)``, mm; NaN if rejected."""
-    strokes = np.full(curves.sizes["operation"], np.nan)
-    rest = max(1, int(np.searchsorted(curves.time.values, 0.0)))
-    for i in np.flatnonzero(curves.accepted.values):
-        row = curves.travel.values[i]
-        there = np.flatnonzero(~np.isnan(row))
-        before = there[there < rest] if there[0] < rest else there[:1]
-        strokes[i] = abs(row[there[-max(1, there.size // 12) :]].mean() - row[before].mean())
-    return strokes
+def _measured(curves: xr.Dataset, quantity: str) -> np.ndarray:
+    """A quantity as records show it, ``(n,)``; NaN where they do not."""
+    return curves.measured.sel(quantity=quantity).values
 
 
 def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
     """Accepted records whose stroke or travel time is far from those of the others."""
-    travel = curves.travel.values
-    times = np.full(len(travel), np.nan)
-    whole = ~np.isnan(travel).any(axis=1)
-    if whole.any() and curves.time.values[0] < 0:
-        times[whole] = raw_time(curves.time.values, travel[whole], share=_SHARE)
     found = []
-    for what, unit, values in (("stroke", "mm", _strokes(curves)), ("travel time", "ms", times)):
+    for name, what, unit in (("stroke", "stroke", "mm"), ("travel_time", "travel time", "ms")):
+        values = _measured(curves, name)
         there = np.isfinite(values)
         if there.sum() < _FEWEST:
             continue
