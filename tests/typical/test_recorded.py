@@ -84,8 +84,10 @@ def test_rejected_records_have_their_reason(folder, endurance):
 
 
 def test_nothing_to_read(tmp_path, folder, endurance):
-    with pytest.raises(FileNotFoundError, match="has no file of a record"):
+    with pytest.raises(FileNotFoundError, match=r"has no file of a record.*breaker manifest"):
         read_breakers([tmp_path], MOTIONS, endurance)
+    with pytest.raises(FileNotFoundError, match=r"there is no folder .*nowhere"):
+        read_breakers([tmp_path / "nowhere"], MOTIONS, endurance)
     for file in folder.glob("*_*.csv"):
         file.write_text("time,travel\n0,1\n", encoding="utf-8")
     with pytest.raises(ValueError, match="none of 8 records can be used"):

@@ -30,9 +30,12 @@ def fitted_prior(data: xr.Dataset) -> Figure:
         _panel(axis, data.sel(parameter=name))
         style.label_parameter(axis, name, fontsize=10)
         axis.set_xlabel(style.parameter(name).label)
-        axis.set_ylabel("density")
+        axis.set_ylabel("density" if axis.get_subplotspec().is_first_col() else "")
     count = "one breaker" if breakers == 1 else f"{breakers} breakers"
-    figure.suptitle(f"Prior of a type of breaker, from {count}")
+    alone = "\nits spread from breaker to breaker is a guess" if breakers == 1 else ""
+    title = figure.suptitle(f"Prior of a type of breaker, from {count}{alone}")
+    if alone:
+        title.set_color(style.WARNING)
     handles = [
         style.band_key("fitted prior", style.CORRECTED, 0.35),
         style.line_key("default prior, scaled to the size", style.PRIOR, "--", lw=1.6),

@@ -15,7 +15,7 @@ from breaker.typical.spread import Spread, find_spread
 __all__ = ["FittedPrior", "fit_type", "room_for_wear"]
 
 _STARTS = 4  # of a fit: the medians, and draws
-_DESIGN = 0.7  # share of a breaker's posterior variance taken for an error that its type shares
+_DESIGN = 0.6  # share of a breaker's posterior variance taken for an error that its type shares
 _ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
 _WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
 _NORMAL_90 = 1.645
@@ -58,8 +58,6 @@ class FittedPrior:
         Breakers of a type have the same levers and dampers, so that the model's error is alike in
         all of them, and in those to be judged.
         """
-        if self.alone:
-            return np.zeros(len(NAMES))
         sds = [self.own(name)[1] for name in self.fits]
         return np.sqrt(_DESIGN * np.mean(np.square(sds), axis=0))
 

@@ -82,7 +82,7 @@ def read_breakers(
             if len(found) > len(some):
                 left_out[name, motion] = len(found) - len(some)
     if not operations:
-        raise FileNotFoundError(" | ".join(dict.fromkeys(troubles)))
+        raise FileNotFoundError(_none(folders, troubles))
     scale = endurance["discrepancy"]
     models = {motion: reference_model(motion, scale) for motion in operations}
     drive = read_drive(operations, endurance["format"], models)
@@ -94,6 +94,17 @@ def read_breakers(
             "folder. The first reasons: " + " | ".join(recorded.rejected[:3])
         )
     return recorded
+
+
+def _none(folders: Sequence[str | Path], troubles: Sequence[str]) -> str:
+    """Why no folder has a record, and what to do."""
+    absent = [printable(each) for each in folders if not os.path.isdir(each)]
+    if absent:
+        return f"there is no folder {', '.join(absent)}"
+    return (
+        f"{troubles[0]}. `breaker manifest {printable(folders[0])}` proposes a table of the "
+        "operations, breakers and phases in a folder"
+    )
 
 
 def _listed(
