@@ -18,6 +18,7 @@ _MEANINGS = {each.name: each.meaning for each in (*PARAMETERS, ONSET)}
 _FIT = (
     *("p_value", "misfit", "far_onset", "missing", "masked", "noise", "outside_prior"),
     *("completed", "resolved", "why_unresolved", "effective_size", "pareto_k"),
+    *("contact_time", "contact_sd", "contact_surprise", "latch_time"),
 )
 _FEWEST = 2  # records that are summed up together
 

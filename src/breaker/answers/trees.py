@@ -8,7 +8,7 @@ import xarray as xr
 from breaker import __version__
 from breaker.files import known_about
 from breaker.model import Model, generator
-from breaker.posterior import replicates
+from breaker.posterior import models_of, replicates
 
 __all__ = ["tree"]
 
@@ -75,10 +75,10 @@ def _groups(answer: xr.Dataset, model: Model, seed: int) -> dict[str, xr.Dataset
     travel = answer.travel.values.astype(np.float64)
     predicted = np.empty((1, draws.shape[1], *travel.shape))
     density = np.empty((1, draws.shape[1], len(travel)))
-    for i, operation in enumerate(answer.operation.values):
-        rng = generator(seed, "replicates", model.motion, int(operation))
-        predicted[0, :, i] = replicates(model, travel[i], draws[i], rng)
-        density[0, :, i] = model.log_joint(model.standardise(draws[i]), travel[i])
+    for i, one in enumerate(models_of(model, answer)):
+        rng = generator(seed, "replicates", model.motion, int(answer.operation.values[i]))
+        predicted[0, :, i] = replicates(one, travel[i], draws[i], rng)
+        density[0, :, i] = one.log_joint(one.standardise(draws[i]), travel[i])
     by, mm = ("chain", "draw", "operation"), {"unit": "mm"}
     coords = {"chain": [0], "draw": np.arange(draws.shape[1])}
     time = {"time": ("time", model.sensor.times, {"unit": "ms"})}

@@ -80,8 +80,15 @@ def _short(record: Mapping) -> list[str]:
     ]
     width = (_WIDTH - 2) // _CELLS
     for begin in range(0, len(cells), _CELLS):
-        row = "".join(f"{cell:<{width}}" for cell in cells[begin : begin + _CELLS])
+        row = "".join(f"{cell:<{width - 1}} " for cell in cells[begin : begin + _CELLS])
         lines.append(f"  {row}".rstrip())
+    measured = [
+        f"{name} {_number(each['measured'])}"
+        for name, each in record["quantities"].items()
+        if each.get("measured") is not None
+    ]
+    if measured:
+        lines += _lines(f"measured: {', '.join(measured)}")
     return [*lines, *_ending(record)]
 
 
@@ -125,6 +132,10 @@ def _ending(record: Mapping) -> list[str]:
     """Whether the answer can be trusted, what is doubtful, and the verdict."""
     fit = record["fit"]
     said = [_fit(fit), *_doubts(fit), *(f"remark: {each}" for each in record["remarks"])]
+    if fit.get("latch_time") is not None:
+        said.append(
+            f"latch time {_number(fit['latch_time'])} ms, from the trigger to the first motion"
+        )
     if record.get("verdict"):
         names = [e["name"] for e in record["limits"] if e["verdict"] == record["verdict"]]
         said.append(_SAID[record["verdict"]].format(", ".join(names)))

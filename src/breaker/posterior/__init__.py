@@ -13,7 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "corrections": ["Corrected", "correct"],
         "estimator": ["Posterior"],
         "exact": ["infer_exactly"],
-        "exactness": ["correct_operations", "correct_validation", "judge"],
+        "exactness": ["correct_operations", "correct_validation", "judge", "models_of"],
         "laplace": ["approximate"],
         "missing": ["widening"],
         "predictive": [
