@@ -213,13 +213,14 @@ def test_files_that_are_none_do_not_stop_the_others(folder, capsys):
     os.mkfifo(folder / "pipe.csv")
     (folder / "empty.csv").write_bytes(b"")
     (folder / "noise.csv").write_bytes(bytes(range(256)) * 40)
-    assert call("a.csv", "c.csv", "pipe.csv", "empty.csv", "noise.csv") == 0
+    (folder / "nothing").mkdir()
+    assert call("a.csv", "c.csv", "pipe.csv", "empty.csv", "noise.csv", "nothing") == 0
     out, err = capsys.readouterr()
-    assert out.count("rejected: ") == 4
+    assert out.count("rejected: ") == 5
     assert "c.csv: is not there" in out
     assert "pipe.csv: is a pipe" in out
     assert "\n  mu " in out
-    assert "4 records were rejected" in err
+    assert "5 records were rejected" in err
     assert "breaker inspect c.csv --output my.yaml" in err
 
 

@@ -46,9 +46,9 @@ def operations_of(
     files: list[Path] = []
     for each in named:
         inside = record_files(each) if _is_folder(each) else [Path(each)]
-        if not inside:
+        if not inside and len(named) == 1:
             raise FileNotFoundError(f"{each} has no file of a record, and no table {MANIFEST}")
-        files += inside
+        files += inside or [Path(each)]  # beside others it is rejected, and does not stop them
     files = list(dict.fromkeys(files))
     loose = [Operation(i, file, channel=channel) for i, file in enumerate(files, start=1)]
     return dict.fromkeys(motions, loose), True
