@@ -151,9 +151,11 @@ def test_a_network_is_started_from_or_answers(folder, capsys, defaults, prior, s
     posterior.save("closing.safetensors")
     (folder / "amortised.yaml").write_text("endurance: {draws: 50, posterior: amortised}")
     arguments = ["both.csv", "--model", "closing.safetensors", "--json", "--config"]
-    assert main(["infer", *arguments, "amortised.yaml"]) == 0
+    (folder / "limits.yaml").write_text(LIMITS, encoding="utf-8")
+    assert main(["infer", *arguments, "amortised.yaml", "limits.yaml"]) == 0
     (record,) = json.loads(capsys.readouterr().out)["records"]
     assert "resolved" not in record["fit"]
+    assert record["verdict"] == "not healthy"
     (folder / "many.yaml").write_text("endurance: {draws: 500}")
     assert main(["infer", *arguments, "many.yaml"]) == 0
     (record,) = json.loads(capsys.readouterr().out)["records"]

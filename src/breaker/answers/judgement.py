@@ -166,7 +166,9 @@ def with_limits(answer: xr.Dataset, limits: Sequence[Limit], alarm: Mapping) -> 
         of ``VERDICTS``: "in doubt" from 5 % on. Unresolved records are unknown.
     """
     motion = answer.attrs["motion"]
-    found = condition({motion: answer}, [each for each in limits if each.motion == motion])
+    # A network's own answer is not corrected, and so not resolved or unresolved.
+    judged = answer if "resolved" in answer else answer.assign(resolved=answer.accepted)
+    found = condition({motion: judged}, [each for each in limits if each.motion == motion])
     probability = found.probability.values
     verdict = np.select(
         [probability >= alarm["raise"], probability >= MAY_BE, probability >= 0.0],

@@ -31,7 +31,9 @@ def in_words(document: Mapping) -> str:
         head.append("± is half of a 95 % interval; --json, --output and --draws have all numbers")
     parts = ["\n".join(head)] if head else []
     for file in dict.fromkeys(each["file"] for each in records):
-        parts += ["\n".join(block(each)) for each in records if each["file"] == file]
+        there = [each for each in records if each["file"] == file]
+        blocks = [block(each) if each["accepted"] else _rejected(each, there) for each in there]
+        parts += map("\n".join, blocks)
     parts += ["\n".join(_together(motion, each)) for motion, each in document["together"].items()]
     return "\n\n".join(parts)
 
@@ -49,11 +51,15 @@ def _drive(document: Mapping) -> list[str]:
     return [line for each in said for line in _lines(each, "", "  ")]
 
 
+def _rejected(record: Mapping, of_file: Sequence[Mapping]) -> list[str]:
+    """A block that says why. Of which motion only where the file has another one."""
+    title = _title(record) if len(of_file) > 1 else record["file"]
+    return [title, *_lines(f"rejected: {record['reason']}")]
+
+
 def _long(record: Mapping) -> list[str]:
     """A block with everything that is known of a record."""
     lines = [_title(record)]
-    if not record["accepted"]:
-        return [*lines, *_lines(f"rejected: {record['reason']}")]
     lines.append(_ROW.format("", "median", "95 % interval", "", "").rstrip())
     for name, each in record["parameters"].items():
         lines.append(_row(name, each, each["meaning"]))
@@ -71,8 +77,6 @@ def _long(record: Mapping) -> list[str]:
 def _short(record: Mapping) -> list[str]:
     """A block of a few lines."""
     lines = [_title(record)]
-    if not record["accepted"]:
-        return [*lines, *_lines(f"rejected: {record['reason']}")]
     cells = [
         f"{name} {_number(each['median'])} ±{_half(each['interval_95']):.2g}"
         for name, each in (record["parameters"] | record["quantities"]).items()

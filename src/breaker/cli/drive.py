@@ -9,8 +9,7 @@ import xarray as xr
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, Size, Speed, check_quantity, speeds_of
 from breaker.model import Facts, Model, configured_model, reference_model
-from breaker.posterior import DriveRecords, read_drive
-from breaker.records import read_curves
+from breaker.posterior import read_drive
 from breaker.shipped import DEFAULTS
 from breaker.workflow import read
 
@@ -67,9 +66,9 @@ def read_records(
 ) -> Drive:
     """Read the records of a drive.
 
-    With the default prior, and no network, the size of the drive is read from the records unless
-    it is given, and so is the noise unless the configuration changes it. A prior of one's own is
-    taken as it is, and a network has a prior, a sensor and motions of its own.
+    With the default prior the size of the drive is read from the records unless it is given, and
+    so is the noise unless the configuration changes it. A prior of one's own is taken as it is.
+    Networks have a prior and motions of their own.
 
     Args:
         operations: By motion.
@@ -81,27 +80,50 @@ def read_records(
     Raises:
         ValueError: If a size is given for a drive whose prior is not the default.
     """
-    if size and networks:
-        raise ValueError("--size is of drives with the default prior, not with that of --model")
+    _check_known(config)
+    models, noise_sd, own = _of_size_one(operations, config, networks)
+    if size and own:
+        raise ValueError(
+            "--size is of drives with the default prior, and that of the configuration or of "
+            "--model is another; leave it out"
+        )
     if networks and config["known"] and config["endurance"]["posterior"] != "corrected":
         raise ValueError(
             "networks know no facts; set endurance.posterior to corrected, or leave the facts out"
         )
-    _check_known(config)
-    found = (
-        _by_networks(operations, config, networks)
-        if networks
-        else _by_prior(operations, config, size)
+    found = read_drive(
+        {motion: operations[motion] for motion in models},
+        config["endurance"]["format"],
+        models,
+        size=Size() if own else Size(*size) if size else None,
+        noise_sd=noise_sd,
+        speeds=_configured(config) if own else config["speeds"],
     )
+    named = Size(**config["size"]) if own else found.size
     about = {
-        "size": {"lengths": found.size.lengths, "times": found.size.times},
+        "size": {"lengths": named.lengths, "times": named.times},
         "noise_sd": found.noise_sd,
-        "words": [*found.said],
+        "words": [*found.said, *_given(own, size, networks)],
     }
     curves = _without_the_other(found.curves) if loose else dict(found.curves)
     facts = Facts.from_settings(config["known"], found.speeds)
     models = {motion: model.knowing(facts) for motion, model in found.models.items()}
     return Drive(models, curves, found.size, found.speeds, about)
+
+
+def _given(own: bool, size: Sequence[float] | None, networks: Mapping) -> list[str]:
+    """What of the drive was not read from its records, in words."""
+    if own:
+        return [
+            f"prior and noise are those of {'the model file' if networks else 'the configuration'}"
+        ]
+    if size:
+        return [
+            "size given: lengths {:g} and times {:g} times those of the reference drive".format(
+                *size
+            )
+        ]
+    return []
 
 
 def _check_known(config: Mapping) -> None:
@@ -113,59 +135,29 @@ def _check_known(config: Mapping) -> None:
             raise ValueError(f"known: {' '.join(complaints)}")
 
 
-def _by_prior(
-    operations: Mapping[str, Sequence[Operation]],
-    config: Mapping,
-    size: Sequence[float] | None,
-) -> DriveRecords:
-    """Read records for the prior of the configuration, the default one at any size."""
+def _of_size_one(
+    operations: Mapping[str, Sequence[Operation]], config: Mapping, networks: Mapping
+) -> tuple[dict[str, Model], float | None, bool]:
+    """Return models of the size 1, the noise where it is not to be read, and whether the prior is
+    not the default one, so that no size is to be read either.
+    """
     defaults, scale = read(DEFAULTS), config["endurance"]["discrepancy"]
-    own = any(config.get(key) != defaults.get(key) for key in ("prior", "size"))
-    if own and size:
-        raise ValueError(
-            "--size is of drives with the default prior, and the configuration has another; leave "
-            "it out"
-        )
-    if own:
-        models = {motion: configured_model(config, motion) for motion in operations}
-    else:
-        models = {motion: reference_model(motion, scale) for motion in operations}
     noise_sd = config["sensor"]["noise_sd"]
-    return read_drive(
-        operations,
-        config["endurance"]["format"],
-        models,
-        size=Size() if own else Size(*size) if size else None,
-        noise_sd=noise_sd if own or noise_sd != defaults["sensor"]["noise_sd"] else None,
-        speeds=_configured(config) if own else config["speeds"],
-    )
+    changed = noise_sd if noise_sd != defaults["sensor"]["noise_sd"] else None
+    if networks:
+        models = {motion: networks[motion].model for motion in operations if motion in networks}
+        own = any(each.settings["prior"] != defaults["prior"] for each in networks.values())
+        sensors = [model.sensor for model in models.values()]
+        return models, max(each.noise_sd for each in sensors) if own else changed, own
+    if any(config[key] != defaults[key] for key in ("prior", "size")):
+        return {motion: configured_model(config, motion) for motion in operations}, noise_sd, True
+    return {motion: reference_model(motion, scale) for motion in operations}, changed, False
 
 
 def _configured(config: Mapping) -> dict[str, list[str]]:
     """The section ``speeds``, at the size of the drive whose prior stands in the configuration."""
     speeds = speeds_of(config["speeds"], Size(**config["size"]))
     return {each.name: each.points for each in speeds}
-
-
-def _by_networks(
-    operations: Mapping[str, Sequence[Operation]], config: Mapping, networks: Mapping
-) -> DriveRecords:
-    """Read records for networks, of whose motions, prior and sensor they are."""
-    models = {motion: networks[motion].model for motion in operations if motion in networks}
-    sensors = {motion: model.sensor for motion, model in models.items()}
-    speeds = speeds_of(_configured(config))
-    curves = {
-        motion: read_curves(
-            *(operations[motion], config["endurance"]["format"], sensor.times, motion),
-            noise_sd=sensor.noise_sd,
-            zero_sd=sensor.zero_sd,
-            speeds=speeds,
-        )
-        for motion, sensor in sensors.items()
-    }
-    noise_sd = max(sensor.noise_sd for sensor in sensors.values())
-    said = ("prior and sensor are those of the model files",)
-    return DriveRecords(Size(), noise_sd, models, curves, speeds, said)
 
 
 def _without_the_other(curves: Mapping[str, xr.Dataset]) -> dict[str, xr.Dataset]:

@@ -140,7 +140,7 @@ def _answers(drive, networks: Mapping, config: Mapping, limits: Sequence) -> dic
     for motion, curves in drive.curves.items():
         model = drive.models[motion]
         if motion in networks:
-            answer = _by_network(networks[motion], curves, config, common)
+            answer = _by_network(networks[motion], drive, config, common)
         else:
             answer = infer_exactly(
                 model, curves, config["correction"], draws=endurance["draws"], **common
@@ -153,14 +153,17 @@ def _answers(drive, networks: Mapping, config: Mapping, limits: Sequence) -> dic
     return answers
 
 
-def _by_network(network, curves, config: Mapping, common: Mapping):
+def _by_network(network, drive, config: Mapping, common: Mapping):
     """The answer of a network, corrected to the exact one unless the configuration says not to."""
-    from breaker.posterior import correct_operations, infer
+    from breaker.posterior import correct_operations, infer, network_remarks
 
-    endurance = config["endurance"]
+    motion, endurance = network.motion, config["endurance"]
+    network, curves = network.sized(drive.size), drive.curves[network.motion]
     answer = infer(network, curves, draws=endurance["draws"], **common)
     if endurance["posterior"] == "corrected":
-        answer = correct_operations(network.model, answer, config["correction"], **common)
+        return correct_operations(drive.models[motion], answer, config["correction"], **common)
+    remarks = network_remarks(network.sensor, drive.about["noise_sd"], curves)
+    drive.about["words"] += [f"{motion}: {remark}" for remark in remarks]
     return answer
 
 
