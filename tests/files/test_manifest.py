@@ -113,7 +113,7 @@ WRONG = [
     (f"{HEAD},touch_time\na.csv,opening,1,9.5", "column touch_time: is of closing; leave it empty"),
     (f"{HEAD},part_time\na.csv,closing,1,9.5", "line 2, column part_time: is of opening; leave"),
     (f"{HEAD},touch_time\na.csv,closing,1,9:5", "column touch_time: '9:5' is no number"),
-    (f"{HEAD},timing_sd\na.csv,closing,1,0", "column timing_sd: 0 is not between 0.001 and 10 ms"),
+    (f"{HEAD},timing_sd\na.csv,closing,1,0", "column timing_sd: 0 is not between 0.01 and 10 ms"),
     (f"{HEAD},trigger\na.csv,closing,1,x", "column trigger: 'x' is no number"),
     (f"{HEAD},event\na.csv,closing,1,a\x1b[2J", r"column event: 'a\\x1b\[2J' has signs"),
     (f"{HEAD},event\na.csv,closing,1,{'x' * 201}", "column event: has 201 signs"),

@@ -293,6 +293,6 @@ _READ: dict[str, Callable] = {
     "to": _TIME,
     "touch_time": _TIME,
     "part_time": _TIME,
-    "timing_sd": _number(0.001, 10.0, "ms"),
+    "timing_sd": _number(0.01, 10.0, "ms"),
     "trigger": _TIME,
 }
