@@ -104,23 +104,20 @@ def main() -> None:
     parser.add_argument("--size-drives", type=int, default=20, help="drives of each size")
     parser.add_argument("--right-drives", type=int, default=100, help="where the model is right")
     parser.add_argument("--output", default="docs/sizes.csv")
-    parser.add_argument("--rows", help="CSV file of the single records")
     options = parser.parse_args()
     config = load([DEFAULTS])
-    wanted = [((40, 2, share), 1.0, options.drives) for share in SHARES]
-    wanted += [((40, 2, share), 0.0, options.right_drives) for share in SHARES]
-    wanted += [((*corner, SHARES[1]), 1.0, options.size_drives) for corner in CORNERS]
-    rows = pd.DataFrame(
-        row
-        for corner, scale, count in wanted
-        for number in range(count)
-        for row in infer_drive(config, corner, scale, number)
-    )
-    if options.rows:
-        rows.to_csv(options.rows, index=False)
-    shares = table(rows)
-    shares.to_csv(options.output, index=False, float_format="%.3g")
-    print(shares.to_string(index=False, float_format="%.0f"))
+    wanted = [
+        *(((40, 2, share), 1.0, options.drives) for share in SHARES),
+        *(((40, 2, share), 0.0, options.right_drives) for share in SHARES),
+        *(((*corner, SHARES[1]), 1.0, options.size_drives) for corner in CORNERS),
+    ]
+    rows = []
+    for number in range(max(count for *_, count in wanted)):
+        for corner, scale, count in wanted:
+            rows += infer_drive(config, corner, scale, number) if number < count else []
+        shares = table(pd.DataFrame(rows))  # written as it grows
+        shares.to_csv(options.output, index=False, float_format="%.3g")
+    print(shares.to_string(index=False))
 
 
 if __name__ == "__main__":
