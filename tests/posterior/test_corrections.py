@@ -13,6 +13,7 @@ from breaker.model.randomness import generator
 from breaker.posterior import corrections as correction
 from breaker.posterior.corrections import correct, temper
 from breaker.posterior.transport import TriangularMap
+from breaker.posterior.weights import Importance
 
 SETTINGS = {
     "draws": 2000,
@@ -330,8 +331,7 @@ def test_the_tail_of_the_weights_may_be_the_reason():
     [(-np.inf, True), (0.69, True), (0.7, False), (np.inf, False), (np.nan, False)],
 )
 def test_a_tail_that_is_not_known_to_be_good_is_not(k, resolved, monkeypatch):
-    weigh = correction.importance
-    monkeypatch.setattr(correction, "importance", lambda *args: replace(weigh(*args), pareto_k=k))
+    monkeypatch.setattr(Importance, "pareto_k", k)
     result = gaussian_with({"rounds": 2})
     assert result.resolved == resolved
     assert result.reason == ("" if resolved else f"Pareto k {k:.2f}, below 0.7 is needed")

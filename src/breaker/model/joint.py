@@ -172,10 +172,12 @@ class Model:
         onset = values[:, p] if self.sensor.infers_onset else 0.0
         found = travel(values[:, :p], self.sensor.times, self.motion, onset=onset)
         switching, left_out = found.switching + onset, self.sensor.discrepancy
-        if left_out is not None and left_out.lag is not None:
-            z = self.prior.standardise(values[:, :p])
+        if left_out is None:
+            return found._replace(switching=switching)
+        z = self.prior.standardise(values[:, :p])
+        if left_out.lag is not None:
             switching = switching + left_out.lag.mean + z @ left_out.lag.slopes
-        return found._replace(travel=found.travel + self.shift(values), switching=switching)
+        return found._replace(travel=found.travel + left_out.shift(z), switching=switching)
 
     def shift(self, values: np.ndarray) -> np.ndarray | float:
         """Return the mean of what the model leaves out, ``(n, q) -> (n, t)``, mm, or 0."""

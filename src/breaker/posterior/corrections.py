@@ -39,7 +39,7 @@ from breaker.posterior.weights import Importance, importance, resample
 
 __all__ = ["Corrected", "correct", "temper"]
 
-_NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 5, 0)  # before there are weights
+_NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)  # before there are weights
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ infinite, is a fault: it is counted, and leaves all of the above undefined.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp
@@ -32,7 +33,6 @@ class Importance:
     Attributes:
         log_weights: Normalised so that their exponentials sum to 1, ``(d,)``.
         size: Effective sample size.
-        pareto_k: Shape of the largest weights' tail; nan if there are too few.
         log_evidence: Log of the probability density of the record, standard error beside it.
         log_evidence_se: By the delta method, ``sqrt(1 / size - 1 / d)``.
         gap: Estimate of ``KL(p | q)``, nats.
@@ -41,11 +41,15 @@ class Importance:
 
     log_weights: np.ndarray
     size: float
-    pareto_k: float
     log_evidence: float
     log_evidence_se: float
     gap: float
     faulty: int
+
+    @cached_property  # asked for of the last weights alone
+    def pareto_k(self) -> float:
+        """Shape of the largest weights' tail; nan if there are too few."""
+        return _pareto_k(self.log_weights[self.log_weights > -np.inf])
 
     @property
     def efficiency(self) -> float:
@@ -75,10 +79,10 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
     d = log_ratio.size
     faulty = int(np.sum(np.isnan(log_ratio) | (log_ratio == np.inf) | (log_density == np.inf)))
     if faulty:
-        return Importance(np.full(d, np.nan), *[np.nan] * 5, faulty)
+        return Importance(np.full(d, np.nan), *[np.nan] * 4, faulty)
     total = logsumexp(log_ratio)
     if total == -np.inf:  # no draw in the support: nothing is known, and nothing is wrong
-        return Importance(log_ratio, 0.0, np.nan, -np.inf, np.inf, np.inf, 0)
+        return Importance(log_ratio, 0.0, -np.inf, np.inf, np.inf, 0)
     log_weights = log_ratio - total
     size = float(np.exp(-logsumexp(2 * log_weights)))
     log_evidence = total - np.log(d)
@@ -87,7 +91,6 @@ def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:
     return Importance(
         log_weights=log_weights,
         size=size,
-        pareto_k=_pareto_k(log_weights[positive]),
         log_evidence=float(log_evidence),
         log_evidence_se=float(np.sqrt(max(0.0, 1 / size - 1 / d))),
         gap=gap,
