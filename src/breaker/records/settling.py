@@ -24,13 +24,14 @@ class Settling(NamedTuple):
     Attributes:
         rest: Where it comes to rest, mm.
         weights: Of the samples in that, ``(n,)``.
-        misfit: Sum of squares of what the fit leaves of means of samples, in mm^2 for one sample,
-            over their number less that of what is fitted.
+        misfit: Mean square of what the fit leaves of means of samples, mm^2.
+        every: Samples in such a mean.
     """
 
     rest: float
     weights: np.ndarray
     misfit: float
+    every: int
 
 
 def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
@@ -54,7 +55,7 @@ def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
         if (found := _fitted(x, y, order)) is not None:
             rest, weights, misfit = found
             weights = np.append(np.zeros(skipped), np.repeat(weights, every) / every)
-            return Settling(rest, weights, every * misfit)
+            return Settling(rest, weights, misfit, every)
     return None
 
 

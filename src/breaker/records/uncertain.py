@@ -22,9 +22,10 @@ _WIDEST = 0.2  # of the time of the motion, half the width of a local fit
 _OFF = 0.02  # strokes, error of a fit half as wide as the motion lasts; it goes with the square
 _FORGOTTEN = 1e-4  # correlation
 _LEAST = 20  # samples of a curve that is carried on to its rest
-_MISFIT = 2.5  # noise variances, the most that this fit may leave
-_OTHER_MODES = 4e-3  # of the way on which this fit rests: error of its rest from other modes
-_VAGUE = 0.02  # strokes, the sd of a rest that is too uncertain
+_MISFIT = 2.5  # noise variances, from which this fit leaves more than noise
+_LEFT = 2.0  # times what it leaves: error of its rest
+_OTHER_MODES = 5e-3  # of the way on which this fit rests: error of its rest from other modes
+_VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
 
 
 class NotShownError(ValueError):
@@ -152,11 +153,13 @@ class Trace:
         """Return where travel that still moves between two times comes to rest, None if unseen."""
         window = np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
         found = settling(self.time[window], self.travel[window]) if window.size > _LEAST else None
-        if found is None or found.misfit > _MISFIT * self._alike * self.noise**2:
+        if found is None:
             return None
-        moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
+        noise = self._alike * self.noise**2 / found.every
+        left = math.sqrt(found.misfit - noise) if found.misfit > _MISFIT * noise else 0.0
         late = self.travel[window[2 * window.size // 3 :]]
-        error = float(np.hypot(moved, self._rounding(float(np.std(late)))))
+        moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
+        error = math.hypot(moved, _LEFT * left, self._rounding(float(np.std(late))))
         rest = self._of(found.rest, window, found.weights) + self.error(0.0, error)
         return rest if self.sd(rest) <= _VAGUE * self.stroke else None
 

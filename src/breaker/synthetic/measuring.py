@@ -29,8 +29,8 @@ def own_quantities(drive: Drive, motion: str, speeds: Sequence[Speed] = SPEEDS) 
         >>> from breaker.synthetic.drive import Elements
         >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
         >>> found = own_quantities(drive, "closing")
-        >>> round(found["touch_time"], 2), round(found["closing_speed"], 2)
-        (10.09, 1.24)
+        >>> f"{found['touch_time']:.2f} ms, {found['closing_speed']:.2f} mm/ms"
+        '10.09 ms, 1.24 mm/ms'
     """
     sign = 1.0 if motion == "closing" else -1.0
     time = drive.size.times * np.append(np.arange(0.0, _LONG, _FINE), _RESTS)
