@@ -99,8 +99,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         RejectedCurveError: If the file cannot be read.
     """
     file = Path(file)
-    layout = look_into(file)
-    clock = find_clock(layout)
+    clock = find_clock(layout := look_into(file))
     travels = _chosen(file, layout, clock, channel)
     guesses = [
         guess_time(layout, clock),
