@@ -107,9 +107,7 @@ def read_drive(
     defined = speeds_of(speeds, size)
     sized = {m: at_size(models[m], size, unknown, noise_sd) for m in operations}
     if read_noise and usable:
-        sized = {
-            m: replace(each, sensor=_with_left_out(each.sensor, size)) for m, each in sized.items()
-        }
+        sized = {m: _with_left_out(each, size) for m, each in sized.items()}
         said.append(_noise_in_words(noise_sd, max(each.sensor.noise_sd for each in sized.values())))
     curves = {
         m: curves_of(
@@ -117,6 +115,7 @@ def read_drive(
             noise_sd=noise_sd or sized[m].sensor.noise_sd,
             zero_sd=sized[m].sensor.zero_sd,
             speeds=defined,
+            chosen=unknown > 0.0,
         )
         for m, each in operations.items()
     }
@@ -138,11 +137,12 @@ def at_size(model: Model, size: Size, unknown: float, noise_sd: float | None) ->
     return replace(sized, sensor=replace(sized.sensor, noise_sd=noise_sd))
 
 
-def _with_left_out(sensor: Sensor, size: Size) -> Sensor:
-    """A sensor whose noise includes what the components of the learned error leave out."""
-    if sensor.discrepancy is None:
-        return sensor
-    return replace(sensor, noise_sd=float(np.hypot(sensor.noise_sd, _LEFT_OUT * size.lengths)))
+def _with_left_out(model: Model, size: Size) -> Model:
+    """A model whose noise includes what the components of the learned error leave out."""
+    if model.sensor.discrepancy is None:
+        return model
+    noise_sd = float(np.hypot(model.sensor.noise_sd, _LEFT_OUT * size.lengths))
+    return replace(model, sensor=replace(model.sensor, noise_sd=noise_sd))
 
 
 def network_remarks(sensor: Sensor, noise_sd: float, curves: xr.Dataset) -> list[str]:
@@ -240,8 +240,7 @@ def _mode(
 ) -> _Mode:
     """Climb to the posterior mode of a record at a size, from one nearby if there is one."""
     size = Size(*np.exp(logs).tolist())
-    model = at_size(model, size, _UNKNOWN, noise_sd)
-    model = replace(model, sensor=_with_left_out(model.sensor, size))
+    model = _with_left_out(at_size(model, size, _UNKNOWN, noise_sd), size)
     record = raw.on_grid(model.sensor.times).travel
     z, precision = mode(model, record, None if near is None else model.standardise(near.values))
     noise = np.log(model.sensor.noise_sd) + 0.5 * np.log(2 * np.pi * np.e)

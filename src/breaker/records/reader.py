@@ -178,14 +178,19 @@ def curves_of(
     noise_sd: float | None = None,
     zero_sd: float | None = None,
     speeds: Sequence[Speed] = SPEEDS,
+    chosen: bool = False,
 ) -> xr.Dataset:
-    """Put the records of several operations on a grid; as ``read_curves``, of ``read_raws``."""
+    """Put the records of several operations on a grid; as ``read_curves``, of ``read_raws``.
+
+    A grid that was ``chosen`` for these records is no fault of theirs: that samples are moved to
+    its times is not remarked on.
+    """
     records: list[Record | RejectedCurveError] = []
     for raw in raws:
         try:
             if isinstance(raw, RejectedCurveError):
                 raise raw
-            records.append(_to_grid(raw, times, noise_sd, zero_sd))
+            records.append(_to_grid(raw, times, noise_sd, zero_sd, chosen))
         except RejectedCurveError as error:
             records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
@@ -260,7 +265,13 @@ def read_record(
     return _to_grid(read_raw(operation, settings, scale, motion), times, noise_sd, zero_sd)
 
 
-def _to_grid(raw: Raw, times: np.ndarray, noise_sd: float | None, zero_sd: float | None) -> Record:
+def _to_grid(
+    raw: Raw,
+    times: np.ndarray,
+    noise_sd: float | None,
+    zero_sd: float | None,
+    chosen: bool = False,
+) -> Record:
     """Put a record on the grid."""
     time, left = raw.time[raw.inside], raw.left
     gridded = raw.on_grid(times)
@@ -274,7 +285,7 @@ def _to_grid(raw: Raw, times: np.ndarray, noise_sd: float | None, zero_sd: float
         *raw.said,
         rest_remark(raw.segment, raw.settings, raw.motion, zero_sd),
         told(raw.time, raw.doubts),
-        *grid_remarks(gridded, time, times, back=not np.isnan(raw.segment.back)),
+        *grid_remarks(*(gridded, time, times), back=not np.isnan(raw.segment.back), chosen=chosen),
         leap_remark(time, left, noise.sd, raw.quantum, raw.segment.stroke),
         *inconsistencies(time, left, raw.moves, noise_sd or 0.0),
         *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
