@@ -1,0 +1,103 @@
+"""The tutorial's commands run in order, and print, draw and lead to what the text states."""
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.synthetic.high_voltage import HIGH_VOLTAGE
+from breaker.synthetic.rigs import Rig
+from breaker.workflow.configuration import load
+
+FOLDER = Path(__file__).parents[2] / "docs" / "tutorial"
+spec = importlib.util.spec_from_file_location("renew", FOLDER / "renew.py")
+renew = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(renew)
+
+TEXT = renew.PAGE.read_text(encoding="utf-8")
+PICTURES = re.findall(r"!\[[^\]]*\]\(([\w.]+\.png)\)", TEXT)
+WITHIN = 0.1  # of a shown number: posteriors are drawn, and other processors round otherwise
+REMEDY = "mend the text, then run: python docs/tutorial/renew.py"
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """The folder in which the commands ran, and their steps with what they printed."""
+    folder = tmp_path_factory.mktemp("tutorial")
+    return folder, list(renew.run(TEXT, folder))
+
+
+def test_commands_print_what_stands_there(done):
+    for step, output in done[1]:
+        for shown, printed in renew.as_printed(step.shown, output):
+            assert renew.close(shown, printed, WITHIN), f"{shown}\n{printed}\n{REMEDY}"
+
+
+def size(picture):
+    with Image.open(picture) as image:
+        return image.size
+
+
+@pytest.mark.parametrize("picture", PICTURES)
+def test_pictures_are_drawn_and_small(done, picture):
+    assert (done[0] / picture).stat().st_size > 10_000
+    assert (FOLDER / picture).stat().st_size <= 60_000
+    drawn, kept = size(done[0] / picture), size(FOLDER / picture)
+    assert kept[0] / kept[1] == pytest.approx(drawn[0] / drawn[1], rel=0.01), REMEDY
+
+
+def test_true_values_and_how_many_intervals_hold_them_are_stated(done, defaults):
+    drive = Rig.from_settings(defaults["rig"], 1).new.scaled(HIGH_VOLTAGE)
+    truth = dict(zip(NAMES, drive.theta, strict=True))
+    records = json.loads((done[0] / "answer.json").read_text(encoding="utf-8"))["records"]
+    assert [each["motion"] for each in records] == list(MOTIONS)
+    held = 0
+    for each in records:
+        assert each["fit"]["resolved"]
+        assert not each["fit"]["misfit"]
+        for name in NAMES:
+            low, high = each["parameters"][name]["interval_95"]
+            held += low <= truth[name] <= high
+    assert f"{held} of the 14 intervals" in TEXT
+    for name in NAMES:
+        assert f"{truth[name]:.3g}" in TEXT
+    for each, quantity in zip(records, ("touch_time", "part_time"), strict=True):
+        switches = drive.operate(each["motion"], np.arange(0.0, 300.0, 0.1))[1]
+        low, high = each["quantities"][quantity]["interval_95"]
+        assert low <= switches <= high
+        assert f"{switches:.1f}" in TEXT
+
+
+def test_the_last_settings_are_those_of_a_workflow(done, tmp_path):
+    """The fitted prior and the limits, over the defaults, with the example's folder."""
+    folder, _ = done
+    own = {"endurance": {"curves": str(folder / "rack"), "phase": "S 1"}}
+    (tmp_path / "breaker.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
+    overlays = [folder / "prior.yaml", folder / "limits.yaml", tmp_path / "breaker.yaml"]
+    config = load(["config/config.yaml", *overlays])
+    assert config["size"]["lengths"] == pytest.approx(HIGH_VOLTAGE.lengths, rel=0.2)
+    assert "snakemake -c2 all --configfile prior.yaml limits.yaml breaker.yaml" in TEXT
+
+
+def test_a_line_that_is_not_printed_is_found(done):
+    step, output = next(each for each in done[1] if each[0].shown)
+    with pytest.raises(ValueError, match="not printed"):
+        renew.as_printed(step.shown.replace("accepted", "rejected"), output)
+
+
+def test_a_number_that_is_not_printed_is_found(done):
+    step, output = next(each for each in done[1] if each[0].shown)
+    changed = step.shown.replace("10 kHz", "12 kHz")
+    assert changed != step.shown
+    assert not all(renew.close(*pair, WITHIN) for pair in renew.as_printed(changed, output))
+
+
+def test_a_command_that_fails_is_told(tmp_path):
+    with pytest.raises(RuntimeError, match="fails with 1"):
+        list(renew.run("```sh\nbreaker infer nothing.csv\n```\n", tmp_path))
