@@ -11,7 +11,9 @@ from breaker.files.manifest import Operation
 from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of
 from breaker.mechanism.size import Size
+from breaker.model.randomness import generator
 from breaker.records.reader import read_curves
+from breaker.synthetic.family import Family
 from breaker.synthetic.high_voltage import CHANNELS, HIGH_VOLTAGE, write_exports
 from breaker.synthetic.high_voltage import main as example
 from breaker.synthetic.rigs import Rig
@@ -106,6 +108,18 @@ def test_the_files_are_of_the_layout(exports):
         assert lines[-1].split(";")[11:] == ["", "", ""]
     assert len(set(heads)) > 1
     assert all(4 <= head <= 45 for head in heads)
+
+
+@pytest.mark.parametrize("rig", [2, 4, 6, 8])
+def test_drives_that_are_fastest_early_or_creep_to_rest_are_seen_to_move(
+    rig, tmp_path, defaults, prior
+):
+    """Of 30 drives of the family, these and eight more were once taken for currents."""
+    drive = Family(prior, defaults["rigs"]).new(generator(1, "other drives", rig))
+    write_exports(drive, rig, tmp_path, 1, force_sd=0.0, apart=800.0)
+    found = inspect_file(tmp_path / "rack_0001.txt", defaults["sensor"])
+    assert {each.column for each in found.motions} == set(CHANNELS)
+    assert all(each.record for each in found.motions)
 
 
 def test_the_example_folder_is_always_the_same(exports, tmp_path, capsys):
