@@ -142,7 +142,7 @@ def test_version_is_stated_once_and_cited():
     assert project["name"] == breaker.DISTRIBUTION
     assert project["license"] == citation["license"] == "MIT"
     assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
-    assert project["scripts"] == {"breaker": "breaker.cli:main"}
+    assert project["scripts"] == {"breaker": "breaker.cli:run"}
 
 
 def test_ci_lints_and_tests():
