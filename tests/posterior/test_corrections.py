@@ -14,16 +14,8 @@ from breaker.posterior import corrections as correction
 from breaker.posterior.corrections import correct, temper
 from breaker.posterior.transport import TriangularMap
 from breaker.posterior.weights import Importance
+from tests.corrections import SETTINGS
 
-SETTINGS = {
-    "draws": 2000,
-    "round_draws": 500,
-    "fit_size": 100,
-    "rounds": 20,
-    "efficiency": 0.6,
-    "smallest_size": 400,
-    "largest_k": 0.7,
-}
 RECORD = np.zeros(3)
 LOG_EVIDENCE = 118.25
 REPEATS = 30

@@ -23,19 +23,11 @@ from breaker.posterior.tables import beside, choose, summary, table, table_of_bo
 from breaker.records.opened import open_curves
 from breaker.stores import describe, save
 from breaker.validation.calibration import calibration_p_values, family_p_value, ranks
+from tests.corrections import SETTINGS
 from tests.networks_fixtures import MARKS, frozen, one_thread, pin  # noqa: F401
 
 pytestmark = MARKS
 
-SETTINGS = {
-    "draws": 2000,
-    "round_draws": 500,
-    "fit_size": 100,
-    "rounds": 20,
-    "efficiency": 0.6,
-    "smallest_size": 400,
-    "largest_k": 0.7,
-}
 UNREACHED = SETTINGS | {"smallest_size": 2000, "rounds": 1}  # no weights are that even
 HOW = {
     "resolved": bool,

@@ -19,16 +19,8 @@ from breaker.model.reference import reference_model
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate
 from breaker.shipped import model_file
+from tests.corrections import SETTINGS
 
-SETTINGS = {
-    "draws": 2000,
-    "round_draws": 500,
-    "fit_size": 100,
-    "rounds": 20,
-    "efficiency": 0.6,
-    "smallest_size": 400,
-    "largest_k": 0.7,
-}
 CURVES = 5  # of each motion
 WALKERS, BURN_IN, STEPS = 160, 80, 320  # autocorrelation times are about 25 steps
 FALSE_ALARM = 1e-3  # of all comparisons of both motions together

@@ -11,17 +11,9 @@ from breaker.model import Contact, Facts, Lag, Model, generator
 from breaker.posterior.exact import infer_exactly
 from breaker.posterior.exactness import correct_operations
 from breaker.posterior.laplace import surprise
+from tests.corrections import SETTINGS
 from tests.networks_fixtures import PRIOR, SENSOR, left_out
 
-SETTINGS = {
-    "rounds": 20,
-    "round_draws": 500,
-    "draws": 2000,
-    "efficiency": 0.6,
-    "fit_size": 100,
-    "smallest_size": 400,
-    "largest_k": 0.7,
-}
 COMMON = {"seed": 1, "misfit_p_value": 1e-3}
 NEAR = Facts.from_settings({"mu": [2.3, 0.3], "wipe": [3.7, 0.2]})
 CURVE = left_out(31, size=0.1)

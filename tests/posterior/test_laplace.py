@@ -9,6 +9,7 @@ from breaker.mechanism import MOTIONS, NAMES, Size
 from breaker.model import Facts, generator, reference_model
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate, mode
+from tests.corrections import SETTINGS
 
 RECORDS = 6
 
@@ -93,14 +94,3 @@ def test_draws_are_wider_than_the_curvature():
     np.testing.assert_allclose(z.T @ z / len(z), 5 / 3 * np.eye(8), atol=1 / 6)
     again = approximate(model, records[0], 20_000, generator(1, "test laplace", "draws"))
     np.testing.assert_array_equal(draws, again)
-
-
-SETTINGS = {
-    "draws": 2000,
-    "round_draws": 500,
-    "fit_size": 100,
-    "rounds": 20,
-    "efficiency": 0.6,
-    "smallest_size": 400,
-    "largest_k": 0.7,
-}
