@@ -70,10 +70,14 @@ class Learned:
         wear = cov[np.ix_(worn, worn)] * np.outer(units, units)
         wear[np.arange(p), np.arange(p)] += np.square(_UNWORN)
         whole = {motion: Discrepancy.from_dataset(data.sel(motion=motion)) for motion in motions}
-        nothing = {m: np.zeros((0, len(each.mean))) for m, each in whole.items()}
+        # The components are unknowns of their own here, and no contact is timed.
+        alone = {
+            m: replace(each.scaled(scale), factor=np.zeros((0, len(each.mean))), lag=None)
+            for m, each in whole.items()
+        }
         return cls(
             {motion: data.basis.sel(motion=motion).values for motion in motions},
-            {m: replace(each.scaled(scale), factor=nothing[m]) for m, each in whole.items()},
+            alone,
             scale**2 * cov[np.ix_(p + place, p + place)],
             wear,
             np.square(scale * rough_sd / noise_sd),
