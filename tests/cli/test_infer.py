@@ -224,7 +224,7 @@ def test_files_that_are_none_do_not_stop_the_others(folder, capsys):
     assert "c.csv: is not there" in out
     assert "pipe.csv: is a pipe" in out
     assert "\n  mu " in out
-    assert "5 records were rejected" in err
+    assert "rejected records: 5" in err
     assert "breaker inspect c.csv --output my.yaml" in err
 
 

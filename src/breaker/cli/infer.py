@@ -169,7 +169,7 @@ def _by_network(network, drive, config: Mapping, common: Mapping):
 
 def _say_remedy(rejected: Sequence[Mapping], *, nothing: bool) -> None:
     """Say on stderr that records were rejected, and how to find out how they can be read."""
-    what = "nothing was inferred" if nothing else f"{len(rejected)} records were rejected"
+    what = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
     file = shlex.quote(rejected[0]["file"])
     print(
         f"breaker: {what}. If a file is written in another way than the settings say:\n"
