@@ -166,8 +166,8 @@ def network_remarks(sensor: Sensor, noise_sd: float, curves: xr.Dataset) -> list
         share = float(curves.missing.where(slow).max()) / curves.sizes["time"]
         remarks.append(
             f"{int(slow.sum())} of {slow.size} records have no sample for up to {share:.0%} of the "
-            f"network's times, which are {sensor.step:.2g} ms apart at this size; {remedy} one whose summary "
-            "is a deep_set, which takes missing samples; or record longer, or faster"
+            f"network's times, which are {sensor.step:.2g} ms apart at this size; {remedy} one "
+            "whose summary is a deep_set, which takes missing samples; or record longer, or faster"
         )
     return remarks
 
