@@ -47,7 +47,12 @@ def _drive(document: Mapping) -> list[str]:
         if scale != 1
         else "the model may be wrong as it is of drives of the family"
     )
-    said = [*document["drive"]["words"], f"{error}; intervals allow for it" if scale else error]
+    said = [
+        *document["drive"]["words"],
+        f"{error}; intervals allow for it" if scale else error,
+        "times, speeds and ways are those of the model, without stops; measured is what the record "
+        "itself shows, which limits of a catalogue are about",
+    ]
     return [line for each in said for line in _lines(each, "", "  ")]
 
 
@@ -124,8 +129,6 @@ def _errors(phases: Mapping[str, Mapping]) -> list[str]:
     lines = [_ROW.format("model error", "median", "90 % interval", "", "drives of the family")]
     for name, each in phases.items():
         usual = f"{each['family_median']:.2g} (99 %: {each['family_99']:.2g})"
-        share = each["share_of_residual"]
-        usual += f"; {100 * share:.0f} % of the residual" if share is not None else ""
         interval = " to ".join(f"{end:.2g}" for end in each["interval_90"])
         numbers = f"{each['median']:.2g}", interval, each["unit"]
         lines.append(_ROW.format(name, *numbers, usual))
