@@ -64,19 +64,30 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def _factor(text: str) -> float:
-    value = float(text)
+    """A factor of a size."""
+    value = _number(text)
     if not 0 < value < math.inf:
-        raise ValueError
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
     return value
 
 
 def _fact(text: str) -> tuple[str, list[float]]:
     """Name, value and sd of ``NAME=VALUE:SD``."""
     name, _, numbers = text.partition("=")
-    value, _, sd = numbers.partition(":")
-    if not (name and math.isfinite(float(value)) and _factor(sd)):
-        raise ValueError
-    return name, [float(value), float(sd)]
+    value, sd = map(_number, numbers.partition(":")[::2])
+    if not (name and math.isfinite(value) and 0 < sd < math.inf):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not NAME=VALUE:SD with an sd above 0, such as L=10.8:0.2"
+        )
+    return name, [value, sd]
+
+
+def _number(text: str) -> float:
+    """A number; nan where the text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _run(options: argparse.Namespace) -> int:
