@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.records import reader
+from breaker.records import raw, reader
 from breaker.synthetic import faults
 from breaker.synthetic.fault_runs import defects, run, tabulate
 from breaker.synthetic.faults import KINDS, good_file, is_right, judge, try_kind
@@ -113,7 +113,7 @@ def no_doubts(travel, *_):
     ("stages", "kind"),
     [
         ({"check_stroke": lambda *_: None}, "gain"),
-        ({"rest_of_open": lambda *_: (0.0, "")}, "offset"),
+        ({"rest_of_open": lambda *_: 0.0, "rest_remark": lambda *_: ""}, "offset"),
         ({"noise_remarks": lambda *_: []}, "noisy"),
         ({"leap_remark": lambda *_: ""}, "blocks swapped"),
         (
@@ -134,7 +134,7 @@ def test_a_reader_without_a_stage_is_caught(stages, kind, few_good_files, monkey
 
     whole = silent()
     for stage, without in stages.items():
-        monkeypatch.setattr(reader, stage, without)
+        monkeypatch.setattr(reader if hasattr(reader, stage) else raw, stage, without)
     assert silent() >= whole + 3
 
 
