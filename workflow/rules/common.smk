@@ -35,9 +35,7 @@ for section in config:
 MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
-SPEEDS = {
-    each.name: each.points for each in speeds_of(config["speeds"], Size(**config["size"]))
-}
+SPEEDS = {each.name: each.points for each in speeds_of(config["speeds"], Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 # Store of what the model leaves out; none where the model is taken for right.
 DISCREPANCY = "results/discrepancy.zarr" if config["discrepancy"]["components"] else []
