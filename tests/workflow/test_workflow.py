@@ -209,7 +209,8 @@ EDITS = {
     ),
     "mechanism.py": (
         lambda folder: append(folder, "src/breaker/mechanism/curves.py"),
-        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT, "rig_truth"],
+        # The reader takes the names of quantities from where curves are read, too.
+        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT, "rig_truth", "read_curves"],
         2,
     ),
     "README.md": (lambda folder: append(folder, "README.md", "A comment."), [], 2),
