@@ -96,7 +96,7 @@ def _run(options: argparse.Namespace) -> int:
     for path in filter(None, (options.output, options.plot, options.draws)):
         check_output(path, options.files, store=path == options.draws)
     config = settings_of(options.config)
-    config["known"] = {**config.get("known", {}), **dict(options.known)}
+    config["known"] = {**config["known"], **dict(options.known)}
     limits = limits_of(config, options.config)
     endurance = config["endurance"]
     chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}

@@ -7,7 +7,7 @@ from pathlib import Path
 from breaker.shipped import DEFAULTS
 from breaker.workflow import load, read
 
-__all__ = ["PROJECT", "settings_of"]
+__all__ = ["PROJECT", "limits_of", "settings_of"]
 
 PROJECT = Path("config/config.yaml")
 """Where the workflow's configuration is, from the project's folder."""
