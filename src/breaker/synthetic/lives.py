@@ -49,7 +49,7 @@ class Life:
         ratio: Change of its slope over the standard error defined above.
         scatter: Scatter of each parameter, share, ``(p,)``.
         limit: The limit that ends the life: where the trend is at the nominal number of operations.
-        failure: First operation beyond it.
+        failure: First operation at which the trend is beyond it.
     """
 
     operations: np.ndarray
@@ -123,7 +123,7 @@ def _draw(
     if not np.isfinite([at_change, at_end]).all():
         return None
     limit = Limit("end_of_life", motion, ((quantity, at_end, at_end > at_change),))
-    over = limit.exceeded(evaluate([quantity], theta, motion))
+    over = limit.exceeded(evaluate([quantity], prior.destandardise(line), motion))
     failure = int(operations[over.argmax()])
     if not over.any() or failure < change + 2 * WINDOW * n:
         return None
