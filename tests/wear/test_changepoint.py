@@ -203,6 +203,25 @@ def test_short_series_are_exact(prior, operations):
     np.testing.assert_allclose(spread, wanted, atol=1e-5 * tracker.slope_sd**2)
 
 
+def test_any_number_of_parameters_is_followed(tracker):
+    """Two quantities instead of seven parameters: the same arithmetic, and the change named.
+
+    The slope changes by some fifty standard errors.
+    """
+    two = replace(tracker, log_sds=tracker.log_sds[:2])
+    n, rng = 200, generator(1, "test", "change points", "two")
+    hypotheses = two.begin(1)
+    for operation in range(1, n + 1):
+        level = np.array([0.0, 6.0 * max(operation - 100, 0) / 1000.0])
+        seen = level + 0.02 * rng.standard_normal(2)
+        hypotheses = two.predict(hypotheses, operation)
+        matrix = np.eye(2) / 0.02**2
+        hypotheses, *_ = two.learn(hypotheses, matrix, matrix @ seen, np.zeros(2))
+    kinds = np.bincount(hypotheses.kind + 1, hypotheses.weight, 4)
+    assert np.argmax(kinds) == 2  # the second quantity alone; the last is everything
+    assert hypotheses.level()[0][3] == pytest.approx(6.0, rel=0.2)
+
+
 # ---- memory, and going on ----------------------------------------------------------------------
 
 

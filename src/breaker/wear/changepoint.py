@@ -27,7 +27,7 @@ from breaker.wear.lines import evidence, thin, update
 __all__ = ["KINDS", "PER", "Hypotheses", "Tracker"]
 
 KINDS = (*NAMES, "all")
-"""Kinds of change: of the slope of one parameter, or of everything."""
+"""Kinds of change of a drive: of the slope of one parameter, or of everything."""
 
 PER = 1000.0
 """Operations in the unit of slopes."""
@@ -48,7 +48,8 @@ class Hypotheses:
         mean: Of the level now and the slope per thousand operations, standardised, ``(h, 2 p)``.
         cov: Their covariance, ``(h, 2 p, 2 p)``.
         start: Operation after which the segment began, ``(h,)``.
-        kind: Kind of the change that began it, index into ``KINDS``, -1 for the first, ``(h,)``.
+        kind: Kind of the change that began it: number of the parameter whose slope changed, p for
+            a change of everything, -1 for the first, ``(h,)``.
         scatter: Index of the scatter, ``(h,)``.
     """
 
@@ -106,7 +107,8 @@ class Tracker:
     0.5
 
     Attributes:
-        log_sds: Standard deviations of the log parameters under the prior, ``(p,)``.
+        log_sds: Standard deviations of the log parameters under the prior, ``(p,)``: they may be
+            those of a drive, or any other positive quantities that are followed together.
         hazard: Probability of a change from one operation to the next.
         slope_sd: Prior sd of a slope, in sds of the prior per thousand operations.
         step_sd: sd of the jump of a level where everything changes, share of the parameter.
@@ -138,6 +140,11 @@ class Tracker:
             whole=settings["whole"],
         )
 
+    @property
+    def size(self) -> int:
+        """Number p of the parameters."""
+        return len(self.log_sds)
+
     def begin(self, operation: int, passes: np.ndarray | float = 0.0) -> Hypotheses:
         """Return the hypotheses before the first operation: the prior of levels and slopes.
 
@@ -145,7 +152,7 @@ class Tracker:
             operation: Number of the first operation.
             passes: Covariance of what passes for levels and is none, ``(p, p)``.
         """
-        p, k = len(NAMES), len(self.scatters)
+        p, k = self.size, len(self.scatters)
         variance = np.append(np.ones(p), np.full(p, np.square(self.slope_sd)))
         prior = np.diag(variance)
         prior[:p, :p] += passes
@@ -169,7 +176,7 @@ class Tracker:
             return hypotheses
         hazard = -np.expm1(gap * np.log1p(-self.hazard)) if self.hazard else 0.0
         grown = self._with_changes(hypotheses, hazard) if hazard else hypotheses
-        p, way = len(NAMES), gap / PER
+        p, way = self.size, gap / PER
         mean, cov = grown.mean.copy(), grown.cov.copy()
         mean[:, :p] += way * mean[:, p:]
         cov[:, :p] += way * cov[:, p:]
@@ -182,8 +189,8 @@ class Tracker:
     @cached_property
     def _unknown(self) -> np.ndarray:
         """Covariance that a change of each kind adds to a state, ``(kind, 2 p, 2 p)``."""
-        p = len(NAMES)
-        added = np.zeros((len(KINDS), 2 * p, 2 * p))
+        p = self.size
+        added = np.zeros((p + 1, 2 * p, 2 * p))
         one = np.arange(p)
         added[one, p + one, p + one] = added[p, p + one, p + one] = np.square(self.slope_sd)
         added[p, one, one] = np.square(self.step_sd / self.log_sds)
@@ -191,7 +198,7 @@ class Tracker:
 
     def _with_changes(self, old: Hypotheses, hazard: float) -> Hypotheses:
         """Add the segments that may begin after the last operation, and thin out the old."""
-        p, n = len(NAMES), len(KINDS)
+        p, n = self.size, self.size + 1
         log_odds = np.log(hazard) + np.log(
             np.append(np.full(p, (1.0 - self.whole) / p), self.whole)
         )
@@ -229,7 +236,7 @@ class Tracker:
             The hypotheses after it, the log evidence of the operation, up to a constant of its
             own, and the probability that it is an outlier.
         """
-        p, group = len(NAMES), predicted.scatter
+        p, group = self.size, predicted.scatter
         mean, cov = predicted.mean.copy(), predicted.cov.copy()
         mean[:, :p] -= centre
         log_out = self._outlier(replace(predicted, mean=mean), matrix, slope)
@@ -250,7 +257,7 @@ class Tracker:
         An outlier scatters by as much as a level may jump. Means are relative to where the
         information is taken.
         """
-        p, k = len(NAMES), len(self.scatters)
+        p, k = self.size, len(self.scatters)
         result = np.full(k, -np.inf)
         if not self.outliers:
             return result
