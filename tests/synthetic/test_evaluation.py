@@ -7,14 +7,14 @@ import xarray as xr
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
-from breaker.synthetic import evaluation
 from breaker.synthetic.evaluation import FRACTIONS, follow_lives
 from breaker.synthetic.lives import simulate_life
 from breaker.synthetic.scores import score
 
 EVERY = 5
 CHANGE = 600
-FUTURE = np.arange(1, 2001)
+HORIZON = 2000
+DRAWS = (np.arange(200) + 0.5) / 200
 BASELINES = [f"{kind}, {motion}" for kind in ("threshold", "CUSUM", "EWMA") for motion in MOTIONS]
 
 
@@ -38,7 +38,7 @@ def life(
         jump: Operation from which the raw time of closing is another one; that of opening is nan.
         off: Median over the true remaining life.
         width: Half width of the interval, share of the median.
-        spread: Of the cdf, uniform, share of the median to both sides; 0 is a step.
+        spread: Of the draws, uniform, share of the median to both sides; 0 is all at one place.
         good_from: Share of the way from change to failure before which the median is 3 times off.
     """
     operation = np.arange(EVERY, failure + 1, EVERY)
@@ -51,8 +51,7 @@ def life(
     raw[:, 0] = 10.0 + 0.01 * generator(1, "test", "raw", number).standard_normal(len(operation))
     if jump is not None:
         raw[operation >= jump, 0] += 5.0
-    half = np.maximum(spread * median[at, None], 1e-9)
-    cdf = np.clip((FUTURE - median[at, None] + half) / (2 * half), 0.0, 1.0)
+    lives = median[at, None] * (1.0 + spread * (2 * DRAWS - 1))
     return xr.Dataset(
         {
             "operation": ("record", operation.astype(float)),
@@ -60,11 +59,12 @@ def life(
             "remaining": (("record", "quantile"), median[:, None] * [1 - width, 1.0, 1 + width]),
             "toward": ("record", np.full(len(operation), float(toward))),
             "raw_time": (("record", "motion"), raw),
-            "cdf": (("fraction", "future"), cdf),
+            "lives": (("fraction", "draw"), lives),
+            "horizon": HORIZON,
             "record_at": ("fraction", at),
         }
         | {"change": CHANGE, "failure": failure, "ratio": ratio},
-        coords={"fraction": list(FRACTIONS), "future": FUTURE, "motion": list(MOTIONS)},
+        coords={"fraction": list(FRACTIONS), "motion": list(MOTIONS)},
     )
 
 
@@ -170,17 +170,15 @@ def at(table, words, fraction):
     return table.loc[row]
 
 
-HORIZON = "prognostic horizon, share of the life after the change, median"
+FAR = "prognostic horizon, share of the life after the change, median"
 
 
 def test_perfect_predictions():
     data, table = scored(life(0), life(1))
     np.testing.assert_array_equal(data.coverage, 1.0)
     np.testing.assert_array_equal(data.alpha_lambda, 1.0)
-    # A step within an interval of the grid, which a line crosses: a third of an operation at most.
-    truth = 1000 * (1 - np.array(FRACTIONS))
-    assert np.all(data.crps.values <= 0.5 / truth)
-    assert table.value[HORIZON] == (1600 - 605) / 1000  # the first record after the change
+    np.testing.assert_allclose(data.crps, 0.0, atol=1e-12)
+    assert table.value[FAR] == (1600 - 605) / 1000  # the first record after the change
     for k, fraction in enumerate(FRACTIONS):
         coverage = at(table, "coverage", fraction)
         assert coverage.value == 1.0
@@ -208,10 +206,10 @@ def test_crps_by_hand():
     assert at(table, "CRPS", 0.25).value == data.crps.values[1]
     # A step at 1.5 T: half of T. No crossing at all: the horizon less the truth.
     row = life(1, off=1.5)
-    row["cdf"][1] = 0.0
+    row["lives"][1] = np.inf
     data, _ = scored(row)
     expected = np.full(len(FRACTIONS), 0.5)
-    expected[1] = (2000 - 750) / 750
+    expected[1] = (HORIZON - 750) / 750
     np.testing.assert_allclose(data.crps, expected, atol=0.01)
 
 
@@ -222,7 +220,7 @@ def test_no_trend_is_a_miss():
     np.testing.assert_allclose(data.alpha_lambda, 2 / 4)
     assert at(table, "no trend", 0.5).value == 2 / 4
     np.testing.assert_allclose(data.coverage, 1.0)  # of the interval, which is there
-    assert table.value[HORIZON] == 0.995 / 2  # median of two perfect lives and two without
+    assert table.value[FAR] == 0.995 / 2  # median of two perfect lives and two without
     lenient, _ = scored(*rows, toward=0.9)
     np.testing.assert_allclose(lenient.alpha_lambda, 3 / 4)
 
@@ -233,7 +231,7 @@ def test_median_beyond_the_horizon_is_a_miss():
     data, table = scored(row)
     np.testing.assert_array_equal(data.alpha_lambda, 0.0)
     np.testing.assert_array_equal(data.coverage, 1.0)  # from 0.8 of the truth to anything
-    assert table.value[HORIZON] == 0.0
+    assert table.value[FAR] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -242,7 +240,7 @@ def test_median_beyond_the_horizon_is_a_miss():
 def test_prognostic_horizon(good_from, expected):
     """The share of the way left from which on all predictions are in the cone, up to 90 %."""
     data, table = scored(life(0, good_from=good_from))
-    assert table.value[HORIZON] == pytest.approx(expected)
+    assert table.value[FAR] == pytest.approx(expected)
     np.testing.assert_array_equal(data.alpha_lambda, np.array(FRACTIONS) >= good_from)
 
 
@@ -291,7 +289,7 @@ def test_two_lives_followed(followed, rough, short):
     assert followed.sizes["record"] >= 60
     sizes = {"quantile": 3, "motion": 2, "fraction": len(FRACTIONS)}
     assert {name: followed.sizes[name] for name in sizes} == sizes
-    assert followed.future.values[[0, -1]].tolist() == [1, 600]
+    assert followed.horizon.values.tolist() == [600, 600]
     for name in ("change", "failure", "ratio", "changed"):
         assert followed[name].values.tolist() == [getattr(life, name) for life in lives]
     assert followed.words.values.tolist() == [life.limit.words for life in lives]
@@ -312,21 +310,16 @@ def test_two_lives_followed(followed, rough, short):
     for name in ("change_probability", "toward"):
         values = followed[name].values[:, :50]
         assert np.all((values >= 0) & (values <= 1))
-    assert np.all(np.diff(followed.cdf.values) >= -1e-9)
-    assert np.all(followed.remaining.values[:, :50] >= 1)
+    assert np.all(followed.lives.values >= 0)
+    assert np.all(followed.remaining.values[:, :50] >= 0)
 
 
-def test_cdf_and_remaining_are_of_the_same_prediction(followed):
-    """At the record of each fraction the median is where the cdf reaches one half."""
-    grid = followed.future.values
+def test_draws_and_remaining_are_of_the_same_prediction(followed):
+    """At the record of each fraction the median is the middle one of the draws, of 20 the tenth."""
     for i in range(2):
         row = followed.isel(life=i)
-        for k, record in enumerate(row.record_at.values):
-            cdf, median = row.cdf.values[k], row.remaining.values[record, 1]
-            if cdf[-1] < 0.5:
-                assert np.isinf(median)
-            else:
-                assert np.interp(median, grid, cdf) == pytest.approx(0.5, abs=1e-6) or median == 1
+        median = row.remaining.values[row.record_at.values, 1]
+        np.testing.assert_array_equal(median, np.sort(row.lives.values, axis=1)[:, 9])
 
 
 def test_a_trend_to_the_limit_is_seen_near_the_end(followed):
@@ -344,17 +337,3 @@ def test_lives_that_are_followed_can_be_scored(followed):
     data, table = score(followed, toward=0.95, settle=30)
     assert data.sizes["life"] == 2
     assert table.set_index("score").value["lives"] == 2
-
-
-def test_a_life_longer_than_its_trend(rough, short, monkeypatch):
-    """Scatter may keep it below its limit for longer than the nominal number of operations."""
-    longer = short[0] | {"operations": 320}
-
-    def late(models, _, seed, number):
-        return simulate_life(models, longer, seed, number)
-
-    monkeypatch.setattr(evaluation, "simulate_life", late)
-    found = follow_lives(rough, [0], *short, seed=1)
-    failure = int(found.failure[0])
-    assert failure > 305
-    assert np.nanmax(found.operation) == failure // 5 * 5

@@ -42,11 +42,12 @@ def follow_lives(
         seed: Seed of the lives.
 
     Returns:
-        Dataset over ``life``, ``record`` (filled up with missing values), ``fraction``, ``future``
+        Dataset over ``life``, ``record`` (filled up with missing values), ``fraction``, ``draw``
         and ``quantile``: ``operation``, ``change_probability``, ``alarm``, ``remaining`` and
         ``toward`` of each record, ``raw_time`` in each ``motion``; ``change``, ``failure``,
         ``ratio``, ``changed`` and ``words`` of each life; and at each fraction of the way from
-        change to failure the ``record_at`` and the ``cdf`` of the remaining life.
+        change to failure the ``record_at`` and draws of the remaining life, ``lives``, which are
+        inf beyond the ``horizon``.
     """
     models = {motion: posterior.model for motion, posterior in posteriors.items()}
     length = -(-2 * lives["operations"] // lives["every"])  # the longest that a life can be
@@ -86,11 +87,11 @@ def _follow(
 ) -> xr.Dataset:
     """Follow a life from record to record, and gather what its scores are made of."""
     usable = {motion: series.usable(motion) for motion in models}
-    state, found, cdfs = follower.begin(series), [], []
+    state, found, lives = follower.begin(series), [], []
     for i in range(len(series.operations)):
         state, row, left = follower.step(state, series, i, usable)
         found.append(row)
-        cdfs.append(left.cdf[0])
+        lives.append(left.lives[0])
     trend = follower.dataset(series.operations, found)
     way = life.change + np.array(FRACTIONS) * (life.failure - life.change)
     at = np.abs(series.operations[:, None] - way).argmin(axis=0)
@@ -111,13 +112,10 @@ def _follow(
             "remaining": (("record", "quantile"), trend.remaining.values[:, 0]),
             "raw_time": (("record", "motion"), np.stack(raw, axis=-1)),
             "record_at": ("fraction", at),
-            "cdf": (("fraction", "future"), np.array(cdfs)[at]),
+            "lives": (("fraction", "draw"), np.array(lives)[at]),
+            "horizon": follower.horizon.operations,
             "words": life.limit.words,
         }
         | {name: getattr(life, name) for name in ("change", "failure", "ratio", "changed")},
-        coords={
-            "fraction": list(FRACTIONS),
-            "future": follower.horizon.grid,
-            "motion": list(models),
-        },
+        coords={"fraction": list(FRACTIONS), "motion": list(models)},
     )

@@ -3,7 +3,7 @@
 Saxena et al. 2010, "Metrics for offline evaluation of prognostic performance"; CRPS: Gneiting &
 Raftery 2007; exact intervals: Clopper & Pearson 1934 of a share, Garwood 1936 of a rate.
 
-Shapes: ``...`` predictions, ``g`` nodes of a grid, ``k`` operations of a life, ``n`` lives.
+Shapes: ``...`` predictions, ``d`` draws, ``k`` operations of a life, ``n`` lives.
 Remaining lives are operations. Arguments of another kind raise ValueError.
 """
 
@@ -23,52 +23,36 @@ __all__ = [
     "share",
 ]
 
-_ROUND_OFF = 1e-9  # by which a distribution function may fall or leave 0 to 1: sums of weights do
-
-
 # ---- predictions -----------------------------------------------------------------------------
 
 
-def crps(grid: ArrayLike, cdf: ArrayLike, truth: ArrayLike) -> np.ndarray:
+def crps(lives: ArrayLike, truth: ArrayLike, horizon: float) -> np.ndarray:
     """Return the continuous ranked probability score within the horizon, ``(...)``, operations.
 
-    The integral of ``(cdf(x) - 1[x >= truth])^2`` over x from 0 to the last node, exact for a
-    function that is linear between nodes and 0 at 0. 0 is best. A function may end below 1: what
-    lies beyond the horizon is not judged, and *no crossing*, all zeros, scores the horizon less the
-    truth.
+    The integral of ``(F(x) - 1[x >= truth])^2`` over x from 0 to the horizon, exact for the
+    distribution F of draws. 0 is best. What lies beyond the horizon is not judged, and *no
+    crossing*, all inf, scores the horizon less the truth.
 
     Args:
-        grid: Remaining lives, increasing from above 0 to the horizon, ``(g,)``.
-        cdf: Probability of a remaining life up to each node, ``(..., g)``.
-        truth: True remaining lives, ``(...)``, from 0 to the last node.
+        lives: Draws of the remaining life, from 0, inf beyond the horizon, ``(..., d)``.
+        truth: True remaining lives, ``(...)``, from 0 to the horizon.
+        horizon: Farthest remaining life.
 
     Example:
-        >>> float(crps([100.0, 200.0], [0.0, 1.0], 150.0).round(6))  # uniform from 100 to 200
-        8.333333
+        >>> float(crps([100.0, 200.0], 150.0, 1000.0))  # half of the mass at either side
+        25.0
     """
-    nodes, cdf = np.append(0.0, grid), np.asarray(cdf, float)
-    truth = np.asarray(truth, float)
-    if cdf.shape != (*truth.shape, nodes.size - 1) or not np.all(np.diff(nodes) > 0):
-        raise ValueError("cdf must be truth's shape by the grid's, and the grid increase from 0")
-    if not np.all((truth >= 0) & (truth <= nodes[-1])):
-        raise ValueError(f"truth must be from 0 to the last node of the grid, {nodes[-1]:g}")
-    cdf = np.concatenate([np.zeros((*truth.shape, 1)), cdf], axis=-1)
-    kept = np.maximum.accumulate(np.clip(cdf, 0, 1), axis=-1)
-    if not np.all(np.abs(kept - cdf) <= _ROUND_OFF):
-        raise ValueError("a distribution function falls, leaves 0 to 1, or is NaN")
-    # Each interval between nodes is parted at the truth; one of the parts may be empty.
-    left, right = kept[..., :-1], kept[..., 1:]
-    middle = np.clip(truth[..., None], nodes[:-1], nodes[1:])
-    part = (middle - nodes[:-1]) / np.diff(nodes)
-    at_middle = left + part * (right - left)
-    before = part * _mean_square(left, at_middle)
-    after = (1 - part) * _mean_square(at_middle - 1, right - 1)
-    return np.sum((before + after) * np.diff(nodes), axis=-1)
-
-
-def _mean_square(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Mean square of a line from ``a`` to ``b``."""
-    return (a * a + a * b + b * b) / 3
+    lives, truth = np.asarray(lives, float), np.asarray(truth, float)
+    if lives.shape[:-1] != truth.shape or lives.shape[-1] == 0:
+        raise ValueError("there must be draws for each truth")
+    if not np.all((truth >= 0) & (truth <= horizon)):
+        raise ValueError(f"truth must be from 0 to the horizon, {horizon:g}")
+    if not np.all(lives >= 0):
+        raise ValueError("a draw is below 0 or nan")
+    # E|X - truth| - E|X - X'| / 2, the latter from sorted draws (Gneiting & Raftery 2007).
+    drawn, d = np.sort(np.minimum(lives, horizon), axis=-1), lives.shape[-1]
+    spread = drawn @ (2.0 * np.arange(1, d + 1) - d - 1) / d**2
+    return np.abs(drawn - truth[..., None]).mean(axis=-1) - spread
 
 
 def prognostic_horizon(operations: np.ndarray, inside: np.ndarray, failure: float) -> float:

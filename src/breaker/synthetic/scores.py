@@ -94,7 +94,7 @@ def _prognosis(life: xr.Dataset, toward: float) -> dict[str, np.ndarray]:
         "accurate": accurate[at],
         "no_trend": no_trend[at],
         "noticed": np.array([np.any(alarms <= record) for record in at]),
-        "crps": crps(life.future.values, life.cdf.values, truth[at]) / truth[at],
+        "crps": crps(life.lives.values, truth[at], float(life.horizon)) / truth[at],
         "horizon": np.array(horizon / (failure - change)),
     }
 

@@ -1,46 +1,33 @@
-"""Remaining life: when the trend of the current segment first takes the drive beyond a limit.
+"""Remaining life: when the level of the drive is first beyond a limit.
 
-Lines are drawn from all hypotheses about the current segment: its beginning, kind and scatter.
-Along a line, every operation may exceed the limit by its own scatter, so the probability not to
-have exceeded it is a product over operations. Future changes of the wear are left out: a life is
-that of the trend as it is now.
+Lines are drawn from all hypotheses about the current segment: its beginning and its kind. The level
+along a line has no scatter, as nothing that is predicted has: a line that is beyond the limit now
+has no operation left. Future changes of the wear are left out: a life is that of the trend as it is
+now.
 
 Quantities such as touch times are not linear in the parameters, so they are simulated along each
-line. Beyond five prior standard deviations in any parameter the model is not trusted: nothing is
-predicted from there on, and the distribution of the remaining life ends below one.
+line. Beyond five prior standard deviations in any parameter the model is not trusted: lines end
+there, and what they would reach later counts as never.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
 
 import numpy as np
-from scipy.special import log_ndtr
 
 from breaker.mechanism import NAMES, Limit, evaluate
 from breaker.model import Prior
-from breaker.wear.changepoint import PER, Hypotheses, Tracker
+from breaker.wear.changepoint import PER, Hypotheses
 
-__all__ = ["Horizon", "Remaining", "horizon_grid", "reached", "remaining_life"]
+__all__ = ["Horizon", "Remaining", "draw_lines", "remaining_life"]
 
 _FARTHEST = 5.0  # prior sd, as far as lines are followed
 _NODES = np.array([0.0, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0])  # of a line, where it is simulated
-_NO_VALUE = 40.0  # excess, in sds of the scatter, of a quantity that does not exist
-_LEAST = 1e-9  # least spread of a quantity
-_STEP = 1e-3  # of standardised parameters, for slopes of quantities
-
-
-def horizon_grid(horizon: int) -> np.ndarray:
-    """Return the numbers of future operations at which lines are judged: every one, then wider."""
-    wide = np.geomspace(100, horizon, 160) if horizon > 100 else np.array([horizon])
-    return np.unique(np.concatenate([np.arange(1, min(horizon, 100) + 1), wide.round()])).astype(
-        int
-    )
 
 
 @dataclass(frozen=True, eq=False)
 class Horizon:
-    """The range and resolution in which a remaining life is sought.
+    """The range in which a remaining life is sought, and the draws that make lines.
 
     Attributes:
         operations: Farthest future operation.
@@ -53,63 +40,52 @@ class Horizon:
     normals: np.ndarray
     widening: float = 1.0
 
-    @cached_property
-    def grid(self) -> np.ndarray:
-        """Future operations, ``(g,)``."""
-        return horizon_grid(self.operations)
-
 
 @dataclass(frozen=True)
 class Remaining:
-    """Remaining lives, one for each limit.
+    """Remaining lives, one for each limit, in draws.
 
     Attributes:
-        cdf: Probability to be beyond the limit by a future operation of the grid, ``(limit, g)``.
+        lives: Operations until the level is first beyond the limit, ``(limit, d)``: 0 where it is,
+            inf where that is not within the horizon.
         toward: Probability that the trend leads to the limit, ``(limit,)``.
-        beyond: Probability that the trend is beyond it now, ``(limit,)``.
         now: Quantities of all parts of all limits by the trend now, ``(d, part)``.
     """
 
-    cdf: np.ndarray
+    lives: np.ndarray
     toward: np.ndarray
-    beyond: np.ndarray
     now: np.ndarray
+
+    @property
+    def beyond(self) -> np.ndarray:
+        """Probability that the level is beyond the limit now, ``(limit,)``: of no life left."""
+        return np.where(np.isnan(self.lives), np.nan, self.lives == 0).mean(axis=1)
+
+    def quantiles(self, shares: Sequence[float]) -> np.ndarray:
+        """Return quantiles of the remaining lives, ``(limit, q)``.
+
+        The least number of operations by which the level is beyond the limit in a share of the
+        draws; inf where it is not within the horizon.
+
+        >>> left = Remaining(np.array([[0.0, 30.0, 20.0, np.inf]]), np.ones(1), np.zeros((4, 1)))
+        >>> left.quantiles([0.25, 0.5, 0.95]).tolist()
+        [[0.0, 20.0, inf]]
+        """
+        d = self.lives.shape[1]
+        place = np.ceil(np.round(np.asarray(shares) * d, 6)).astype(int) - 1
+        return np.sort(self.lives, axis=1)[:, place]
 
     def unknown(self) -> "Remaining":
         """Return the same without any knowledge: nan everywhere."""
         return Remaining(*(np.full_like(getattr(self, each.name), np.nan) for each in fields(self)))
 
 
-def reached(grid: np.ndarray, cdf: np.ndarray, shares: Sequence[float]) -> np.ndarray:
-    """Return the future operations by which a probability is reached, inf where it is not.
-
-    >>> reached(np.array([1, 2, 3]), np.array([0.1, 0.5, 0.9]), [0.3, 0.95]).tolist()
-    [1.5, inf]
-
-    Args:
-        grid: Future operations, ``(g,)``.
-        cdf: Probability to be beyond a limit by then, ``(g,)``; without knowledge nan, and then
-            the result is nan, too.
-        shares: Probabilities, ``(q,)``.
-    """
-    if np.isnan(cdf).any():
-        return np.full(len(shares), np.nan)
-    return np.array(
-        [np.interp(share, cdf, grid) if cdf[-1] >= share else np.inf for share in shares]
-    )
-
-
 def remaining_life(
-    tracker: Tracker,
-    hypotheses: Hypotheses,
-    limits: Sequence[Limit],
-    prior: Prior,
-    horizon: Horizon,
+    hypotheses: Hypotheses, limits: Sequence[Limit], prior: Prior, horizon: Horizon
 ) -> Remaining:
     """Predict when limits are first exceeded, from the hypotheses after an operation.
 
     Args:
-        tracker: The model of wear.
         hypotheses: Hypotheses about the current segment.
         limits: Limits, in any motion.
         prior: Prior that standardises the parameters.
@@ -117,39 +93,38 @@ def remaining_life(
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
-        >>> tracker = Tracker(np.full(7, 0.1), 1e-3, 2.0, 0.05, np.array([0.001]), 0.0, 0.2)
         >>> mean = np.zeros((1, 14))
         >>> mean[0, 12] = -0.5  # f falls by 5 percent per 1,000 operations, as known exactly,
         >>> line = np.zeros(1), mean, np.zeros((1, 14, 14))
         >>> first = *np.zeros((2, 1), dtype=int), np.zeros(1, dtype=int)
         >>> weak = Limit("weak", "closing", (("f", 0.74, False),))
         >>> horizon = Horizon(1000, np.zeros((2, 14)))
-        >>> left = remaining_life(tracker, Hypotheses(1, *line, *first), [weak], prior, horizon)
-        >>> float(reached(horizon.grid, left.cdf[0], [0.5])[0].round(-1))  # 1.3 percent from 0.75
-        240.0
+        >>> left = remaining_life(Hypotheses(1, *line, *first), [weak], prior, horizon)
+        >>> left.quantiles([0.5])[0].round(-1).tolist()  # 1.3 percent from 0.75
+        [270.0]
     """
-    grid, p = horizon.grid, len(NAMES)
-    lines, scatter = _lines(hypotheses, horizon.widening * horizon.normals, tracker.scatters)
+    return lives_of(draw_lines(hypotheses, horizon), limits, prior, horizon.operations)
+
+
+def lives_of(lines: np.ndarray, limits: Sequence[Limit], prior: Prior, farthest: int) -> Remaining:
+    """Follow lines ``(d, 2 p)`` until the level is beyond each limit, or to the horizon."""
+    p = len(NAMES)
     level, slope = lines[:, :p], lines[:, p:] / PER
-    end = _ends(level, slope, horizon.operations)
-    nodes = end[:, None] * _NODES  # (d, k)
+    nodes = _ends(level, slope, farthest)[:, None] * _NODES  # (d, k)
     along = level[:, None] + nodes[..., None] * slope[:, None]
     along = np.clip(along, -_FARTHEST - 1.0, _FARTHEST + 1.0)
-    steps = np.diff(grid, prepend=0)
-    cdf, now = np.zeros((len(limits), grid.size)), [np.zeros((len(lines), 0))]
-    toward, beyond = np.zeros((2, len(limits)))
-    simulated = _simulated(limits, prior, along.reshape(-1, p), hypotheses.level()[0][:p])
-    for i, (limit, (values, spread)) in enumerate(zip(limits, simulated, strict=True)):
+    known = _simulated(limits, prior.destandardise(along.reshape(-1, p)))
+    lives, toward = np.zeros((len(limits), len(lines))), np.zeros(len(limits))
+    now = [np.zeros((len(lines), 0))]
+    for i, limit in enumerate(limits):
+        of = known[limit.motion, limit.speeds]
+        values = np.stack([of[name] for name in limit.quantities], axis=-1)
         values = values.reshape(*nodes.shape, -1)
-        scale = scatter[:, None, None] * np.maximum(np.nan_to_num(spread), _LEAST)
-        excess = limit.excess(values)
-        ratio = np.where(np.isnan(excess), _NO_VALUE, excess / scale).min(axis=-1)  # (d, k)
-        toward[i], beyond[i] = np.mean(ratio[:, 1] > ratio[:, 0]), np.mean(ratio[:, 0] > 0)
-        log_below = log_ndtr(-_interpolate(nodes, ratio, grid))  # of an operation, (d, g)
-        log_below[grid > end[:, None]] = 0.0
-        cdf[i] = -np.expm1((log_below * steps).cumsum(axis=1)).mean(axis=0)
+        excess = np.nan_to_num(limit.excess(values), nan=np.inf)  # what does not exist is beyond
+        nearer = excess[:, 1] > np.minimum(excess[:, 0], 0.0)  # or holds, and goes on to
+        lives[i], toward[i] = _first_beyond(nodes, excess), nearer.all(axis=-1).mean()
         now.append(values[:, 0])
-    return Remaining(cdf, toward, beyond, np.concatenate(now, axis=1))
+    return Remaining(lives, toward, np.concatenate(now, axis=1))
 
 
 def _ends(level: np.ndarray, slope: np.ndarray, farthest: int) -> np.ndarray:
@@ -160,47 +135,41 @@ def _ends(level: np.ndarray, slope: np.ndarray, farthest: int) -> np.ndarray:
     return np.minimum(np.maximum(ends.min(axis=1), 1.0), farthest)
 
 
-def _lines(
-    hypotheses: Hypotheses, normals: np.ndarray, scatters: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Draw lines ``(d, 2 p)`` and their scatters ``(d,)``, as many of a hypothesis as its share."""
-    d = len(normals)
+def draw_lines(hypotheses: Hypotheses, horizon: Horizon) -> np.ndarray:
+    """Draw lines ``(d, 2 p)``, as many of a hypothesis as its share."""
+    d = len(horizon.normals)
     ladder = np.cumsum(hypotheses.weight) / hypotheses.weight.sum()
     chosen = np.minimum(np.searchsorted(ladder, (np.arange(d) + 0.5) / d), ladder.size - 1)
     used, place = np.unique(chosen, return_inverse=True)
     values, vectors = np.linalg.eigh(hypotheses.cov[used])
     # The symmetric root, for the eigenvectors' signs jump from one operation to the next.
     roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None] @ np.swapaxes(vectors, 1, 2)
-    moved = np.einsum("dij,dj->di", roots[place], normals)
-    return hypotheses.mean[chosen] + moved, scatters[hypotheses.scatter[chosen]]
+    moved = np.einsum("dij,dj->di", roots[place], horizon.widening * horizon.normals)
+    return hypotheses.mean[chosen] + moved
 
 
-def _simulated(
-    limits: Sequence[Limit], prior: Prior, points: np.ndarray, centre: np.ndarray
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield, limit by limit, quantities ``(n, parts)`` at points and their spread, ``(parts,)``.
-
-    The spread is the sd of a quantity at ``centre`` for a scatter of one in every log parameter.
-    """
-    p = len(NAMES)
-    around = np.concatenate([points, centre + _STEP * np.vstack([np.zeros(p), np.eye(p)])])
-    theta = prior.destandardise(around)
+def _simulated(limits: Sequence[Limit], theta: np.ndarray) -> Mapping[tuple, dict]:
+    """Quantities of limits ``(n,)`` at parameters ``(n, p)``, by motion and speeds, by name."""
     known, places = {}, [(limit.motion, limit.speeds) for limit in limits]
     for place in set(places):
         there = [limit for limit, each in zip(limits, places, strict=True) if each == place]
         names = sorted({name for limit in there for name in limit.quantities})
         known[place] = dict(zip(names, evaluate(names, theta, *place).T, strict=True))
-    for limit, place in zip(limits, places, strict=True):
-        values = np.stack([known[place][name] for name in limit.quantities], axis=-1)
-        slopes = (values[-p:] - values[-p - 1]) / (_STEP * prior.log_sds[:, None])
-        yield values[: len(points)], np.sqrt(np.square(slopes).sum(axis=0))
+    return known
 
 
-def _interpolate(nodes: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Interpolate values ``(d, k)`` at nodes ``(d, k)`` linearly on a grid, ``(d, g)``."""
-    share = np.minimum(grid / nodes[:, -1:], 1.0)  # the nodes of all lines are the same shares
-    right = np.clip(np.searchsorted(_NODES, share), 1, _NODES.size - 1)
-    low, high = _NODES[right - 1], _NODES[right]
-    rows = np.arange(len(values))[:, None]
-    weight = (share - low) / (high - low)
-    return (1.0 - weight) * values[rows, right - 1] + weight * values[rows, right]
+def _first_beyond(nodes: np.ndarray, excess: np.ndarray) -> np.ndarray:
+    """Return the first whole operation at which all parts of a limit hold, ``(d,)``.
+
+    Args:
+        nodes: Future operations along each line, ``(d, k)``, the first of them 0.
+        excess: How far each part is beyond its limit there, ``(d, k, parts)``; linear in between.
+    """
+    holds, rows = (excess > 0).all(axis=-1), np.arange(len(nodes))
+    right = np.maximum(holds.argmax(axis=1), 1)
+    short, over = excess[rows, right - 1], excess[rows, right]
+    with np.errstate(invalid="ignore"):
+        share = np.where(short > 0, 0.0, short / (short - over))
+    share = np.where(np.isinf(over) & (short <= 0), 0.5, share).max(axis=-1)
+    at = nodes[rows, right - 1] + share * (nodes[rows, right] - nodes[rows, right - 1])
+    return np.where(holds[:, 0], 0.0, np.where(holds.any(axis=1), np.floor(at) + 1.0, np.inf))

@@ -9,7 +9,7 @@ from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior
 from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
 from breaker.wear.learned import PHASES
-from breaker.wear.lifetime import Horizon, Remaining, reached
+from breaker.wear.lifetime import Horizon, Remaining
 from breaker.wear.lines import SPACING
 from breaker.wear.state import State
 
@@ -46,7 +46,6 @@ def row(
     kinds = np.bincount(h.kind + 1, began, len(KINDS) + 1)[1:]
     unknown = np.full(len(KINDS), np.nan)
     ages = np.histogram(h.operation - h.start, age_bins(horizon.operations), weights=h.weight)[0]
-    lives = [reached(horizon.grid, cdf, _QUANTILES) for cdf in left.cdf]
     return {
         "level": (("parameter",), levels[1]),
         "level_interval": (("parameter", "bound"), levels[[0, 2]].T),
@@ -56,7 +55,7 @@ def row(
         "run_length_probability": (("age",), ages),
         "start_interval": (("quantile",), _start(h, began, before, state.since)),
         "kind_probability": (("kind",), kinds / began.sum() if began.sum() > 0 else unknown),
-        "remaining": (("limit", "quantile"), np.reshape(lives, (len(lives), len(_QUANTILES)))),
+        "remaining": (("limit", "quantile"), left.quantiles(_QUANTILES)),
         "toward": (("limit",), left.toward),
         "beyond": (("limit",), left.beyond),
         "value": (("part", "quantile"), np.quantile(left.now, _QUANTILES, axis=0).T),

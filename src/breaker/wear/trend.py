@@ -176,7 +176,7 @@ class Follower:
         lacks = any(np.isnan(series.records[motion][i]).any() for motion in there)
         state, compared = self._compare(state, matrix, slope, learns, alarm, lacks)
         told = replace(state, hypotheses=self._true(state))
-        left = remaining_life(self.tracker, told.hypotheses, self.limits, self.prior, self.horizon)
+        left = remaining_life(told.hypotheses, self.limits, self.prior, self.horizon)
         if not seen:
             left = left.unknown()  # before the first record there is the prior alone
         row = rows.row(told, left, self.tracker, self.prior, self.horizon)
