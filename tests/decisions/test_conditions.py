@@ -150,6 +150,26 @@ def test_one_motion_only(chunks):
     assert np.isfinite(found.probability).all()
 
 
+def test_limits_on_measured_quantities(chunks):
+    """From the record alone: of records without a posterior, too, but none that was rejected."""
+    data = align(chunks["closing"], np.array([2, 3, 5, 9])).load()
+    values = np.array([[9.9, 13.0], [10.1, np.nan], [10.2, 13.0], [10.0, 13.0]])
+    data = data.assign(
+        measured=(("operation", "quantity"), values),
+        measured_sd=(("operation", "quantity"), np.full((4, 2), 0.1)),
+    ).assign_coords(quantity=["travel_time", "stroke"])
+    data["resolved"][0] = data["accepted"][3] = False
+    entry = {"name": "slow", "motion": "closing", "of": "record", "upper": {"travel_time": 10.0}}
+    short = {"name": "short", "motion": "closing", "of": "record", "lower": {"stroke": 13.1}}
+    found = condition({"closing": data}, from_list([entry, short], MOTIONS))
+    expected = [[0.159, 0.841], [0.841, np.nan], [0.977, 0.841], [np.nan, np.nan]]
+    np.testing.assert_allclose(found.probability, expected, atol=1e-3)
+    assert found.of.values.tolist() == ["record", "record"]
+    assert found.words.values[0] == "measured travel_time above 10 ms"
+    without = data.drop_vars(["measured", "measured_sd", "quantity"])
+    assert np.isnan(condition({"closing": without}, from_list([entry], MOTIONS)).probability).all()
+
+
 def test_quantities_that_do_not_exist_are_counted(chunks):
     """Draws without a wipe have no over-travel: of 200 draws, 20 without are a tenth."""
     data = {"closing": align(chunks["closing"], np.array([2])).load()}

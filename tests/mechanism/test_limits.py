@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, norm
 
 from breaker.mechanism.limits import Limit, from_list
 from breaker.model.randomness import generator
@@ -44,11 +44,38 @@ def test_parts_and_words():
         ((("speed", 1.0, False), ("rebound", 1.0, True)), r"speed is not .* rebound is a quantity"),
         ((("f", 0.8, True), ("f", 0.7, False)), r"f cannot be above 0\.8 and below 0\.7 at once"),
         ((("f", 0.8, False), ("f", 0.8, True)), r"f cannot be above 0\.8 and below 0\.8 at once"),
+        ((("latch_time", 8.0, True),), "latch_time is not of the model: records alone show"),
     ],
 )
 def test_what_cannot_be_a_limit_is_refused(parts, text):
     with pytest.raises(ValueError, match=f"^worn: {text}"):
         Limit("worn", "closing", parts)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "of", "text"),
+    [
+        ("f", "record", "f is a quantity of the model, which no record shows. Take of: model"),
+        ("wipe", "record", "wipe is a quantity of the model, which no record shows"),
+        ("part_time", "record", "part_time is a quantity of opening, not of closing. Known of"),
+        ("stroke", "file", "of is file. Set it to model or record."),
+    ],
+)
+def test_what_no_record_shows_is_refused(quantity, of, text):
+    with pytest.raises(ValueError, match=f"^worn: {text}"):
+        Limit("worn", "closing", ((quantity, 1.0, True),), of=of)
+
+
+def test_limits_on_measured_quantities():
+    entry = {"name": "late", "motion": "closing", "of": "record", "upper": {"latch_time": 8}}
+    late = Limit.from_settings(entry)
+    assert late.words == "measured latch_time above 8 ms"
+    assert SLOW.of == "model"
+    plain = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
+    assert from_list([entry, plain], ["closing"], of=["record"]) == [late]
+    assert [each.of for each in from_list([entry, plain], ["closing"])] == ["record", "model"]
+    with pytest.raises(ValueError, match="late is about what records show"):
+        late.evaluate(np.ones((1, 7)))
 
 
 def test_excess_and_exceeded():
@@ -110,6 +137,17 @@ def test_a_quantity_that_does_not_exist_is_beyond_any_limit():
     np.testing.assert_allclose(marginal, [0.5, 0.51, 0.5])
     nothing = TIRED.exceedance(np.full((5, 2), NAN))
     assert nothing == (1.0, 1.0, 1.0)
+
+
+def test_probability_of_measured_values():
+    """Two bounds of one quantity, and a second one, against the normal distribution."""
+    parts = (("stroke", 13.0, True), ("stroke", 14.0, False), ("travel_time", 9.0, True))
+    limit = Limit("odd", "closing", parts, of="record")
+    values = np.array([[13.4, 13.4, 9.1], [13.4, 13.4, NAN], [10.0, 10.0, 9.0]])
+    found = limit.measured_exceedance(values, np.full((3, 3), 0.2))
+    between = norm.cdf(3.0) - norm.cdf(-2.0)
+    np.testing.assert_allclose(found, [between * norm.cdf(0.5), NAN, 0.0], atol=1e-12)
+    assert limit.measured_exceedance(values[0], np.zeros(3)) == 1.0
 
 
 def test_a_probability_needs_draws():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
-from breaker.mechanism.quantities import QUANTITIES, check_quantity, evaluate
+from breaker.mechanism.quantities import QUANTITIES, SOURCES, check_quantity, evaluate
 from breaker.model.randomness import generator
 from tests.mechanism_references import changed as with_values
 from tests.mechanism_references import integrate
@@ -132,12 +132,16 @@ def test_no_rows():
 
 def test_registry():
     assert tuple(QUANTITIES)[:7] == NAMES
-    assert set(QUANTITIES) == {*NAMES, *CLOSING, *OPENING, "stroke", "travel_time"}
+    assert set(QUANTITIES) == {
+        *(*NAMES, *CLOSING, *OPENING, "stroke", "travel_time"),
+        "latch_time",
+    }
     for name, quantity in QUANTITIES.items():
         assert quantity.name == name
         assert quantity.meaning
         assert quantity.motions
         assert set(quantity.motions) <= set(MOTIONS)
+        assert set(quantity.of) <= set(SOURCES)
     for parameter in PARAMETERS:
         assert QUANTITIES[parameter.name].label == parameter.label
     assert QUANTITIES["touch_time"].label == r"$t_\mathrm{touch}$ (ms)"
@@ -154,6 +158,17 @@ def test_complaints():
     assert "speed is not a known quantity. Known of closing: mu," in check_quantity(
         "speed", "closing"
     )
+
+
+def test_what_only_one_of_model_and_record_has():
+    assert "latch_time is not of the model" in check_quantity("latch_time", "closing")
+    assert check_quantity("latch_time", "closing", of="record") is None
+    for name in (*NAMES, "wipe"):
+        assert check_quantity(name, "opening", of="record") == (
+            f"{name} is a quantity of the model, which no record shows. Take of: model, or one "
+            "that records show of opening: stroke, travel_time, part_time, rebound, latch_time, "
+            "opening_speed."
+        )
 
 
 def test_errors():

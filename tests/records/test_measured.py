@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from breaker.files import Operation
 from breaker.mechanism.curves import travel
-from breaker.mechanism.quantities import evaluate, quantities_of
+from breaker.mechanism.quantities import SOURCES, evaluate, quantities_of
 from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import speeds_of
 from breaker.model.randomness import generator
@@ -62,7 +62,7 @@ class Reading:
             *(times * self.time, lengths * self.read, self.motion),
             *(replace(self.segment, **rests), times * self.moves),
             self.noise._replace(sd=lengths * self.noise.sd),
-            contact=Contact(times * contact.time, times * contact.sd),
+            contact=Contact(*(times * each for each in contact)),
             speeds=speeds,
         )
 
@@ -115,7 +115,7 @@ def test_any_size_is_read_alike(prior, size):
     here = record_of(theta, "closing", np.random.default_rng(1))
     sized = tuple(each.sized(size) for each in SPEEDS)
     there = record_of(theta, "closing", np.random.default_rng(1), size=size, speeds=sized)
-    for name, quantity in quantities_of("closing", SPEEDS).items():
+    for name, quantity in quantities_of("closing", SPEEDS, SOURCES).items():
         factor = size.factor(quantity.unit)
         assert there[name].value == pytest.approx(factor * here[name].value, rel=1e-6, nan_ok=True)
         assert there[name].sd == pytest.approx(factor * here[name].sd, rel=1e-6, nan_ok=True)
@@ -142,6 +142,14 @@ def test_without_contact_timing(reading):
         assert found[name].reason == ""
         assert np.isfinite([found[name].value, found[name].sd]).all()
     assert "travel alone" in found["wipe"].reason
+
+
+def test_latch_time(reading):
+    """From the trigger to the first motion, which is uncertain by itself."""
+    found = reading.measure(Contact(trigger=2.0))["latch_time"]
+    assert abs(found.value - 6.0) < 5.0 * found.sd
+    assert 0.05 < found.sd < 0.5
+    assert "no trigger" in reading.measure(Contact(18.0, 0.1))["latch_time"].reason
 
 
 def test_a_record_that_ends_early(reading):
@@ -198,7 +206,8 @@ def test_dataset_of_files(prior, tmp_path):
         write_curve(files[-1].file, time, curve, motion="opening", operation=number)
     files[1].file.write_text("nothing")
     curves = read_curves(files, {}, np.linspace(-2.0, 58.0, 151), "opening", speeds=SPEEDS)
-    assert curves["quantity"].values.tolist() == list(quantities_of("opening", SPEEDS))
+    names = list(quantities_of("opening", SPEEDS, SOURCES))
+    assert curves["quantity"].values.tolist() == names
     assert curves.quantity_unit.sel(quantity="opening_speed_mean").item() == "mm/ms"
     one, other = (curves.sel(operation=number) for number in (1, 2))
     exact = evaluate(["stroke"], prior.medians[None], "opening")[0, 0]

@@ -279,6 +279,12 @@ limits: [{motion: closing, lower: {f: true, mu: .nan}, upper: 10}, 7]
     limits[1] is 7
 limits: [{name: a, motion: closing, lower: {rebound: 1}}]
     limits cannot be used. a: rebound is a quantity of opening, not of closing. Known of closing: mu
+limits: [{name: a, motion: closing, of: records, lower: {stroke: 1}}]
+    limits[0].of is "records", but must be one of model, record
+limits: [{name: a, motion: closing, of: record, lower: {f: 1}}]
+    limits cannot be used. a: f is a quantity of the model, which no record shows. Take of:
+limits: [{name: a, motion: closing, upper: {latch_time: 1}}]
+    a: latch_time is not of the model: records alone show it, in limits with of: record.
 limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
     a: there are two limits of this name. Give one another name.
     a: it has no quantity. Name one under upper or lower, with a value.

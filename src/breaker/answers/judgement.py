@@ -10,7 +10,16 @@ import numpy as np
 import xarray as xr
 
 from breaker.decisions import MAY_BE, condition
-from breaker.mechanism import NAMES, SPEEDS, Limit, Speed, evaluate, quantities_of
+from breaker.mechanism import (
+    NAMES,
+    SOURCES,
+    SPEEDS,
+    Limit,
+    Quantity,
+    Speed,
+    evaluate,
+    quantities_of,
+)
 from breaker.model import Model, generator
 from breaker.posterior import quantiles
 from breaker.wear import phases
@@ -37,7 +46,8 @@ def with_quantities(answer: xr.Dataset, speeds: Sequence[Speed] = SPEEDS) -> xr.
         The answer with ``quantity_draws (operation, draw, quantity)``, ``quantity_median`` and
         ``quantity_interval (operation, quantity, bound)``, the central 95 %, of the draws in which
         it exists; ``quantity_undefined (operation, quantity)``, the share of those in which it does
-        not; coordinates ``quantity``, ``quantity_unit`` and ``quantity_meaning``.
+        not; coordinates ``quantity``, ``quantity_unit`` and ``quantity_meaning``. Quantities that
+        records alone show are there where any of the answer does, inferred as nan.
 
     Example:
         >>> draws = np.tile([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], (1, 4, 1))
@@ -48,12 +58,13 @@ def with_quantities(answer: xr.Dataset, speeds: Sequence[Speed] = SPEEDS) -> xr.
         array([10.09])
     """
     motion = answer.attrs["motion"]
-    known = quantities_of(motion, speeds)
+    known, of_model = _told(answer, motion, speeds), list(quantities_of(motion, speeds))
     names = list(known)
+    modelled = np.isin(names, of_model)
     draws = answer.draws.values.astype(np.float64)
     values = np.full((*draws.shape[:2], len(names)), np.nan)
     for i in _inferred(answer):
-        values[i] = evaluate(names, draws[i, :, : len(NAMES)], motion, speeds)
+        values[i][:, modelled] = evaluate(of_model, draws[i, :, : len(NAMES)], motion, speeds)
     medians = np.full((len(values), len(names)), np.nan)
     intervals = np.full((*medians.shape, 2), np.nan)
     for i, k in np.argwhere(np.isfinite(values).any(axis=1)):
@@ -61,7 +72,9 @@ def with_quantities(answer: xr.Dataset, speeds: Sequence[Speed] = SPEEDS) -> xr.
         medians[i, k], intervals[i, k] = found["median"], found["interval_95"]
     undefined = np.full(medians.shape, np.nan)
     undefined[_inferred(answer)] = np.isnan(values[_inferred(answer)]).mean(axis=1)
+    undefined[:, ~modelled] = np.nan
     by = ("operation", "quantity")
+    answer = answer.sel(quantity=names) if "quantity" in answer.dims else answer
     return answer.assign(
         quantity_draws=(("operation", "draw", "quantity"), values),
         quantity_median=(by, medians),
@@ -72,6 +85,16 @@ def with_quantities(answer: xr.Dataset, speeds: Sequence[Speed] = SPEEDS) -> xr.
         quantity_unit=("quantity", [each.unit for each in known.values()]),
         quantity_meaning=("quantity", [each.meaning for each in known.values()]),
     )
+
+
+def _told(answer: xr.Dataset, motion: str, speeds: Sequence[Speed]) -> dict[str, Quantity]:
+    """Quantities of the model, and those that records alone show, where one of them does."""
+    known = quantities_of(motion, speeds)
+    if "measured" not in answer:
+        return known
+    shown = answer["quantity"].values[np.isfinite(answer.measured.values).any(axis=0)]
+    every = quantities_of(motion, speeds, SOURCES)
+    return {name: each for name, each in every.items() if name in known or name in shown}
 
 
 def with_trust(answer: xr.Dataset, model: Model, *, seed: int) -> xr.Dataset:

@@ -91,7 +91,7 @@ def _groups(answer: xr.Dataset, model: Model, seed: int) -> dict[str, xr.Dataset
             np.moveaxis(all_values, -1, 0),
             strict=True,
         )
-        if name not in answer.output.values or dim == "output"
+        if dim == "output" or _inferred(answer, name)
     }
     statistics = {
         name: ("operation", answer[name].values) for name in _STATISTICS if name in answer
@@ -104,6 +104,12 @@ def _groups(answer: xr.Dataset, model: Model, seed: int) -> dict[str, xr.Dataset
         "observed_data": xr.Dataset({"travel": (("operation", "time"), travel, mm)}, time),
         "sample_stats": xr.Dataset({"lp": (by, density)} | statistics, coords),
     }
+
+
+def _inferred(answer: xr.Dataset, quantity: str) -> bool:
+    """Say whether a quantity is the model's, and none of its parameters."""
+    undefined = answer.quantity_undefined.sel(quantity=quantity).values
+    return quantity not in answer.output.values and not np.isnan(undefined).all()
 
 
 def _prior(model: Model, count: int, seed: int) -> xr.Dataset:

@@ -110,6 +110,8 @@ def _title(record: Mapping) -> str:
 def _row(name: str, each: Mapping, last: str) -> str:
     unit = "" if each["unit"] == "1" else each["unit"]
     if each["median"] is None:
+        if each.get("undefined") is None:
+            return _ROW.format(name, "-", "not the model's", unit, last).rstrip()
         return _ROW.format(name, "-", "does not exist", unit, last).rstrip()
     interval = _interval(each["interval_95"])
     return _ROW.format(name, _number(each["median"]), interval, unit, last).rstrip()

@@ -1,7 +1,7 @@
 """The condition of the drive at single operations: how probably each limit is exceeded.
 
-From the posterior of the operation alone, with its correlations, in the motion that a limit is
-about. What came before is for trends.
+From the operation alone, in the motion that a limit is about: from its posterior, with all
+correlations, or from what its record itself shows. What came before is for trends.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,8 @@ def align(parts: Sequence[xr.Dataset], operations: np.ndarray) -> xr.Dataset:
     whole = xr.concat(parts, dim="operation", join="exact", combine_attrs="override")
     whole = whole.sel(operation=whole.operation.isin(operations))
     flags = ("accepted", "resolved")
-    filled = whole[["travel", "draws", *flags]].reindex(
+    names = ["travel", "draws", *flags, *(n for n in ("measured", "measured_sd") if n in whole)]
+    filled = whole[names].reindex(
         operation=operations, fill_value={name: False for name in flags} | {"travel": np.nan}
     )
     return filled.assign({name: filled[name].astype(bool) for name in flags})
@@ -44,7 +45,9 @@ def condition(data: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.Dat
     Returns:
         Dataset over ``operation`` and ``limit``: ``probability`` that a limit is exceeded,
         ``marginal``, the same as if its quantities were independent, and ``undefined``, the share
-        of draws in which one of them does not exist; all nan where there is no posterior.
+        of draws in which one of them does not exist; all nan where there is no posterior. Of a
+        limit on measured quantities, whose errors are taken for independent, ``probability`` and
+        ``marginal`` are the same, and nan where the record does not show one of them.
 
     Example:
         >>> wide = Limit("wide", "opening", (("L", 10.0, True),))
@@ -63,6 +66,9 @@ def condition(data: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.Dat
     found = {name: np.full((len(operations), len(limits)), np.nan) for name in names}
     for j, limit in enumerate(limits):
         one = data[limit.motion]
+        if limit.of == "record":
+            found["probability"][:, j] = found["marginal"][:, j] = _measured(one, limit)
+            continue
         there = usable(one)
         draws = one.draws.values[there].astype(np.float64)[..., : len(NAMES)]
         values = limit.evaluate(draws.reshape(-1, len(NAMES)))
@@ -75,5 +81,15 @@ def condition(data: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.Dat
             "operation": operations,
             "limit": [limit.name for limit in limits],
             "words": ("limit", [limit.words for limit in limits]),
+            "of": ("limit", [limit.of for limit in limits]),
         },
     )
+
+
+def _measured(data: xr.Dataset, limit: Limit) -> np.ndarray:
+    """Probability that measured values of operations are beyond a limit, ``(o,)``."""
+    if "measured" not in data:
+        return np.full(data.sizes["operation"], np.nan)
+    own = data[["measured", "measured_sd"]].sel(quantity=list(limit.quantities))
+    own = own.where(data.accepted).transpose("operation", "quantity")
+    return limit.measured_exceedance(own.measured.values, own.measured_sd.values)

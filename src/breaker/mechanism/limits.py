@@ -1,8 +1,11 @@
 """Limits on the state of the drive: in words, exceeded or not, and how probably.
 
 A limit has parts, each a quantity above or below a value; it is exceeded where all of them hold.
-The probability that it is comes from draws of the full posterior. Beside it stands the product
-over its quantities of the probability of each, which is what marginals alone would say.
+Its quantities are those of the model at inferred parameters, or those read from the record itself.
+
+Of the model, the probability that it is exceeded comes from draws of the full posterior. Beside it
+stands the product over its quantities of the probability of each, which is what marginals alone
+would say. Measured quantities have normal errors, which are taken for independent of each other.
 
 Shapes: ``d`` draws.
 """
@@ -14,10 +17,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from breaker.mechanism.quantities import check_quantity, evaluate, quantities
+from breaker.mechanism.quantities import SOURCES, check_quantity, evaluate, quantities
 from breaker.mechanism.speeds import SPEEDS, Speed
 
 __all__ = ["Exceedance", "Limit", "from_list"]
+
+_LEAST = 1e-12  # least error of a measured value, in its unit
 
 
 class Exceedance(NamedTuple):
@@ -44,6 +49,8 @@ class Limit:
         motion: Motion whose quantities it is about.
         parts: (quantity, value, whether it holds above the value rather than below), at least one.
         speeds: How speeds are defined.
+        of: What its quantities are read from, one of ``SOURCES``: "model", inferred parameters, or
+            "record", the record itself.
 
     Example:
         >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -58,10 +65,14 @@ class Limit:
     motion: str
     parts: tuple[tuple[str, float, bool], ...]
     speeds: tuple[Speed, ...] = SPEEDS
+    of: str = "model"
 
     def __post_init__(self) -> None:
         names = dict.fromkeys(self.quantities)
-        wrong = [text for name in names if (text := check_quantity(name, self.motion, self.speeds))]
+        place = self.motion, self.speeds, self.of
+        wrong = [text for name in names if (text := check_quantity(name, *place))]
+        if self.of not in SOURCES:
+            wrong = [f"of is {self.of}. Set it to {' or '.join(SOURCES)}."]
         bounds = {(name, is_upper): value for name, value, is_upper in self.parts}
         for name in names:
             above, below = bounds.get((name, True), -np.inf), bounds.get((name, False), np.inf)
@@ -92,7 +103,7 @@ class Limit:
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        return cls(entry["name"], entry["motion"], tuple(parts), speeds)
+        return cls(entry["name"], entry["motion"], tuple(parts), speeds, entry.get("of", "model"))
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -106,14 +117,23 @@ class Limit:
         return tuple(every[name].unit for name in self.quantities)
 
     def evaluate(self, theta: np.ndarray) -> np.ndarray:
-        """Return the quantities of the parts of parameter sets, ``(n, p) -> (n, parts)``."""
+        """Return the quantities of the parts of parameter sets, ``(n, p) -> (n, parts)``.
+
+        Raises:
+            ValueError: If the limit is about measured quantities, which parameters do not give.
+        """
+        if self.of != "model":
+            raise ValueError(f"{self.name} is about what records show, not about parameters")
         return evaluate(self.quantities, theta, self.motion, self.speeds)
 
     @property
     def words(self) -> str:
-        """The condition in words, such as "touch_time above 10 ms"."""
+        """The condition in words: "touch_time above 10 ms", "measured stroke below 9 mm"."""
+        read = "measured " if self.of == "record" else ""
         return " and ".join(
-            f"{quantity} {'above' if is_upper else 'below'} {value:g} {unit}".removesuffix(" 1")
+            f"{read}{quantity} {'above' if is_upper else 'below'} {value:g} {unit}".removesuffix(
+                " 1"
+            )
             for (quantity, value, is_upper), unit in zip(self.parts, self.units, strict=True)
         )
 
@@ -158,11 +178,46 @@ class Limit:
         ]
         return Exceedance(holds.all(axis=-1).mean(axis=-1), np.prod(shares, axis=0), undefined)
 
+    def measured_exceedance(self, values: ArrayLike, sds: ArrayLike) -> np.ndarray:
+        """Return how probably measured values are beyond the limit, ``(..., parts) -> (...)``.
+
+        Args:
+            values: Measured quantities of the parts; nan where a record does not show one, and
+                then the result is nan, too.
+            sds: Standard deviations of their errors, which are normal, and independent of those of
+                other quantities.
+
+        Example:
+            >>> limit = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
+            >>> limit.measured_exceedance([[9.9], [10.0]], [[0.1], [0.1]]).round(2)
+            array([0.16, 0.5 ])
+        """
+        from scipy.special import ndtr
+
+        values, sds = (np.asarray(each, dtype=np.float64) for each in (values, sds))
+        holds = ndtr(self.excess(values) / np.maximum(sds, _LEAST))
+        names = np.array(self.quantities)
+        # Two bounds of one quantity: it is between them, or beyond one of them, never beyond both.
+        shares = [
+            holds[..., names == name].sum(axis=-1) - (np.sum(names == name) - 1)
+            for name in dict.fromkeys(self.quantities)
+        ]
+        return np.prod(shares, axis=0)
+
 
 def from_list(
     entries: Sequence[Mapping[str, Any]],
     motions: Sequence[str],
     speeds: tuple[Speed, ...] = SPEEDS,
+    of: Sequence[str] = SOURCES,
 ) -> list[Limit]:
-    """Return the limits of the section ``limits`` that are of these motions, in its order."""
-    return [Limit.from_settings(entry, speeds) for entry in entries if entry["motion"] in motions]
+    """Return the limits of the section ``limits`` that are of these motions, in its order.
+
+    Args:
+        entries: The section.
+        motions: Motions.
+        speeds: How speeds are defined.
+        of: What the quantities of these limits are read from, some of ``SOURCES``.
+    """
+    limits = (Limit.from_settings(each, speeds) for each in entries if each["motion"] in motions)
+    return [limit for limit in limits if limit.of in of]

@@ -1,7 +1,7 @@
-"""Quantities to set limits on, as functions of the seven parameters.
+"""Quantities to set limits on: functions of the seven parameters, and what a record itself shows.
 
-Times, speeds and ways are read from the exact curve of a parameter set, without noise, its motion
-starting at 0. A quantity that does not exist for a parameter set is nan:
+Of the model, times, speeds and ways are read from the exact curve of a parameter set, without
+noise, its motion starting at 0. A quantity that does not exist for a parameter set is nan:
 
 - of a closing whose contact does not touch within 60 ms, all that needs the touch;
 - of an opening whose contact does not part within 60 ms, or that has no closed state to start from
@@ -32,6 +32,7 @@ from breaker.mechanism.speeds import SPEEDS, Point, Speed
 
 __all__ = [
     "QUANTITIES",
+    "SOURCES",
     "Quantity",
     "check_quantity",
     "evaluate",
@@ -46,20 +47,31 @@ _NEAR = 0.75  # powers of 2 within which a drive counts as of the reference driv
 _TRAVEL = Point(10.0, "%"), Point(90.0, "%")  # between which a travel time is taken
 
 
+SOURCES = ("model", "record")
+"""What a quantity is read from: the model at inferred parameters, or a record itself."""
+
+_MODEL, _RECORD = ((each,) for each in SOURCES)
+
+
 @dataclass(frozen=True)
 class Quantity(Parameter):
     """A quantity to set limits on, with the attributes of a parameter and:
 
     Attributes:
         motions: Motions that have it.
+        of: What it can be read from, one or both of ``SOURCES``.
     """
 
     motions: tuple[str, ...]
+    of: tuple[str, ...] = SOURCES
 
 
 _FIXED = (
-    *(Quantity(**asdict(parameter), motions=MOTIONS) for parameter in PARAMETERS),
-    Quantity("wipe", r"$w$", "mm", "way of the drive past the contact gap, closed", MOTIONS),
+    *(Quantity(**asdict(parameter), motions=MOTIONS, of=_MODEL) for parameter in PARAMETERS),
+    Quantity(
+        *("wipe", r"$w$", "mm"),
+        *("way of the drive past the contact gap, closed", MOTIONS, _MODEL),
+    ),
     Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions", MOTIONS),
     Quantity(
         *("travel_time", r"$t_\mathrm{travel}$", "ms"),
@@ -78,6 +90,10 @@ _FIXED = (
     Quantity(
         *("rebound", r"$\Delta_\mathrm{open}$", "mm"),
         *("largest travel beyond the open rest position", ("opening",)),
+    ),
+    Quantity(
+        *("latch_time", r"$t_\mathrm{latch}$", "ms"),
+        *("from the trigger to the first motion", MOTIONS, _RECORD),
     ),
 )
 _SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathrm{open}$"}
@@ -103,8 +119,15 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
     return {quantity.name: quantity for quantity in (*_FIXED, *moving)}
 
 
-def quantities_of(motion: str, speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
+def quantities_of(
+    motion: str, speeds: Sequence[Speed] = SPEEDS, of: Sequence[str] = ("model",)
+) -> dict[str, Quantity]:
     """Return the quantities of a motion that are no parameters, by name.
+
+    Args:
+        motion: "closing" or "opening".
+        speeds: How speeds are defined.
+        of: What they can be read from, any of these ``SOURCES``.
 
     Example:
         >>> list(quantities_of("opening"))
@@ -113,7 +136,7 @@ def quantities_of(motion: str, speeds: Sequence[Speed] = SPEEDS) -> dict[str, Qu
     return {
         name: each
         for name, each in quantities(speeds).items()
-        if motion in each.motions and name not in NAMES
+        if motion in each.motions and name not in NAMES and set(of) & set(each.of)
     }
 
 
@@ -121,12 +144,33 @@ QUANTITIES = quantities()
 """Quantities of a drive whose speeds are defined as usual, by name."""
 
 
-def check_quantity(name: str, motion: str, speeds: Sequence[Speed] = SPEEDS) -> str | None:
-    """Return why a motion does not have a quantity, with a remedy; None if it has it."""
+def check_quantity(
+    name: str, motion: str, speeds: Sequence[Speed] = SPEEDS, of: str = "model"
+) -> str | None:
+    """Return why a motion does not have a quantity, with a remedy; None if it has it.
+
+    Args:
+        name: Of the quantity.
+        motion: "closing" or "opening".
+        speeds: How speeds are defined.
+        of: What it is to be read from, one of ``SOURCES``.
+
+    Example:
+        >>> check_quantity("latch_time", "closing")
+        'latch_time is not of the model: records alone show it, in limits with of: record.'
+    """
     every = quantities(speeds)
-    known = ", ".join(each.name for each in every.values() if motion in each.motions)
+    there = [each for each in every.values() if motion in each.motions and of in each.of]
+    known = ", ".join(each.name for each in there)
     if name not in every:
         return f"{name} is not a known quantity. Known of {motion}: {known}."
+    if of not in every[name].of:
+        return (
+            f"{name} is not of the model: records alone show it, in limits with of: record."
+            if of == "model"
+            else f"{name} is a quantity of the model, which no record shows. Take of: model, or "
+            f"one that records show of {motion}: {known}."
+        )
     if motion not in every[name].motions:
         other = " or ".join(every[name].motions)
         return f"{name} is a quantity of {other}, not of {motion}. Known of {motion}: {known}."

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.mechanism import SPEEDS, Point, Speed, quantities_of
+from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, quantities_of
 from breaker.records.landmarks import first_motion
 from breaker.records.noise import REST, Noise, noise_at_rest
 from breaker.records.scale import seen_quantum
@@ -34,7 +34,6 @@ _SEEN = 3.0  # sd, from which a way beyond rest, or a drive still moving, is see
 # and at least, as of a force that builds up, whose first motion is seen late. In noise it is early.
 _FIRST = (14.0, 0.012)
 _ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
-_COLOURED, _LOST = 0.95, 0.75  # most correlation, and share of a variance that was not seen
 _PARTS = 4  # of the rest after a motion, whose means are compared
 _STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
 _TAIL = 0.7  # share of the time after the arrival from which its rest follows if it moves
@@ -55,15 +54,17 @@ class Measured(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """When the contact touched or parted.
+    """When the contact touched or parted, and what started the motion.
 
     Attributes:
-        time: In the record, ms; nan if unknown.
+        time: Of the contact in the record, ms; nan if unknown.
         sd: Standard deviation of its error, ms.
+        trigger: When the coil was energised, ms; nan if unknown.
     """
 
     time: float = np.nan
     sd: float = np.nan
+    trigger: float = np.nan
 
 
 _UNKNOWN = Contact()
@@ -91,11 +92,11 @@ def measure(
         moves: Time of the first motion, ms.
         noise: Noise at rest.
         quantum: Step of the reading, mm.
-        contact: When the contact touched or parted.
+        contact: When the contact touched or parted, and the trigger came.
         speeds: How speeds are defined.
 
     Returns:
-        By name, all of ``mechanism.quantities_of``.
+        By name, all of ``mechanism.quantities_of``, the model's and those of records alone.
     """
     errors = _ERRORS * (len(speeds) + _ERRORS)
     reading = _Reading(time, travel, motion, segment, moves, noise, quantum, contact, errors)
@@ -104,9 +105,10 @@ def measure(
         "travel_time": reading.travel_time,
         **dict.fromkeys(("over_travel", "rebound"), reading.beyond),
         **dict.fromkeys(("touch_time", "part_time"), reading.switching),
+        "latch_time": reading.latch,
         **{each.name: partial(reading.speed, each) for each in speeds},
     }
-    return {name: reading.told(ways.get(name)) for name in quantities_of(motion, speeds)}
+    return {name: reading.told(ways.get(name)) for name in quantities_of(motion, speeds, SOURCES)}
 
 
 def measure_curve(
@@ -162,7 +164,7 @@ def variables(
         ``measured``, ``measured_sd`` and ``measured_reason`` over ``operation`` and ``quantity``,
         and the coordinates ``quantity`` and ``quantity_unit``.
     """
-    names = quantities_of(motion, speeds)
+    names = quantities_of(motion, speeds, SOURCES)
     none = Measured(np.nan, np.nan, "the record was rejected")
     rows = [[each[name] if each else none for name in names] for each in found]
     over = ("operation", "quantity")
@@ -192,7 +194,8 @@ class _Reading:
         near = slice(*np.searchsorted(time, [first, last]))
         self.time = time[near]
         around = quantum, self.duration, segment.stroke, errors
-        self.trace = Trace(self.time, forward[near], *_noise_of(noise, forward), *around)
+        known = noise.process if np.isfinite(noise.sd) else (white_noise(forward), 0.0)
+        self.trace = Trace(self.time, forward[near], *known, *around)
 
     def told(self, way) -> Measured:
         """A quantity, or why there is none."""
@@ -233,9 +236,13 @@ class _Reading:
 
     def switching(self) -> Uncertain:
         """Time from the first motion to touch or parting, ms."""
-        noise = self.trace.noise_of_mean / self.segment.stroke
-        sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
-        return self._switching - self.trace.error(self.moves, sd)
+        return self._switching - self._first_motion
+
+    def latch(self) -> Uncertain:
+        """Time from the trigger to the first motion, ms."""
+        if not np.isfinite(self.contact.trigger):
+            raise NotShownError("no trigger: when the coil was energised is not known")
+        return self._first_motion + -self.contact.trigger
 
     def stroke(self) -> Uncertain:
         """Way between the rests, mm."""
@@ -262,6 +269,13 @@ class _Reading:
         return (high - low) / (end - begin)
 
     @cached_property
+    def _first_motion(self) -> Uncertain:
+        """Time of the first motion, ms."""
+        noise = self.trace.noise_of_mean / self.segment.stroke
+        sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
+        return self.trace.error(self.moves, sd)
+
+    @cached_property
     def _switching(self) -> Uncertain:
         """Time of touch or parting, ms."""
         if not np.isfinite(self.contact.time):
@@ -283,17 +297,3 @@ class _Reading:
         if point.amount > 0.0:
             return self.trace.reaches(level, at.value), level
         return at, level
-
-
-def _noise_of(noise: Noise, forward: np.ndarray) -> tuple[float, float]:
-    """Standard deviation of a sample's noise, mm, and its correlation with the next.
-
-    Both are seen too small at a short rest of coloured noise, which takes part of it for a drift.
-    """
-    if not np.isfinite(noise.sd):
-        return white_noise(forward), 0.0
-    if not np.isfinite(noise.next):
-        return noise.sd, 0.0
-    colour = float(np.clip(noise.next + (2.0 + 4.0 * noise.next) / noise.samples, 0.0, _COLOURED))
-    lost = 2.0 * (1.0 + colour) / (1.0 - colour) / noise.samples
-    return noise.sd / float(np.sqrt(1.0 - min(lost, _LOST))), colour

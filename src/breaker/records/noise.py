@@ -24,6 +24,7 @@ _MORE = 1.15  # factor on noise_sd from which more noise matters
 _ALIKE = 0.2  # correlation from which it matters
 _LONG = 1.25  # steps of the grid, memory from which it matters
 _DRIFT = 3.0  # noise_sd, drift over the grid from which it matters
+_COLOURED, _LOST = 0.95, 0.75  # most correlation, and share of a variance that was not seen
 _STEADY = 30  # samples at rest, from which a drift is told from noise
 
 
@@ -43,6 +44,20 @@ class Noise(NamedTuple):
     next: float
     drift: float
     samples: int
+
+    @property
+    def process(self) -> tuple[float, float]:
+        """Standard deviation of a sample, mm, and its correlation with the next, of all noise.
+
+        Both are seen too small at a short rest of coloured noise, which takes part of it for a
+        drift.
+        """
+        if not np.isfinite(self.next):
+            return self.sd, 0.0
+        colour = self.next + (2.0 + 4.0 * self.next) / self.samples
+        colour = float(np.clip(colour, 0.0, _COLOURED))
+        lost = 2.0 * (1.0 + colour) / (1.0 - colour) / self.samples
+        return self.sd / float(np.sqrt(1.0 - min(lost, _LOST))), colour
 
 
 def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: float) -> Noise:

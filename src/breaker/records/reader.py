@@ -86,7 +86,7 @@ class Record(Raw):
     def measured(self, speeds: Sequence[Speed]) -> dict[str, Measured]:
         """Return the quantities that are read from the record itself."""
         found = self.motion, self.segment, self.moves, self.noise, self.quantum
-        contact = Contact(self.switching, self.switching_sd)
+        contact = Contact(self.switching, self.switching_sd, self.trigger)
         return measure(self.time[self.inside], self.left, *found, contact=contact, speeds=speeds)
 
     @property

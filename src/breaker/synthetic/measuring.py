@@ -114,8 +114,9 @@ def measure_drives(
         rows += [
             {
                 **{"drive": number, "quantity": name, "own": own[name], "model": modelled},
-                **{"measured": each.value, "measured_sd": each.sd, "reason": each.reason},
+                **{"measured": found[name].value, "measured_sd": found[name].sd},
+                "reason": found[name].reason,
             }
-            for (name, each), modelled in zip(found.items(), model, strict=True)
+            for name, modelled in zip(own, model, strict=True)
         ]
     return pd.DataFrame(rows)
