@@ -9,6 +9,7 @@ from breaker.figures.changepoint import change_words, changepoint
 from breaker.figures.evolution import FLAGS, evolution
 from breaker.figures.health import health
 from breaker.figures.remaining_life import remaining_life
+from breaker.figures.words import symbolic
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
 from tests.figures.drawn import (
@@ -163,7 +164,7 @@ def test_health_shows_each_limit_as_it_is(count):
         expected = [(first - 0.5, 200.5)] if np.isfinite(first) else []
         assert boxes(axis, style.WARNING) == expected
         title = axis.get_title("left").replace("\n", " ")
-        assert title == f"{limit.replace('_', ' ')}: {one.words.item()}"
+        assert title == f"{limit}: {symbolic(one.words.item())}"
     assert ("as if parts were independent" in words(figure)) == (count > 1)
     assert figure.get_suptitle().endswith(f"limits with an alarm: {min(count, 2)} of {count}")
 

@@ -44,7 +44,12 @@ def test_prior_predictive_states_what_is_outside():
 
 def stages(count):
     data = curves(count, "stage").assign_coords(operation=("stage", np.arange(count) * 100 + 1))
-    return data.assign(share_inside=("stage", np.linspace(0.9, 1.0, count)))
+    return data.assign(
+        share_inside=("stage", np.linspace(0.9, 1.0, count)),
+        main_motion_end=("stage", 10.0 + np.arange(count)),
+        p_value=("stage", np.geomspace(0.4, 1e-5, count)),
+        misfit=("stage", np.arange(count) == 3),
+    )
 
 
 @pytest.mark.parametrize("kind", ["simulated", "endurance"])
@@ -52,9 +57,15 @@ def test_residuals_are_in_units_of_the_noise(kind):
     data, count = stages(4), 4
     if kind == "endurance":
         figure = predictive.endurance_predictive(data, motion="closing", noise_sd=NOISE_SD)
-        titles = [f"operation {100 * i + 1}: " for i in range(4)]
+        flags = ["fits the model (p = 0.4)\n", *[""] * 2, "does NOT fit the model (p = 1e-05)\n"]
+        titles = [f"operation {100 * i + 1}: {flags[i]}" for i in range(4)]
+        assert figure.get_suptitle().endswith("\n1 of 4 flagged as not fitting the model")
+        assert figure.axes[6].title.get_color() == style.WARNING
+        ends = [line_of(axis, style.REFERENCE).get_xdata()[0] for axis in figure.axes[::2]]
+        assert ends == [10, 11, 12, 13]
     else:
-        data = data.rename(stage="curve", travel="measured").drop_vars("operation")
+        only_stages = ["operation", "main_motion_end", "p_value", "misfit"]
+        data = data.rename(stage="curve", travel="measured").drop_vars(only_stages)
         figure = predictive.posterior_predictive(data, motion="closing", noise_sd=NOISE_SD)
         titles = [f"simulated record {i}: " for i in range(1, 5)]
         data = data.rename(measured="travel")
@@ -68,7 +79,8 @@ def test_residuals_are_in_units_of_the_noise(kind):
         np.testing.assert_allclose(residual, (travel - median) / NOISE_SD)
         np.testing.assert_allclose(bands(below)[0], (-2, 3))
         share = f"{100 * data.share_inside.values[i]:.0f} % "
-        assert above.get_title().startswith(titles[i] + share)
+        assert above.get_title().startswith(titles[i])
+        assert share in above.get_title()
     assert_nothing_overlaps(figure)
 
 

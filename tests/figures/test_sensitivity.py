@@ -56,7 +56,7 @@ def test_every_value_is_drawn_in_its_place(table, figure):
         np.testing.assert_allclose(np.sort(marks(axis)[:, 1]), np.sort(rows.median_z))
         assert (np.abs(marks(axis)[:, 0] - np.round(marks(axis)[:, 0])) < 0.4).all()
     limit = table[table.kind == "limit"]
-    drawn = marks(panels["limit: slow closing"])[:, 1]
+    drawn = marks(panels["limit: slow_closing"])[:, 1]
     np.testing.assert_allclose(np.sort(drawn), np.sort(limit.probability))
     p_values = marks(panels["does the record fit?"])[:, 1]
     assert set(p_values) == {1e-12, 0.3}  # the smallest at the foot

@@ -29,8 +29,8 @@ def test_sbc_draws_ranks_in_their_band(motion, names):
     judged = judge_draws(*inferred(names))
     figure = validation.sbc(judged, names, motion=motion)
     outcome = judged.words(style.symbols(names))
-    title = f"{motion.capitalize()}: simulation-based calibration\n{outcome}"
-    assert figure.get_suptitle() == title
+    title = f"{motion.capitalize()}: simulation-based calibration {outcome}"
+    assert " ".join(figure.get_suptitle().split()) == title
     assert outcome.startswith("calibrated: all")
     assert len(figure.axes) == len(names)
     for i, (axis, name) in enumerate(zip(figure.axes, names, strict=True)):
@@ -66,14 +66,17 @@ def test_contraction_is_across_and_z_score_up():
         np.testing.assert_array_equal(dots.get_ydata(), found.z[:, i])
         limit = np.linspace(0.3, 1, 8)[i]
         assert line_of(axis, style.MEASURED).get_xdata()[0] == limit
-        text = f"mean {found.mean_contraction[i]:.3f}, exact {limit:.3f}"
+        text = f"mean {found.mean_contraction[i]:.2f}, exact {limit:.2f}"
         assert text in axis.get_title()
         assert f"z-score sd {found.z_sd[i]:.2f}" in axis.get_title()
+    assert "best known: " in figure.get_suptitle()
     assert figure.axes[0].get_ylabel() == "z-score"
     assert figure.axes[4].get_xlabel() == "contraction"
     assert_nothing_overlaps(figure)
     few = scores(draws[..., :2], truth[..., :2], prior_sd=[0.2, 0.2], log=[True, True])
-    assert "exact" not in words(validation.contraction(few, NAMES[:2], motion="opening"))
+    small = validation.contraction(few, NAMES[:2], motion="opening")
+    assert "exact" not in words(small)
+    assert_nothing_overlaps(small)
 
 
 def test_recovery_has_the_truth_across():
@@ -87,7 +90,10 @@ def test_recovery_has_the_truth_across():
         np.testing.assert_array_equal(bars[..., 1], found.interval_95[:, i])
         assert axis.get_xlabel() == f"true {style.parameter(name).label}"
         assert axis.get_ylabel() == f"inferred {style.parameter(name).label}"
-        assert axis.get_title().endswith(f"correlation {found.correlation[i]:.3f}")
+        shares = f"{100 * found.covered_95[i]:.0f} %, in 50 %: {100 * found.covered_50[i]:.0f} %"
+        stated = f"correlation {found.correlation[i]:.2f}\ntruth in 95 %: {shares}"
+        assert axis.get_title().endswith(stated)
+    assert "95 % intervals contain" in figure.get_suptitle()
     assert_nothing_overlaps(figure)
 
 
@@ -98,7 +104,8 @@ def test_pairs_have_column_across_and_row_up():
     grid = np.reshape(figure.axes, (4, 4))
     for (row, column), axis in np.ndenumerate(grid):
         if row < column:
-            assert axis.texts[0].get_text() == f"{strength[row, column]:+.2f}"
+            text = f"{strength[row, column]:+.2f}".replace("-", "−")
+            assert axis.texts[0].get_text() == text
         elif row > column:
             for colour, values in ((style.PRIOR, truth), (style.MODEL, draws[0])):
                 cloud = line_of(axis, colour)

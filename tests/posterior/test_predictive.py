@@ -266,6 +266,8 @@ def test_stages_are_accepted_operations_over_the_whole_life(posterior, inferred,
     assert result["median"].dims == ("stage", "time")
     part = inferred.sel(operation=expected)
     np.testing.assert_array_equal(result.travel.values, part.travel.values)
+    for name in ("p_value", "misfit"):
+        np.testing.assert_array_equal(result[name].values, part[name].values)
     whole = predict(posterior.model, part.travel.values, part.draws.values, seed=1)
     for name in ("median", "lower", "upper"):
         np.testing.assert_array_equal(result[name].values, whole[name].values)
@@ -293,6 +295,7 @@ def test_share_inside_counts_the_main_motion_alone(posterior, curves):
     )
     expected = inside[:, first:last].mean(axis=1)
     np.testing.assert_allclose(result.share_inside.values, expected, rtol=1e-12)
+    assert result.main_motion_end.values[0] == times[last - 1]
     assert 0 < last - first < 10
     # Planted: one sample of the main motion is off, and many samples after it are.
     assert expected[1] < expected[0]

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from scipy.stats import gaussian_kde
 
 from breaker.figures import style
+from breaker.figures.words import literal
 
 __all__ = ["answer"]
 
@@ -59,7 +60,7 @@ def _title(parts: Mapping[str, xr.Dataset]) -> str:
 
 
 def _name(file: object) -> str:
-    return style.literal(str(file).rpartition("/")[2])
+    return literal(str(file).rpartition("/")[2])
 
 
 def _record(axis: Axes, data: xr.Dataset, motion: str) -> None:
@@ -113,7 +114,7 @@ def _density_panel(axis: Axes, parts: Mapping[str, xr.Dataset], name: str) -> No
             look = {"lw": 1.8} if i == 0 else {"lw": 0.6, "alpha": 0.6}
             axis.plot(at, gaussian_kde(_finite(values))(at), color=_COLOURS[motion], **look)
     unit = first.shown_unit.item()
-    axis.set_title(style.literal(first.shown_meaning.item()), loc="left", fontsize=9)
+    axis.set_title(literal(first.shown_meaning.item()), loc="left", fontsize=9)
     axis.set(xlabel=f"{first.shown_symbol.item()}{'' if unit == '1' else f' ({unit})'}")
     axis.set(yticks=[], xlim=(left, right))
     axis.set_ylim(bottom=0.0)

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
+from breaker.figures.words import literal
 
 __all__ = ["fitted_prior"]
 
@@ -68,7 +69,7 @@ def _panel(axis: Axes, one: xr.Dataset) -> None:
     axis.set_ylim(rows.min() - 0.1, 1.05)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
     named = len(rows) <= _NAMED
-    words = [style.literal(name) for name in one["breaker"].values] if named else []
+    words = [literal(name) for name in one["breaker"].values] if named else []
     axis.set_yticks(rows if named else [], words)
 
 

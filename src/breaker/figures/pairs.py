@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
+from breaker.validation import pairs_words
 
 __all__ = ["pairs"]
 
@@ -47,7 +48,8 @@ def pairs(
                 _coefficient(axis, correlation[row, column])
     _limits(grid, prior, posterior, truth)
     _labels(grid, names)
-    style.heading(figure, motion, "prior, posterior and truth of one simulated curve")
+    outcome = pairs_words(posterior, truth, correlation, style.symbols(names))
+    style.heading(figure, motion, "prior, posterior and truth of one simulated curve", outcome)
     style.legend_below(figure, _handles(), columns=4 if q > 6 else 2)
     return figure
 
@@ -74,7 +76,7 @@ def _coefficient(axis: Axes, value: float) -> None:
     weight = "bold" if abs(value) > 0.7 else "normal"
     look = {"color": style.MODEL, "alpha": 0.3 + 0.7 * min(1.0, abs(value)), "fontsize": 13}
     place = {"transform": axis.transAxes, "ha": "center", "va": "center"}
-    axis.text(0.5, 0.5, f"{value:+.2f}", weight=weight, **place, **look)
+    axis.text(0.5, 0.5, f"{value:+.2f}".replace("-", "−"), weight=weight, **place, **look)
 
 
 def _limits(grid: np.ndarray, prior: np.ndarray, posterior: np.ndarray, truth: np.ndarray) -> None:

@@ -6,11 +6,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from breaker.figures import style
-from breaker.validation import PriorCheck
+from breaker.validation import PriorCheck, percent
 
 __all__ = ["endurance_predictive", "posterior_predictive", "prior_predictive"]
 
 _DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))
+_END = {"color": style.REFERENCE, "ls": (0, (4, 3)), "lw": 1.1}
 _BAND = style.band_key("pointwise 95 % band", style.MODEL, 0.3)
 _MEDIAN = style.line_key("median", style.MODEL, lw=2)
 
@@ -45,17 +46,13 @@ def prior_predictive(
     axis.margins(x=0)
     few = int(np.sum(check.inside < check.least))
     outcome = (
-        f"{_percent(check.inside.mean())} of all samples of the endurance test in the 95 % band\n"
-        f"{few} of {check.inside.size} operations below the {_percent(check.least)} "
+        f"{percent(check.inside.mean())} of all samples of the endurance test in the 95 % band\n"
+        f"{few} of {check.inside.size} operations below the {percent(check.least)} "
         "that 95 % of prior curves reach"
     )
     style.heading(figure, motion, "prior predictive check", outcome)
     style.legend_below(figure, handles, columns=3)
     return figure
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
 
 
 @style.styled
@@ -71,7 +68,7 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float
     """
     data = predictive.rename(curve="panel", measured="record")
     shares = enumerate(data["share_inside"].values, start=1)
-    titles = [f"simulated record {i}: {_percent(share)} in the band" for i, share in shares]
+    titles = [f"simulated record {i}: {percent(share)} in the band" for i, share in shares]
     text = "posterior predictive check on simulated records"
     return _checks(data, titles, text, "simulated record", motion=motion, noise_sd=noise_sd)
 
@@ -82,29 +79,44 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float
 
     Args:
         predictive: ``travel``, ``median``, ``lower``, ``upper``, each ``(stage, time)`` in mm, as
-            in :func:`posterior_predictive`; ``share_inside (stage)``, the share of the main motion
-            inside the band; coordinates ``time`` in ms and ``operation (stage)``.
+            in :func:`posterior_predictive`; over ``stage`` ``share_inside``, the share of the main
+            motion inside the band, ``main_motion_end`` in ms, ``p_value`` and the flag ``misfit``;
+            coordinates ``time`` in ms and ``operation (stage)``.
         motion: Motion of the title.
         noise_sd: Noise sd of a sample, mm: the unit of the residuals.
     """
     data = predictive.rename(stage="panel", travel="record")
-    shares = zip(data["operation"].values, data["share_inside"].values, strict=True)
-    titles = [
-        f"operation {operation}: {_percent(share)} of the main motion in the band"
-        for operation, share in shares
-    ]
+    titles = [_stage_words(data.isel(panel=i)) for i in range(data.sizes["panel"])]
     text, key = "posterior predictive check of the endurance test", "record of the endurance test"
-    return _checks(data, titles, text, key, motion=motion, noise_sd=noise_sd)
+    flagged = int(data["misfit"].sum())
+    outcome = f"{flagged or 'none'} of {len(titles)} flagged as not fitting the model"
+    return _checks(data, titles, text, key, outcome, motion=motion, noise_sd=noise_sd)
+
+
+def _stage_words(one: xr.Dataset) -> str:
+    """State what came out of a record: does it fit, how much of the main motion is in the band."""
+    flag = "does NOT fit the model" if one["misfit"].item() else "fits the model"
+    return (
+        f"operation {one['operation'].item():,}: {flag} (p = {one['p_value'].item():.2g})\n"
+        f"{percent(one['share_inside'].item())} of the main motion in the band"
+    )
 
 
 def _checks(
-    data: xr.Dataset, titles: list[str], text: str, key: str, *, motion: str, noise_sd: float
+    data: xr.Dataset,
+    titles: list[str],
+    text: str,
+    key: str,
+    outcome: str = "",
+    *,
+    motion: str,
+    noise_sd: float,
 ) -> Figure:
     """Draw one panel with residuals below it for each of ``titles``, two in a row."""
     if not noise_sd > 0:
         raise ValueError(f"residuals need a noise sd above zero, got {noise_sd}")
     rows = -(-len(titles) // 2)
-    figure = style.new_figure(11.0, 4.2 * rows + 0.9)
+    figure = style.new_figure(11.0, 4.6 * rows + 0.9)
     places = figure.subfigures(rows, 2, squeeze=False).flat
     below: list[Axes] = []
     for place, title, i in zip(places, titles, range(len(titles)), strict=False):
@@ -113,8 +125,11 @@ def _checks(
     limit = max(abs(bound) for axis in below for bound in axis.get_ylim())
     for axis in below:
         axis.set_ylim(-limit, limit)
-    style.heading(figure, motion, text)
-    style.legend_below(figure, [style.dot_key(key, style.MEASURED, ms=4), _MEDIAN, _BAND])
+    style.heading(figure, motion, text, outcome)
+    handles = [style.dot_key(key, style.MEASURED, ms=4), _MEDIAN, _BAND]
+    if "main_motion_end" in data:
+        handles.append(style.line_key("end of the main motion", **_END))
+    style.legend_below(figure, handles)
     return figure
 
 
@@ -128,8 +143,12 @@ def _check(place: SubFigure, one: xr.Dataset, title: str, noise_sd: float) -> Ax
         axis.fill_between(one["time"], low, high, color=style.MODEL, alpha=0.3, lw=0)
         axis.plot(one["time"], middle, color=style.MODEL, lw=1.0)
         axis.plot(one["time"], dots, "o", color=style.MEASURED, ms=2, mew=0)
+        if "main_motion_end" in one:
+            axis.axvline(one["main_motion_end"].item(), **_END)
     below.axhline(0.0, color=style.REFERENCE, lw=0.6)
-    above.set(title=title, ylabel=style.TRAVEL)
+    failed = "misfit" in one and one["misfit"].item()
+    above.set_title(title, color=style.WARNING if failed else "black", fontsize=10)
+    above.set_ylabel(style.TRAVEL)
     above.margins(x=0)
     below.margins(x=0)
     below.set(xlabel=style.TIME, ylabel="residual\n(noise sd)")

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
+from breaker.figures.words import literal
 
 __all__ = ["sensitivity"]
 
@@ -44,7 +45,7 @@ def sensitivity(table: pd.DataFrame, *, motion: str, misfit_p_value: float) -> F
     for axis, name in zip(axes[len(names) + 1 :], of_limits, strict=True):
         _dots(axis, limits[limits.name == name], "probability")
         axis.set(ylim=(-0.04, 1.04), ylabel="probability")
-        axis.set_title(f"limit: {style.literal(name).replace('_', ' ')}", loc="left")
+        axis.set_title(f"limit: {literal(name)}", loc="left")
     operations = np.sort(table.operation.unique())
     for axis in axes:
         axis.set_xticks(range(len(operations)), [str(each) for each in operations], rotation=45)

@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
+from breaker.figures.words import literal, symbolic
 from breaker.mechanism import ONSET, PARAMETERS, Parameter
 
 COLOURS = {
@@ -53,6 +54,7 @@ _SOURCES = {
     "both": "Both motions",
     "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
 }
+_LETTERS = 8.2  # of a title, per inch of its figure
 _TRUTH = {"color": MEASURED, "ls": (0, (5, 2)), "lw": 1.1}
 
 _SETTINGS = {
@@ -171,7 +173,9 @@ def heading(
     Raises:
         ValueError: If there is no such source.
     """
-    title = f"{source_words(source)}: {text}" + (f"\n{outcome}" if outcome else "")
+    lines = [f"{source_words(source)}: {text}", *outcome.splitlines()]
+    width = int(_LETTERS * figure.get_figwidth())
+    title = "\n".join(fill(line, width) for line in lines)
     figure.suptitle(title, color=WARNING if failed else "black")
 
 
@@ -240,11 +244,6 @@ def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) ->
             axis.set_ylabel(ylabel)
 
 
-def literal(text: object) -> str:
-    """Return a text, with names that a user gave, without signs of mathematics."""
-    return str(text).replace("$", r"\$")
-
-
 def limit_panels(
     data: xr.Dataset, titles: Sequence[str], ylabel: str, *, height: float, above: int = 0
 ) -> tuple[Figure, list[Axes]]:
@@ -263,7 +262,7 @@ def limit_panels(
         count, columns=columns, width=width, height=height, sharex=True, sharey=True
     )
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
-        title = fill(f"{literal(limit).replace('_', ' ')}: {words}", int(width * 10.5))
+        title = fill(f"{literal(limit)}: {symbolic(words)}", int(width * 10.5))
         axis.set_title(title, loc="left", pad=6.0 + 14.0 * above)
         axis.set_ylabel(ylabel)
         axis.margins(x=0.01)

@@ -7,7 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.validation import Calibration, Recovery, Scores
+from breaker.validation import (
+    Calibration,
+    Recovery,
+    Scores,
+    contraction_words,
+    percent,
+    recovery_words,
+)
 
 __all__ = ["contraction", "draw_ranks", "rank_keys", "recovery", "sbc"]
 
@@ -91,16 +98,17 @@ def contraction(
         for level in (-_Z_LIMIT, _Z_LIMIT):
             axis.axhline(level, color=style.REFERENCE, lw=0.9, ls=":")
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
-        words = f"mean {scores.mean_contraction[i]:.3f}"
+        words = f"mean {scores.mean_contraction[i]:.2f}"
         if exact is not None:
             axis.axvline(exact, color=style.MEASURED, lw=1.2, ls="--")
-            words += f", exact {exact:.3f}"
+            words += f", exact {exact:.2f}"
         symbol = style.parameter(name).symbol
         axis.set_title(f"{symbol}   {words}\nz-score sd {scores.z_sd[i]:.2f}")
     largest = max(4.2, 1.05 * abs(scores.z).max())
     axes[0].set(xlim=(min(0.0, 1.05 * scores.contraction.min()), 1.02), ylim=(-largest, largest))
     style.label_outer(axes, "contraction", "z-score")
-    style.heading(figure, motion, f"z-score against contraction{setting}")
+    outcome = contraction_words(scores, style.symbols(names), limit)
+    style.heading(figure, motion, f"z-score against contraction{setting}", outcome)
     handles = [
         style.dot_key("one simulated curve", ms=4),
         style.line_key("z-score ±3", ls=":", lw=0.9),
@@ -136,8 +144,11 @@ def recovery(summary: Recovery, names: Sequence[str], *, motion: str) -> Figure:
         axis.plot(ends, ends, color=style.MEASURED, lw=1.0, ls="--")
         axis.set(xlim=ends, ylim=ends, box_aspect=1)
         axis.set(xlabel=f"true {output.label}", ylabel=f"inferred {output.label}")
-        axis.set_title(f"{output.symbol}   correlation {summary.correlation[i]:.3f}")
-    style.heading(figure, motion, "recovery of the true parameters")
+        covered = f"{percent(summary.covered_95[i])}, in 50 %: {percent(summary.covered_50[i])}"
+        words = f"correlation {summary.correlation[i]:.2f}\ntruth in 95 %: {covered}"
+        axis.set_title(f"{output.symbol}   {words}", fontsize=10)
+    outcome = recovery_words(summary)
+    style.heading(figure, motion, "recovery of the true parameters", outcome)
     handles = [
         style.dot_key("posterior median", ms=4),
         style.line_key("95 % interval", alpha=0.5),

@@ -10,6 +10,7 @@ from matplotlib.transforms import blended_transform_factory
 
 from breaker.decisions import STATES
 from breaker.figures import style
+from breaker.figures.words import literal
 
 __all__ = ["COLOURS", "verdict"]
 
@@ -42,9 +43,9 @@ def verdict(data: xr.Dataset) -> Figure:
     if strange := sorted(set(states) - set(STATES)):
         raise ValueError(f"no state is called {strange[0]!r}; there are {', '.join(STATES)}")
     count = data.sizes["limit"]
-    headline = wrap(style.literal(data.attrs["healthy"]), _HEADLINE)
+    headline = wrap(literal(data.attrs["healthy"]), _HEADLINE)
     names = "wearing", "left", "trust"
-    sentences = [line for name in names for line in wrap(style.literal(data.attrs[name]), _LINE)]
+    sentences = [line for name in names for line in wrap(literal(data.attrs[name]), _LINE)]
     text_height, rows_height = 0.31 * len(sentences) + 0.15, 0.78 * count + 0.6
     figure = style.new_figure(13.6, text_height + rows_height + 1.5)
     grid = figure.add_gridspec(2, 2, height_ratios=(text_height, rows_height))
@@ -139,7 +140,7 @@ def _last(remaining: np.ndarray) -> float:
 def _frame(left: Axes, right: Axes, data: xr.Dataset) -> None:
     labels = []
     for limit, words in zip(data["limit"].values, data["words"].values, strict=True):
-        labels.append("\n".join([style.literal(limit).replace("_", " "), *wrap(str(words), 38)]))
+        labels.append("\n".join([literal(limit), *wrap(str(words), 38)]))
     rows = np.arange(len(labels))
     left.set_yticks(rows, labels)
     left.tick_params(axis="y", labelsize=10, length=0)

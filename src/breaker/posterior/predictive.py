@@ -256,8 +256,10 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
 
     Returns:
         Dataset over ``stage``, ``time``: ``travel`` and the ``median``, ``lower`` and ``upper``
-        end of its prediction; coordinate ``operation (stage)``; and ``share_inside (stage)``,
-        the share of samples of the main motion, as far as they are not missing, inside the band.
+        end of its prediction; coordinate ``operation (stage)``; and over ``stage``:
+        ``main_motion_end``, ms, ``share_inside``, the share of samples of the main motion, as far
+        as they are not missing, inside the band, ``p_value`` and the flag ``misfit`` of the whole
+        record.
 
     Raises:
         ValueError: If no operation has draws.
@@ -276,8 +278,14 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     )
     band = (result.measured.values, result.lower.values, result.upper.values)
     share = share_inside(*band, where=main)
+    ends = [model.sensor.times[inside].max(initial=0.0) for inside in main]  # it begins at 0
     return (
         result.rename(curve="stage", measured="travel")
-        .assign(share_inside=("stage", share))
+        .assign(
+            share_inside=("stage", share),
+            main_motion_end=("stage", ends, {"unit": "ms"}),
+            p_value=("stage", part.p_value.values),
+            misfit=("stage", part.misfit.values),
+        )
         .assign_coords(operation=("stage", part.operation.values))
     )

@@ -46,6 +46,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "numbers_of_motion",
             "numbers_of_validation",
         ],
+        "outcomes": ["contraction_words", "pairs_words", "recovery_words"],
         "tables": ["draws_per_second", "network_row", "quality", "quality_words"],
     },
 )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from breaker.posterior import quantiles, share_inside
-from breaker.validation.calibration import checked_draws
+from breaker.validation.calibration import checked_draws, coverage, ranks
 
 __all__ = [
     "PriorCheck",
@@ -103,6 +103,7 @@ class Recovery:
         median: Posterior median, ``(n, q)``.
         interval_50: Central 50 % interval, ``(n, q, 2)``.
         interval_95: Central 95 % interval, ``(n, q, 2)``.
+        covered_50, covered_95: Share of the true values inside these intervals, ``(q,)``, by ranks.
         correlation: Pearson correlation of the medians with the truth, ``(q,)``.
     """
 
@@ -110,6 +111,8 @@ class Recovery:
     median: np.ndarray
     interval_50: np.ndarray
     interval_95: np.ndarray
+    covered_50: np.ndarray
+    covered_95: np.ndarray
     correlation: np.ndarray
 
 
@@ -130,7 +133,8 @@ def recovery(draws: ArrayLike, truth: ArrayLike) -> Recovery:
     found = quantiles(draws, axis=1)
     columns = zip(found["median"].T, truth.T, strict=True)
     pearson = np.array([np.corrcoef(guess, actual)[0, 1] for guess, actual in columns])
-    return Recovery(truth, **found, correlation=pearson)
+    half, most = coverage(ranks(draws, truth), draws.shape[1], levels=(0.5, 0.95))
+    return Recovery(truth, **found, covered_50=half, covered_95=most, correlation=pearson)
 
 
 def correlation(draws: ArrayLike, *, log: ArrayLike) -> np.ndarray:
