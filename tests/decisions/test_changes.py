@@ -40,6 +40,21 @@ def test_a_step_is_told_from_its_first_operation_on():
     assert with_steps(none.isel(operation=slice(0, 0))).sizes["jump"] == 0
 
 
+def test_a_known_event_is_told_once_and_ends_what_is_told_of_a_change():
+    """Of trends apart, too; a change before it is described as known before it."""
+    trend = stepped().drop_dims(["change", "jump"])
+    trend["event"] = trend.event.astype("<U40")
+    trend["event"][3] = "greased: gamma_a starts anew"
+    trend["alarm"][1] = True
+    trend["start_interval"][:] = np.arange(4.0)[:, None]
+    trend["kind_probability"][:] = np.arange(8.0)
+    whole = complete(trend, SETTINGS, "closing")
+    assert whole.change_start.values.tolist() == [2.0]
+    told = changes({"closing": whole, "opening": whole}, NUMBERS)
+    assert told[3] == "greased: gamma_a starts anew"
+    assert complete(trend.isel(operation=slice(0, 3)), SETTINGS, "closing").change_start == 2.0
+
+
 @pytest.mark.parametrize(
     ("sizes", "words"),
     [

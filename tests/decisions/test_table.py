@@ -74,6 +74,7 @@ def trend_of(motions, operations, **changed):
                 np.tile([-1.0, 1.0], (o, p, 1)),
             ),
             "alarm": ("operation", np.zeros(o, dtype=bool)),
+            "event": ("operation", np.full(o, "")),
             "step": ("operation", np.zeros(o, dtype=bool)),
             "surprise": ("operation", np.full(o, 0.5)),
             "step_size": (("operation", "phase"), np.full((o, 3 * len(motions)), NAN)),

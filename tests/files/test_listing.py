@@ -9,6 +9,7 @@ import pytest
 from breaker.files.listing import (
     ENDINGS,
     fingerprint,
+    list_known,
     list_operations,
     record_files,
 )
@@ -266,3 +267,21 @@ def test_several_operations_of_one_file_are_read_by_their_rows(tmp_path):
     assert begins["opening", "L1"] - begins["closing", "L1"] == pytest.approx(200.0, abs=0.5)
     for motion in ("closing", "opening"):
         assert begins[motion, "L2"] - begins[motion, "L1"] == pytest.approx(10.0, abs=0.5)
+
+
+def test_what_is_known_of_operations_of_any_motion(tmp_path):
+    """An event belongs to the next operation that is looked at, whichever motion's row has it."""
+    rows = [
+        "a.csv,closing,1,L1,20,",
+        "b.csv,opening,1,L1,24,greased",
+        "c.csv,closing,4,L1,,inspected",
+        "d.csv,opening,4,L1,,inspected",
+        "e.csv,opening,5,L1,,remounted",
+        "f.csv,opening,9,L1,-3,overhaul",
+        "g.csv,opening,6,L2,99,repair",
+    ]
+    table(tmp_path, *rows, head="file,motion,operation,phase,temperature,event")
+    events, temperatures = list_known(tmp_path, [1, 6, 8], phase="L1")
+    assert events == {1: "greased", 6: "inspected, remounted"}
+    assert temperatures == {1: 22.0, 9: -3.0}
+    assert list_known(tmp_path / "none", [1]) == ({}, {})

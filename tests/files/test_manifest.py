@@ -104,7 +104,7 @@ WRONG = [
         f"{HEAD},date\na.csv,closing,1,2024-02-30",
         "column date: '2024-02-30' is no date: day is out",
     ),
-    (f"{HEAD},temperature\na.csv,closing,1,293.15", "293.15 is not between -90 and 150 °C"),
+    (f"{HEAD},temperature\na.csv,closing,1,293.15", "293.15 is not between -60 and 120 °C"),
     (f"{HEAD},temperature\na.csv,closing,1,1e999", "is not between|is no number"),
     (f"{HEAD},temperature\na.csv,closing,1,nan", "column temperature: 'nan' is no number"),
     (f"{HEAD},temperature\na.csv,closing,1,2_0", "column temperature: '2_0' is no number"),
@@ -158,3 +158,18 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
         ("closing", 2),
     ]
     assert set(example.split("\n", 1)[0].split(",")) == set(COLUMNS)
+
+
+def test_events_are_of_those_that_are_known(tmp_path):
+    """Any text without a list of them; with one, file, line, column, the known, and a remedy."""
+    text = f'{HEAD},event\na.csv,closing,1,Greased\nb.csv,closing,2,"greased, painted"\n'
+    assert [each.event for _, each in read(tmp_path, text)] == ["Greased", "greased, painted"]
+    file = tmp_path / "operations.csv"
+    assert len(read_manifest(file, ["greased", "Painted, coated"])) == 2
+    with pytest.raises(ValueError, match="painted") as caught:
+        read_manifest(file, ["greased", "spring_replaced"])
+    assert str(caught.value).startswith(
+        f"{file} is wrong:\n  line 3, column event: 'painted' is no"
+    )
+    assert "greased, spring replaced; write one of these" in str(caught.value)
+    assert "endurance.events" in str(caught.value)

@@ -43,6 +43,8 @@ rule trend:
         seed=config["seed"],
         motions=MOTIONS,
         operations=operations,
+        events=of_chunk(0),
+        more_events=config["endurance"]["events"],
         limits=config["limits"],
         speeds=SPEEDS,
         prior=config["prior"],

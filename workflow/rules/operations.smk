@@ -6,7 +6,7 @@ no other. Trends go through the chunks one after the other.
 
 from functools import cache
 
-from breaker.files import fingerprint, list_operations
+from breaker.files import fingerprint, list_known, list_operations
 from breaker.workflow import chunks_of, recorded_source
 
 STAND_IN = "stand-in"
@@ -18,7 +18,7 @@ CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_C
 @cache  # a folder is listed once, however many chunks there are
 def listed(motion):
     """The operations of a motion in a folder of one's own."""
-    return list_operations(OWN_CURVES, motion, **CHOSEN)
+    return list_operations(OWN_CURVES, motion, **CHOSEN, events=config["endurance"]["events"])
 
 
 def numbers(motion):
@@ -38,6 +38,23 @@ def chunks(motion=None):
 def operations(wildcards):
     """The numbers of the operations of a chunk: in the motion of the wildcards, or in any."""
     return chunks(wildcards.get("motion"))[wildcards.chunk]
+
+
+@cache
+def known():
+    """Events and temperatures of operations, by their number, where a table has them."""
+    numbers = [number for chunk in chunks().values() for number in chunk]
+    return list_known(OWN_CURVES, numbers, **CHOSEN) if OWN_CURVES else ({}, {})
+
+
+def of_chunk(place):
+    """Events (0) or temperatures (1) of the operations of a chunk."""
+
+    def values(wildcards):
+        wanted = set(chunks()[wildcards.chunk])
+        return {number: value for number, value in known()[place].items() if number in wanted}
+
+    return values
 
 
 def every_chunk(pattern):

@@ -6,7 +6,7 @@ from breaker.decisions import align, usable
 from breaker.mechanism import from_list, speeds_of
 from breaker.model import Model, generator
 from breaker.stores import describe, open_store, save
-from breaker.wear import Follower, Learned, State, series_of, trust_in
+from breaker.wear import Event, Follower, Learned, State, series_of, trust_in
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -29,7 +29,11 @@ data = {
     motion: align([open_store(file) for file in snakemake.input[motion]], operations).load()
     for motion in motions
 }
-series = series_of(models, data, {motion: usable(each) for motion, each in data.items()})
+events = {
+    number: Event.from_text(text, params.more_events) for number, text in params.events.items()
+}
+there = {motion: usable(each) for motion, each in data.items()}
+series = series_of(models, data, there, events)
 before = snakemake.input.get("state")
 state = State.from_dataset(open_store(before[0])) if before else follower.begin(series)
 state, result = follower.follow(state, series)

@@ -71,6 +71,9 @@ def changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[st
         for k in range(trend.sizes["jump"]):
             one = trend.isel(jump=k)
             noted[int(one.jump_noticed)].append(one.jump_words.item())
+        for number, words in zip(trend.operation.values, trend.event.values, strict=True):
+            if words and words not in noted[int(number)]:  # of trends apart the same
+                noted[int(number)].append(str(words))
     return ["; ".join(words) for words in noted.values()]
 
 

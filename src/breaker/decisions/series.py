@@ -37,11 +37,13 @@ def complete(trend: xr.Dataset, settings: Mapping, source: str) -> xr.Dataset:
     Returns:
         ``trend`` with, over ``change``: ``change_alarm``, ``change_start``,
         ``change_interval (change, bound)`` and ``change_kind (change, kind)``, as known a hundred
-        operations after its alarm, or before the next; and, over ``jump``, the steps of
-        ``with_steps``.
+        operations after its alarm, or before the next or a known event; and, over ``jump``, the
+        steps of ``with_steps``.
     """
     found = np.flatnonzero(trend.alarm.values)
-    last = np.append(found[1:] - 1, trend.sizes["operation"] - 1)[: found.size]
+    ends = np.flatnonzero(trend.alarm.values | (trend.event.values != ""))
+    ends = np.append(ends, trend.sizes["operation"])
+    last = ends[np.searchsorted(ends, found, side="right")] - 1
     last = np.minimum(last, found + _SETTLED)  # later, its beginning is known less and less
     starts = trend.start_interval.values[last]
     return (

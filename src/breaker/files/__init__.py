@@ -9,9 +9,10 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "cells": ["EVENTS", "event_words"],
         "grids": ["open_grid"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],
-        "listing": ["ENDINGS", "fingerprint", "list_operations", "record_files"],
+        "listing": ["ENDINGS", "fingerprint", "list_known", "list_operations", "record_files"],
         "manifest": [
             "ABOUT",
             "MANIFEST",

@@ -4,16 +4,18 @@ Light to import: the plan of the workflow is made from it.
 """
 
 import hashlib
+import math
 import os
 import unicodedata
-from collections.abc import Iterable, Sequence
+from bisect import bisect_left
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from breaker.files.guards import no_file, printable
 from breaker.files.manifest import MANIFEST, Operation, read_manifest
 from breaker.files.naming import numbers_in
 
-__all__ = ["ENDINGS", "fingerprint", "list_operations", "odd_signs", "record_files"]
+__all__ = ["ENDINGS", "fingerprint", "list_known", "list_operations", "odd_signs", "record_files"]
 
 ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".cfg", ".cff", ".nc", ".nc4", ".zarr")
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
@@ -39,7 +41,12 @@ def record_files(folder: str | Path) -> list[Path]:
 
 
 def list_operations(
-    folder: str | Path, motion: str, *, breaker: str | None = None, phase: str | None = None
+    folder: str | Path,
+    motion: str,
+    *,
+    breaker: str | None = None,
+    phase: str | None = None,
+    events: Collection[str] | None = None,
 ) -> list[Operation]:
     """List the operations of one motion in a folder, in the order of their numbers.
 
@@ -51,6 +58,8 @@ def list_operations(
         motion: "closing" or "opening".
         breaker, phase: ``endurance.breaker`` and ``endurance.phase``: which of those in the table,
             if there are several.
+        events: ``endurance.events``: what the table may name beside the usual events; None for any
+            text.
 
     Raises:
         FileNotFoundError: If there is no operation of this motion.
@@ -59,7 +68,13 @@ def list_operations(
             record. The message says what to do.
     """
     if os.path.lexists(Path(folder, MANIFEST)):
-        operations = _from_table(Path(folder), motion, {"breaker": breaker, "phase": phase})
+        rows = _rows(Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}, events)
+        operations = [operation for of, operation in rows if of == motion]
+        if not operations:
+            raise FileNotFoundError(
+                f"{Path(folder, MANIFEST)} has no operation of motion {motion}; add its rows, or "
+                "leave it out of motions"
+            )
     else:
         chosen = [f"endurance.{k} is {v}" for k, v in (("breaker", breaker), ("phase", phase)) if v]
         if chosen:
@@ -72,9 +87,44 @@ def list_operations(
     return sorted(operations, key=lambda each: each.number)
 
 
-def _from_table(folder: Path, motion: str, chosen: dict[str, str | None]) -> list[Operation]:
-    table = folder / MANIFEST
-    rows = read_manifest(table)
+def list_known(
+    folder: str | Path,
+    numbers: Sequence[int],
+    *,
+    breaker: str | None = None,
+    phase: str | None = None,
+) -> tuple[dict[int, str], dict[int, float]]:
+    """List what the table of a folder, if there is one, knows of operations of any motion.
+
+    Args:
+        folder, breaker, phase: As of ``list_operations``.
+        numbers: Operations that are looked at, rising. An event belongs to the first of them that
+            comes after it.
+
+    Returns:
+        Events and mean temperature, °C, by operation, where there are any.
+    """
+    if not os.path.lexists(Path(folder, MANIFEST)):
+        return {}, {}
+    events: dict[int, list[str]] = {}
+    temperatures: dict[int, list[float]] = {}
+    rows = _rows(Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}, None)
+    for _, each in sorted(rows, key=lambda row: row[1].number):
+        if each.event and (next_one := bisect_left(numbers, each.number)) < len(numbers):
+            events.setdefault(numbers[next_one], []).append(each.event)
+        if not math.isnan(each.temperature):
+            temperatures.setdefault(each.number, []).append(each.temperature)
+    return (
+        {number: ", ".join(dict.fromkeys(texts)) for number, texts in events.items()},
+        {number: sum(values) / len(values) for number, values in temperatures.items()},
+    )
+
+
+def _rows(
+    table: Path, chosen: dict[str, str | None], events: Collection[str] | None
+) -> list[tuple[str, Operation]]:
+    """Rows of a table that are of the chosen breaker and phase."""
+    rows = read_manifest(table, events)
     for name, value in chosen.items():
         there = sorted({getattr(operation, name) for _, operation in rows})
         shown = ", ".join(printable(each) or "(empty)" for each in there)
@@ -86,12 +136,7 @@ def _from_table(folder: Path, motion: str, chosen: dict[str, str | None]) -> lis
         if value is not None and value not in there:
             raise ValueError(f"endurance.{name} is {value}, but {table} has {shown}")
         rows = [row for row in rows if value is None or getattr(row[1], name) == value]
-    operations = [operation for of, operation in rows if of == motion]
-    if not operations:
-        raise FileNotFoundError(
-            f"{table} has no operation of motion {motion}; add its rows, or leave it out of motions"
-        )
-    return operations
+    return rows
 
 
 def _from_names(folder: Path) -> list[Operation]:

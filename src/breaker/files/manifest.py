@@ -6,15 +6,14 @@ Light to import.
 import csv
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from io import StringIO
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.files.dates import iso_date
+from breaker.files.cells import READ, event_reader
 from breaker.files.guards import RejectedCurveError, printable, read_bytes
-from breaker.files.naming import LARGEST_COUNTER
 
 if TYPE_CHECKING:  # xarray takes longer to load than all of this
     import xarray as xr
@@ -44,8 +43,6 @@ PROPOSED = (*REQUIRED, "channel", *ABOUT, "from", "to")
 COLUMNS = (*PROPOSED, *SWITCHING.values(), "timing_sd", "trigger")
 """Columns that the table may have; the first three it must have."""
 
-_MOTIONS = ("closing", "opening")
-_LONGEST = 200  # signs of a text
 _SHOWN = 10  # mistakes in a message
 
 
@@ -62,7 +59,7 @@ class Operation:
         breaker, phase: Names, where a table gives them.
         date: Date and time as ISO 8601.
         temperature: Of the drive, °C.
-        event: What was done before this operation, such as maintenance or remounting.
+        event: What was done before this operation, since the one before it: see ``event_words``.
         switching: When the main contact touched or parted, ms of the file's time; nan if not given.
         timing_sd: Its standard deviation, ms; that of ``endurance.format`` if nan.
         trigger: When the coil was energised, ms of the file's time; nan if not given.
@@ -92,11 +89,17 @@ def known_about(data: "xr.Dataset") -> list[str]:
     ]
 
 
-def read_manifest(file: str | Path) -> list[tuple[str, Operation]]:
+def read_manifest(
+    file: str | Path, events: Collection[str] | None = None
+) -> list[tuple[str, Operation]]:
     """Read the table of a folder.
 
     The text is UTF-8, with or without a byte order mark; commas or semicolons separate its cells.
     Where semicolons do, a comma may be the decimal sign.
+
+    Args:
+        file: The table.
+        events: Events that it may name beside the usual ones; None for any text.
 
     Returns:
         Motion and operation of each row. That the files are there is not looked at.
@@ -112,8 +115,9 @@ def read_manifest(file: str | Path) -> list[tuple[str, Operation]]:
     if not wrong and not rows:
         wrong.append("line 1: no operation follows the names of the columns; add one row for each")
     lines: dict[tuple, int] = {}
+    readers = READ if events is None else READ | {"event": event_reader(events)}
     for line, cells in rows if not wrong else ():
-        row, mistakes = _row(names, cells, file.parent)
+        row, mistakes = _row(names, cells, file.parent, readers)
         wrong += [f"line {line}, {mistake}" for mistake in mistakes]
         if mistakes:
             continue
@@ -192,7 +196,7 @@ def _wrong_names(names: list[str]) -> Iterator[str]:
 
 
 def _row(
-    names: list[str], cells: list[str], folder: Path
+    names: list[str], cells: list[str], folder: Path, readers: Mapping[str, Callable]
 ) -> tuple[tuple[str, Operation] | None, list[str]]:
     """Motion and operation of a row, and what is wrong with it, by column."""
     if len(cells) != len(names):
@@ -205,7 +209,7 @@ def _row(
         if not cell and name not in REQUIRED:
             continue
         try:
-            read[name] = _READ[name](cell)
+            read[name] = readers[name](cell)
         except ValueError as error:
             mistakes.append(f"column {name}: {error}")
     begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
@@ -222,77 +226,3 @@ def _row(
     file, motion, number = (read.pop(name) for name in REQUIRED)
     read |= {"begin": begin, "end": end, "switching": switching.get(motion, math.nan)}
     return (motion, Operation(number, folder / file, **read)), []
-
-
-def _file(cell: str) -> str:
-    """A path in the folder, with / between its parts."""
-    _text(cell)
-    if not cell:
-        raise ValueError("is empty; name the file of the record")
-    parts = PurePosixPath(cell).parts
-    if ".." in parts or PurePosixPath(cell).is_absolute() or PureWindowsPath(cell).drive:
-        raise ValueError(
-            f"{cell!r} is not in the folder of the table; put it there, and name it from there"
-        )
-    if "\\" in cell:
-        raise ValueError(f"{cell!r} has a \\; write / between folder and file")
-    return cell
-
-
-def _motion(cell: str) -> str:
-    if cell.lower() not in _MOTIONS:
-        raise ValueError(f"{cell!r} is neither {' nor '.join(_MOTIONS)}")
-    return cell.lower()
-
-
-def _counter(cell: str) -> int:
-    if not re.fullmatch("[0-9]+", cell):
-        raise ValueError(f"{cell!r} is no counter; write it with the digits 0 to 9 only")
-    if len(cell) > 20 or int(cell) > LARGEST_COUNTER:
-        raise ValueError(
-            f"{cell} is no counter of operations, which is at most {LARGEST_COUNTER}; count "
-            "operations from 1, and write dates into the column date"
-        )
-    return int(cell)
-
-
-def _number(least: float, most: float, unit: str) -> Callable[[str], float]:
-    """A reader of numbers of a range."""
-
-    def read(cell: str) -> float:
-        if not re.fullmatch(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?", cell):
-            raise ValueError(f"{cell!r} is no number; write it as 21.5 or -3")
-        value = float(cell)
-        if not least <= value <= most:
-            raise ValueError(f"{cell} is not between {least:g} and {most:g} {unit}")
-        return value
-
-    return read
-
-
-def _text(cell: str) -> str:
-    if not cell.isprintable():
-        raise ValueError(f"{cell!r} has signs that cannot be printed; remove them")
-    if len(cell) > _LONGEST:
-        raise ValueError(f"has {len(cell)} signs; use at most {_LONGEST}")
-    return cell
-
-
-_TIME = _number(-1e7, 1e7, "ms")
-_READ: dict[str, Callable] = {
-    "file": _file,
-    "motion": _motion,
-    "operation": _counter,
-    "channel": _text,
-    "breaker": _text,
-    "phase": _text,
-    "date": iso_date,
-    "temperature": _number(-90.0, 150.0, "°C"),
-    "event": _text,
-    "from": _TIME,
-    "to": _TIME,
-    "touch_time": _TIME,
-    "part_time": _TIME,
-    "timing_sd": _number(0.01, 10.0, "ms"),
-    "trigger": _TIME,
-}

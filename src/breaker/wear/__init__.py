@@ -9,6 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "events": ["Event"],
         "learned": ["Learned", "by_phase", "phases"],
         "lifetime": ["remaining_life"],
         "series": ["Series", "likelihood", "series_of"],

@@ -24,7 +24,7 @@ import numpy as np
 from breaker.mechanism import NAMES
 from breaker.wear.lines import evidence, thin, update
 
-__all__ = ["KINDS", "PER", "Hypotheses", "Tracker"]
+__all__ = ["FIRST", "KINDS", "PER", "Hypotheses", "Tracker"]
 
 KINDS = (*NAMES, "all")
 """Kinds of change of a drive: of the slope of one parameter, or of everything."""
@@ -32,7 +32,9 @@ KINDS = (*NAMES, "all")
 PER = 1000.0
 """Operations in the unit of slopes."""
 
-_FIRST = -1  # kind of the first segment, which no change began
+FIRST = -1
+"""Kind of a segment that no change began: the first, or the first after a known event."""
+
 _RARE = 1e-6  # least weight of a scatter, so that it can become likely again
 _HOPELESS = 25.0  # log weight below the best one from which a hypothesis is dropped,
 _YOUNG = 50.0  # unless it is of that age or less, operations
@@ -162,7 +164,7 @@ class Tracker:
             mean=np.zeros((k, 2 * p)),
             cov=np.tile(prior, (k, 1, 1)),
             start=np.full(k, operation),
-            kind=np.full(k, _FIRST),
+            kind=np.full(k, FIRST),
             scatter=np.arange(k),
         )
 

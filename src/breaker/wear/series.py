@@ -8,6 +8,7 @@ import xarray as xr
 
 from breaker.mechanism import NAMES
 from breaker.model import Model, climb
+from breaker.wear.events import Event
 from breaker.wear.reference import Reference, onset_of
 
 __all__ = ["Series", "likelihood", "series_of"]
@@ -26,11 +27,25 @@ class Series:
             there is no record that can be used.
         outputs: Means of each motion's own posteriors, standardised, ``(o, q)``, from which modes
             are searched; nan where there is none.
+        events: What was done before operations, by their number; None if nothing was.
     """
 
     operations: np.ndarray
     records: Mapping[str, np.ndarray]
     outputs: Mapping[str, np.ndarray]
+    events: Mapping[int, Event] | None = None
+
+    def event(self, i: int) -> Event:
+        """What was done before operation ``i`` of the series; ``Event("")`` if nothing was."""
+        return (self.events or {}).get(int(self.operations[i]), Event(""))
+
+    def alike(self, places: np.ndarray) -> np.ndarray:
+        """Return the most of given places ``(n,)`` that have no event between them."""
+        if not self.events or not places.size:
+            return places
+        renewed = [self.event(i).renews for i in range(int(places[-1]) + 1)]
+        spells = np.cumsum(renewed)[places]
+        return places[spells == np.bincount(spells).argmax()]
 
     def usable(self, motion: str) -> np.ndarray:
         """Say which operations have a record and a posterior of a motion, ``(o,)``."""
@@ -38,7 +53,10 @@ class Series:
 
 
 def series_of(
-    models: Mapping[str, Model], data: Mapping[str, xr.Dataset], usable: Mapping[str, np.ndarray]
+    models: Mapping[str, Model],
+    data: Mapping[str, xr.Dataset],
+    usable: Mapping[str, np.ndarray],
+    events: Mapping[int, Event] | None = None,
 ) -> Series:
     """Return the series of measured operations.
 
@@ -46,6 +64,7 @@ def series_of(
         models: Joint model of each motion.
         data: What ``decisions.align`` returns of each motion, for the same operations.
         usable: Which of them have a posterior, ``(o,)``.
+        events: What was done before which of them.
     """
     records, outputs = {}, {}
     for motion, model in models.items():
@@ -54,7 +73,7 @@ def series_of(
         outputs[motion] = np.full((len(there), len(model.names)), np.nan)
         draws = data[motion].draws.values[there].astype(np.float64)
         outputs[motion][there] = model.standardise(draws).mean(axis=1)
-    return Series(next(iter(data.values())).operation.values, records, outputs)
+    return Series(next(iter(data.values())).operation.values, records, outputs, events)
 
 
 def likelihood(

@@ -32,8 +32,8 @@ class State:
         hypotheses: Hypotheses after the last operation.
         reference: Where the trend started, None before there is a record.
         seen: Number of operations that were learnt from.
-        first: Number of the first.
-        alarms: Numbers of the operations at which a change was noticed, the last two.
+        first: Number of the first of all, or of the first after the last known event.
+        alarms: Numbers of the operations since then at which a change was noticed, the last two.
         difference: What is known of the drive's difference from the model; None where the model is
             held to be right, or before there is a record.
         watch: What the next operation is compared with; likewise.
@@ -49,7 +49,7 @@ class State:
 
     @property
     def since(self) -> int:
-        """Operation of the last alarm, the first of all without one."""
+        """Operation of the last alarm or known event, the first of all without any."""
         return self.alarms[-1] if self.alarms else self.first
 
     def to_dataset(self) -> xr.Dataset:

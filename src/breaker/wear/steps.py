@@ -60,6 +60,14 @@ class Watch:
         empty, none = np.zeros(0), np.zeros((0, size))
         return cls(empty, none, freedom * np.eye(size), freedom, empty, none)
 
+    def anew(self) -> "Watch":
+        """Return the watch before an operation that need not be as the last ones were.
+
+        How much operations scatter goes on.
+        """
+        empty, none = self.operations[:0], self.seen[:0]
+        return replace(self, operations=empty, seen=none, suspects=empty, suspected=none)
+
     def p_value(self, operation: float, said: np.ndarray) -> tuple[float, np.ndarray]:
         """Return how probable something farther from the line is, and the residual, ``(k,)``.
 

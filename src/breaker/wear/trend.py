@@ -24,6 +24,7 @@ from breaker.model import Model, Prior, generator
 from breaker.wear import rows
 from breaker.wear.changepoint import Hypotheses, Tracker
 from breaker.wear.difference import Difference
+from breaker.wear.events import after_event
 from breaker.wear.learned import PHASES, Learned
 from breaker.wear.lifetime import Horizon, Remaining, remaining_life
 from breaker.wear.reference import find_reference, onset_of
@@ -92,7 +93,7 @@ class Follower:
         """
         first = int(series.operations[0])
         usable = np.logical_and.reduce([series.usable(motion) for motion in self.models])
-        used = np.flatnonzero(usable)[: self.settings["baseline"]]
+        used = series.alike(np.flatnonzero(usable)[: self.settings["baseline"]])
         reference = None
         if used.size:
             records = {motion: series.records[motion][used] for motion in self.models}
@@ -126,8 +127,9 @@ class Follower:
             (percent per thousand operations) and their 90 % intervals; ``scatter`` (percent) and
             ``outlier``; ``run_length_probability`` over ``age``; ``change_probability``, ``alarm``;
             ``start_interval`` and ``kind_probability`` of the segment's beginning, by now;
-            ``remaining``, ``toward`` and ``beyond`` of each limit, and the ``value`` of each of
-            their parts; ``surprise``, ``step`` and ``step_size`` of each phase (see ``steps``).
+            ``event``, what a known event starts anew, in words; ``remaining``, ``toward`` and
+            ``beyond`` of each limit, and the ``value`` of each of their parts; ``surprise``,
+            ``step`` and ``step_size`` of each phase (see ``steps``).
             Motions that differ are not followed: then there is no operation in it.
         """
         if state.reference is None:
@@ -158,8 +160,10 @@ class Follower:
         Returns:
             The state after it, its row of results and the remaining lives.
         """
-        operation, p = int(series.operations[i]), len(NAMES)
-        hypotheses = self.tracker.predict(state.hypotheses, operation)
+        operation, p, event = int(series.operations[i]), len(NAMES), series.event(i)
+        state = replace(state, hypotheses=self.tracker.predict(state.hypotheses, operation))
+        state = after_event(event, state, self.tracker, self.learned)
+        hypotheses = state.hypotheses
         level, cov = hypotheses.level()
         predicted = None if state.seen < self.settings["baseline"] else (level[:p], cov[:p, :p])
         there = {m: model for m, model in self._known(state).items() if usable[m][i]}
@@ -181,6 +185,7 @@ class Follower:
             left = left.unknown()  # before the first record there is the prior alone
         row = rows.row(told, left, self.tracker, self.prior, self.horizon)
         row |= {"change_probability": ((), changed), "alarm": ((), alarm), "outlier": ((), outlier)}
+        row |= {"event": ((), event.told(operation))}
         return state, row | compared, left
 
     def _known(self, state: State) -> Mapping[str, Model]:

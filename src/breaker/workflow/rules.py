@@ -165,14 +165,18 @@ def _choice(choice: str | None, curves: str | None) -> str | None:
 
 
 def _curves(
-    curves: str | None, motions: Sequence[str], breaker: str | None, phase: str | None
+    curves: str | None,
+    motions: Sequence[str],
+    breaker: str | None,
+    phase: str | None,
+    events: Mapping[str, Sequence[str]],
 ) -> str | None:
     if curves is None:
         return None
     wrong = []
     for motion in motions:
         try:
-            list_operations(curves, motion, breaker=breaker, phase=phase)
+            list_operations(curves, motion, breaker=breaker, phase=phase, events=events)
         except (OSError, ValueError) as error:
             wrong.append(str(error))
     # A table is wrong for both motions alike.
@@ -215,6 +219,12 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("limits", "motions", "speeds"), _limits),
     (("known", "speeds", "endurance.posterior"), _known),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
-    (("endurance.curves", "motions", "endurance.breaker", "endurance.phase"), _curves),
+    (
+        (
+            *("endurance.curves", "motions", "endurance.breaker", "endurance.phase"),
+            "endurance.events",
+        ),
+        _curves,
+    ),
     *MAGNITUDES,
 )

@@ -1,0 +1,129 @@
+"""What may be in a cell of the table ``operations.csv``, by column, and what it means.
+
+Light to import.
+"""
+
+import re
+from collections.abc import Callable, Collection
+from pathlib import PurePosixPath, PureWindowsPath
+
+from breaker.files.dates import iso_date
+from breaker.files.naming import LARGEST_COUNTER
+
+__all__ = ["EVENTS", "MOTIONS", "READ", "event_reader", "event_words"]
+
+_FRICTION = ("gamma_a", "gamma_b")
+EVENTS: dict[str, tuple[str, ...]] = {
+    "maintenance, overhaul, repair, adjusted, adjustment": ("all",),
+    "greased, greasing, lubricated, lubrication": _FRICTION,
+    "opening spring replaced": ("k_a",),
+    "contact spring replaced": ("k_b", "gamma_b"),
+    "closing spring replaced": ("f",),
+    "contacts replaced, interrupter replaced": ("mu", "k_b", "gamma_b", "L"),
+    "remounted, remounting, transducer remounted, transducer replaced": ("transducer",),
+    "inspected, inspection, cleaned": (),
+}
+"""Usual events, and what starts anew: parameters, all of them, or what the transducer shows."""
+
+MOTIONS = ("closing", "opening")
+_LONGEST = 200  # signs of a text
+
+
+def event_words(event: str) -> tuple[str, ...]:
+    """Return the events in a cell, which commas, semicolons or plus signs separate.
+
+    >>> event_words("Greased; spring-replaced")
+    ('greased', 'spring replaced')
+    """
+    found = (" ".join(re.split(r"[\s_-]+", each.strip())) for each in re.split("[,;+]", event))
+    return tuple(dict.fromkeys(each.lower() for each in found if each))
+
+
+def event_reader(known: Collection[str]) -> Callable[[str], str]:
+    """A reader of cells that name usual events, or others that are known."""
+    known = sorted({word for each in (*EVENTS, *known) for word in event_words(each)})
+
+    def read(cell: str) -> str:
+        for word in event_words(_text(cell)):
+            if word not in known:
+                raise ValueError(
+                    f"{word!r} is no event that is known: {', '.join(known)}; write one of these, "
+                    "several with commas between, or say in endurance.events what it starts anew"
+                )
+        return cell
+
+    return read
+
+
+def _file(cell: str) -> str:
+    """A path in the folder, with / between its parts."""
+    _text(cell)
+    if not cell:
+        raise ValueError("is empty; name the file of the record")
+    parts = PurePosixPath(cell).parts
+    if ".." in parts or PurePosixPath(cell).is_absolute() or PureWindowsPath(cell).drive:
+        raise ValueError(
+            f"{cell!r} is not in the folder of the table; put it there, and name it from there"
+        )
+    if "\\" in cell:
+        raise ValueError(f"{cell!r} has a \\; write / between folder and file")
+    return cell
+
+
+def _motion(cell: str) -> str:
+    if cell.lower() not in MOTIONS:
+        raise ValueError(f"{cell!r} is neither {' nor '.join(MOTIONS)}")
+    return cell.lower()
+
+
+def _counter(cell: str) -> int:
+    if not re.fullmatch("[0-9]+", cell):
+        raise ValueError(f"{cell!r} is no counter; write it with the digits 0 to 9 only")
+    if len(cell) > 20 or int(cell) > LARGEST_COUNTER:
+        raise ValueError(
+            f"{cell} is no counter of operations, which is at most {LARGEST_COUNTER}; count "
+            "operations from 1, and write dates into the column date"
+        )
+    return int(cell)
+
+
+def _number(least: float, most: float, unit: str) -> Callable[[str], float]:
+    """A reader of numbers of a range."""
+
+    def read(cell: str) -> float:
+        if not re.fullmatch(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?", cell):
+            raise ValueError(f"{cell!r} is no number; write it as 21.5 or -3")
+        value = float(cell)
+        if not least <= value <= most:
+            raise ValueError(f"{cell} is not between {least:g} and {most:g} {unit}")
+        return value
+
+    return read
+
+
+def _text(cell: str) -> str:
+    if not cell.isprintable():
+        raise ValueError(f"{cell!r} has signs that cannot be printed; remove them")
+    if len(cell) > _LONGEST:
+        raise ValueError(f"has {len(cell)} signs; use at most {_LONGEST}")
+    return cell
+
+
+_TIME = _number(-1e7, 1e7, "ms")
+READ: dict[str, Callable] = {
+    "file": _file,
+    "motion": _motion,
+    "operation": _counter,
+    "channel": _text,
+    "breaker": _text,
+    "phase": _text,
+    "date": iso_date,
+    "temperature": _number(-60.0, 120.0, "°C"),
+    "event": _text,
+    "from": _TIME,
+    "to": _TIME,
+    "touch_time": _TIME,
+    "part_time": _TIME,
+    "timing_sd": _number(0.01, 10.0, "ms"),
+    "trigger": _TIME,
+}
