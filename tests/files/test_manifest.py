@@ -171,5 +171,6 @@ def test_events_are_of_those_that_are_known(tmp_path):
     assert str(caught.value).startswith(
         f"{file} is wrong:\n  line 3, column event: 'painted' is no"
     )
-    assert "greased, spring replaced; write one of these" in str(caught.value)
+    assert "greased, " in str(caught.value)
+    assert "repair, spring replaced, transducer" in str(caught.value)
     assert "endurance.events" in str(caught.value)

@@ -195,7 +195,7 @@ def test_words(text, words):
     assert bool(told) == bool(words)
 
 
-def test_an_event_without_a_meaning_is_refused(meanings):
+def test_an_event_without_a_meaning_is_refused():
     with pytest.raises(ValueError, match=r"endurance\.events has no painted; add what starts"):
         Event.from_text("greased, painted", {"oiled": ["gamma_a"]})
 
