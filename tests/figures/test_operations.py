@@ -74,8 +74,9 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
     names, words_of = limits(count)
     starts = np.round(np.array(changes) * operations)
     level = rng.uniform(1.0, 2.0, (operations, 7))
-    held = rng.random((operations, 12))
-    ages = np.geomspace(1.0, 1.2 * operations, 13)
+    latest = np.full(operations, np.nan)
+    for start in starts:
+        latest[operation >= start + 4] = start
     failure = np.array([1.1, 1.6, 0.98, 1.3, 1.2, 2.0, 0.9, 1.4])[:count] * operations
     left = np.maximum(failure - operation[:, None], 0.0)[..., None]
     toward = np.tile(operation[:, None] > starts.min(initial=operations), (1, count))
@@ -87,10 +88,7 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
             "level": (each, level),
             "level_interval": ((*each, "bound"), level[..., None] + bounds),
             "median": (each, level + 0.3 * rng.standard_normal(level.shape)),
-            "run_length_probability": (
-                ("operation", "age"),
-                held / held.sum(axis=1, keepdims=True),
-            ),
+            "start_interval": (("operation", "quantile"), latest[:, None] + [-3.0, 0.0, 2.0]),
             "change_probability": ("operation", rng.random(operations)),
             "alarm": ("operation", np.isin(operation, starts + 4)),
             "change_alarm": ("change", starts + 4),
@@ -111,8 +109,6 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
             "kind": KINDS,
             "limit": names,
             "quantile": QUANTILES,
-            "age_lower": ("age", ages[:-1]),
-            "age_upper": ("age", ages[1:]),
         },
         {"alarm_level": 0.9, "horizon": 1.2 * operations, "notice": 20, "toward_level": 0.9},
     )
@@ -129,12 +125,8 @@ def true_values(last):
 
 
 def drawn_truth(axis):
-    """Values of the line of the stand-in's truth, if there is one."""
-    return [
-        line.get_ydata()
-        for line in axis.lines
-        if line.get_linestyle() == "--" and line.get_color() == style.MEASURED
-    ]
+    """Values of the marks of the stand-in's truth, if there are any."""
+    return [line.get_ydata() for line in axis.lines if line.get_gid() == style.TRUTH]
 
 
 @pytest.mark.parametrize("count", [1, 8])
@@ -204,7 +196,8 @@ def starts_drawn(axis):
 def test_changes_are_drawn_where_they_are_and_told(changes, title):
     data, _ = trend_data(200, changes)
     figure = changepoint(data, source="opening")
-    assert figure.get_suptitle() == f"Opening: change points of the wear\n{title}"
+    assert figure.get_suptitle().startswith("Opening: change points of the wear\nfollowed: ")
+    assert figure.get_suptitle().endswith(f"\n{title}")
     assert_nothing_overlaps(figure)
     *series, told, ages, probability = figure.axes
     assert len(series) == len(NAMES)
@@ -221,12 +214,9 @@ def test_changes_are_drawn_where_they_are_and_told(changes, title):
         np.testing.assert_allclose(
             np.reshape(boxes(axis, "#7A35D0"), (-1, 2)), data.change_interval
         )
-    image = ages.collections[0]
-    np.testing.assert_array_equal(image.get_array(), data.run_length_probability.T)
-    likeliest = data.run_length_probability.values.argmax(axis=1)
+    known = data.start_interval.sel(quantile=0.5).fillna(1.0)  # from the first operation before
     drawn = line_of(ages, style.WARNING).get_ydata()
-    assert np.all(drawn > data.age_lower.values[likeliest])
-    assert np.all(drawn < data.age_upper.values[likeliest])
+    np.testing.assert_array_equal(drawn, data.operation - known)
     alarms = line_of(probability, style.WARNING, "v").get_xdata()
     np.testing.assert_array_equal(alarms, data.change_alarm)
     expected = ["No change found."] if not changes else []
@@ -246,7 +236,7 @@ def test_words_of_a_change():
         },
         {"kind": KINDS},
     )
-    expected = "operation 1761 (1745–1772)", r"$\gamma_a$ 0.62, $f$ 0.30, all 0.06"
+    expected = "operation 1,761 (1,745 to 1,772)", r"$\gamma_a$ 0.62, $f$ 0.30, all 0.06"
     assert change_words(change) == expected
 
 
@@ -287,14 +277,32 @@ def test_steps_are_drawn_where_they_are_and_told_first():
     assert_nothing_overlaps(many)
 
 
-def test_ages_from_zero_to_infinity_and_operations_without_any():
-    """A logarithmic axis holds neither; an operation without a posterior leaves a gap."""
-    data, _ = trend_data(60, ())
-    data.age_lower[0], data.age_upper[-1] = 0.0, np.inf
-    data.run_length_probability[7] = np.nan
-    axis = changepoint(data, source="closing").axes[8]
-    assert 0 < axis.get_ylim()[0] < axis.get_ylim()[1] < np.inf
-    assert 8 not in line_of(axis, style.WARNING).get_xdata()
+def test_ages_that_are_not_known_any_more_are_a_gap():
+    data, _ = trend_data(60, (0.5,))
+    data.start_interval[50] = np.nan
+    drawn = line_of(changepoint(data, source="closing").axes[8], style.WARNING).get_ydata()
+    assert np.flatnonzero(np.isnan(drawn)).tolist() == [50]
+
+
+def test_dots_and_the_first_band_do_not_dwarf_the_level():
+    """A dot far away, and a prior a hundred times as wide as what is known later, are cut off."""
+    data, _ = trend_data(200)
+    data.level_interval[0] += np.array([-100.0, 100.0])
+    data["median"][7] = 50.0
+    truth = true_values(200).sel(parameter=["L"])
+    figure = changepoint(data, source="opening", truth=truth)
+    for axis, name in zip(figure.axes, NAMES, strict=False):
+        low, high = axis.get_ylim()
+        assert low < data.level.sel(parameter=name).min()
+        assert high > data.level.sel(parameter=name).max()
+        assert low > -1.0
+        assert high < (14.0 if name == "L" else 4.0)  # the truth of L is never cut off
+    assert figure.axes[6].get_ylim()[1] > truth.max()
+
+
+def test_a_single_operation_has_a_figure():
+    data, _ = trend_data(1, ())
+    assert_nothing_overlaps(changepoint(data, source="closing", truth=true_values(1)))
 
 
 def test_remaining_life_and_truth_are_drawn_where_they_are():

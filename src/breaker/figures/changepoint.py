@@ -1,11 +1,10 @@
-"""Change points of the wear and steps: series, posterior of the run length, alarms."""
+"""Change points of the wear and steps: what is followed, since when it wears so, alarms."""
 
 from textwrap import wrap
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 
 from breaker.figures import style
@@ -14,6 +13,7 @@ __all__ = ["change_words", "changepoint"]
 
 _CHANGE = "#7A35D0"
 _TITLE = "change points of the wear"
+_FOLLOWED = "followed: the level of each parameter, without the scatter of single operations"
 _STEP = {"color": style.MEASURED, "ls": ":", "lw": 1.6}
 _LINES, _WIDTH = 12, 46  # lines beside the panels that describe steps and changes; characters
 _KINDS = 3  # likeliest kinds of a change that are named,
@@ -22,16 +22,16 @@ _LEAST = 0.05  # of at least this probability
 
 @style.styled
 def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = None) -> Figure:
-    """Draw the tracked parameters with their changes, and the posterior of the run length.
+    """Draw the levels that are followed with their changes, and how long the wear has been so.
 
     Args:
         trend: ``level`` and, of one motion, ``median`` ``(operation, parameter)``,
-            ``level_interval (operation, parameter, bound)``, ``run_length_probability (operation,
-            age)`` with coordinates ``age_lower`` and ``age_upper`` of bins that touch,
-            ``change_probability`` and ``alarm`` ``(operation)``; of each change ``change_alarm``,
-            ``change_start`` ``(change)``, ``change_interval (change, bound)`` and ``change_kind
-            (change, kind)``, of each step ``jump_noticed``, ``jump_from`` and ``jump_words``
-            ``(jump)``; attribute ``alarm_level``.
+            ``level_interval (operation, parameter, bound)``, ``start_interval (operation,
+            quantile)`` at 0.05, 0.5 and 0.95, when the present wear began, nan while no change is
+            known, ``change_probability`` and ``alarm`` ``(operation)``; of each change
+            ``change_alarm``, ``change_start`` ``(change)``, ``change_interval (change, bound)`` and
+            ``change_kind (change, kind)``, of each step ``jump_noticed``, ``jump_from`` and
+            ``jump_words`` ``(jump)``; attribute ``alarm_level``.
         source: Where the series come from: "closing", "opening" or "both".
         truth: True parameters of the stand-in, ``(operation, parameter)``; None for real
             measurements.
@@ -45,8 +45,8 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
         return _not_followed(source)
     names = [str(name) for name in trend["parameter"].values]
     rows = -(-(len(names) + 1) // 4)  # one place more, for the words
-    figure = style.new_figure(14.4, 2.5 * rows + 6.2)
-    grid = figure.add_gridspec(rows + 2, 4, height_ratios=(*[1.0] * rows, 1.25, 0.75))
+    figure = style.new_figure(14.4, 2.6 * rows + 4.9)
+    grid = figure.add_gridspec(rows + 2, 4, height_ratios=(*[1.0] * rows, 0.75, 0.75))
     upper = [figure.add_subplot(grid[i // 4, i % 4]) for i in range(len(names))]
     words = figure.add_subplot(grid[len(names) // 4, len(names) % 4])
     ages = figure.add_subplot(grid[rows, :])
@@ -54,12 +54,14 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
     for axis, name in zip(upper, names, strict=True):
         _series(axis, trend.sel(parameter=name), name)
         style.draw_truth(axis, truth, name)
-    _run_lengths(ages, trend)
+        _zoom(axis, trend.sel(parameter=name))
+    _ages(ages, trend)
     _probability(probability, trend)
     ends = style.edges(trend["operation"].values)
     for axis in (*upper, ages, probability):
         _changes(axis, trend)
         axis.set(xlim=(ends[0], ends[-1]), xlabel="operation")
+        axis.xaxis.set_major_formatter("{x:,.0f}")
     ages.set_xlabel("")
     ages.tick_params(labelbottom=False)
     _tell(words, trend)
@@ -67,7 +69,7 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
     found = ("no change found", "1 change found")[count] if count < 2 else f"{count} changes found"
     steps = trend.sizes["jump"]
     found += ("", ", 1 step")[steps] if steps < 2 else f", {steps} steps"
-    style.heading(figure, source, _TITLE, found)
+    style.heading(figure, source, _TITLE, f"{_FOLLOWED}\n{found}")
     style.legend_below(figure, _handles(trend, truth is not None), columns=5)
     return figure
 
@@ -85,8 +87,8 @@ def change_words(change: xr.Dataset) -> tuple[str, str]:
     """Describe a change: operation with its 90 % interval, and what changed, with probabilities."""
     lower, upper = change["change_interval"].values
     if not np.isfinite(change["change_start"].item()):
-        return f"noticed at {change['change_alarm'].item()}", "taken back by later operations"
-    where = f"operation {change['change_start'].item():.0f} ({lower:.0f}–{upper:.0f})"
+        return f"noticed at {change['change_alarm'].item():,}", "taken back by later operations"
+    where = f"operation {change['change_start'].item():,.0f} ({lower:,.0f} to {upper:,.0f})"
     probability = change["change_kind"].values
     likely = [i for i in np.argsort(-probability)[:_KINDS] if probability[i] >= _LEAST]
     kinds = change["kind"].values
@@ -119,30 +121,29 @@ def _changes(axis: Axes, trend: xr.Dataset) -> None:
         axis.axvline(operation, **_STEP, zorder=1.7)
 
 
-def _run_lengths(axis: Axes, trend: xr.Dataset) -> None:
-    """Draw the posterior of the run length, an image whose cells are operations and bins of age."""
+def _zoom(axis: Axes, one: xr.Dataset) -> None:
+    """Show level, band and truth; dots, and the first band, which is the prior, may be cut off."""
+    band = one["level_interval"].values
+    drawn = [np.nanquantile(band, [0.02, 0.98]), one["level"].values]
+    drawn += [line.get_ydata() for line in axis.lines if line.get_gid() == style.TRUTH]
+    values = np.concatenate([np.asarray(each, dtype=float) for each in drawn])
+    low, high = np.nanmin(values), np.nanmax(values)
+    room = 0.06 * (high - low) or 1e-3 * abs(high) or 1.0
+    axis.set_ylim(low - room, high + room)
+
+
+def _ages(axis: Axes, trend: xr.Dataset) -> None:
+    """Draw for how many operations the wear has been as it is, as was known at each operation."""
     operation = trend["operation"].values
-    ages = np.append(trend["age_lower"].values, trend["age_upper"].values[-1]).astype(float)
-    if ages[0] <= 0.0:  # a logarithmic axis has no place for it
-        ages[0] = ages[1] / 2
-    if not np.isfinite(ages[-1]):
-        ages[-1] = max(2 * ages[-2], operation[-1] - operation[0] + 1.0)
-    held = trend["run_length_probability"].transpose("age", "operation").values
-    scale = PowerNorm(0.5, vmin=0.0, vmax=1.0)
-    image = axis.pcolormesh(style.edges(operation), ages, held, cmap="Blues", norm=scale)
-    known = np.isfinite(held).all(axis=0)
-    likeliest = held[:, known].argmax(axis=0)
-    middle = np.sqrt(ages[:-1] * ages[1:])[likeliest]
-    axis.plot(operation[known], middle, color=style.WARNING, lw=1.3, drawstyle="steps-mid")
-    reached = np.nonzero((held > 1e-3).any(axis=1))[0]
-    top = ages[reached[-1] + 1] if reached.size else ages[-1]
-    axis.set(yscale="log", ylim=(ages[0], top), ylabel="age of the segment (operations)")
-    axis.set_title("how long ago the last change was", loc="left")
-    axis.yaxis.set_major_formatter("{x:,g}")
-    axis.grid(visible=False)
-    bar = axis.figure.colorbar(image, cax=axis.inset_axes([1.008, 0.0, 0.012, 1.0]))
-    bar.set_label("probability")
-    bar.set_ticks([0.0, 0.01, 0.1, 0.3, 0.6, 1.0], labels=["0", "0.01", "0.1", "0.3", "0.6", "1"])
+    start = trend["start_interval"].transpose("operation", "quantile").values.copy()
+    first_known = np.append(np.flatnonzero(np.isfinite(start[:, 1])), len(start))[0]
+    start[:first_known] = operation[0]  # no change known: as from the beginning
+    oldest, middle, youngest = (operation[:, None] - start).T
+    axis.fill_between(operation, youngest, oldest, color=style.WARNING, alpha=0.2, lw=0)
+    axis.plot(operation, middle, color=style.WARNING, lw=1.5)
+    axis.set(ylim=(0.0, None), ylabel="operations")
+    axis.yaxis.set_major_formatter("{x:,.0f}")
+    axis.set_title("how long the wear has been as it is, as known at each operation", loc="left")
 
 
 def _probability(axis: Axes, trend: xr.Dataset) -> None:
@@ -168,7 +169,7 @@ def _tell(axis: Axes, trend: xr.Dataset) -> None:
     for i in range(trend.sizes["change"]):
         one = trend.isel(change=i)
         where, what = change_words(one)
-        alarm = f"alarm at {one['change_alarm'].item():.0f}"
+        alarm = f"alarm at {one['change_alarm'].item():,.0f}"
         told.append([(where, "bold"), (f"   {what}; {alarm}" if what else f"   {alarm}", "normal")])
     lengths = np.cumsum([len(each) for each in told])
     shown = int((lengths <= _LINES).sum())
@@ -207,7 +208,8 @@ def _handles(trend: xr.Dataset, with_truth: bool) -> list:
         handles.append(style.line_key("step", _STEP["color"], ls=_STEP["ls"], lw=_STEP["lw"]))
         handles.append(style.dot_key("step noticed", style.MEASURED, "D", ms=7))
     handles += [
-        style.line_key("most probable age", style.WARNING, lw=1.3),
+        style.line_key("operations since the last change", style.WARNING, lw=1.5),
+        style.band_key("its 90 % interval", style.WARNING, 0.2),
         style.line_key(f"alarm level {trend.attrs['alarm_level']:g}", ls="--", lw=1.0),
     ]
     if bool(trend["alarm"].any()):

@@ -55,7 +55,9 @@ _SOURCES = {
     "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
 }
 _LETTERS = 8.2  # of a title, per inch of its figure
-_TRUTH = {"color": MEASURED, "ls": (0, (5, 2)), "lw": 1.1}
+TRUTH = "truth"  # by which its marks are found
+_TRUTH = {"color": MEASURED, "ls": "", "marker": "o", "mfc": "none", "ms": 4.5, "mew": 0.8}
+_TRUTHS = 24  # marks
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -209,7 +211,8 @@ def draw_truth(axis: Axes, truth: xr.DataArray | None, name: str) -> None:
     """Draw the true values ``(operation, parameter)`` of a parameter, if there are any."""
     if truth is not None and name in truth["parameter"].values:
         values = truth.sel(parameter=name)
-        axis.plot(values["operation"], values, **_TRUTH)
+        every = max(1, values.sizes["operation"] // _TRUTHS)
+        axis.plot(values["operation"], values, markevery=every, gid=TRUTH, **_TRUTH)
 
 
 def draw_intervals(
