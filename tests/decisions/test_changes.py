@@ -5,10 +5,18 @@ import pandas as pd
 import pytest
 
 from breaker.decisions.alarms import alarm_table
-from breaker.decisions.changes import changes, latest_step, step_table, with_steps
+from breaker.decisions.changes import changes, latest_step, named, same_bend, step_table, with_steps
 from breaker.decisions.series import complete
-from breaker.mechanism.parameters import MOTIONS
-from tests.decisions.test_table import LIMITS, QUIET, SETTINGS, page_of, trend_of
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from tests.decisions.test_table import (
+    KINDS,
+    LIMITS,
+    QUIET,
+    SETTINGS,
+    changed,
+    page_of,
+    trend_of,
+)
 
 NUMBERS = 10 * np.arange(120, 124)  # 1,200 to 1,230
 ENDED = "closing: the end of the stroke changed at operation 1,200 (0.42 mm)"
@@ -118,13 +126,7 @@ def test_a_step_does_not_hide_what_is_worse():
 
 
 def test_a_change_that_was_taken_back_does_not_hide_a_step():
-    trend = stepped().drop_dims("change")
-    trend = trend.assign(
-        change_alarm=("change", np.array([1220])),
-        change_start=("change", np.array([np.nan])),
-        change_interval=(("change", "bound"), np.full((1, 2), np.nan)),
-        change_kind=(("change", "kind"), np.full((1, 8), np.nan)),
-    )
+    trend = changed(stepped(), 1220, np.nan, (np.nan, np.nan))
     _, _, rows, page = page_of(QUIET, trend)
     assert rows.change[2] == f"both: a change that later ones took back; {ENDED}"
     assert page.attrs["wearing"].endswith(f"Last change noticed: {ENDED}.")
@@ -140,3 +142,109 @@ def test_alarms_list_steps():
     assert row[["from_operation", "to_operation"]].tolist() == [1200, 1220]
     assert np.isnan(row.highest_probability)
     assert len(step_table({"both": trend_of(MOTIONS, NUMBERS)})) == 0
+
+
+# ---- changes of the wear -----------------------------------------------------------------------
+
+
+def alarmed(alarms, starts, kind="f", source="both"):
+    """A trend with alarms (indices), each with the interval of its start until the next."""
+    trend = trend_of(MOTIONS if source == "both" else [source], 10 * np.arange(1, 41))
+    for at, start in zip(alarms, starts, strict=True):
+        trend["alarm"][at] = True
+        trend["start_interval"][at:] = start
+        trend["kind_probability"][at:] = np.eye(len(KINDS))[KINDS.index(kind)]
+    return complete(trend.drop_dims("change"), SETTINGS, source)
+
+
+def test_changes_are_told_as_known_before_the_next_or_a_hundred_operations_on():
+    trend = alarmed([2, 25], [[15, 20, 25], [235, 240, 250]])
+    trend["start_interval"][12] = [17, 19, 24]  # at 130, a hundred after 30
+    whole = complete(trend.drop_dims(["change", "jump"]), SETTINGS, "both")
+    assert whole.change_alarm.values.tolist() == [30, 260]
+    assert whole.change_start.values.tolist() == [19, 240]
+    assert whole.change_interval.values.tolist() == [[17, 24], [235, 250]]
+    assert whole.change_parameters.values.tolist() == ["f", "f"]
+    assert whole.attrs["source"] == "both"
+    assert whole.attrs["toward_level"] == 0.95
+    none = alarmed([], [])
+    assert none.sizes["change"] == 0
+    empty = trend.drop_dims(["change", "jump"]).isel(operation=slice(0, 0))
+    assert complete(empty, SETTINGS, "both").sizes["change"] == 0
+
+
+def test_neighbouring_alarms_of_one_bend_are_one_change_and_two_bends_are_two():
+    """The first notice, and the interval of the one that knows the beginning best."""
+    one = alarmed([10, 14], [[80, 100, 120], [95, 102, 108]])
+    assert one.change_alarm.values.tolist() == [110]
+    assert one.change_interval.values.tolist() == [[95, 108]]
+    two = alarmed([10, 30], [[80, 100, 110], [280, 290, 300]])
+    assert two.change_alarm.values.tolist() == [110, 310]
+    both = changes({"both": two}, two.operation.values)
+    assert [each for each in both if each] == [
+        "both: change of f at about 100 (80 to 110)",
+        "both: change of f at about 290 (280 to 300)",
+    ]
+
+
+def test_a_bend_that_both_motions_saw_is_one_line():
+    closing = alarmed([10], [[80, 100, 110]], source="closing")
+    opening = alarmed([14], [[90, 100, 104]], kind="L", source="opening")
+    noted = changes({"closing": closing, "opening": opening}, closing.operation.values)
+    assert {i: each for i, each in enumerate(noted) if each} == {
+        10: "closing and opening: change of f, L at about 100 (90 to 104)"
+    }
+    apart = alarmed([34], [[290, 300, 304]], kind="L", source="opening")
+    noted = changes({"closing": closing, "opening": apart}, closing.operation.values)
+    assert [each for each in noted if each] == [
+        "closing: change of f at about 100 (80 to 110)",
+        "opening: change of L at about 300 (290 to 304)",
+    ]
+
+
+def test_a_step_and_a_change_in_the_same_place_are_one():
+    trend = stepped()
+    near = changed(trend, 1230, 1204, (1200, 1210), f=1.0)
+    assert changes({"both": near}, NUMBERS) == ["", "", f"{ENDED}, with a change of f", ""]
+    far = changed(trend, 1230, 1225, (1221, 1228), f=1.0)
+    assert changes({"both": far}, NUMBERS) == [
+        *("", "", ENDED),
+        "both: change of f at about 1,225 (1,221 to 1,228)",
+    ]
+
+
+def test_intervals_that_are_unknown_are_like_no_other():
+    nan = np.full((2, 2), np.nan)
+    assert same_bend(np.vstack([nan, [[1, 2], [2, 3]]])) == [[0], [1], [2, 3]]
+    assert same_bend(np.zeros((0, 2))) == []
+
+
+def test_every_parameter_that_surely_moved_is_named():
+    """f from -1 to -5 and L from 0 to 2 % in 1,000 operations, known to 0.5; the rest as before."""
+    trend = trend_of(MOTIONS, 10 * np.arange(1, 41)).drop_dims("change")
+    f, gap = NAMES.index("f"), NAMES.index("L")
+    trend["slope"][:, f], trend["slope"][20:, f], trend["slope"][20:, gap] = -1.0, -5.0, 2.0
+    trend["slope_interval"][:] = trend.slope.values[..., None] + 0.5 * 1.6449 * np.array([-1, 1])
+    trend["alarm"][22] = True
+    trend["start_interval"][22:] = [180, 190, 200]
+    trend["kind_probability"][22:] = np.eye(len(KINDS))[KINDS.index("several")]
+    whole = complete(trend, SETTINGS, "both")
+    assert whole.change_parameters.values.tolist() == ["f, L"]
+    moved = whole.change_moved.values[0]
+    assert moved[f] > 0.999
+    assert moved[gap] == pytest.approx(0.9977, abs=1e-3)  # 2 over 0.5 times the root of two
+    assert moved[NAMES.index("mu")] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "moved", "words"),
+    [
+        ({"f": 0.99}, {"f": 0.99}, "f"),
+        ({"f": 0.6, "L": 0.37}, {"f": 0.6, "L": 0.37}, "f or L"),
+        ({"several": 1.0}, {"f": 0.9, "L": 0.7}, "the wear"),
+        ({"all": 0.9}, {"f": 0.99}, "all levels, as in a repair"),
+    ],
+)
+def test_names_of_a_change(kinds, moved, words):
+    values = np.array([moved.get(name, 0.0) for name in NAMES])
+    assert named(values, np.array([kinds.get(name, 0.0) for name in KINDS])) == words

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from breaker.decisions.series import complete, health, join, remaining
+from breaker.decisions.series import health, join, remaining
 from breaker.decisions.summary import verdict
 from breaker.decisions.table import STATES, decide, states, wearing
 from breaker.decisions.trust import trust_table
@@ -27,7 +27,7 @@ LIMITS = from_list(
 ALARM = {"raise": 0.95, "clear": 0.5, "after": 2}
 SETTINGS = {"notice": 200, "toward": 0.95, "baseline": 2, "alarm_level": 0.95, "horizon": 10000}
 QUANTILES = [0.05, 0.5, 0.95]
-KINDS = [*NAMES, "all"]
+KINDS = [*NAMES, "several", "all"]
 
 
 # ---- tables ----------------------------------------------------------------------------------
@@ -79,11 +79,13 @@ def trend_of(motions, operations, **changed):
             "surprise": ("operation", np.full(o, 0.5)),
             "step_size": (("operation", "phase"), np.full((o, 3 * len(motions)), NAN)),
             "start_interval": (("operation", "quantile"), np.full((o, 3), NAN)),
-            "kind_probability": (("operation", "kind"), np.full((o, 8), NAN)),
+            "kind_probability": (("operation", "kind"), np.full((o, len(KINDS)), NAN)),
             "change_alarm": ("change", np.zeros(0)),
             "change_start": ("change", np.zeros(0)),
             "change_interval": (("change", "bound"), np.zeros((0, 2))),
-            "change_kind": (("change", "kind"), np.zeros((0, 8))),
+            "change_kind": (("change", "kind"), np.zeros((0, len(KINDS)))),
+            "change_moved": (("change", "parameter"), np.zeros((0, p))),
+            "change_parameters": ("change", np.zeros(0, dtype=str)),
             "jump_noticed": ("jump", np.zeros(0, dtype=int)),
             "jump_from": ("jump", np.zeros(0, dtype=int)),
             "jump_words": ("jump", np.zeros(0, dtype=str)),
@@ -102,6 +104,18 @@ def trend_of(motions, operations, **changed):
             "phase": [f"{m} {each}" for m in motions for each in ("start", "main motion", "end")],
         },
         {"source": "both" if len(motions) == 2 else motions[0], "horizon": 10000},
+    )
+
+
+def changed(trend, alarm, start, interval, **kinds):
+    """A trend with a change, of the kinds and with the probabilities of ``kinds``."""
+    kind = np.array([[kinds.get(name, 0.0) for name in KINDS]])
+    return trend.drop_dims("change").assign(
+        change_alarm=("change", np.array([alarm])),
+        change_start=("change", np.array([start])),
+        change_interval=(("change", "bound"), np.array([interval])),
+        change_kind=(("change", "kind"), kind),
+        change_moved=(("change", "parameter"), kind[:, : len(NAMES)]),
     )
 
 
@@ -153,29 +167,6 @@ def test_chunks_are_joined():
     assert whole.attrs["horizon"] == 10000
     with pytest.raises(ValueError, match="limit"):
         join([first, second.isel(limit=[0, 1])])
-
-
-def test_changes_are_told_as_known_before_the_next():
-    """Alarms at the third and sixth of seven operations: of the fifth, and of the last."""
-    operations = 10 * np.arange(1, 8)
-    trend = trend_of(MOTIONS, operations)
-    trend["alarm"][[2, 5]] = True
-    trend["start_interval"][2:, 0] = [15, 16, 17, 45, 46]
-    trend["start_interval"][2:, 1] = [18, 19, 20, 48, 49]
-    trend["start_interval"][2:, 2] = [25, 26, 27, 55, 56]
-    trend["kind_probability"][4] = np.eye(8)[5]
-    trend["kind_probability"][6] = np.eye(8)[7]
-    whole = complete(trend.drop_dims("change"), SETTINGS, "both")
-    assert whole.change_alarm.values.tolist() == [30, 60]
-    assert whole.change_start.values.tolist() == [20, 49]
-    assert whole.change_interval.values.tolist() == [[17, 27], [46, 56]]
-    assert whole.change_kind.values.tolist() == [np.eye(8)[5].tolist(), np.eye(8)[7].tolist()]
-    assert whole.attrs["source"] == "both"
-    assert whole.attrs["toward_level"] == 0.95
-    none = complete(trend_of(MOTIONS, operations).drop_dims("change"), SETTINGS, "both")
-    assert none.sizes["change"] == 0
-    empty = trend.drop_dims("change").isel(operation=slice(0, 0))
-    assert complete(empty, SETTINGS, "both").sizes["change"] == 0
 
 
 def test_remaining_is_read_from_the_source_of_each_limit():
@@ -372,16 +363,11 @@ def test_drifts_are_told_steepest_first():
 
 
 def test_changes_are_noted_where_they_were_noticed():
-    trend = trend_of(MOTIONS, NUMBERS).drop_dims("change")
-    trend = trend.assign(
-        change_alarm=("change", np.array([3.0])),
-        change_start=("change", np.array([1.6])),
-        change_interval=(("change", "bound"), np.array([[1.0, 2.4]])),
-        change_kind=(("change", "kind"), np.array([[0, 0, 0, 0, 0, 0.3, 0, 0.7]])),
-    )
+    trend = changed(trend_of(MOTIONS, NUMBERS), 3, 1.6, (1.0, 2.4), several=1.0)
+    trend["change_moved"][0, 5:] = [0.96, 0.97]
     trend["slope"][:, 5], trend["slope_interval"][:, 5] = -2.0, [-3.0, -1.0]
     _, _, rows, page = page_of(QUIET, trend)
-    noted = "both: change of all at about 2 (1 to 2)"
+    noted = "both: change of f, L at about 2 (1 to 2)"
     assert rows.change.tolist() == ["", "", noted, ""]
     assert page.attrs["wearing"] == (
         f"Wearing, in 1,000 operations: both: f -2 %. Last change noticed: {noted}."

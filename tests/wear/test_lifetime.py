@@ -29,7 +29,7 @@ def hypotheses(mean, cov, weight=(1.0,)):
     """Hypotheses with means ``(h, 2 p)``, covariances ``(h, 2 p, 2 p)`` and weights."""
     h = len(weight)
     mean, cov = np.broadcast_to(mean, (h, 2 * P)), np.broadcast_to(cov, (h, 2 * P, 2 * P))
-    whole = np.zeros(h, dtype=int), np.full(h, -1), np.zeros(h, dtype=int)
+    whole = np.zeros(h), np.full(h, -1), np.zeros(h, dtype=int), np.zeros(h)
     return Hypotheses(0, np.log(weight), mean.copy(), cov.copy(), *whole)
 
 

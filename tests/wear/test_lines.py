@@ -153,9 +153,11 @@ def grown(steps, *, hopeless, young, rng, kinds=(0, 1), scatters=(0, 1)):
         before = log_weight[order], start[order], kind[order], scatter[order]
         weight = log_weight[order].copy()
         lines = np.zeros((weight.size, 2)), np.zeros((weight.size, 2, 2))
-        kept = thin(weight, *lines, *before[1:], float(now - 1), hopeless, young)
-        yield now - 1, before, kept, weight
-        after = weight[kept], *(each[kept] for each in before[1:])
+        begun, variance = start[order].astype(float), np.zeros(weight.size)
+        line = weight, *lines, begun, *before[2:], variance
+        kept = thin(*line, float(now - 1), hopeless, young)
+        yield now - 1, (before[0], begun, *before[2:]), kept, weight
+        after = weight[kept], begun[kept], *(each[kept] for each in before[2:])
         first = [tuple(row) for row in zip(*(each.tolist() for each in after), strict=True)]
 
 
@@ -190,8 +192,8 @@ def test_thinning_is_bounded_and_keeps_the_weight():
 
 
 def test_neighbours_become_one_of_their_mean_and_covariance():
-    """The start is that of the likelier; in one dimension, by the formula of a mixture."""
-    start, same = np.array([0, 10, 50]), np.zeros(3, dtype=np.int64)
+    """The line and its start, in one dimension, by the formula of a mixture."""
+    begun, same = np.array([0.0, 10.0, 50.0]), np.zeros(3, dtype=np.int64)
     centres, variances = np.array([1.0, 3.0, 8.0]), np.array([0.5, 2.0, 1.0])
     for weights, stays in (
         ([0.2, 0.5, 0.3], [False, True, True]),
@@ -202,7 +204,8 @@ def test_neighbours_become_one_of_their_mean_and_covariance():
             centres[:, None].copy(),
             variances[:, None, None].copy(),
         )
-        kept = thin(weight, mean, cov, start, same, same, 100.0, 25.0, 50.0)
+        start, variance = begun.copy(), np.array([1.0, 2.0, 0.0])
+        kept = thin(weight, mean, cov, start, same, same, variance, 100.0, 25.0, 50.0)
         assert kept.tolist() == stays
         np.testing.assert_allclose(np.exp(weight[kept]), [0.7, 0.3])
         share = np.array(weights[:2]) / 0.7
@@ -210,21 +213,26 @@ def test_neighbours_become_one_of_their_mean_and_covariance():
         spread = share @ (variances[:2] + (centres[:2] - middle) ** 2)
         np.testing.assert_allclose(mean[kept][:, 0], [middle, 8.0])
         np.testing.assert_allclose(cov[kept][:, 0, 0], [spread, 1.0])
+        early = share @ begun[:2]
+        wide = share @ ([1.0, 2.0] + (begun[:2] - early) ** 2)
+        np.testing.assert_allclose(start[kept], [early, 50.0])
+        np.testing.assert_allclose(variance[kept], [wide, 0.0])
     # Unless they are not of the same kind, or scatter; 10 and 50 are far enough apart.
     other = np.array([0, 1, 1])
     for kind, scatter in ((other, same), (same, other)):
         lines = np.zeros((3, 1)), np.zeros((3, 1, 1))
-        assert thin(np.log(weights), *lines, start, kind, scatter, 100.0, 25.0, 50.0).all()
+        none = np.zeros(3)
+        assert thin(np.log(weights), *lines, begun, kind, scatter, none, 100.0, 25.0, 50.0).all()
 
 
 def test_the_hopeless_are_dropped_but_not_the_young_nor_the_first():
     """What is dropped is exp(-25) of the best each, at most."""
-    start, kind = np.array([0, 0, 20, 49, 50, 90]), np.array([-1, 0, 0, 1, 2, 3])
+    start, kind = np.array([0.0, 0, 20, 49, 50, 90]), np.array([-1, 0, 0, 1, 2, 3])
     scatter, log_weight = np.zeros(6, dtype=np.int64), np.array([-60.0, -60, 0, -60, -60, -60])
     weight, lines = log_weight.copy(), (np.zeros((6, 1)), np.zeros((6, 1, 1)))
-    kept = thin(weight, *lines, start, kind, scatter, 100.0, 25.0, 50.0)
+    kept = thin(weight, *lines, start, kind, scatter, np.zeros(6), 100.0, 25.0, 50.0)
     assert kept.tolist() == [True, False, True, False, True, True]
     np.testing.assert_array_equal(weight[kept], log_weight[kept])
     lines, same = (np.zeros((2, 1)), np.zeros((2, 1, 1))), np.zeros(2, dtype=np.int64)
-    just = np.array([0.0, -24.9]), *lines, np.array([0, 30]), same, same
+    just = np.array([0.0, -24.9]), *lines, np.array([0.0, 30.0]), same, same, np.zeros(2)
     assert thin(*just, 100.0, 25.0, 50.0).all()

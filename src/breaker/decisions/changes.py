@@ -1,15 +1,32 @@
 """Changes of a drive in words: of its wear, and steps from one operation to the next."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.special import ndtr
 
+from breaker.mechanism import NAMES
 from breaker.wear import IN_ROW
 
-__all__ = ["changes", "latest_step", "step_table", "with_steps"]
+__all__ = [
+    "changes",
+    "latest_step",
+    "named",
+    "same_bend",
+    "step_table",
+    "with_changes",
+    "with_steps",
+]
 
+_SETTLED = 100  # operations after its alarm at which a change is described
+_SURE = 0.95  # probability from which a parameter is named,
+_LIKELY = 0.5  # or a jump of everything,
+_MOST = 3  # and parameters that are named where it may be any of them
+_HALF = 1.6449  # sds of a normal in half its 90 % interval
+_LEAST = 1e-9  # least sd of a slope
 _NAMED = 0.7  # share of the largest change of a step, from which that of a motion is named
 _PHASES = {
     "start": "the start of the motion",
@@ -56,34 +73,173 @@ def _words(phases: Sequence[str], sizes: np.ndarray, operation: int) -> str:
     return ", ".join(told)
 
 
+def with_changes(trend: xr.Dataset) -> xr.Dataset:
+    """Add the changes of the wear that a whole trend found, each bend once.
+
+    Args:
+        trend: What ``Follower.follow`` returns, all operations.
+
+    Returns:
+        ``trend`` with, over ``change``: ``change_alarm``, the operation at which it was first
+        noticed; ``change_start`` and ``change_interval (change, bound)``, where it began;
+        ``change_kind (change, kind)``; ``change_moved (change, parameter)``, the probability that
+        the slope is another one after it, in the likelier direction; and ``change_parameters``, its
+        name. All of it as known a hundred operations after the alarm, or before the next or a known
+        event.
+    """
+    alarms = np.flatnonzero(trend.alarm.values)
+    ends = np.flatnonzero(trend.alarm.values | (trend.event.values != ""))
+    ends = np.append(ends, trend.sizes["operation"])
+    last = ends[np.searchsorted(ends, alarms, side="right")] - 1
+    last = np.minimum(last, np.searchsorted(trend.operation, trend.operation[alarms] + _SETTLED))
+    low, start, high = trend.start_interval.values[last].reshape(-1, 3).T
+    intervals, kinds = np.stack([low, high], axis=-1), trend.kind_probability.values[last]
+    moved = np.array([_moved(trend, *each) for each in zip(low, last, strict=True)])
+    moved = moved.reshape(-1, trend.sizes["parameter"])
+    groups = same_bend(intervals)
+    best = [narrowest(intervals, group) for group in groups]
+    moved = np.array([moved[group].max(axis=0) for group in groups]).reshape(-1, moved.shape[1])
+    return trend.assign(
+        change_alarm=("change", trend.operation.values[[alarms[group[0]] for group in groups]]),
+        change_start=("change", start[best]),
+        change_interval=(("change", "bound"), intervals[best]),
+        change_kind=(("change", "kind"), kinds[best]),
+        change_moved=(("change", "parameter"), moved),
+        change_parameters=("change", np.array([*map(named, moved, kinds[best])], dtype=str)),
+    )
+
+
+def same_bend(intervals: np.ndarray) -> list[list[int]]:
+    """Group notices that may be of the same bend, by number, in the order of their first ones.
+
+    They are if the 90 % interval of the one's beginning overlaps the narrowest one of the others.
+
+    >>> same_bend(np.array([[10.0, 40.0], [30.0, 35.0], [90.0, 95.0], [36.0, 50.0]]))
+    [[0, 1], [2], [3]]
+
+    Args:
+        intervals: Where what was noticed began, operations, ``(n, 2)``; nan, like no other.
+    """
+    groups = []
+    for i, (low, high) in enumerate(intervals):
+        for group in groups:
+            lowest, highest = intervals[narrowest(intervals, group)]
+            if low <= highest and lowest <= high:
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def narrowest(intervals: np.ndarray, group: Sequence[int]) -> int:
+    """Return which of a group of intervals ``(n, 2)`` is the narrowest, the first of equals."""
+    return min(group, key=lambda i: intervals[i, 1] - intervals[i, 0])
+
+
+def _moved(trend: xr.Dataset, start: float, last: int) -> np.ndarray:
+    """Probability that each slope rose, or that it fell, whichever is likelier, ``(p,)``.
+
+    A change of one parameter moves its slope and no other. Where several may have moved, the slope
+    at the operation ``last`` (an index) is compared with that of the last operation before
+    ``start``, as normals: what is known of a slope before the change says nothing of it after.
+    """
+    p = trend.sizes["parameter"]
+    kinds = trend.kind_probability.values[last]
+    before = max(np.searchsorted(trend.operation, start, side="right") - 1, 0)
+    slopes = trend.slope.values[[before, last]]
+    widths = np.ptp(trend.slope_interval.values[[before, last]], axis=-1)
+    scale = np.maximum(np.hypot(*widths) / (2.0 * _HALF), _LEAST)
+    return kinds[:p] + kinds[p:].sum() * ndtr(np.abs(slopes[1] - slopes[0]) / scale)
+
+
+def named(moved: np.ndarray, kinds: np.ndarray) -> str:
+    """Name what changed: every parameter whose slope surely moved, else those that may have.
+
+    >>> named(np.array([0.0, 0, 0, 0.96, 0, 1, 0]), np.array([0.0, 0, 0, 0, 0, 0, 0, 1, 0]))
+    'gamma_a, f'
+    >>> named(np.array([0.0, 0, 0, 0.4, 0, 0.6, 0]), np.array([0.0, 0, 0, 0.4, 0, 0.6, 0, 0, 0]))
+    'f or gamma_a'
+
+    Args:
+        moved: Probability of each parameter, ``(p,)``.
+        kinds: Probability of each kind of change, ``(kind,)``.
+    """
+    if kinds[-1] > _LIKELY:
+        return "all levels, as in a repair"
+    sure = [name for name, each in zip(NAMES, moved, strict=True) if each >= _SURE]
+    order = np.argsort(-kinds[: len(NAMES)], kind="stable")[:_MOST]
+    enough = np.cumsum(kinds[order]) >= _SURE  # it is one of the first
+    if sure or not enough[-1]:
+        return ", ".join(sure) or "the wear"
+    return " or ".join(NAMES[k] for k in order[: 1 + np.argmax(enough)])
+
+
 def changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[str]:
-    """What changed, noted at the operation at which it was noticed, ``(o,)``.
+    """What changed, noted at the operation at which it was first noticed, ``(o,)``.
+
+    A bend that both motions saw, and a step and a change of the wear in the same place, are one.
 
     Args:
         trends: Whole trends by source, those that limits are read from.
         operations: Numbers of the operations.
     """
+    notices = sorted(
+        [each for source in trends for each in _notices(source, trends[source])],
+        key=lambda each: each.noticed,
+    )
+    intervals = np.array([each.interval for each in notices]).reshape(-1, 2)
     noted = {int(operation): [] for operation in operations}
-    for source, trend in trends.items():
-        for k in range(trend.sizes["change"]):
-            one = trend.isel(change=k)
-            noted[int(one.change_alarm)].append(f"{source}: {_change_words(one)}")
-        for k in range(trend.sizes["jump"]):
-            one = trend.isel(jump=k)
-            noted[int(one.jump_noticed)].append(one.jump_words.item())
+    for group in same_bend(intervals):
+        best = notices[narrowest(intervals, [i for i in group if not notices[i].step] or group)]
+        noted[notices[group[0]].noticed].append(_told([notices[i] for i in group], best))
+    for trend in trends.values():
         for number, words in zip(trend.operation.values, trend.event.values, strict=True):
             if words and words not in noted[int(number)]:  # of trends apart the same
                 noted[int(number)].append(str(words))
     return ["; ".join(words) for words in noted.values()]
 
 
-def _change_words(one: xr.Dataset) -> str:
-    """Describe a change of the wear."""
-    if not np.isfinite(one.change_start.item()):
-        return "a change that later ones took back"
-    low, high = one.change_interval.values
-    name = one.kind.values[one.change_kind.values.argmax()]
-    return f"change of {name} at about {one.change_start.item():.0f} ({low:.0f} to {high:.0f})"
+class _Notice(NamedTuple):
+    """One change or step that was noticed, and its beginning."""
+
+    noticed: int
+    interval: tuple[float, float]
+    source: str
+    step: str = ""
+    start: float = np.nan
+    moved: np.ndarray | None = None
+    kinds: np.ndarray | None = None
+
+
+def _notices(source: str, trend: xr.Dataset) -> Iterator[_Notice]:
+    """Yield the changes and steps of a trend."""
+    for k in range(trend.sizes["change"]):
+        one = trend.isel(change=k)
+        when = int(one.change_alarm), tuple(one.change_interval.values.tolist())
+        kept = one.change_start.item(), one.change_moved.values, one.change_kind.values
+        yield _Notice(*when, source, "", *kept)
+    for k in range(trend.sizes["jump"]):
+        one = trend.isel(jump=k)
+        first = np.searchsorted(trend.operation, one.jump_from) - 1  # the last before it
+        interval = float(trend.operation[max(first, 0)]), float(one.jump_noticed)
+        yield _Notice(int(one.jump_noticed), interval, source, one.jump_words.item())
+
+
+def _told(group: Sequence[_Notice], best: _Notice) -> str:
+    """Describe what was noticed of one bend, with the beginning of the best of its notices."""
+    steps = ", ".join(each.step for each in group if each.step)
+    bends = [each for each in group if not each.step]
+    if not bends:
+        return steps
+    if not np.isfinite(best.start):
+        return f"{best.source}: a change that later ones took back"
+    name = named(np.max([each.moved for each in bends], axis=0), best.kinds)
+    if steps:
+        return f"{steps}, with a change of {name}"
+    sources = " and ".join(dict.fromkeys(each.source for each in bends))
+    low, high = best.interval
+    return f"{sources}: change of {name} at about {best.start:,.0f} ({low:,.0f} to {high:,.0f})"
 
 
 def latest_step(

@@ -11,12 +11,10 @@ import numpy as np
 import xarray as xr
 
 from breaker.decisions.alarms import first, raised
-from breaker.decisions.changes import with_steps
+from breaker.decisions.changes import with_changes, with_steps
 from breaker.mechanism import Limit
 
 __all__ = ["complete", "health", "join", "remaining"]
-
-_SETTLED = 100  # operations after its alarm at which a change is described
 
 
 def join(parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -27,7 +25,7 @@ def join(parts: Sequence[xr.Dataset]) -> xr.Dataset:
 
 
 def complete(trend: xr.Dataset, settings: Mapping, source: str) -> xr.Dataset:
-    """Add the changes that a whole trend found.
+    """Add the changes and steps that a whole trend found.
 
     Args:
         trend: What ``Follower.follow`` returns, all operations.
@@ -35,32 +33,15 @@ def complete(trend: xr.Dataset, settings: Mapping, source: str) -> xr.Dataset:
         source: "closing", "opening" or "both".
 
     Returns:
-        ``trend`` with, over ``change``: ``change_alarm``, ``change_start``,
-        ``change_interval (change, bound)`` and ``change_kind (change, kind)``, as known a hundred
-        operations after its alarm, or before the next or a known event; and, over ``jump``, the
-        steps of ``with_steps``.
+        ``trend`` with the changes of ``with_changes`` over ``change``, the steps of ``with_steps``
+        over ``jump``, and the settings that its figures show.
     """
-    found = np.flatnonzero(trend.alarm.values)
-    ends = np.flatnonzero(trend.alarm.values | (trend.event.values != ""))
-    ends = np.append(ends, trend.sizes["operation"])
-    last = ends[np.searchsorted(ends, found, side="right")] - 1
-    last = np.minimum(last, found + _SETTLED)  # later, its beginning is known less and less
-    starts = trend.start_interval.values[last]
-    return (
-        with_steps(trend)
-        .assign(
-            change_alarm=("change", trend.operation.values[found]),
-            change_start=("change", starts[:, 1]),
-            change_interval=(("change", "bound"), starts[:, [0, 2]]),
-            change_kind=(("change", "kind"), trend.kind_probability.values[last]),
-        )
-        .assign_attrs(
-            source=source,
-            alarm_level=settings["alarm_level"],
-            horizon=settings["horizon"],
-            notice=settings["notice"],
-            toward_level=settings["toward"],
-        )
+    return with_changes(with_steps(trend)).assign_attrs(
+        source=source,
+        alarm_level=settings["alarm_level"],
+        horizon=settings["horizon"],
+        notice=settings["notice"],
+        toward_level=settings["toward"],
     )
 
 

@@ -97,7 +97,7 @@ def change_words(change: xr.Dataset) -> tuple[str, str]:
 
 
 def _kind(kind: str) -> str:
-    return "all" if kind == "all" else style.parameter(kind).symbol
+    return kind if kind in ("several", "all") else style.parameter(kind).symbol
 
 
 def _series(axis: Axes, one: xr.Dataset, name: str) -> None:

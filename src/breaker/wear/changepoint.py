@@ -8,15 +8,17 @@ what *kind* of change, and how large the scatter is.
 
 Wear changes its rate; the drive does not become new by itself. So a segment continues where the
 one before it ended. In a change of one parameter, the slope of that parameter becomes uncertain; in
-a change of the kind ``all``, which a repair is, every level and slope does. A new segment starts
+a change of ``several``, such as a drive that wears faster at once, every slope does; in a change of
+``all``, which a repair is, every level and slope. A new segment starts
 from the mixture of all segments it may follow, as one Gaussian of their mean and covariance.
 
 One pass over the operations, and bounded memory: hypotheses that began about as long ago (within
-a fifth of their age) become one, of their mean and covariance, and the hopeless are dropped.
+a fifth of their age) become one, of their mean and covariance, which for the start is its mean and
+variance; the hopeless are dropped.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,8 +28,8 @@ from breaker.wear.lines import evidence, thin, update
 
 __all__ = ["FIRST", "KINDS", "PER", "Hypotheses", "Tracker"]
 
-KINDS = (*NAMES, "all")
-"""Kinds of change of a drive: of the slope of one parameter, or of everything."""
+KINDS = (*NAMES, "several", "all")
+"""Kinds of change of a drive: of the slope of one parameter, of every slope, of everything."""
 
 PER = 1000.0
 """Operations in the unit of slopes."""
@@ -49,10 +51,11 @@ class Hypotheses:
         log_weight: Log probability of each, ``(h,)``.
         mean: Of the level now and the slope per thousand operations, standardised, ``(h, 2 p)``.
         cov: Their covariance, ``(h, 2 p, 2 p)``.
-        start: Operation after which the segment began, ``(h,)``.
+        start: Operation after which the segment began, on average, ``(h,)``.
         kind: Kind of the change that began it: number of the parameter whose slope changed, p for
-            a change of everything, -1 for the first, ``(h,)``.
+            a change of every slope, p + 1 of everything, -1 for the first, ``(h,)``.
         scatter: Index of the scatter, ``(h,)``.
+        start_variance: Variance of the start, of all that became one, operations², ``(h,)``.
     """
 
     operation: int
@@ -62,6 +65,7 @@ class Hypotheses:
     start: np.ndarray
     kind: np.ndarray
     scatter: np.ndarray
+    start_variance: np.ndarray
 
     @property
     def weight(self) -> np.ndarray:
@@ -83,7 +87,7 @@ class Hypotheses:
         return joined.of(np.lexsort((joined.start, joined.kind, joined.scatter)))
 
     def _fields(self) -> tuple[np.ndarray, ...]:
-        return self.log_weight, self.mean, self.cov, self.start, self.kind, self.scatter
+        return tuple(getattr(self, each.name) for each in fields(self)[1:])
 
     def began_after(self, operation: float) -> float:
         """Return the probability that the segment began after an operation."""
@@ -101,7 +105,7 @@ def _merged(weight: np.ndarray, mean: np.ndarray, cov: np.ndarray) -> tuple[np.n
 class Tracker:
     """The model of wear, and its step from one operation to the next.
 
-    >>> tracker = Tracker(np.full(7, 0.1), 1e-3, 2.0, 0.05, np.array([0.001, 0.01]), 0.0, 0.2)
+    >>> tracker = Tracker(np.full(7, 0.1), 1e-3, 2.0, 0.05, np.array([0.001, 0.01]), 0.0, 0.2, 0.2)
     >>> before = tracker.predict(tracker.begin(1), 2)
     >>> seen = 1e4 * np.eye(7)  # information of an operation that sees each level with an sd 0.01,
     >>> after, _, _ = tracker.learn(before, seen, np.zeros(7), np.full(7, 0.5))  # all at 0.5
@@ -116,7 +120,8 @@ class Tracker:
         step_sd: sd of the jump of a level where everything changes, share of the parameter.
         scatters: Candidates of the scatter from operation to operation, shares, ``(k,)``.
         outliers: Probability that an operation is an outlier, from which nothing is learnt.
-        whole: Probability that a change is of the kind ``all``.
+        whole: Probability that a change is of the kind ``all``,
+        several: and that it is of the kind ``several``.
         bend: sd of the gradual change of a slope in a thousand operations, share of the slope.
     """
 
@@ -127,6 +132,7 @@ class Tracker:
     scatters: np.ndarray
     outliers: float
     whole: float
+    several: float
     bend: float = 0.0
 
     @classmethod
@@ -140,6 +146,7 @@ class Tracker:
             scatters=np.array(settings["scatters"]) / 100.0,
             outliers=settings["outliers"],
             whole=settings["whole"],
+            several=settings["several"],
         )
 
     @property
@@ -163,9 +170,10 @@ class Tracker:
             log_weight=np.full(k, -np.log(k)),
             mean=np.zeros((k, 2 * p)),
             cov=np.tile(prior, (k, 1, 1)),
-            start=np.full(k, operation),
+            start=np.full(k, float(operation)),
             kind=np.full(k, FIRST),
             scatter=np.arange(k),
+            start_variance=np.zeros(k),
         )
 
     def predict(self, hypotheses: Hypotheses, operation: int) -> Hypotheses:
@@ -192,34 +200,30 @@ class Tracker:
     def _unknown(self) -> np.ndarray:
         """Covariance that a change of each kind adds to a state, ``(kind, 2 p, 2 p)``."""
         p = self.size
-        added = np.zeros((p + 1, 2 * p, 2 * p))
+        added = np.zeros((p + 2, 2 * p, 2 * p))
         one = np.arange(p)
-        added[one, p + one, p + one] = added[p, p + one, p + one] = np.square(self.slope_sd)
-        added[p, one, one] = np.square(self.step_sd / self.log_sds)
+        added[one, p + one, p + one] = added[p:, p + one, p + one] = np.square(self.slope_sd)
+        added[p + 1, one, one] = np.square(self.step_sd / self.log_sds)
         return added
+
+    @cached_property
+    def shares(self) -> np.ndarray:
+        """Probability of each kind of change, ``(kind,)``."""
+        one = (1.0 - self.several - self.whole) / self.size
+        return np.array([*[one] * self.size, self.several, self.whole])
 
     def _with_changes(self, old: Hypotheses, hazard: float) -> Hypotheses:
         """Add the segments that may begin after the last operation, and thin out the old."""
-        p, n = self.size, self.size + 1
-        log_odds = np.log(hazard) + np.log(
-            np.append(np.full(p, (1.0 - self.whole) / p), self.whole)
-        )
+        n = len(self.shares)
+        log_odds = np.log(hazard) + np.log(self.shares)
         begun = []
         for scatter in np.unique(old.scatter):
             mine = old.scatter == scatter
             weight = old.weight[mine]
             mean, cov = _merged(weight, old.mean[mine], old.cov[mine])
-            begun.append(
-                Hypotheses(
-                    old.operation,
-                    np.log(weight.sum()) + log_odds,
-                    np.tile(mean, (n, 1)),
-                    cov + self._unknown,
-                    start=np.full(n, old.operation),
-                    kind=np.arange(n),
-                    scatter=np.full(n, scatter),
-                )
-            )
+            log_weight, means = np.log(weight.sum()) + log_odds, np.tile(mean, (n, 1))
+            when = np.full(n, float(old.operation)), np.arange(n), np.full(n, scatter), np.zeros(n)
+            begun.append(Hypotheses(old.operation, log_weight, means, cov + self._unknown, *when))
         stays = replace(old, log_weight=old.log_weight + np.log1p(-hazard))
         every = stays.with_others(begun)
         return every.of(thin(*every._fields(), float(old.operation), _HOPELESS, _YOUNG))
@@ -282,9 +286,8 @@ class Tracker:
         variance = np.square(scatters[:, None] / self.log_sds)  # (k, p), of standardised parameters
         spread = np.eye(len(slope)) + matrix * variance[:, None, :]  # I + J Q
         weights = np.linalg.solve(spread, np.broadcast_to(matrix, spread.shape))
-        slopes = np.linalg.solve(spread, np.broadcast_to(slope, spread.shape[:2])[..., None])[
-            ..., 0
-        ]
+        slopes = np.broadcast_to(slope, spread.shape[:2])[..., None]
+        slopes = np.linalg.solve(spread, slopes)[..., 0]
         gain = 0.5 * np.einsum("ki,i,ki->k", variance, slope, slopes)
         return weights, slopes, gain - 0.5 * np.linalg.slogdet(spread)[1]
 

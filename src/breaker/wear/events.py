@@ -128,9 +128,10 @@ def _merged_by_scatter(old: Hypotheses) -> Hypotheses:
         np.log([part.weight.sum() for part in parts]),
         np.stack([mean for mean, _ in levels]),
         np.stack([cov for _, cov in levels]),
-        start=np.full(len(parts), old.operation),
+        start=np.full(len(parts), float(old.operation)),
         kind=np.full(len(parts), FIRST),
         scatter=scatters,
+        start_variance=np.zeros(len(parts)),
     )
 
 

@@ -96,7 +96,7 @@ def remaining_life(
         >>> mean = np.zeros((1, 14))
         >>> mean[0, 12] = -0.5  # f falls by 5 percent per 1,000 operations, as known exactly,
         >>> line = np.zeros(1), mean, np.zeros((1, 14, 14))
-        >>> first = *np.zeros((2, 1), dtype=int), np.zeros(1, dtype=int)
+        >>> first = np.zeros(1), *np.zeros((2, 1), dtype=int), np.zeros(1)
         >>> weak = Limit("weak", "closing", (("f", 0.74, False),))
         >>> horizon = Horizon(1000, np.zeros((2, 14)))
         >>> left = remaining_life(Hypotheses(1, *line, *first), [weak], prior, horizon)

@@ -119,11 +119,14 @@ def update(mean, cov, group, weights, slopes, base, log_out):
 
 
 @_fast
-def _absorb(mean, cov, log_weight, i, other):
-    """Replace a line by the mean and covariance of its mixture with another, in place."""
+def _absorb(mean, cov, log_weight, start, variance, i, other):
+    """Replace a line and its start by the moments of its mixture with another, in place."""
     n = mean.shape[1]
     total = np.logaddexp(log_weight[i], log_weight[other])
     share = np.exp(log_weight[other] - total)
+    later = start[other] - start[i]
+    variance[i] += share * (variance[other] - variance[i]) + share * (1.0 - share) * later * later
+    start[i] += share * later
     for row in range(n):
         for column in range(n):
             apart = (mean[other, row] - mean[i, row]) * (mean[other, column] - mean[i, column])
@@ -135,12 +138,12 @@ def _absorb(mean, cov, log_weight, i, other):
 
 
 @_fast
-def thin(log_weight, mean, cov, start, kind, scatter, now, hopeless, young):
+def thin(log_weight, mean, cov, start, kind, scatter, variance, now, hopeless, young):
     """Merge and drop hypotheses; return which are kept, ``(h,)``.
 
     They are sorted by scatter, kind and start. Neighbours nearer than a fifth of their age become
-    one, with the start of the likelier and the mean and covariance of their mixture, in place: so
-    the width still contains both.
+    one, with mean and variance of their mixture, of the line and of its start, in place: so the
+    width still contains both.
     """
     h = log_weight.size
     kept = np.ones(h, dtype=np.bool_)
@@ -150,7 +153,7 @@ def thin(log_weight, mean, cov, start, kind, scatter, now, hopeless, young):
         together = kind[i] == kind[last] and scatter[i] == scatter[last]
         if together and start[i] - oldest < SPACING * (now - oldest):
             stays, goes = (i, last) if log_weight[i] > log_weight[last] else (last, i)
-            _absorb(mean, cov, log_weight, stays, goes)
+            _absorb(mean, cov, log_weight, start, variance, stays, goes)
             kept[goes] = False
             last = stays
         else:

@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
+from scipy.special import ndtri
 
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior
 from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
 from breaker.wear.learned import PHASES
 from breaker.wear.lifetime import Horizon, Remaining
-from breaker.wear.lines import SPACING
 from breaker.wear.state import State
 
 __all__ = ["age_bins", "dataset", "row"]
@@ -18,6 +18,7 @@ __all__ = ["age_bins", "dataset", "row"]
 _QUANTILES = (0.05, 0.5, 0.95)
 _HALF = 1.6449  # sds of a normal in half its 90 % interval
 _PER_CENT = 100.0
+_NODES = ndtri((np.arange(20) + 0.5) / 20)  # equally probable points of a standard normal
 
 Row = Mapping[str, tuple[tuple[str, ...], np.ndarray]]
 """Dims, without the operation, and value of everything that is stored, by name."""
@@ -41,8 +42,7 @@ def row(
     half = _HALF * np.sqrt(np.diag(cov))
     ends = np.stack([mean - half, mean, mean + half])  # (3, 2 p)
     levels, slopes = prior.destandardise(ends[:, :p]), _PER_CENT * prior.log_sds * ends[:, p:]
-    before = state.alarms[-2] if len(state.alarms) > 1 else state.first
-    began = h.weight * ((h.start > before) & (h.start <= state.since))  # of the latest change
+    began = h.weight * ((h.start > state.first) & (h.start <= state.since))  # by the last alarm
     kinds = np.bincount(h.kind + 1, began, len(KINDS) + 1)[1:]
     unknown = np.full(len(KINDS), np.nan)
     ages = np.histogram(h.operation - h.start, age_bins(horizon.operations), weights=h.weight)[0]
@@ -53,7 +53,7 @@ def row(
         "slope_interval": (("parameter", "bound"), slopes[[0, 2]].T),
         "scatter": ((), _PER_CENT * tracker.scatters[h.scatter] @ h.weight),
         "run_length_probability": (("age",), ages),
-        "start_interval": (("quantile",), _start(h, began, before, state.since)),
+        "start_interval": (("quantile",), _start(h, began, state.first, state.since)),
         "kind_probability": (("kind",), kinds / began.sum() if began.sum() > 0 else unknown),
         "remaining": (("limit", "quantile"), left.quantiles(_QUANTILES)),
         "toward": (("limit",), left.toward),
@@ -106,13 +106,12 @@ def dataset(
 def _start(h: Hypotheses, began: np.ndarray, earliest: int, latest: int) -> np.ndarray:
     """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
 
-    Hypotheses that began within a share of their age of each other are kept as one, and it may
-    have begun anywhere among them, but not before the last alarm nor after its own.
+    A hypothesis that others were merged into stands for a normal of their starts. None began before
+    the first operation or after its alarm. It may be the change of an earlier alarm, noticed again.
     """
-    low, middle, high = _quantiles(h.start, began, _QUANTILES)
-    now = h.operation
-    ends = low - SPACING * (now - low), high + SPACING * (now - high)
-    return np.array([np.maximum(ends[0], earliest), middle, np.minimum(ends[1], latest)])
+    apart = np.sqrt(h.start_variance)[:, None] * _NODES
+    starts = np.clip(h.start[:, None] + apart, earliest, latest)
+    return _quantiles(starts.ravel(), np.repeat(began, _NODES.size), _QUANTILES)
 
 
 def _quantiles(values: np.ndarray, weight: np.ndarray, shares: Sequence[float]) -> np.ndarray:

@@ -20,6 +20,7 @@ _DIMS = {
     "start": ("hypothesis",),
     "kind": ("hypothesis",),
     "scatter": ("hypothesis",),
+    "start_variance": ("hypothesis",),
 }  # of hypotheses, in the order of their fields
 _PARTS = {"reference": Reference, "difference": Difference, "watch": Watch}  # where there are any
 
