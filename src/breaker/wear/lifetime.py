@@ -10,7 +10,7 @@ line. Beyond five prior standard deviations in any parameter the model is not tr
 there, and what they would reach later counts as never.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -22,7 +22,8 @@ from breaker.wear.changepoint import PER, Hypotheses
 __all__ = ["Horizon", "Remaining", "draw_lines", "remaining_life"]
 
 _FARTHEST = 5.0  # prior sd, as far as lines are followed
-_NODES = np.array([0.0, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0])  # of a line, where it is simulated
+_NODES = np.array([0.0, 1 / 16, 1 / 4, 1.0])  # of a line, where it is simulated first,
+_CLOSER = 2  # and how often nearer to where it meets a limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,19 +111,26 @@ def lives_of(lines: np.ndarray, limits: Sequence[Limit], prior: Prior, farthest:
     """Follow lines ``(d, 2 p)`` until the level is beyond each limit, or to the horizon."""
     p = len(NAMES)
     level, slope = lines[:, :p], lines[:, p:] / PER
+
+    def along(at: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """Parameters ``(..., p)`` of chosen lines ``(d,)`` after operations ``(d, ...)``."""
+        shape = (len(at), *(1,) * (at.ndim - 1), p)
+        z = level[which].reshape(shape) + at[..., None] * slope[which].reshape(shape)
+        return prior.destandardise(np.clip(z, -_FARTHEST - 1.0, _FARTHEST + 1.0))
+
+    every = np.arange(len(lines))
     nodes = _ends(level, slope, farthest)[:, None] * _NODES  # (d, k)
-    along = level[:, None] + nodes[..., None] * slope[:, None]
-    along = np.clip(along, -_FARTHEST - 1.0, _FARTHEST + 1.0)
-    known = _simulated(limits, prior.destandardise(along.reshape(-1, p)))
+    known = _simulated(limits, along(nodes, every).reshape(-1, p))
     lives, toward = np.zeros((len(limits), len(lines))), np.zeros(len(limits))
     now = [np.zeros((len(lines), 0))]
     for i, limit in enumerate(limits):
         of = known[limit.motion, limit.speeds]
         values = np.stack([of[name] for name in limit.quantities], axis=-1)
         values = values.reshape(*nodes.shape, -1)
-        excess = np.nan_to_num(limit.excess(values), nan=np.inf)  # what does not exist is beyond
+        excess = _excess(limit, values)
         nearer = excess[:, 1] > np.minimum(excess[:, 0], 0.0)  # or holds, and goes on to
-        lives[i], toward[i] = _first_beyond(nodes, excess), nearer.all(axis=-1).mean()
+        toward[i] = nearer.all(axis=-1).mean()
+        lives[i] = _first_beyond(limit, along, nodes, excess)
         now.append(values[:, 0])
     return Remaining(lives, toward, np.concatenate(now, axis=1))
 
@@ -158,18 +166,48 @@ def _simulated(limits: Sequence[Limit], theta: np.ndarray) -> Mapping[tuple, dic
     return known
 
 
-def _first_beyond(nodes: np.ndarray, excess: np.ndarray) -> np.ndarray:
-    """Return the first whole operation at which all parts of a limit hold, ``(d,)``.
+def _first_beyond(
+    limit: Limit, along: Callable, nodes: np.ndarray, excess: np.ndarray
+) -> np.ndarray:
+    """Return the first whole operation at which all parts of a limit hold, ``(d,)``, or inf.
 
     Args:
+        limit: The limit.
+        along: Parameters ``(n, p)`` of chosen lines at operations ``(n,)``.
         nodes: Future operations along each line, ``(d, k)``, the first of them 0.
-        excess: How far each part is beyond its limit there, ``(d, k, parts)``; linear in between.
+        excess: How far each part is beyond its limit there, ``(d, k, parts)``.
     """
-    holds, rows = (excess > 0).all(axis=-1), np.arange(len(nodes))
-    right = np.maximum(holds.argmax(axis=1), 1)
-    short, over = excess[rows, right - 1], excess[rows, right]
+    holds = (excess > 0).all(axis=-1)
+    lives = np.where(holds[:, 0], 0.0, np.inf)
+    coming = np.flatnonzero(holds.any(axis=1) & ~holds[:, 0])
+    if not coming.size:
+        return lives
+    first = holds[coming].argmax(axis=1)
+    sides = np.stack([first - 1, first])  # the last node before, the first beyond
+    ends, there = nodes[coming, sides], excess[coming, sides]
+    for _ in range(_CLOSER):
+        at = _crossing(ends, there)
+        closer = _excess(limit, limit.evaluate(along(at, coming)))
+        place = (closer > 0).all(axis=-1).astype(int), np.arange(coming.size)
+        ends[place], there[place] = at, closer
+    lives[coming] = np.floor(_crossing(ends, there)) + 1.0
+    return lives
+
+
+def _excess(limit: Limit, values: np.ndarray) -> np.ndarray:
+    """How far values are beyond a limit, inf where a quantity does not exist any more."""
+    return np.nan_to_num(limit.excess(values), nan=np.inf)
+
+
+def _crossing(ends: np.ndarray, excess: np.ndarray) -> np.ndarray:
+    """Return when all parts of a limit first hold, if they change linearly, ``(d,)``.
+
+    Args:
+        ends: Operations before and after that, ``(2, d)``.
+        excess: How far each part is beyond its limit there, ``(2, d, parts)``.
+    """
+    before, after = excess
     with np.errstate(invalid="ignore"):
-        share = np.where(short > 0, 0.0, short / (short - over))
-    share = np.where(np.isinf(over) & (short <= 0), 0.5, share).max(axis=-1)
-    at = nodes[rows, right - 1] + share * (nodes[rows, right] - nodes[rows, right - 1])
-    return np.where(holds[:, 0], 0.0, np.where(holds.any(axis=1), np.floor(at) + 1.0, np.inf))
+        share = np.where(before > 0, 0.0, before / (before - after))
+    share = np.where(np.isinf(after) & (before <= 0), 0.5, share).max(axis=-1)
+    return ends[0] + share * (ends[1] - ends[0])
