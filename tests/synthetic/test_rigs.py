@@ -15,7 +15,7 @@ from breaker.model.joint import Model
 from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
 from breaker.synthetic.drive import Drive, Elements
-from breaker.synthetic.failure_times import failures
+from breaker.synthetic.failure_times import failures, true_lives
 from breaker.synthetic.rigs import Rig
 from breaker.synthetic.truth import truth_of
 
@@ -121,6 +121,20 @@ def test_limits_are_exceeded_after_the_change_of_wear(rig, truth, defaults):
     knee = rig.settings["wear"]["knee"] * rig.settings["operations"]
     assert len(found) >= 5
     assert all(knee + 40 < at < 2000 for at in found.values()), found
+
+
+def test_lives_without_the_change_are_longer_as_the_wear_is_slower(rig, truth, defaults):
+    """Each share of the wear after the knee takes ``faster`` times as many operations."""
+    wear, limits = rig.settings["wear"], from_list(defaults["limits"], list(MOTIONS))
+    knee = wear["knee"] * rig.settings["operations"]
+    end, without = (values for _, values in true_lives(truth, limits).values())
+    expected = knee + wear["faster"] * (np.array(end) - knee)
+    np.testing.assert_allclose(without, expected, atol=wear["faster"])
+    drive = rig.worn(rig.life_without_change, scatter=False, changes=False)
+    np.testing.assert_allclose(drive.theta, rig.worn(2000, scatter=False).theta, rtol=1e-9)
+    early = from_list([{"name": "x", "motion": "closing", "upper": {"L": 0.1}}], list(MOTIONS))
+    assert true_lives(truth, early)["failure"][1] == [1.0]
+    assert np.isnan(true_lives(truth, early)["failure_without"][1]).all()
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -14,7 +14,7 @@ from breaker.decisions import (
 )
 from breaker.mechanism import from_list, speeds_of
 from breaker.stores import describe, open_store, save
-from breaker.synthetic import failures
+from breaker.synthetic import true_lives
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -28,8 +28,7 @@ used = {source: trends[source] for source in (["both"] if together else params.m
 
 left = remaining(used, limits)
 if found.truth:
-    truth = failures(open_store(found.truth).value.load(), limits)
-    left = left.assign(failure=("limit", [truth[limit.name] for limit in limits]))
+    left = left.assign(true_lives(open_store(found.truth).load(), limits))
 judged = health(condition, left, params.alarm)
 rows = decide(judged, left, used, curves, params.wear_model)
 by_source = dict(zip(trends, (open_store(file).load() for file in found.trust), strict=True))

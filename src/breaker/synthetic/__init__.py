@@ -15,7 +15,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "dialects": ["ANGLES", "DIALECTS", "Dialect"],
         "drive": ["Drive", "Elements", "Stop"],
         "evaluation": ["follow_lives"],
-        "failure_times": ["failures"],
+        "failure_times": ["true_lives"],
         "family": ["Family"],
         "high_voltage": ["CHANNELS", "HIGH_VOLTAGE", "write_exports"],
         "judged": ["Reading", "family_of", "judge_records"],

@@ -1,19 +1,21 @@
-"""When a drive whose true parameters are known exceeds its limits: the stand-in's truth."""
+"""When the level of a drive whose truth is known is beyond its limits: the stand-in's lives."""
 
 from collections.abc import Sequence
 
+import numpy as np
 import xarray as xr
 
 from breaker.decisions import first
 from breaker.mechanism import Limit
 
-__all__ = ["failures"]
+__all__ = ["failures", "true_lives"]
 
 
 def failures(truth: xr.DataArray, limits: Sequence[Limit]) -> dict[str, float]:
-    """Return the operations at which a drive first exceeds each limit, nan if never.
+    """Return the operations at which a drive's level is first beyond each limit, nan if never.
 
-    Quantities are those of the model at the true parameters, as they are everywhere.
+    Quantities are those of the model at the true parameters, as they are everywhere; of what
+    records show, nothing is known here, nan.
 
     Args:
         truth: True parameters ``(operation, parameter)``, with a coordinate ``operation``.
@@ -32,5 +34,28 @@ def failures(truth: xr.DataArray, limits: Sequence[Limit]) -> dict[str, float]:
     operations = truth.operation.values.astype(float)
     result = {}
     for limit in limits:
-        result[limit.name] = first(limit.exceeded(limit.evaluate(truth.values)), operations)
+        if limit.of == "model":
+            over = limit.exceeded(limit.evaluate(truth.values))
+            result[limit.name] = first(over, operations)
+        else:
+            result[limit.name] = np.nan
     return result
+
+
+def true_lives(
+    truth: xr.Dataset, limits: Sequence[Limit]
+) -> dict[str, tuple[tuple[str, ...], list[float]]]:
+    """Return ``failure`` and ``failure_without`` of each limit, to be assigned to a dataset.
+
+    Args:
+        truth: What ``truth_of`` returns.
+        limits: The limits.
+
+    Returns:
+        Operations at which the level is first beyond each limit, and at which it would be if the
+        wear had gone on as it began; the latter nan where it is the same.
+    """
+    ends = failures(truth.value, limits)
+    steady = failures(truth.without_change.rename(longer="operation"), limits)
+    without = [np.nan if steady[name] == end else steady[name] for name, end in ends.items()]
+    return {"failure": (("limit",), list(ends.values())), "failure_without": (("limit",), without)}

@@ -21,12 +21,15 @@ def truth_of(rig: Rig, motions: Sequence[str], times: np.ndarray) -> xr.Dataset:
 
     Returns:
         Dataset over ``operation``, ``parameter`` and ``motion``: ``value (operation, parameter)``,
-        without the scatter from operation to operation, and ``difference (operation, motion)``,
-        the largest of the drive's curve from the model's, mm.
+        without the scatter from operation to operation; ``without_change (longer, parameter)``, the
+        same if the wear had gone on as it began, until it comes to the same end; and ``difference
+        (operation, motion)``, the largest of the drive's curve from the model's, mm.
     """
     operations = np.arange(1, rig.settings["operations"] + 1)
     drives = [rig.worn(int(operation), scatter=False) for operation in operations]
     theta = np.array([drive.theta for drive in drives])
+    longer = np.arange(1, rig.life_without_change + 1)
+    steady = [rig.worn(int(each), scatter=False, changes=False).theta for each in longer]
     difference = [
         np.abs(
             np.stack([drive.travel(motion, times) for drive in drives])
@@ -37,7 +40,9 @@ def truth_of(rig: Rig, motions: Sequence[str], times: np.ndarray) -> xr.Dataset:
     return xr.Dataset(
         {
             "value": (("operation", "parameter"), theta),
+            "without_change": (("longer", "parameter"), np.array(steady)),
             "difference": (("operation", "motion"), np.stack(difference, axis=-1), {"unit": "mm"}),
         },
-        coords={"operation": operations, "parameter": list(NAMES), "motion": list(motions)},
+        coords={"operation": operations, "longer": longer}
+        | {"parameter": list(NAMES), "motion": list(motions)},
     )
