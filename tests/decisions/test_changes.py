@@ -8,7 +8,7 @@ from breaker.decisions.alarms import alarm_table
 from breaker.decisions.changes import changes, latest_step, named, same_bend, step_table, with_steps
 from breaker.decisions.series import complete
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from tests.decisions.test_table import (
+from tests.decisions.made_up import (
     KINDS,
     LIMITS,
     QUIET,
@@ -55,7 +55,7 @@ def test_a_known_event_is_told_once_and_ends_what_is_told_of_a_change():
     trend["event"][3] = "greased: gamma_a starts anew"
     trend["alarm"][1] = True
     trend["start_interval"][:] = np.arange(4.0)[:, None]
-    trend["kind_probability"][:] = np.arange(8.0)
+    trend["kind_probability"][:] = np.arange(float(len(KINDS)))
     whole = complete(trend, SETTINGS, "closing")
     assert whole.change_start.values.tolist() == [2.0]
     told = changes({"closing": whole, "opening": whole}, NUMBERS)
@@ -101,28 +101,28 @@ def test_a_step_asks_for_a_closer_look_for_a_while():
 
 
 def test_decisions_and_first_page_report_a_step():
-    _, _, rows, page = page_of(QUIET, stepped(), settings=SETTINGS | {"notice": 10})
+    _, _, rows, page = page_of(QUIET, stepped(), notice=10)
     assert rows.change.tolist() == ["", "", ENDED, ""]
     assert rows.state.tolist() == ["healthy"] * 4
-    assert rows.action.tolist() == ["go on", "go on", *[f"look closer: {ENDED}"] * 2]
-    assert page.attrs["healthy"] == f"In doubt at operation 1230: {ENDED}."
+    assert rows.action.tolist() == ["none", "none", "watch", "watch"]
+    assert page.attrs["headline"] == f"Operation 1,230: Healthy: watch {ENDED}."
     assert page.attrs["wearing"] == (
         f"Wearing: no parameter that a trend could tell from none. Last change noticed: {ENDED}."
     )
-    _, _, rows, page = page_of(QUIET, stepped(), settings=SETTINGS | {"notice": 5})
-    assert rows.action.tolist() == ["go on", "go on", f"look closer: {ENDED}", "go on"]
-    assert page.attrs["healthy"] == "Healthy at operation 1230: no limit exceeded."
+    _, _, rows, page = page_of(QUIET, stepped(), notice=5)
+    assert rows.action.tolist() == ["none", "none", "watch", "none"]
+    assert page.attrs["headline"] == "Operation 1,230: Healthy: go on."
 
 
 def test_a_step_does_not_hide_what_is_worse():
     own = QUIET.copy()
     own[:, 0] = 0.99
-    rows = page_of(own, stepped())[2]
-    assert rows.action.tolist()[2] == "service now: slow exceeded"
+    rows = page_of(own, stepped()).rows
+    assert rows.to_do[2] == f"service now: slow exceeded since operation 1210; {ENDED}"
     trend = stepped()
     trend["beyond"][2:, 2] = 0.5
-    rows = page_of(QUIET, trend)[2]
-    assert rows.action.tolist()[2] == f"look closer: wide may be exceeded; {ENDED}"
+    rows = page_of(QUIET, trend).rows
+    assert rows.to_do[2] == f"measure for wide: it may be exceeded already (50 %); {ENDED}"
 
 
 def test_a_change_that_was_taken_back_does_not_hide_a_step():
@@ -134,8 +134,8 @@ def test_a_change_that_was_taken_back_does_not_hide_a_step():
 
 def test_alarms_list_steps():
     found = step_table({"both": stepped()})
-    no_alarm = np.zeros((4, 3), dtype=bool)
-    alarms = alarm_table(LIMITS, NUMBERS, no_alarm, QUIET)
+    motions = {limit.name: limit.motion for limit in LIMITS}
+    alarms = alarm_table(page_of(QUIET, stepped()).judged, motions)
     assert found.dtypes.tolist() == alarms.dtypes.tolist()
     row = pd.concat([alarms, found], ignore_index=True).iloc[0]
     assert row[["limit", "words", "motion"]].tolist() == ["", ENDED, "both"]

@@ -58,8 +58,8 @@ def health_data(count=4, operations=200, *, alarms=True, unusable=0.04):
             "probability": (each, single),
             "marginal": (each, marginal),
             "trend_probability": (each, trend),
-            "alarm": (each, on),
-            "first_alarm": ("limit", [operation[o].min() if o.any() else np.nan for o in on.T]),
+            "exceeded": (each, on),
+            "since": ("limit", [operation[o].min() if o.any() else np.nan for o in on.T]),
             "words": words_of,
             "source": ("limit", ["both"] * count),
         },
@@ -79,7 +79,7 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
         latest[operation >= start + 4] = start
     failure = np.array([1.1, 1.6, 0.98, 1.3, 1.2, 2.0, 0.9, 1.4])[:count] * operations
     left = np.maximum(failure - operation[:, None], 0.0)[..., None]
-    toward = np.tile(operation[:, None] > starts.min(initial=operations), (1, count))
+    toward = (operation[:, None] > starts.min(initial=operations)) & (np.arange(count) != 1)
     kinds = np.zeros((len(starts), len(KINDS)))
     kinds[:, [3, 5, 7, 0]] = [0.62, 0.3, 0.06, 0.02]
     each, bounds = ("operation", "parameter"), [-0.1, 0.2]
@@ -98,8 +98,10 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
             "jump_noticed": ("jump", np.array(steps, dtype=int) + 1),
             "jump_from": ("jump", np.array(steps, dtype=int)),
             "jump_words": ("jump", np.array([STEPPED] * len(steps), dtype=str)),
-            "remaining": (("operation", "limit", "quantile"), left * [0.7, 0.9, 1.3] + [0, 1, 4]),
-            "toward": (("operation", "limit"), toward * np.where(np.arange(count) == 1, 0.2, 1.0)),
+            "told": (
+                ("operation", "limit", "quantile"),
+                np.where(toward[..., None], left * [0.7, 0.9, 1.3] + [0, 1, 4], np.nan),
+            ),
             "words": words_of,
         },
         {
@@ -110,7 +112,7 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
             "limit": names,
             "quantile": QUANTILES,
         },
-        {"alarm_level": 0.9, "horizon": 1.2 * operations, "notice": 20, "toward_level": 0.9},
+        {"alarm_level": 0.9, "horizon": 1.2 * operations, "notice": 20},
     )
     return data.assign_attrs(source="both"), dict(zip(names, failure, strict=True))
 
@@ -150,22 +152,22 @@ def test_health_shows_each_limit_as_it_is(count):
             np.testing.assert_array_equal(line.get_ydata(), one.marginal)
         levels = {line.get_ydata()[0] for line in axis.lines if line.get_linestyle() == "--"}
         assert levels == {0.95, 0.5}
-        first = one.first_alarm.item()
-        told = f"first alarm: operation {first:.0f}" if np.isfinite(first) else "no alarm"
+        first = one.since.item()
+        told = f"exceeded since operation {first:,.0f}" if np.isfinite(first) else "not exceeded"
         assert written(axis) == [told, "from both motions"]
         expected = [(first - 0.5, 200.5)] if np.isfinite(first) else []
         assert boxes(axis, style.WARNING) == expected
         title = axis.get_title("left").replace("\n", " ")
         assert title == f"{limit}: {symbolic(one.words.item())}"
     assert ("as if parts were independent" in words(figure)) == (count > 1)
-    assert figure.get_suptitle().endswith(f"limits with an alarm: {min(count, 2)} of {count}")
+    assert figure.get_suptitle().endswith(f"limits exceeded: {min(count, 2)} of {count}")
 
 
 def test_health_without_alarm_and_without_anything_usable():
     data = health_data(2, 30, alarms=False, unusable=0.0)
     figure = health(data)
-    assert figure.get_suptitle().endswith("no alarm at any limit")
-    for word in ("alarm on", "first alarm", "not usable"):
+    assert figure.get_suptitle().endswith("no limit exceeded")
+    for word in ("exceeded since", "not usable"):
         assert word not in words(figure)
     assert_nothing_overlaps(figure)
     data["trend_probability"][:] = np.nan
@@ -179,7 +181,7 @@ def test_health_without_alarm_and_without_anything_usable():
 
 def test_alarm_that_goes_off_and_on_again():
     data = health_data(1, 30)
-    data["alarm"][:] = (np.isin(np.arange(30), [3, 4, 20]))[:, None]
+    data["exceeded"][:] = (np.isin(np.arange(30), [3, 4, 20]))[:, None]
     data["source"] = ("limit", ["closing"])
     figure = health(data)
     assert boxes(figure.axes[0], style.WARNING) == [(3.5, 5.5), (20.5, 21.5)]
@@ -314,10 +316,9 @@ def test_remaining_life_and_truth_are_drawn_where_they_are():
     for axis, limit in zip(figure.axes, LIMITS, strict=False):
         one = data.sel(limit=limit)
         line = line_of(axis, "#2166AC")
-        trend = one.toward.values >= 0.9
-        expected = one.remaining.sel(quantile=0.5).where(trend)
+        expected = one.told.sel(quantile=0.5)
         np.testing.assert_array_equal(line.get_ydata(), expected)
-        assert ("no trend" in written(axis)) == bool((~trend).mean() > 0.14)
+        assert ("no trend" in written(axis)) == bool(expected.isnull().mean() > 0.14)
         lines = [each for each in axis.lines if each.get_color() == style.MEASURED]
         assert len(lines) == (limit != "slow_opening")
         assert ("(in truth not reached)" in axis.get_title("left")) == (limit == "slow_opening")
@@ -334,10 +335,9 @@ def test_remaining_life_and_truth_are_drawn_where_they_are():
 
 def test_what_is_beyond_the_horizon_is_open():
     data, _ = trend_data(30, count=1)
-    data["toward"][:] = 1.0
-    data["toward"][4] = np.nan
-    data["remaining"][:, 0] = [10.0, 20.0, np.inf]
-    data["remaining"][20:, 0] = [30.0, np.inf, np.inf]
+    data["told"][:, 0] = [10.0, 20.0, np.inf]
+    data["told"][4] = np.nan
+    data["told"][20:, 0] = [30.0, np.inf, np.inf]
     figure = remaining_life(data.assign_attrs(horizon=1000.0, source="closing"))
     axis = figure.axes[0]
     middle = line_of(axis, "#2166AC").get_ydata()

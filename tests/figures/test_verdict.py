@@ -11,25 +11,24 @@ from tests.figures.test_operations import QUANTILES, limits
 
 
 def verdict_data(count=4):
-    """Healthy, wearing, in alarm, unknown, and then all of them again."""
+    """Healthy, with a trend, exceeded, unknown, and then all of them again."""
     way = [[5, 12, 20], [35, 48, 60], [90, 104, 140], [np.nan] * 3]
-    remaining = [[np.inf] * 3, [900, 2130, np.inf], [0, 0, 60], [np.nan] * 3]
+    remaining = [[np.nan] * 3, [900, 2130, np.inf], [0, 0, 60], [np.nan] * 3]
     way += [[-40, -10, 5], [70, 78, 84], [99, 100, 101], [0, 15, 30]]
-    remaining += [[4000, 9000, np.inf], [310, 421, 633], [0, 0, 0], [np.inf] * 3]
-    trend = [False, True, True, False, True, True, True, False]
-    state = ["healthy", "wearing", "alarm", "unknown"]
-    state += ["healthy", "wearing", "alarm", "healthy"]
+    remaining += [[4000, 9000, np.inf], [310, 421, 633], [0, 0, 0], [np.nan] * 3]
+    state = ["healthy", "plan", "plan", "unknown", "drifting", "plan", "now", "healthy"]
+    since = [np.nan] * 6 + [1912, np.nan]
     return xr.Dataset(
         {
             "way": (("limit", "quantile"), np.array(way[:count], dtype=float)),
             "remaining": (("limit", "quantile"), np.array(remaining[:count], dtype=float)),
-            "trend": ("limit", trend[:count]),
             "state": ("limit", state[:count]),
+            "since": ("limit", since[:count]),
             "words": limits(count)[1],
         },
         {"limit": limits(count)[0], "quantile": QUANTILES},
         {
-            "healthy": "Not healthy: little wipe is in alarm since operation 1912.",
+            "headline": "Service now: little wipe exceeded since operation 1,912.",
             "wearing": "Wearing: friction of the drive, plus 7.4 % in 1000 operations "
             "(5.9 to 9.1), since operation 1761 (1745 to 1772).",
             "left": "Left: 2,130 operations until tired closing (900 to beyond the horizon); "
@@ -46,7 +45,7 @@ def test_verdict_says_it_in_four_sentences_and_rows(count):
     figure = verdict(data)
     assert_nothing_overlaps(figure)
     text, left, right = figure.axes
-    assert figure.get_suptitle() == data.healthy
+    assert figure.get_suptitle() == data.headline
     said = " ".join(written(text)[0].split())
     assert said == f"{data.wearing} {data.left} {data.trust}"
     width = figure.bbox.width
@@ -62,7 +61,7 @@ def test_verdict_says_it_in_four_sentences_and_rows(count):
     ]
     assert by_row == expected
     rights = ["no trend", "2,130  (900 to beyond)", "0  (0 to 60)", "not known"]
-    rights += ["9,000  (4,000 to beyond)", "421  (310 to 633)", "now", "no trend"]
+    rights += ["9,000  (4,000 to beyond)", "421  (310 to 633)", "exceeded since 1,912", "no trend"]
     assert written(right) == rights[:count]
     percents = [each for each in written(left) if each not in COLOURS]
     lefts = ["12 %", "48 %", "104 %", "not known", "−10 %", "78 %", "100 %", "15 %"]
@@ -94,9 +93,9 @@ def test_verdict_draws_intervals_and_arrows_where_they_are():
         lines = [line for line in axis.lines if line.get_marker() == kind]
         return {line.get_ydata()[0]: line.get_xdata()[0] for line in lines}
 
-    alarming = to_hex(COLOURS["alarm"])
-    gone = [bar.get_width() for bar in left.patches if to_hex(bar.get_facecolor()) == alarming]
-    assert gone[:2] == [104, 100]  # and the strip past the limit
+    over = to_hex(COLOURS["now"])
+    gone = [bar.get_width() for bar in left.patches if to_hex(bar.get_facecolor()) == over]
+    assert gone[0] == 100  # and the strip past the limit
     assert marks(left, "o") == {0: 12, 1: 48, 2: 104, 4: -10, 5: 78, 6: 100, 7: 15}
     assert marks(right, "o") == {1: 2130, 4: 9000, 5: 421}
     assert (marks(left, "<"), marks(left, ">")) == ({4: -18}, {2: 130})
@@ -106,7 +105,7 @@ def test_verdict_draws_intervals_and_arrows_where_they_are():
 def test_names_of_limits_are_no_mathematics():
     """In rows and sentences; an odd number of signs is not enough to see it."""
     data = verdict_data(1).assign_coords(limit=["5 $ or {6 $"])
-    data.attrs |= {"healthy": "Not healthy: 5 $ or {6 $ exceeded.", "left": "Left: 5 $ or {6 $."}
+    data.attrs |= {"headline": "Not healthy: 5 $ or {6 $ exceeded.", "left": "Left: 5 $ or {6 $."}
     figure = verdict(data)
     figure.canvas.draw()
     assert figure.get_suptitle() == r"Not healthy: 5 \$ or {6 \$ exceeded."
@@ -115,7 +114,7 @@ def test_names_of_limits_are_no_mathematics():
 def test_long_sentences_are_broken_and_strange_states_refused():
     data = verdict_data(2)
     data.attrs |= {
-        name: f"{data.attrs[name]} " * 3 for name in ("healthy", "wearing", "left", "trust")
+        name: f"{data.attrs[name]} " * 3 for name in ("headline", "wearing", "left", "trust")
     }
     figure = verdict(data)
     assert_nothing_overlaps(figure)

@@ -148,14 +148,12 @@ def test_a_validation_without_files_has_all_numbers_but_theirs(found, tables):
 
 
 def test_when_limits_were_exceeded():
-    exceeded = [np.nan, "wide", "wide; slow", "slow"]
-    decisions = pd.DataFrame({"operation": [1, 20, 1300, 1400], "limits_exceeded": exceeded})
-    alarms = pd.DataFrame({"limit": ["wide", "wide"], "from_operation": [1350, 25]})
-    assert numbers_of_decisions(decisions, alarms, {"wide": 18.0, "slow": np.nan}) == {
+    # Steps have no limit.
+    names = ["wide", np.nan, "wide", "slow"]
+    alarms = pd.DataFrame({"limit": names, "from_operation": [1350, 3, 25, 1300]})
+    assert numbers_of_decisions(alarms, {"wide": 18.0, "slow": np.nan}) == {
         "wide.failure": "18",
-        "wide.alarm": "25",
-        "wide.exceeded": "20",
+        "wide.exceeded": "25",
         "slow.exceeded": "1,300",
     }
-    healthy = decisions.iloc[:1].astype({"limits_exceeded": float})  # as an empty column is read
-    assert numbers_of_decisions(healthy, alarms.iloc[:0], {}) == {}
+    assert numbers_of_decisions(alarms.iloc[:0], {}) == {}

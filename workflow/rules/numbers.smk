@@ -27,7 +27,6 @@ rule numbers:
         predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),
         trend=expand("results/trend/{motion}.zarr", motion=MOTIONS),
         truth=TRUTH,
-        decisions="results/decisions.csv",
         alarms="results/alarms.csv",
         remaining="results/remaining.zarr",
     output:

@@ -35,7 +35,7 @@ for i, setting in enumerate(params.scaled):  # such as closing_s1
 
 remaining = open_store(files.remaining)
 failures = remaining.failure.to_series().to_dict() if "failure" in remaining else {}
-found |= numbers_of_decisions(pd.read_csv(files.decisions), pd.read_csv(files.alarms), failures)
+found |= numbers_of_decisions(pd.read_csv(files.alarms), failures)
 
 log.info("%d numbers", len(found))
 pd.Series(found, name="value").rename_axis("name").to_csv(snakemake.output[0])

@@ -1,12 +1,14 @@
-"""Join single operations and trends into alarms, decisions and the first page."""
+"""Join single operations and trends into decisions, alarms and the first page."""
 
 import pandas as pd
 
 from breaker.decisions import (
     alarm_table,
+    dated,
     decide,
     health,
     join,
+    judge,
     remaining,
     step_table,
     trust_table,
@@ -19,34 +21,31 @@ from breaker.workflow import start
 
 log = start(snakemake)
 params, found = snakemake.params, snakemake.input
+wear_model, alarm = params.wear_model, params.alarm
 limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
 condition = join([open_store(file).load() for file in found.conditions])
 trends = {data.attrs["source"]: data for data in (open_store(f).load() for f in found.trends)}
 curves = dict(zip(params.motions, (open_store(file) for file in found.curves), strict=True))
 together = "both" in trends and trends["both"].sizes["operation"] > 0
 used = {source: trends[source] for source in (["both"] if together else params.motions)}
-
-left = remaining(used, limits)
-if found.truth:
-    left = left.assign(true_lives(open_store(found.truth).load(), limits))
-judged = health(condition, left, params.alarm)
-rows = decide(judged, left, used, curves, params.wear_model)
 by_source = dict(zip(trends, (open_store(file).load() for file in found.trust), strict=True))
 trust = trust_table([by_source[source] for source in used])
-page = verdict(judged, left, used, rows, trust, params.wear_model)
-log.info("%s %s %s %s", *(page.attrs[name] for name in ("healthy", "wearing", "left", "trust")))
 
-settings = {"limits": params.limits, "alarm": params.alarm, "wear_model": params.wear_model}
-save(describe(judged, "health", **settings), snakemake.output.health)
+left = remaining(used, limits, condition.operation.values)
+judged = judge(condition, left, used, alarm=alarm, toward=wear_model["toward"])
+left = left.assign(told=judged.told)
+if found.truth:
+    left = left.assign(true_lives(open_store(found.truth).load(), limits))
+rows = decide(judged, left, used, curves, trust, alarm=alarm, notice=wear_model["notice"])
+page = verdict(judged, left, used, rows, trust, baseline=wear_model["baseline"])
+log.info("%s %s %s %s", *(page.attrs[name] for name in ("headline", "wearing", "left", "trust")))
+
+settings = {"limits": params.limits, "alarm": alarm, "wear_model": wear_model}
+save(describe(health(judged, alarm), "health", **settings), snakemake.output.health)
 save(describe(left, "remaining life", **settings), snakemake.output.remaining)
 save(describe(page, "verdict", **settings), snakemake.output.verdict)
-rows.to_csv(snakemake.output.decisions, index=False, float_format="%.5g")
-alarms = alarm_table(
-    limits, judged.operation.values, judged.alarm.values, judged.probability.values
-)
-alarms = pd.concat([alarms, step_table(used)], ignore_index=True)
-if "date" in rows:
-    dates = rows.set_index("operation").date
-    alarms = alarms.assign(from_date=alarms.from_operation.map(dates))
+rows.to_csv(snakemake.output.decisions, index=False, float_format="%.10g")
+alarms = alarm_table(judged, {limit.name: limit.motion for limit in limits})
+alarms = dated(pd.concat([alarms, step_table(used)], ignore_index=True), rows)
 alarms.to_csv(snakemake.output.alarms, index=False, float_format="%.5g")
 trust.to_csv(snakemake.output.trust, index=False, float_format="%.3g")

@@ -10,13 +10,17 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "alarms": ["alarm_table", "first", "raised"],
+        "actions": ["ACTIONS"],
+        "alarms": ["alarm_table", "first"],
         "changes": ["step_table"],
+        "columns": ["ALARMS", "DECISIONS"],
         "conditions": ["align", "condition", "usable"],
         "scales": ["over_scales", "spread"],
-        "series": ["complete", "health", "join", "remaining"],
+        "series": ["complete", "join", "remaining"],
+        "states": ["MAY_BE", "STATES", "health", "judge"],
         "summary": ["verdict"],
-        "table": ["MAY_BE", "STATES", "decide"],
+        "table": ["dated", "decide"],
         "trust": ["trust_table"],
+        "wording": ["about", "in_percent", "span"],
     },
 )

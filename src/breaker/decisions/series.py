@@ -1,8 +1,7 @@
-"""Each limit over the operations: chunks and sources joined, probabilities and alarms.
+"""Each limit over the operations: chunks and sources joined.
 
-Joins the probabilities of single operations (``conditions``) with the trends. A limit is read from
-the trend of both motions if there is one, that is if they agree on the parameters in the
-reference, and from the trend of its own motion otherwise.
+A limit is read from the trend of both motions if there is one, that is if they agree on the
+parameters in the reference, and from the trend of its own motion otherwise.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,11 +9,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.decisions.alarms import first, raised
 from breaker.decisions.changes import with_changes, with_steps
 from breaker.mechanism import Limit
 
-__all__ = ["complete", "health", "join", "remaining"]
+__all__ = ["complete", "join", "remaining"]
 
 
 def join(parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -45,25 +43,28 @@ def complete(trend: xr.Dataset, settings: Mapping, source: str) -> xr.Dataset:
     )
 
 
-def remaining(trends: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.Dataset:
+def remaining(
+    trends: Mapping[str, xr.Dataset], limits: Sequence[Limit], operations: np.ndarray
+) -> xr.Dataset:
     """Return the predictions of each limit, from the trend that it is read from.
 
     Args:
-        trends: Trends by source: that of "both", or those of all motions.
+        trends: Trends by source. A limit is read from the first that has it.
         limits: The limits.
+        operations: Numbers of the operations; nan where a trend has none.
 
     Returns:
         Dataset over ``operation``, ``limit``, ``part`` and ``quantile``: ``remaining``, ``toward``,
-        ``beyond`` and ``value`` of trends, and ``source (limit)``.
+        ``beyond`` and ``value`` of trends, and ``source`` and ``of`` of each limit.
     """
     chosen = []
     for limit in limits:
-        source = "both" if "both" in trends else limit.motion
+        source = next(name for name, one in trends.items() if limit.name in one.limit.values)
         one = trends[source][["remaining", "toward", "beyond", "value"]].sel(limit=[limit.name])
         one = one.isel(part=np.flatnonzero(one.part_limit.values == limit.name))
-        chosen.append(one.assign(source=("limit", [source])))
-    every = sorted(set().union(*(one.operation.values.tolist() for one in chosen)))
-    chosen = [one.reindex(operation=every) for one in chosen]
+        about = {"source": source, "of": limit.of}
+        one = one.assign({name: ("limit", [each]) for name, each in about.items()})
+        chosen.append(one.reindex(operation=operations))
     parts = xr.concat(
         [one[["value"]].drop_dims("limit", errors="ignore") for one in chosen], "part"
     )
@@ -73,35 +74,3 @@ def remaining(trends: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.D
     return rest.merge(parts).assign_attrs(
         attrs | {"source": sources.pop() if len(sources) == 1 else "separate"}
     )
-
-
-def health(condition: xr.Dataset, trend: xr.Dataset, alarm: Mapping) -> xr.Dataset:
-    """Return probabilities of limits and alarms over the operations.
-
-    Args:
-        condition: What ``condition`` returns, all operations.
-        trend: What ``remaining`` returns.
-        alarm: The section ``alarm`` of the configuration.
-
-    Returns:
-        Dataset over ``operation`` and ``limit``: ``probability`` and ``marginal`` by single
-        operations, ``trend_probability`` and ``alarm``; ``first_alarm``, ``words`` and ``source``
-        of each limit.
-    """
-    data = condition[["probability", "marginal"]].transpose("operation", "limit")
-    on = np.stack(
-        [
-            raised(column, raise_at=alarm["raise"], clear_at=alarm["clear"], after=alarm["after"])
-            for column in data.probability.values.T
-        ],
-        axis=-1,
-    )
-    operations = data.operation.values
-    beyond = trend.beyond.reindex(operation=operations)
-    return data.assign(
-        trend_probability=beyond.transpose("operation", "limit"),
-        alarm=(("operation", "limit"), on),
-        first_alarm=("limit", np.array([first(column, operations) for column in on.T])),
-        words=("limit", condition.words.values),
-        source=("limit", trend.source.values),
-    ).assign_attrs(alarm)

@@ -1,4 +1,4 @@
-"""The first page: is it healthy, what is wearing, how long has it left, is the model close?"""
+"""The first page: what to do, what is wearing, how long has it left, is the model close?"""
 
 from collections.abc import Mapping
 
@@ -6,53 +6,51 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions.table import in_doubt, states, until, wearing
-from breaker.decisions.trust import trust_sentence
+from breaker.decisions.actions import recent
+from breaker.decisions.alarms import latest
+from breaker.decisions.trust import beyond_family, trust_sentence, untold
+from breaker.decisions.wearing import drifts, rates
+from breaker.decisions.wording import about, and_so_on, span
 
 __all__ = ["verdict"]
 
+_NAMED = 4  # limits in a sentence
+
 
 def verdict(
-    health: xr.Dataset,
-    trend: xr.Dataset,
+    judged: xr.Dataset,
+    left: xr.Dataset,
     trends: Mapping[str, xr.Dataset],
     decisions: pd.DataFrame,
     trust: pd.DataFrame,
-    settings: Mapping,
+    *,
+    baseline: int,
 ) -> xr.Dataset:
     """Return the first page: four sentences, and the state of each limit after the last operation.
 
     Args:
-        health, trend, trends: As of ``decide``.
+        judged, left, trends, trust: As of ``decide``.
         decisions: What ``decide`` returns.
-        trust: What ``trust_table`` returns.
-        settings: The section ``wear_model`` of the configuration.
+        baseline: First operations, after which the way to a limit begins.
 
     Returns:
         Dataset over ``limit`` and ``quantile``: ``way``, percent of the way from the value in the
-        baseline to the limit, ``remaining``, ``trend`` (whether one leads there), ``state`` and
-        ``words``; attributes ``healthy``, ``wearing``, ``left`` and ``trust``.
+        baseline to the limit, ``remaining``, as told, ``state``, ``since`` and ``words``;
+        attributes ``headline``, ``wearing``, ``left``, ``trust`` and ``operation``.
     """
-    every = states(health, trend, settings["toward"])
-    last = trend.isel(operation=-1)
-    leads = last.toward.values >= settings["toward"]
-    row, doubts = decisions.iloc[-1], in_doubt(health, trends, settings["notice"])
+    last, row = judged.isel(operation=-1, drop=True), decisions.iloc[-1]
     return xr.Dataset(
         {
-            "way": (("limit", "quantile"), _way(trend, settings["baseline"])),
-            "remaining": (
-                ("limit", "quantile"),
-                last.remaining.transpose("limit", "quantile").values,
-            ),
-            "trend": ("limit", leads),
-            "state": ("limit", every[-1].astype(str)),
-            "words": ("limit", health.words.values),
+            "way": (("limit", "quantile"), _way(left, baseline)),
+            "remaining": last.told,
+            "state": last.state.astype(str),
+            "since": last.since,
+            "words": last.words,
         },
-        coords={"limit": health.limit.values, "quantile": trend["quantile"].values},
         attrs={
-            "healthy": _healthy(health, every[-1], doubts[-1]),
-            "wearing": _wearing(decisions, wearing(trends, [int(row.operation)], most=3)[0], row),
-            "left": _left(row),
+            "headline": _headline(row, judged, trust),
+            "wearing": _wearing(decisions, trends, judged.operation.values),
+            "left": _left(judged, row),
             "trust": trust_sentence(trust),
             "operation": int(row.operation),
         },
@@ -65,7 +63,9 @@ def _way(trend: xr.Dataset, baseline: int) -> np.ndarray:
     medians = trend.value.isel(operation=slice(begin, None)).sel(quantile=0.5)
     known = medians.transpose("operation", "part").values
     start = known[np.isfinite(known).argmax(axis=0), np.arange(known.shape[1])]
-    now = trend.value.isel(operation=-1).transpose("part", "quantile").values
+    values = trend.value.transpose("operation", "part", "quantile").values
+    last = latest(np.isfinite(values[..., 1]))[-1]
+    now = values[np.maximum(last, 0), np.arange(known.shape[1])]
     bound = trend.part_bound.values
     way = 100.0 * (now - start[:, None]) / (bound - start)[:, None]
     # There is no way from beyond a limit to it: it is gone, as long as the drive is beyond.
@@ -79,50 +79,49 @@ def _way(trend: xr.Dataset, baseline: int) -> np.ndarray:
     return np.array(result)
 
 
-def _healthy(health: xr.Dataset, states_now: np.ndarray, doubts: str) -> str:
-    over = [str(n) for n, s in zip(health.limit.values, states_now, strict=True) if s == "alarm"]
-    operation = int(health.operation.values[-1])
-    if over:
-        raised = [when for name in over if (when := _raised(health.sel(limit=name))) is not None]
-        since = f", since operation {min(raised)}" if raised else ""
-        return f"Not healthy at operation {operation}: {', '.join(over)} exceeded{since}."
-    if doubts:
-        return f"In doubt at operation {operation}: {doubts}."
-    unknown = [n for n, s in zip(health.limit.values, states_now, strict=True) if s == "unknown"]
-    if len(unknown) == health.sizes["limit"]:
-        return f"Unknown at operation {operation}: no operation could be used."
-    but = f"; nothing is known of {', '.join(unknown)}" if unknown else ""
-    return f"Healthy at operation {operation}: no limit exceeded{but}."
+def _headline(row: pd.Series, judged: xr.Dataset, trust: pd.DataFrame) -> str:
+    """Say what to do, what cannot be told, and whether the model can be relied on."""
+    words = row.to_do[0].upper() + row.to_do[1:]
+    if row.action in ("none", "watch"):
+        words = f"{row.state.capitalize()}: {row.to_do}"
+    doubts = [each for each in untold(judged)[-1] if each.split(" (")[0] != row.limit]
+    cannot = f" Cannot tell {and_so_on(doubts, _NAMED)}." if doubts and row.limit else ""
+    unlike = " Intervals cannot be relied on: see trust." if beyond_family(trust) else ""
+    return f"Operation {row.operation:,}: {words}.{cannot}{unlike}"
 
 
-def _raised(one: xr.Dataset) -> int | None:
-    """Operation at which the alarm that is on now was raised, None if none is on."""
-    on = one.alarm.values
-    if not on[-1]:
-        return None
-    off = np.flatnonzero(~on)
-    return int(one.operation.values[off[-1] + 1 if off.size else 0])
-
-
-def _wearing(decisions: pd.DataFrame, drifts: str, row: pd.Series) -> str:
-    if row.state == "unknown":
+def _wearing(
+    decisions: pd.DataFrame, trends: Mapping[str, xr.Dataset], operations: np.ndarray
+) -> str:
+    """Say what wears, how fast, and what was last noticed."""
+    if decisions.state.iloc[-1] == "unknown":
         return "Wearing: unknown."
-    told = [each for cell in decisions.change for each in cell.split("; ")]
-    noted = [each for each in told if each and "took back" not in each]
-    since = f" Last change noticed: {noted[-1]}." if noted else ""
-    if not drifts:
+    noted = recent(decisions.change, operations, within=np.inf)[-1]
+    since = f" Last change noticed: {noted}." if noted else ""
+    steepest = rates(trends, drifts(trends, operations))
+    if not steepest:
         return f"Wearing: no parameter that a trend could tell from none.{since}"
-    return f"Wearing, in 1,000 operations: {drifts}.{since}"
+    return f"Wearing, in 1,000 operations: {steepest}.{since}"
 
 
-def _left(row: pd.Series) -> str:
-    if row.state == "alarm":
-        return "Left: nothing; service now."
+def _left(judged: xr.Dataset, row: pd.Series) -> str:
+    """Say how many operations are left to the limits that trends lead to, the next one first."""
     if row.state == "unknown":
         return "Left: unknown."
-    if not row.next_limit:
+    told, names = judged.told.isel(operation=-1).values, judged.limit.values
+    over = judged.exceeded.values[-1]
+    order = np.lexsort((told[:, 1], told[:, 0]))
+    coming = [
+        f"{names[j]} {about(told[j, 1])} ({span(told[j, 0], told[j, 2])})"
+        for j in order
+        if not over[j] and not np.isnan(told[j, 1])
+    ]
+    nothing = "nothing to the limits exceeded" if over.any() else ""
+    words = "; ".join(filter(None, [nothing, and_so_on(coming, _NAMED)]))
+    if not words:
         return "Left: no trend leads to a limit."
-    return (
-        f"Left: {until(row.remaining_median)} operations to {row.next_limit} "
-        f"({row.remaining_5:.0f} to {until(row.remaining_95)}, 90 %)."
-    )
+    days = ""
+    if 0 < row.days_left < np.inf:
+        between = span(row.days_left_5, row.days_left_95)
+        days = f" At the recent rate {row.limit} in {about(row.days_left)} days ({between})."
+    return f"Left, operations (90 %): {words}.{days}"

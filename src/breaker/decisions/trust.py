@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-__all__ = ["trust_sentence", "trust_table"]
+from breaker.decisions.wording import in_percent
 
-_PLACES = {"start": "at the start", "main motion": "in the main motion", "end": "at the end"}
+__all__ = ["beyond_family", "trust_in_limits", "trust_sentence", "trust_table", "untold"]
+
 _SIZES = ["drive_5", "drive_median", "drive_95", "family_median", "family_99"]
 _WIDTHS = ["half_width", "half_width_if_right"]
 
@@ -44,38 +45,34 @@ def trust_table(parts: Sequence[xr.Dataset]) -> pd.DataFrame:
 
 
 def trust_sentence(table: pd.DataFrame) -> str:
-    r"""Return the sentence of the first page, from what ``trust_table`` returns.
+    """Return the sentence of the first page, from what ``trust_table`` returns.
 
     Example:
         >>> sizes = dict(zip(_SIZES, [0.3, 0.4, 0.5, 0.6, 2.0]))
         >>> one = {"kind": "difference", "name": "opening end"} | sizes
         >>> table = pd.DataFrame([one]).assign(half_width=0.1, half_width_if_right=0.1)
-        >>> print(trust_sentence(table).replace(", as", ",\nas"))
-        Trust: opening differs from the model by 0.4 mm at the end,
-        as drives of the family do (0.6).
+        >>> trust_sentence(table)
+        'Trust: the drive differs from the model by up to 0.4 mm, as drives of the family do.'
     """
     sizes = table[table.kind == "difference"]
     if (sizes.family_99 == 0.0).all():
         return "Trust: the model is taken for right; whether it is was not asked."
     if sizes.drive_median.isna().all():
         return "Trust: unknown."
-    motions = sizes.name.str.split(" ", n=1, expand=True)
-    told = [
-        _difference(str(motion), sizes[motions[0] == motion].assign(phase=motions[1]))
-        for motion in motions[0].unique()
-    ]
-    return f"Trust: {'; '.join(told)}.{_loss(table[table.kind == 'limit'])}"
+    largest = f"up to {sizes.drive_median.max():.2g} mm"
+    if unlike := beyond_family(table):
+        where = f"more than 99 % of drives of the family do: {', '.join(unlike)}"
+        said = f"{where}. No interval can be relied on"
+    else:
+        said = "as drives of the family do"
+    loss = _loss(table[table.kind == "limit"])
+    return f"Trust: the drive differs from the model by {largest}, {said}.{loss}"
 
 
-def _difference(motion: str, rows: pd.DataFrame) -> str:
-    """Say by how much a motion differs from the model, and whether that is usual."""
-    said = [f"{row.drive_median:.2g} mm {_PLACES[row.phase]}" for row in rows.itertuples()]
-    usual = ", ".join(f"{each:.2g}" for each in rows.family_median)
-    beyond = rows[rows.drive_5 > rows.family_99]
-    than = "as drives of the family do"
-    if len(beyond):
-        than = f"{_and([_PLACES[each] for each in beyond.phase])} more than drives of the family do"
-    return f"{motion} differs from the model by {_and(said)}, {than} ({usual})"
+def beyond_family(table: pd.DataFrame) -> list[str]:
+    """Return the phases in which a drive differs from the model more than the family does."""
+    sizes = table[table.kind == "difference"]
+    return sizes.name[sizes.drive_5 > sizes.family_99].tolist()
 
 
 def _loss(limits: pd.DataFrame) -> str:
@@ -84,13 +81,52 @@ def _loss(limits: pd.DataFrame) -> str:
     if not (factor > 1.05).any():
         return ""
     row = limits.loc[factor.idxmax()]
-    unit = "" if row.unit == "1" else f" {row.unit}"
     return (
-        f" This costs {row['name']} most: {row.quantity} is known to ±{row.half_width:.2g}{unit}, "
-        f"not to ±{row.half_width_if_right:.2g}{unit} (90 %)."
+        f" This costs {row['name']} most: {row.quantity} {_known_to(row.half_width, row.unit)} "
+        f"instead of {_known_to(row.half_width_if_right, row.unit)}."
     )
 
 
-def _and(words: Sequence[str]) -> str:
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
+def _known_to(half_width: float, unit: str) -> str:
+    return f"±{half_width:.2g}" + ("" if unit in ("", "1") else f" {unit}")
+
+
+def untold(judged: xr.Dataset) -> list[list[str]]:
+    """Return the limits that cannot be told after each operation, with their probability."""
+    unknown, names = judged.state.values == "unknown", judged.limit.values
+    told = []
+    for row, probability in zip(unknown, judged.level_probability.values, strict=True):
+        each = ((names[j], probability[j]) for j in np.flatnonzero(row))
+        told.append([f"{n} ({in_percent(p) if p == p else 'nothing known'})" for n, p in each])
+    return told
+
+
+def trust_in_limits(
+    judged: xr.Dataset, left: xr.Dataset, named: Sequence[str], table: pd.DataFrame
+) -> list[str]:
+    """Return how far each row of the decisions can be trusted, ``(o,)``.
+
+    How well the quantities of its limit are known, half a 90 % interval; limits that cannot be
+    told; phases in which the drive is unlike the family.
+
+    Args:
+        judged: What ``judge`` returns.
+        left: What ``remaining`` returns, for the same operations.
+        named: Limit of each row, empty without one, ``(o,)``.
+        table: What ``trust_table`` returns.
+    """
+    units = dict(zip(table.quantity, table.unit, strict=True))
+    halves = (left.value.sel(quantile=0.95) - left.value.sel(quantile=0.05)) / 2.0
+    halves = halves.transpose("operation", "part").values
+    of, quantities = left.part_limit.values, left.part_quantity.values
+    unlike = [f"unlike the family: {', '.join(w)}" for w in [beyond_family(table)] if w]
+    told = []
+    for i, (name, doubts) in enumerate(zip(named, untold(judged), strict=True)):
+        parts = [k for k in np.flatnonzero(of == name) if np.isfinite(halves[i, k])]
+        known = [
+            f"{quantities[k]} {_known_to(halves[i, k], units.get(quantities[k], ''))}"
+            for k in parts
+        ]
+        cannot = [f"cannot tell: {', '.join(doubts)}"] if doubts else []
+        told.append("; ".join([*([", ".join(known)] if known else []), *cannot, *unlike]))
+    return told

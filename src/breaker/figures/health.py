@@ -15,14 +15,14 @@ _FOOT = -0.05  # where unusable operations are ticked, on the axis of probabilit
 
 @style.styled
 def health(health: xr.Dataset) -> Figure:
-    """Draw one panel per limit: probability that it is exceeded, alarm levels and the alarm.
+    """Draw one panel per limit: probability that it is exceeded, levels, and where it is exceeded.
 
     The product of the marginals is shown only where it is not the same, that is, for a limit of
     several parts. Operations that are not usable are ticked at the foot.
 
     Args:
         health: ``probability``, ``marginal`` and ``trend_probability`` ``(operation, limit)``, nan
-            where there is none, ``alarm (operation, limit)``, ``first_alarm (limit)``, an operation
+            where there is none, ``exceeded (operation, limit)``, ``since (limit)``, an operation
             or nan, ``words`` and ``source`` ``(limit)``; coordinates ``operation`` and ``limit``;
             attributes ``raise``, ``clear`` and ``after``.
     """
@@ -33,8 +33,8 @@ def health(health: xr.Dataset) -> Figure:
         _probabilities(axis, one)
         _alarm(axis, one, health.attrs)
     axes[0].set(ylim=(-0.1, 1.05), yticks=np.linspace(0.0, 1.0, 6))
-    count, alarms = len(titles), int(health["first_alarm"].notnull().sum())
-    words = f"limits with an alarm: {alarms} of {count}" if alarms else "no alarm at any limit"
+    count, over = len(titles), int(health["since"].notnull().sum())
+    words = f"limits exceeded: {over} of {count}" if over else "no limit exceeded"
     figure.suptitle(f"Health: probability that a limit is exceeded\n{words}")
     style.legend_below(figure, _handles(health), columns=4 if count == 1 else 3)
     return figure
@@ -54,17 +54,17 @@ def _probabilities(axis: Axes, one: xr.Dataset) -> None:
 
 
 def _alarm(axis: Axes, one: xr.Dataset, levels: dict) -> None:
-    """Draw levels, stretches of alarm, and the first alarm with its words."""
+    """Draw levels, stretches in which the limit is exceeded, and since when it is, with words."""
     axis.axhline(levels["raise"], color=style.WARNING, lw=1.0, ls="--")
     axis.axhline(levels["clear"], color=style.REFERENCE, lw=1.0, ls="--")
-    for start, stop in style.spans(one["operation"].values, one["alarm"].values.astype(bool)):
+    for start, stop in style.spans(one["operation"].values, one["exceeded"].values.astype(bool)):
         axis.axvspan(start, stop, color=style.WARNING, alpha=0.13, lw=0)
-    first, source = one["first_alarm"].item(), one["source"].item()
+    first, source = one["since"].item(), one["source"].item()
     known = np.isfinite(first)
     if known:
         axis.axvline(first, color=style.WARNING, lw=1.4)
     above = {"xycoords": "axes fraction", "xytext": (0, 5), "textcoords": "offset points"}
-    alarm = f"first alarm: operation {first:.0f}" if known else "no alarm"
+    alarm = f"exceeded since operation {first:,.0f}" if known else "not exceeded"
     colour, weight = (style.WARNING, "bold") if known else (style.REFERENCE, "normal")
     axis.annotate(alarm, (0.0, 1.0), color=colour, weight=weight, **above)
     words = "from both motions" if source == "both" else f"from {source}"
@@ -79,20 +79,20 @@ def _differs(one: xr.Dataset) -> bool:
 
 def _handles(health: xr.Dataset) -> list:
     levels = health.attrs
-    up = f"alarm raised at {levels['raise']:g}, {levels['after']:g} in a row"
+    up = f"exceeded from {levels['raise']:g}"
     handles = [
         style.dot_key("single operations", style.MODEL, ms=5, alpha=0.6),
         style.line_key("by the trend", style.MODEL, lw=1.8),
         style.line_key(up, style.WARNING, "--", lw=1.0),
-        style.line_key(f"alarm cleared at {levels['clear']:g}", ls="--", lw=1.0),
+        style.line_key(f"until {levels['clear']:g}", ls="--", lw=1.0),
     ]
     if any(_differs(health.sel(limit=limit)) for limit in health["limit"].values):
         label = "single operations, as if parts were independent"
         handles.insert(2, style.dot_key(label, _MARGINAL, "D", ms=5))
-    if bool(health["alarm"].any()):
-        handles.append(style.band_key("alarm on", style.WARNING, 0.13))
-    if bool(health["first_alarm"].notnull().any()):
-        handles.append(style.line_key("first alarm", style.WARNING))
+    if bool(health["exceeded"].any()):
+        handles.append(style.band_key("limit exceeded", style.WARNING, 0.13))
+    if bool(health["since"].notnull().any()):
+        handles.append(style.line_key("exceeded since", style.WARNING))
     if bool(health["probability"].isnull().any()):
         handles.append(style.dot_key("operation not usable", marker="|", ms=8))
     return handles

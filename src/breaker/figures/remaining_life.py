@@ -29,10 +29,10 @@ def remaining_life(
     remaining life is drawn.
 
     Args:
-        trend: ``remaining (operation, limit, quantile)`` at 0.05, 0.5 and 0.95, inf beyond the
-            horizon, nan where there is none, ``toward (operation, limit)`` and ``words (limit)``;
-            coordinates ``operation`` and ``limit``; attributes ``horizon``, ``notice``,
-            ``toward_level`` and ``source``.
+        trend: ``told (operation, limit, quantile)`` at 0.05, 0.5 and 0.95, operations left: 0 where
+            exceeded, inf beyond the horizon, nan where no trend leads to the limit, and
+            ``words (limit)``; coordinates ``operation`` and ``limit``; attributes ``horizon``,
+            ``notice`` and ``source``.
         truth: Operation at which each limit is exceeded in truth, nan if it is not; None for real
             measurements.
         alpha: Half width of the cone around the truth, share of it.
@@ -48,7 +48,7 @@ def remaining_life(
     for axis, limit, failure in zip(axes, limits, failures, strict=True):
         one = trend.sel(limit=limit)
         _truth(axis, one["operation"].values, failure, alpha)
-        _prediction(axis, one, horizon, trend.attrs["toward_level"])
+        _prediction(axis, one, horizon)
         axis.axhline(trend.attrs["notice"], color=style.REFERENCE, lw=0.9, ls=":")
         axis.axhline(horizon, color=style.REFERENCE, lw=0.6)
     _scale(axes[0], horizon)
@@ -68,12 +68,12 @@ def _truth(axis: Axes, operation: np.ndarray, failure: float, alpha: float) -> N
     axis.plot(before, left, color=style.MEASURED, lw=1.2, ls="--", zorder=2.5)
 
 
-def _prediction(axis: Axes, one: xr.Dataset, horizon: float, level: float) -> None:
+def _prediction(axis: Axes, one: xr.Dataset, horizon: float) -> None:
     """Draw band and median where there is a trend, and name the stretches without one."""
     operation = one["operation"].values
-    none = ~(one["toward"].values >= level)  # nan: nothing is known that leads there
-    low, middle, high = (one["remaining"].sel(quantile=q).values for q in (0.05, 0.5, 0.95))
-    known = ~none & ~np.isnan(middle)
+    low, middle, high = (one["told"].sel(quantile=q).values for q in (0.05, 0.5, 0.95))
+    none = np.isnan(middle)
+    known = ~none
     top = _BEYOND * horizon
     for start, stop in style.spans(operation, known):  # one operation alone has a width as well
         inside = (operation > start) & (operation < stop)

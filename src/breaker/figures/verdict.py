@@ -14,7 +14,8 @@ from breaker.figures.words import literal
 
 __all__ = ["COLOURS", "verdict"]
 
-COLOURS = dict(zip(STATES, ("#5A5A5A", "#1B9E77", "#E08A00", style.WARNING), strict=True))
+_EACH = ("#5A5A5A", "#1B9E77", "#C8A400", "#E08A00", style.WARNING)
+COLOURS = dict(zip(STATES, _EACH, strict=True))
 """Colour of each state; the word always stands beside it."""
 
 _WAY = (-18.0, 130.0)  # percent of the way that is shown; what lies outside is an arrow
@@ -31,10 +32,9 @@ def verdict(data: xr.Dataset) -> Figure:
     Args:
         data: ``way (limit, quantile)``: percent of the way from the value in new condition, 0, to
             the limit, 100, nan where not known; ``remaining (limit, quantile)``: operations, inf
-            beyond the horizon, nan where not known, both at 0.05, 0.5 and 0.95; ``trend``, whether
-            it leads to the limit, ``state``, one of ``STATES``, and ``words`` ``(limit)``;
-            coordinate ``limit``; attributes ``healthy``, ``wearing``, ``left`` and ``trust``, the
-            sentences.
+            beyond the horizon, nan without a trend, both at 0.05, 0.5 and 0.95; ``state``, one of
+            ``STATES``, ``since``, an operation or nan, and ``words`` ``(limit)``; coordinate
+            ``limit``; attributes ``headline``, ``wearing``, ``left`` and ``trust``, the sentences.
 
     Raises:
         ValueError: If a state is not one of them.
@@ -43,7 +43,7 @@ def verdict(data: xr.Dataset) -> Figure:
     if strange := sorted(set(states) - set(STATES)):
         raise ValueError(f"no state is called {strange[0]!r}; there are {', '.join(STATES)}")
     count = data.sizes["limit"]
-    headline = wrap(literal(data.attrs["healthy"]), _HEADLINE)
+    headline = wrap(literal(data.attrs["headline"]), _HEADLINE)
     names = "wearing", "left", "trust"
     sentences = [line for name in names for line in wrap(literal(data.attrs[name]), _LINE)]
     text_height, rows_height = 0.31 * len(sentences) + 0.15, 0.78 * count + 0.6
@@ -111,17 +111,19 @@ def _interval(
 def _remaining(axis: Axes, row: int, one: xr.Dataset, mark: str, last: float) -> None:
     """Draw the remaining operations of a limit, and write them beside."""
     low, middle, high = one["remaining"].values
-    unknown = np.isnan(middle) and (one["trend"].item() or one["state"].item() == "unknown")
-    if unknown or not one["trend"].item():
-        words, middle_of_axis = "not known" if unknown else "no trend", np.sqrt(_SOON * last)
+    if np.isnan(middle):
+        words = "not known" if one["state"].item() == "unknown" else "no trend"
+        middle_of_axis = np.sqrt(_SOON * last)
         axis.text(middle_of_axis, row, words, ha="center", va="center", color=style.REFERENCE)
         return
     _interval(axis, row, (low, middle, high), (_SOON, last), mark)
     beside = {"xycoords": axis.get_yaxis_transform(), "va": "center", "annotation_clip": False}
     text = f"{_operations(middle)}  ({_operations(low)} to {_operations(high)})"
-    now = high <= _SOON
+    since = one["since"].item()
+    now = np.isfinite(since)
     weight = "bold" if now else "normal"
-    axis.annotate("now" if now else text, (1.03, row), weight=weight, **beside)
+    told = f"exceeded since {since:,.0f}" if now else text
+    axis.annotate(told, (1.03, row), weight=weight, **beside)
 
 
 def _operations(value: float) -> str:

@@ -88,31 +88,22 @@ def numbers_of_all(quality: pd.DataFrame) -> dict[str, str]:
     return found
 
 
-def numbers_of_decisions(
-    decisions: pd.DataFrame, alarms: pd.DataFrame, failures: Mapping[str, float]
-) -> dict[str, str]:
+def numbers_of_decisions(alarms: pd.DataFrame, failures: Mapping[str, float]) -> dict[str, str]:
     """Return when each limit was exceeded, by name of the limit; only what happened.
 
     Args:
-        decisions: Table of decisions, one row per operation.
-        alarms: Table of alarms, which single operations raise.
+        alarms: Table of alarms, one row per spell in which a limit was exceeded.
         failures: True operation at which each limit is first exceeded; empty for real records.
 
-    >>> decisions = pd.DataFrame({"operation": [1, 1200], "limits_exceeded": [None, "slow"]})
-    >>> alarms = pd.DataFrame({"limit": ["slow"], "from_operation": [1250]})
-    >>> numbers_of_decisions(decisions, alarms, {"slow": 1100.0})
-    {'slow.failure': '1,100', 'slow.alarm': '1,250', 'slow.exceeded': '1,200'}
+    >>> alarms = pd.DataFrame({"limit": ["slow"], "from_operation": [1200]})
+    >>> numbers_of_decisions(alarms, {"slow": 1100.0})
+    {'slow.failure': '1,100', 'slow.exceeded': '1,200'}
     """
     found = {}
     for name, operation in failures.items():
         if np.isfinite(operation):
             found[f"{name}.failure"] = _count(operation)
     for name, operation in alarms.groupby("limit").from_operation.min().items():
-        found[f"{name}.alarm"] = _count(operation)
-    # An empty column is read as numbers.
-    names = decisions.limits_exceeded.astype("string").str.split("; ")
-    exceeded = decisions.assign(limit=names).explode("limit")
-    for name, operation in exceeded.groupby("limit").operation.min().items():
         found[f"{name}.exceeded"] = _count(operation)
     return found
 

@@ -1,0 +1,118 @@
+"""What to do: how urgent each limit is, the code of an action, and the action in words."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from breaker.decisions.states import MAY_BE
+from breaker.decisions.steadiness import RANKS
+from breaker.decisions.wording import in_percent, span
+
+__all__ = ["ACTIONS", "code_of", "due_of", "in_words", "rank_of", "recent"]
+
+ACTIONS = {
+    "none": "go on",
+    "watch": "go on, and look at what wears or has changed",
+    "plan": "plan a service, by the operation of `service_by`",
+    "check": "measure: the limit may be exceeded already, which the curves cannot tell",
+    "service": "service now: the limit is exceeded",
+}
+"""Codes of actions and their meaning, the most urgent last."""
+
+
+def rank_of(judged: xr.Dataset, likely: float) -> np.ndarray:
+    """Return how urgent each limit is after each operation, index in ``RANKS``, ``(o, l)``.
+
+    Args:
+        judged: What ``judge`` returns.
+        likely: Probability from which a limit without a trend counts before those with one.
+    """
+    state, probability = judged.state.values, judged.level_probability.values
+    early = judged.told.values[..., 0]
+    may_be = probability >= MAY_BE
+    conditions = {
+        "service": state == "now",
+        "check": may_be & ~np.isnan(early) | (probability >= likely),
+        "plan": state == "plan",
+        "doubtful": may_be,
+        "watch": state == "drifting",
+    }
+    ranks = [RANKS.index(name) for name in conditions]
+    return np.select(list(conditions.values()), ranks, default=0)
+
+
+def due_of(judged: xr.Dataset) -> np.ndarray:
+    """Return by which operation to service for each limit, inf if not known, ``(o, l)``.
+
+    The 5 % quantile of its remaining life; where it is exceeded, since when it is.
+    """
+    due = judged.operation.values[:, None] + judged.told.values[..., 0]
+    due = np.where(judged.exceeded.values, judged.since.values, due)
+    return np.where(np.isnan(due), np.inf, np.floor(due))
+
+
+def recent(noted: Sequence[str], operations: np.ndarray, *, within: float) -> list[str]:
+    """Return what was last noted, at most so many operations before, ``(o,)``; empty without.
+
+    Changes that later ones took back are left out.
+
+    >>> recent(["", "step", "", ""], np.array([1, 2, 3, 9]), within=5)
+    ['', 'step', 'step', '']
+    """
+    told, when, last = [], -np.inf, ""
+    for operation, words in zip(operations, noted, strict=True):
+        if valid := [each for each in words.split("; ") if each and "took back" not in each]:
+            when, last = operation, "; ".join(valid)
+        told.append(last if operation <= when + within else "")
+    return told
+
+
+def code_of(rank: int, *, blind: bool, look: bool) -> str:
+    """Return the code of an action, one of ``ACTIONS``.
+
+    Args:
+        rank: How urgent its limit is, index in ``RANKS``.
+        blind: Whether nothing is known of any limit.
+        look: Whether a parameter wears, or something has changed of late.
+    """
+    if blind or RANKS[rank] == "doubtful":
+        return "check"
+    return "watch" if RANKS[rank] == "none" and look else RANKS[rank]
+
+
+def in_words(table: pd.DataFrame, probability: Sequence[float], looked: Sequence[str]) -> list[str]:
+    """Return the action of each row in words.
+
+    Args:
+        table: Rows with the columns ``DECISIONS``, ``to_do`` still empty.
+        probability: That the level is beyond the limit of the row, ``(o,)``.
+        looked: What has changed of late, ``(o,)``.
+    """
+    every = zip(table.itertuples(), probability, looked, strict=True)
+    return [_words(row, p, changed) for row, p, changed in every]
+
+
+def _words(row, probability: float, changed: str) -> str:
+    """Describe one action."""
+    lately = f"; {changed}" if changed else ""
+    within = span(row.operations_left_5, row.operations_left_95)
+    if row.action == "service":
+        first, *others = row.exceeded.split("; ")
+        first = first.replace(" since ", " exceeded since operation ")
+        return f"service now: {', '.join([first, *others])}{lately}"
+    if row.action == "check" and not row.limit:
+        return "check the records: none could be used yet"
+    if row.action == "check":
+        left = f"; {within} operations left" if row.operations_left == row.operations_left else ""
+        likely = in_percent(probability)
+        return f"measure for {row.limit}: it may be exceeded already ({likely}){left}{lately}"
+    if row.action == "plan":
+        on = f" ({row.service_by_date})" if row.service_by_date else ""
+        by = f" by operation {row.service_by:,}{on}" if row.service_by == row.service_by else ""
+        return f"plan service{by}, before {row.limit} ({within} operations left){lately}"
+    if row.action == "watch":
+        limit = f"{row.limit}: a trend leads there beyond the horizon" if row.limit else ""
+        return f"watch {'; '.join(filter(None, [limit, row.wearing, changed]))}"
+    return "go on"

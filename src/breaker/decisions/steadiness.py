@@ -1,0 +1,133 @@
+"""Steady answers: which limit a decision is about, and by when to service.
+
+One rule for both: what is more urgent is told at once, what is less urgent only after it has been
+so for a number of operations in a row, or with a reason: a change or step noticed, an event such
+as maintenance, or a limit that is no longer exceeded.
+
+Shapes: ``o`` operations, ``l`` limits.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["RANKS", "Subject", "service_by", "subject"]
+
+RANKS = ("none", "watch", "doubtful", "plan", "check", "service")
+"""How urgent a limit is, the most urgent last."""
+
+_TOLERANCE = 0.1  # of the operations left, within which two estimates are the same
+_SERVICE = RANKS.index("service")
+
+
+class Subject(NamedTuple):
+    """What decisions are about.
+
+    Attributes:
+        limit: Index of the limit after each operation, ``(o,)``.
+        rank: How urgent it is, index in ``RANKS``, ``(o,)``.
+    """
+
+    limit: np.ndarray
+    rank: np.ndarray
+
+
+def subject(
+    rank: np.ndarray,
+    due: np.ndarray,
+    probability: np.ndarray,
+    operations: np.ndarray,
+    reasons: Sequence[str],
+    *,
+    hold: int,
+) -> Subject:
+    """Choose the limit that each decision is about: the most urgent one, steadily.
+
+    Args:
+        rank: How urgent each limit is, ``(o, l)``.
+        due: Operation by which to service for each, inf if not known, ``(o, l)``.
+        probability: That each is exceeded, which decides between equals, ``(o, l)``.
+        operations: Numbers of the operations, ``(o,)``.
+        reasons: Why less urgent answers may be told after an operation, empty without, ``(o,)``.
+        hold: Operations in a row after which they are told without a reason.
+
+    Example:
+        >>> rank = np.array([[3, 3], [3, 4], [3, 3], [3, 3]])
+        >>> due = np.array([[80.0, 90.0], [80, 2], [80, 90], [80, 90]])
+        >>> subject(rank, due, 0 * due, np.arange(1, 5), [""] * 4, hold=2).limit.tolist()
+        [0, 1, 1, 0]
+    """
+    limits, ranks = [], []
+    told, level, calm = -1, 0, 0
+    for i, operation in enumerate(operations.tolist()):
+        best = int(np.lexsort((-probability[i], due[i], -rank[i]))[0])
+        over = level == _SERVICE and rank[i, told] < _SERVICE  # it has a hysteresis of its own
+        calm = calm + 1 if told >= 0 and rank[i, told] < level else 0
+        free = told < 0 or bool(reasons[i]) or over or calm >= hold
+        if free or rank[i, best] > level or _earlier(i, best, told, level, rank, due, operation):
+            told, level, calm = best, int(rank[i, best]), 0
+        limits.append(told)
+        ranks.append(level)
+    return Subject(np.array(limits, dtype=int), np.array(ranks, dtype=int))
+
+
+def _earlier(
+    i: int, best: int, told: int, level: int, rank: np.ndarray, due: np.ndarray, operation: float
+) -> bool:
+    """Whether another limit of the same rank is due clearly before the one that is told."""
+    if rank[i, best] < level or best == told:
+        return False
+    if rank[i, told] < level:
+        return True
+    return bool(due[i, best] < due[i, told] - _same(due[i, told], operation))
+
+
+def _same(due: float, operation: float) -> float:
+    """Operations within which an estimate is the same as ``due``."""
+    left = due - operation
+    return max(1.0, _TOLERANCE * left) if np.isfinite(left) else 0.0
+
+
+def service_by(
+    estimate: np.ndarray, operations: np.ndarray, reasons: Sequence[str], *, hold: int
+) -> tuple[np.ndarray, list[str]]:
+    """Return by which operation to service, and why it is later than before where it is.
+
+    It moves earlier at once, beyond a small tolerance. It moves later with a reason, or to the
+    earliest of the last ``hold`` estimates if all of them were later; an estimate that is due
+    already never counts as later.
+
+    Args:
+        estimate: Operation by which to service as it is estimated, inf without one, ``(o,)``.
+        operations: Numbers of the operations, ``(o,)``.
+        reasons: As of ``subject``.
+        hold: Operations in a row.
+
+    Returns:
+        Operations, inf without one, ``(o,)``, and reasons, empty where it is not later, ``(o,)``.
+
+    Example:
+        >>> estimate = np.array([50.0, 70, 70, 30, 90])
+        >>> found, why = service_by(estimate, np.arange(1, 6), ["", "", "", "", "repair"], hold=2)
+        >>> found.tolist()
+        [50.0, 50.0, 70.0, 30.0, 90.0]
+        >>> why
+        ['', '', 'later for 2 operations', '', 'repair']
+    """
+    told, later, found, why = np.inf, 0, [], []
+    for i, (new, operation) in enumerate(zip(estimate.tolist(), operations.tolist(), strict=True)):
+        same, reason = _same(told, operation), ""
+        if new < told - same:
+            told, later = new, 0
+        elif new > max(told, operation) + same:
+            later += 1
+            if reasons[i] or later >= hold:
+                reason = reasons[i] or f"later for {hold} operations"
+                told = new if reasons[i] else min(estimate[i - hold + 1 : i + 1].tolist())
+                later = 0
+        else:
+            later = 0
+        found.append(told)
+        why.append(reason)
+    return np.array(found), why

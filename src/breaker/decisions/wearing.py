@@ -1,0 +1,75 @@
+"""What wears: parameters whose slope surely differs from zero, steadily.
+
+A parameter counts as wearing once its slope differs from zero at 5 % for seven parameters together,
+and until it no longer does so by itself: it does not come and go with the noise of one operation.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from breaker.decisions.alarms import latched
+
+__all__ = ["drifts", "rates", "wearing"]
+
+_SURE, _MAY_BE = 2.69, 1.645  # sds: 5 % for seven parameters together, and for one
+_HALF = 1.645  # sds in half a 90 % interval
+
+
+def drifts(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the direction in which each parameter wears: 1 up, -1 down, 0 not, by source.
+
+    Args:
+        trends: Whole trends by source, with ``slope`` and ``slope_interval``.
+        operations: Numbers of the operations, ``(o,)``.
+
+    Returns:
+        Arrays ``(o, parameter)`` of int.
+    """
+    found = {}
+    for source, trend in trends.items():
+        data = trend[["slope", "slope_interval"]].reindex(operation=operations)
+        sd = np.diff(data.slope_interval.values, axis=-1)[..., 0] / (2.0 * _HALF)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            z = data.slope.values / sd
+        up, down = (latched(sign * z > _SURE, sign * z < _MAY_BE) for sign in (1, -1))
+        found[source] = up.astype(int) - down
+    return found
+
+
+def wearing(trends: Mapping[str, xr.Dataset], directions: Mapping[str, np.ndarray]) -> list[str]:
+    """Name what wears after each operation, such as "both: f falls, L rises", ``(o,)``.
+
+    Args:
+        trends: As of ``drifts``.
+        directions: What ``drifts`` returns.
+    """
+    told = []
+    for rows in zip(*directions.values(), strict=True):
+        words = []
+        for source, row in zip(directions, rows, strict=True):
+            names = trends[source].parameter.values
+            each = [f"{names[j]} {'rises' if row[j] > 0 else 'falls'}" for j in np.flatnonzero(row)]
+            words += [f"{source}: {', '.join(each)}"] if each else []
+        told.append("; ".join(words))
+    return told
+
+
+def rates(
+    trends: Mapping[str, xr.Dataset], directions: Mapping[str, np.ndarray], *, most: int = 3
+) -> str:
+    """Name what wears at the end, in percent per 1,000 operations, at most ``most`` per source."""
+    words = []
+    for source, rows in directions.items():
+        trend = trends[source].isel(operation=-1)
+        slopes = trend.slope.values
+        steepest = np.argsort(-np.abs(slopes), kind="stable")
+        names = trend.parameter.values
+        each = [f"{names[j]} {_percent(slopes[j])}" for j in steepest if rows[-1, j]]
+        words += [f"{source}: {', '.join(each[:most])}"] if each else []
+    return "; ".join(words)
+
+
+def _percent(value: float) -> str:
+    return f"{value:+.0f} %" if abs(value) >= 10 else f"{value:+.2g} %"

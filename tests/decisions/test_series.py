@@ -1,0 +1,40 @@
+"""Chunks and sources joined: of trends made up for it."""
+
+import numpy as np
+import pytest
+
+from breaker.decisions.series import join, remaining
+from breaker.mechanism.parameters import MOTIONS
+from tests.decisions.made_up import LIMITS, NUMBERS, PARTS, trend_of
+
+
+def test_chunks_are_joined():
+    first = trend_of(MOTIONS, NUMBERS[:2], toward={"slow": 0.3})
+    second = trend_of(MOTIONS, NUMBERS[2:], toward={"slow": 0.7}).assign_attrs(horizon=1)
+    whole = join([first, second])
+    assert whole.operation.values.tolist() == [1, 2, 3, 4]
+    assert whole.toward.sel(limit="slow").values.tolist() == [0.3, 0.3, 0.7, 0.7]
+    assert whole.part_bound.dims == ("part",)
+    assert whole.attrs["horizon"] == 10000
+    with pytest.raises(ValueError, match="limit"):
+        join([first, second.isel(limit=[0, 1])])
+
+
+def test_remaining_is_read_from_the_source_of_each_limit():
+    closing = trend_of(["closing"], NUMBERS, remaining={"slow": [1, 2, 3], "tired": [4, 5, 6]})
+    opening = trend_of(["opening"], NUMBERS[1:], remaining={"wide": [7, 8, 9]})
+    left = remaining({"closing": closing, "opening": opening}, LIMITS, NUMBERS)
+    assert left.limit.values.tolist() == ["slow", "tired", "wide"]
+    assert left.source.values.tolist() == ["closing", "closing", "opening"]
+    assert left.attrs["source"] == "separate"
+    assert left.operation.values.tolist() == [1, 2, 3, 4]
+    assert left.remaining.sel(operation=2, quantile=0.5).values.tolist() == [2, 5, 8]
+    assert np.isnan(left.remaining.sel(operation=1, limit="wide")).all()
+    assert np.isnan(left.beyond.sel(operation=1, limit="wide"))
+    assert left.part_limit.values.tolist() == PARTS
+    assert left.value.sel(operation=4, quantile=0.5).values.tolist() == [9.5, 9.5, 0.8, 10.0]
+    both = trend_of(MOTIONS, NUMBERS, remaining={"wide": [1, 1, 1]})
+    left = remaining({"both": both}, LIMITS, NUMBERS)
+    assert set(left.source.values.tolist()) == {"both"}
+    assert left.attrs["source"] == "both"
+    assert left.remaining.sel(operation=4, limit="wide").values.tolist() == [1, 1, 1]

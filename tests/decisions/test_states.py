@@ -1,0 +1,177 @@
+"""What is known of each limit: on single operations and trends made up for it."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from breaker.decisions.series import remaining
+from breaker.decisions.states import STATES, evidence, health, judge
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from tests.decisions.made_up import (
+    ALARM,
+    INF,
+    LIMITS,
+    NAN,
+    NUMBERS,
+    QUIET,
+    condition_of,
+    page_of,
+    trend_of,
+)
+
+
+def judged_of(own, trend, alarm=ALARM):
+    """Judge three limits from single operations ``(o, 3)`` and a trend of both motions."""
+    operations = trend.operation.values
+    left = remaining({"both": trend}, LIMITS, operations)
+    condition = condition_of(own, operations)
+    return judge(condition, left, {"both": trend}, alarm=alarm, toward=0.95)
+
+
+# ---- exceeded, since -------------------------------------------------------------------------
+
+
+def reference(single, trend, up, down, after):
+    """Exceeded or not after each operation of one limit, judged anew from its whole history."""
+    on, told = False, []
+    for end in range(1, len(single) + 1):
+        usable = [p for p in single[:end] if not np.isnan(p)][-after:]
+        row = min(usable) if len(usable) == after else NAN
+        known = [p for p in trend[:end] if not np.isnan(p)]
+        probability = np.nanmax([row, known[-1] if known else NAN, -1.0])
+        on = probability >= up or (on and not -1.0 < probability <= down)
+        told.append(on)
+    return told
+
+
+@pytest.mark.parametrize("after", [1, 2, 3])
+def test_exceeded_from_histories(after):
+    """Against the whole history, judged anew at every operation: random, with gaps."""
+    rng = np.random.default_rng(after)
+    shape, shares = (150, 3), [0.15, 0.25, 0.1, 0.15, 0.15, 0.2]
+    single, trend = rng.choice([0.1, 0.5, 0.7, 0.95, 1.0, NAN], (2, *shape), p=shares)
+    beyond = {limit.name: trend[:, j] for j, limit in enumerate(LIMITS)}
+    made = trend_of(MOTIONS, np.arange(1, 151), beyond=beyond)
+    judged = judged_of(single, made, ALARM | {"after": after})
+    for j in range(3):
+        expected = reference(single[:, j], trend[:, j], 0.95, 0.5, after)
+        assert 10 < sum(expected) < 140
+        assert judged.exceeded.values[:, j].tolist() == expected
+
+
+def test_since_is_of_the_present_spell_of_each_limit():
+    own = np.full((9, 3), 0.01)
+    own[[0, 1, 6, 7, 8], 0] = 0.99
+    beyond = {"wide": [0, 0, 0, 0.96, 0.7, 0.6, 0.51, 0.51, 0.51]}
+    judged = judged_of(own, trend_of(MOTIONS, 10 * np.arange(1, 10), beyond=beyond))
+    np.testing.assert_array_equal(judged.since.sel(limit="slow"), [NAN, 20, *[NAN] * 5, 80, 80])
+    stored = health(judged, ALARM)
+    np.testing.assert_array_equal(stored.since, [80, NAN, 40])
+    assert stored.attrs == ALARM
+    assert "told" not in stored
+
+
+def test_single_operations_count_beside_a_trend_only_if_exceeding_is_likely():
+    """At 0.5 they leave it to the trend, which counts the prior only once."""
+    trend = np.array([0.01, 0.02, 0.03, NAN])[:, None]
+    single = np.array([0.5, 0.5, 0.51, 0.52])[:, None]
+    found = evidence(single, trend, after=1, likely=0.5)
+    assert found.ravel().tolist() == [0.01, 0.02, 0.51, 0.52]
+    alone = evidence(single, np.full((4, 1), NAN), after=1, likely=0.5)
+    assert alone.ravel().tolist() == single.ravel().tolist()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"clear": 0.96}, {"raise": 1.5}, {"clear": -0.1}, {"raise": NAN}, {"after": 0}],
+)
+def test_unusable_levels_are_refused(wrong):
+    with pytest.raises(ValueError, match="an alarm needs"):
+        judged_of(QUIET, trend_of(MOTIONS, NUMBERS), ALARM | wrong)
+
+
+def test_other_operations_are_refused():
+    trend = trend_of(MOTIONS, NUMBERS)
+    left = remaining({"both": trend}, LIMITS, NUMBERS[1:])
+    with pytest.raises(ValueError, match="the same operations"):
+        judge(condition_of(QUIET), left, {"both": trend}, alarm=ALARM, toward=0.95)
+
+
+# ---- remaining, state ------------------------------------------------------------------------
+
+
+def test_states_and_what_is_told():
+    trend = trend_of(
+        MOTIONS,
+        NUMBERS,
+        toward={"slow": [0.5, 0.95, 0.91, 0.89], "tired": 0.99, "wide": 0.0},
+        remaining={"slow": [100, 200, 300], "tired": [[50, INF, INF]] * 3 + [[INF, INF, INF]]},
+        beyond={"wide": [0.04, 0.05, 0.95, 0.6]},
+    )
+    judged = judged_of(QUIET, trend)
+    assert judged.state.values.tolist() == [
+        # Most of what is probable is beyond the horizon, but it may come before.
+        ["healthy", "plan", "healthy"],
+        ["plan", "plan", "unknown"],
+        ["plan", "plan", "now"],
+        ["healthy", "drifting", "now"],
+    ]
+    assert judged.drive_state.values.tolist() == ["plan", "plan", "now", "now"]
+    np.testing.assert_array_equal(
+        judged.told.values[:, :, 0], [[NAN, 50, NAN], [100, 50, NAN], [100, 50, 0], [NAN, INF, 0]]
+    )
+
+
+def test_what_is_known_stays_known_without_a_record():
+    """Operations count down meanwhile; what never was known stays unknown."""
+    beyond = {"slow": [0.01, NAN, NAN, 0.02], "wide": NAN}
+    trend = trend_of(
+        MOTIONS,
+        10 * NUMBERS,
+        beyond=beyond,
+        toward={"slow": [0.99, NAN, NAN, 0.99], "wide": NAN},
+        remaining={"slow": [[15, 40, INF], [NAN] * 3, [NAN] * 3, [5, 6, 7]], "wide": NAN},
+    )
+    own = QUIET.copy()
+    own[:, 2] = NAN
+    judged = judged_of(own, trend)
+    assert judged.state.sel(limit="slow").values.tolist() == ["plan"] * 4
+    assert judged.told.sel(limit="slow").values.tolist() == [
+        [15, 40, INF],
+        [5, 30, INF],
+        [0, 20, INF],
+        [5, 6, 7],
+    ]
+    assert judged.state.sel(limit="wide").values.tolist() == ["unknown"] * 4
+    assert np.isnan(judged.level_probability.sel(limit="wide")).all()
+
+
+def test_a_drive_is_as_its_worst_limit_and_drifts_if_a_parameter_surely_wears():
+    trend = trend_of(MOTIONS, NUMBERS)
+    assert judged_of(QUIET, trend).drive_state.values.tolist() == ["healthy"] * 4
+    i = NAMES.index("f")
+    trend["slope"][1:, i], trend["slope_interval"][1:, i] = -2.0, [-3.0, -1.0]
+    assert judged_of(QUIET, trend).drive_state.values.tolist() == ["healthy", *["drifting"] * 3]
+    nothing = np.full((4, 3), NAN)
+    for name in ("beyond", "toward", "remaining"):
+        trend[name][:] = NAN
+    judged = judged_of(nothing, trend)
+    assert set(judged.drive_state.values) == {"unknown"}
+    assert np.isnan(judged.told).all()
+    nothing[2:, 2] = 0.01
+    drive = judged_of(nothing, trend).drive_state.values.tolist()
+    assert drive == ["unknown", "unknown", "unknown", "drifting"]
+
+
+def test_all_is_stored_under_its_name():
+    page = page_of(QUIET, trend_of(MOTIONS, NUMBERS))
+    stored = health(page.judged, ALARM)
+    each = {"probability", "marginal", "trend_probability", "exceeded", "state"}
+    for name in each:
+        assert stored[name].dims == ("operation", "limit")
+    assert stored.exceeded.dtype == bool
+    for name in ("since", "words", "source", "of"):
+        assert stored[name].dims == ("limit",)
+    assert stored.drive_state.dims == ("operation",)
+    assert set(stored.state.values.ravel()) < set(STATES)
+    assert isinstance(stored, xr.Dataset)

@@ -1,0 +1,106 @@
+"""The first page: on small tables made up for it."""
+
+import numpy as np
+
+from breaker.decisions.trust import trust_table
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from tests.decisions.made_up import INF, NAN, NUMBERS, QUIET, curves_of, page_of, trend_of
+from tests.decisions.test_table import changed_trend
+from tests.decisions.test_trust import trust_of
+
+
+def test_way_is_from_the_baseline_to_the_limit():
+    """Of a limit of two parts, the part that is farthest; below a limit as above it."""
+    trend = trend_of(MOTIONS, NUMBERS)
+    trend["value"][:2] = np.array([[9.0] * 3, [9.0] * 3, [0.8] * 3, [10.0] * 3])
+    trend["value"][2:] = np.array(
+        [[9.1, 9.25, 9.5], [9.4, 9.6, 9.8], [0.77, 0.78, 0.79], [9.8, 9.9, 10.5]]
+    )
+    trend["value"][3, 0] = NAN  # no record of closing: as last known
+    page = page_of(QUIET, trend).verdict
+    assert page.limit.values.tolist() == ["slow", "tired", "wide"]
+    np.testing.assert_allclose(
+        page.way.values, [[10, 25, 50], [10, 20, 30], [-20, -10, 50]], atol=1e-9
+    )
+    page = page_of(QUIET, trend, baseline=100).verdict
+    np.testing.assert_allclose(page.way.sel(quantile=0.5)[1:], 0, atol=1e-9)
+
+
+def test_way_of_a_limit_exceeded_from_the_start():
+    trend = trend_of(MOTIONS, NUMBERS, beyond={"wide": 1.0})
+    trend["value"][:2, 3] = 11.2
+    trend["value"][2:, 3] = 11.4
+    assert page_of(QUIET, trend).verdict.way.sel(limit="wide", quantile=0.5) >= 100
+
+
+def test_a_healthy_drive():
+    page = page_of(QUIET, trend_of(MOTIONS, NUMBERS)).verdict
+    assert page.headline == "Operation 4: Healthy: go on."
+    assert page.attrs["wearing"] == "Wearing: no parameter that a trend could tell from none."
+    assert page.attrs["left"] == "Left: no trend leads to a limit."
+    assert page.attrs["operation"] == 4
+    assert page.state.values.tolist() == ["healthy"] * 3
+    assert np.isnan(page.since).all()
+    assert np.isnan(page.remaining).all()
+
+
+def test_each_exceeded_limit_has_its_own_date():
+    own = QUIET.copy()
+    own[1:, :2] = [[0.1, 0.99], [0.99, 0.99], [0.99, 0.99]]
+    page = page_of(own, trend_of(MOTIONS, NUMBERS)).verdict
+    assert page.headline == (
+        "Operation 4: Service now: tired exceeded since operation 3, slow since 4."
+    )
+    assert page.attrs["left"] == "Left, operations (90 %): nothing to the limits exceeded."
+    np.testing.assert_array_equal(page.since, [4, 3, NAN])
+    assert page.remaining.values[:2].tolist() == [[0] * 3] * 2
+
+
+def test_what_is_left_and_what_cannot_be_told():
+    trend = trend_of(
+        MOTIONS,
+        NUMBERS,
+        toward={"slow": 0.99, "wide": 0.99},
+        remaining={"slow": [250, 300, 350], "wide": [1234, 4321, INF]},
+        beyond={"tired": 0.2},
+    )
+    dates = ["2024-01-01", "", "", "2024-01-31"]
+    page = page_of(QUIET, trend, curves={"closing": curves_of(NUMBERS, date=dates)}).verdict
+    assert page.headline == (
+        "Operation 4: Plan service by operation 251 (2030-11-05), before slow (250 to 350 "
+        "operations left). Cannot tell tired (20 %)."
+    )
+    assert page.attrs["left"] == (
+        "Left, operations (90 %): slow 300 (250 to 350), wide 4,320 (1,230 to beyond the horizon). "
+        "At the recent rate slow in 3,000 days (2,500 to 3,500)."
+    )
+
+
+def test_what_wears_is_told_steepest_first():
+    trend = changed_trend()
+    for name, slope in (("gamma_a", 12.34), ("f", -1.5), ("mu", 0.4), ("L", 0.25)):
+        i = NAMES.index(name)
+        trend["slope"][:, i], half = slope, slope / 2 if name != "mu" else 0.3
+        trend["slope_interval"][:, i] = [slope - half, slope + half]
+    assert page_of(QUIET, trend).verdict.attrs["wearing"] == (
+        "Wearing, in 1,000 operations: both: gamma_a +12 %, f -1.5 %, L +0.25 %. "
+        "Last change noticed: both: change of f at about 2 (1 to 2)."
+    )
+
+
+def test_a_drive_beyond_the_family_is_named_in_the_headline():
+    unlike = trust_table([trust_of(MOTIONS, drive=9.0)])
+    page = page_of(QUIET, trend_of(MOTIONS, NUMBERS), trust=unlike)
+    assert "Intervals cannot be relied on" in page.verdict.headline
+    assert "unlike the family: closing start" in page.last.trust
+
+
+def test_nothing_is_made_up_of_nothing():
+    trend = trend_of(MOTIONS, NUMBERS)
+    for name in ("remaining", "toward", "beyond", "value", "slope", "slope_interval"):
+        trend[name][:] = NAN
+    page = page_of(np.full((4, 3), NAN), trend).verdict
+    assert page.headline == "Operation 4: Check the records: none could be used yet."
+    assert (page.attrs["left"], page.attrs["wearing"]) == ("Left: unknown.", "Wearing: unknown.")
+    assert set(page.state.values) == {"unknown"}
+    assert np.isnan(page.way).all()
