@@ -7,7 +7,7 @@ import pytest
 
 from breaker.files.listing import list_operations
 from breaker.mechanism.curves import travel
-from breaker.mechanism.limits import from_list
+from breaker.mechanism.limits import Limit, from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.quantities import evaluate
 from breaker.model.fisher import information, pool
@@ -16,6 +16,7 @@ from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
 from breaker.synthetic.drive import Drive, Elements
 from breaker.synthetic.failure_times import failures, true_lives
+from breaker.synthetic.measuring import own_quantities
 from breaker.synthetic.rigs import Rig
 from breaker.synthetic.truth import truth_of
 
@@ -117,10 +118,36 @@ def test_truth_is_what_the_rig_wears_to(rig, truth):
 
 
 def test_limits_are_exceeded_after_the_change_of_wear(rig, truth, defaults):
-    found = failures(truth.value, from_list(defaults["limits"], list(MOTIONS)))
+    limits = from_list(defaults["limits"], list(MOTIONS))
+    found = failures(truth, limits)
     knee = rig.settings["wear"]["knee"] * rig.settings["operations"]
     assert len(found) >= 5
     assert all(knee + 40 < at < 2000 for at in found.values()), found
+    assert {limit.of for limit in limits} == {"model", "record"}
+
+
+def test_truth_of_what_records_show(rig, truth):
+    """Between stages, too, beside the drive's own motion; a rest that is crept to is seen early."""
+    assert truth.measured.dims == ("operation", "motion", "quantity")
+    for operation in (1, 333, 1777, 2000):
+        drive = rig.worn(operation, scatter=False)
+        for motion, names in (
+            ("closing", ("stroke", "travel_time", "closing_speed")),
+            ("opening", ("stroke", "travel_time", "rebound", "opening_speed")),
+        ):
+            own = own_quantities(drive, motion)
+            for name in names:
+                seen = truth.measured.sel(operation=operation, motion=motion, quantity=name)
+                assert seen == pytest.approx(own[name], rel=0.005, abs=0.04), (operation, name)
+    for name in ("latch_time", "wipe"):
+        assert np.isnan(truth.measured.sel(quantity=name)).all()
+    never = Limit("latch", "closing", (("latch_time", 1.0, True),), of="record")
+    assert np.isnan(failures(truth, [never])["latch"])
+
+
+def test_a_sensor_that_misses_the_motion_shows_nothing(rig):
+    short = settled(rig, operations=2, sensor={"length": 3.0})
+    assert np.isnan(truth_of(short, ["closing"], TIMES).measured).all()
 
 
 def test_lives_without_the_change_are_longer_as_the_wear_is_slower(rig, truth, defaults):

@@ -43,15 +43,18 @@ ENDURANCE_FIGURES = [
     "numbers",
 ]
 PAGES = ["figure_verdict", "figure_health", "figure_remaining_life"]
+TRENDS = ["trend", "whole_trend", "measured_trend"]
 DECISIONS = ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"]
+MEASURING = ["read_curves", "measured_trend"]
 FROM_INFERENCE = ["correct_operations", "gather", "figure_identifiability"]
 FROM_INFERENCE += [*ENDURANCE_FIGURES, *DECISIONS]
 SENSITIVITY = ["sensitivity", "figure_sensitivity"]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE, *SENSITIVITY]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 LIMIT = ["identifiability", "discrepancy", "discrepancy_cost", "figure_discrepancy"]
-ONCE = {"decide", "numbers", "rig_truth", "discrepancy", *PAGES}  # for both motions together
-READING = ["read_curves", "figure_prior_predictive", "infer", *FROM_INFERENCE, *SENSITIVITY]
+# For both motions together.
+ONCE = {"decide", "numbers", "measured_trend", "rig_truth", "discrepancy", *PAGES}
+READING = [*MEASURING, "figure_prior_predictive", "infer", *FROM_INFERENCE, *SENSITIVITY]
 
 
 def run(folder: Path, *arguments: str) -> str:
@@ -153,12 +156,12 @@ EDITS = {
     "training.closing": (edit_closing_training, TRAINING, 1),
     "sensor.noise_sd": (
         lambda folder: edit_config(folder, sensor={"noise_sd": 0.12}),
-        ["read_curves", "figure_prior_predictive", *TRAINING, *LIMIT],
+        [*MEASURING, "figure_prior_predictive", *TRAINING, *LIMIT],
         2,
     ),
     "sensor.zero_sd": (
         lambda folder: edit_config(folder, sensor={"zero_sd": 0.05}),
-        ["read_curves", "figure_prior_predictive", *TRAINING, *LIMIT],
+        [*MEASURING, "figure_prior_predictive", *TRAINING, *LIMIT],
         2,
     ),
     "sensor.onset_sd": (
@@ -204,13 +207,13 @@ EDITS = {
     ),
     "wear_model": (
         lambda folder: edit_config(folder, wear_model={"horizon": 5000}),
-        ["trend", "whole_trend", "decide", *PAGES, "figure_changepoint", "numbers"],
+        [*TRENDS, "decide", *PAGES, "figure_changepoint", "numbers"],
         2,
     ),
     "mechanism.py": (
         lambda folder: append(folder, "src/breaker/mechanism/curves.py"),
         # The reader takes the names of quantities from where curves are read, too.
-        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT, "rig_truth", "read_curves"],
+        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT, "rig_truth", *MEASURING],
         2,
     ),
     "README.md": (lambda folder: append(folder, "README.md", "A comment."), [], 2),

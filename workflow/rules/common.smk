@@ -36,6 +36,16 @@ MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
 SPEEDS = {each.name: each.points for each in speeds_of(config["speeds"], Size(**config["size"]))}
+# Limits by what their quantities are read from, and the trends of those that records show.
+LIMITS = {
+    of: [each for each in config["limits"] if each.get("of", "model") == of]
+    for of in ("model", "record")
+}
+MEASURED_TREND = (
+    "results/trend/record.zarr"
+    if any(each["motion"] in MOTIONS for each in LIMITS["record"])
+    else []
+)
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 # Store of what the model leaves out; none where the model is taken for right.
 DISCREPANCY = "results/discrepancy.zarr" if config["discrepancy"]["components"] else []

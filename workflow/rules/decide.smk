@@ -45,7 +45,7 @@ rule trend:
         operations=operations,
         events=of_chunk(0),
         more_events=config["endurance"]["events"],
-        limits=config["limits"],
+        limits=LIMITS["model"],
         speeds=SPEEDS,
         prior=config["prior"],
         sensor=config["sensor"],
@@ -70,11 +70,30 @@ rule whole_trend:
         "../scripts/whole_trend.py"
 
 
+rule measured_trend:
+    """The trends of measured quantities that limits name, through all operations."""
+    input:
+        **{motion: curves_of(motion) for motion in MOTIONS},
+    output:
+        directory("results/trend/record.zarr"),
+    log:
+        "logs/measured_trend.log",
+    params:
+        seed=config["seed"],
+        motions=MOTIONS,
+        limits=LIMITS["record"],
+        speeds=SPEEDS,
+        wear_model=config["wear_model"],
+    script:
+        "../scripts/measured_trend.py"
+
+
 rule decide:
     """What is known, what changed, what to do when: every operation, and the first page."""
     input:
         conditions=every_chunk("results/condition/chunk_{chunk}.zarr"),
         trends=expand("results/trend/{source}.zarr", source=SOURCES),
+        measured=MEASURED_TREND,
         curves=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
         trust=trust_of_sources,
         truth=TRUTH,

@@ -20,7 +20,7 @@ rule rig:
 
 
 rule rig_truth:
-    """The true parameters of the stand-in, operation by operation."""
+    """The true state of the stand-in, operation by operation."""
     output:
         directory("results/rig/truth.zarr"),
     log:
@@ -30,6 +30,7 @@ rule rig_truth:
         motions=MOTIONS,
         rig=config["rig"],
         grid=GRID,
+        speeds=SPEEDS,
     script:
         "../scripts/rig_truth.py"
 

@@ -111,6 +111,15 @@ def corrected(motion):
     return files
 
 
+def curves_of(motion):
+    """The records of all operations of a motion."""
+
+    def files(wildcards):
+        return [f"results/endurance/{motion}/curves_{chunk}.zarr" for chunk in chunks(motion)]
+
+    return files
+
+
 CORRECTED = {motion: corrected(motion) for motion in MOTIONS}
 
 

@@ -31,7 +31,8 @@ used = {source: trends[source] for source in (["both"] if together else params.m
 by_source = dict(zip(trends, (open_store(file).load() for file in found.trust), strict=True))
 trust = trust_table([by_source[source] for source in used])
 
-left = remaining(used, limits, condition.operation.values)
+measured = {"record": open_store(found.measured).load()} if found.measured else {}
+left = remaining(used | measured, limits, condition.operation.values)
 judged = judge(condition, left, used, alarm=alarm, toward=wear_model["toward"])
 left = left.assign(told=judged.told)
 if found.truth:

@@ -1,5 +1,6 @@
-"""Write down the true parameters of the stand-in, operation by operation."""
+"""Write down the true state of the stand-in, operation by operation."""
 
+from breaker.mechanism import speeds_of
 from breaker.model import grid
 from breaker.stores import describe, save
 from breaker.synthetic import Rig, truth_of
@@ -9,9 +10,9 @@ log = start(snakemake)
 params = snakemake.params
 
 rig = Rig.from_settings(params.rig, params.seed)
-truth = truth_of(rig, params.motions, grid(**params.grid))
+truth = truth_of(rig, params.motions, grid(**params.grid), speeds_of(params.speeds))
 for motion in params.motions:
     far = truth.difference.sel(motion=motion)
     log.info("%s: the model differs by %.2f to %.2f mm", motion, far.min(), far.max())
-settings = {key: params[key] for key in ("seed", "rig", "grid", "motions")}
-save(describe(truth, "true parameters of the stand-in", **settings), snakemake.output[0])
+settings = {key: params[key] for key in ("seed", "rig", "grid", "motions", "speeds")}
+save(describe(truth, "true state of the stand-in", **settings), snakemake.output[0])

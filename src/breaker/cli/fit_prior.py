@@ -51,7 +51,8 @@ def _run(options: argparse.Namespace) -> int:
     overlay = overlay_of(recorded, fitted, given)
     own = merge(config, overlay)
     models = {motion: configured_model(own, motion) for motion in recorded.drive.models}
-    limits = from_list(limits, [*models], speeds_of(own["speeds"], Size(**own["size"])))
+    speeds = speeds_of(own["speeds"], Size(**own["size"]))
+    limits = from_list(limits, [*models], speeds, of=["model"])
     checks = check_fitted(fitted, models, recorded.records, limits, config["seed"])
     text = overlay_text(overlay, recorded, checks)
     print(report(recorded, fitted, checks))

@@ -81,7 +81,6 @@ def condition(data: Mapping[str, xr.Dataset], limits: Sequence[Limit]) -> xr.Dat
             "operation": operations,
             "limit": [limit.name for limit in limits],
             "words": ("limit", [limit.words for limit in limits]),
-            "of": ("limit", [limit.of for limit in limits]),
         },
     )
 

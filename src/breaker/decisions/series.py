@@ -69,7 +69,7 @@ def remaining(
         [one[["value"]].drop_dims("limit", errors="ignore") for one in chosen], "part"
     )
     rest = xr.concat([one.drop_dims("part") for one in chosen], "limit")
-    sources = {str(each) for each in rest.source.values}
+    sources = {str(each) for each in rest.source.values if each != "record"}
     attrs = dict(next(iter(trends.values())).attrs)
     return rest.merge(parts).assign_attrs(
         attrs | {"source": sources.pop() if len(sources) == 1 else "separate"}

@@ -11,14 +11,15 @@ from breaker.mechanism import Limit
 __all__ = ["failures", "true_lives"]
 
 
-def failures(truth: xr.DataArray, limits: Sequence[Limit]) -> dict[str, float]:
+def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
     """Return the operations at which a drive's level is first beyond each limit, nan if never.
 
-    Quantities are those of the model at the true parameters, as they are everywhere; of what
-    records show, nothing is known here, nan.
+    Quantities are those of the model at the true parameters, or what records without noise show,
+    as each limit says.
 
     Args:
-        truth: True parameters ``(operation, parameter)``, with a coordinate ``operation``.
+        truth: What ``truth_of`` returns; for limits on one of both, ``value`` or ``measured`` is
+            enough.
         limits: The limits.
 
     Example:
@@ -27,19 +28,26 @@ def failures(truth: xr.DataArray, limits: Sequence[Limit]) -> dict[str, float]:
         >>> worn = new * [1, 1, 1, 1, 1, 0.9, 1]  # f falls from 0.80 to 0.72
         >>> operations = {"operation": np.arange(1, 802)}
         >>> values = np.linspace(new, worn, 801)
-        >>> truth = xr.DataArray(values, dims=("operation", "parameter"), coords=operations)
+        >>> truth = xr.Dataset({"value": (("operation", "parameter"), values)}, operations)
         >>> failures(truth, [Limit("weak", "closing", (("f", 0.77, False),))])
         {'weak': 302.0}
     """
     operations = truth.operation.values.astype(float)
     result = {}
     for limit in limits:
-        if limit.of == "model":
-            over = limit.exceeded(limit.evaluate(truth.values))
-            result[limit.name] = first(over, operations)
-        else:
-            result[limit.name] = np.nan
+        result[limit.name] = first((_excess(truth, limit) > 0).all(axis=-1), operations)
     return result
+
+
+def _excess(truth: xr.Dataset, limit: Limit) -> np.ndarray:
+    """How far each part of a limit is exceeded, ``(operation, parts)``.
+
+    What the model does not have is beyond any limit; of what no record shows, nothing is known.
+    """
+    if limit.of == "model":
+        return np.nan_to_num(limit.excess(limit.evaluate(truth.value.values)), nan=np.inf)
+    seen = truth.measured.sel(motion=limit.motion, quantity=list(limit.quantities))
+    return limit.excess(seen.transpose("operation", "quantity").values)
 
 
 def true_lives(
@@ -55,7 +63,8 @@ def true_lives(
         Operations at which the level is first beyond each limit, and at which it would be if the
         wear had gone on as it began; the latter nan where it is the same.
     """
-    ends = failures(truth.value, limits)
-    steady = failures(truth.without_change.rename(longer="operation"), limits)
+    ends = failures(truth, limits)
+    longer = {"value": truth.without_change, "measured": truth.measured_without_change}
+    steady = failures(xr.Dataset(longer).rename(longer="operation"), limits)
     without = [np.nan if steady[name] == end else steady[name] for name, end in ends.items()]
     return {"failure": (("limit",), list(ends.values())), "failure_without": (("limit",), without)}

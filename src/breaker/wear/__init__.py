@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "events": ["Event"],
         "learned": ["Learned", "by_phase", "phases"],
         "lifetime": ["remaining_life"],
+        "measured": ["follow_measured"],
         "series": ["Series", "likelihood", "series_of"],
         "state": ["State"],
         "steps": ["IN_ROW"],

@@ -13,9 +13,11 @@ from breaker.wear.learned import PHASES
 from breaker.wear.lifetime import Horizon, Remaining
 from breaker.wear.state import State
 
-__all__ = ["age_bins", "dataset", "row"]
+__all__ = ["QUANTILES", "age_bins", "dataset", "limit_coords", "row"]
 
-_QUANTILES = (0.05, 0.5, 0.95)
+QUANTILES = (0.05, 0.5, 0.95)
+"""Quantiles of everything that is stored."""
+
 _HALF = 1.6449  # sds of a normal in half its 90 % interval
 _PER_CENT = 100.0
 _NODES = ndtri((np.arange(20) + 0.5) / 20)  # equally probable points of a standard normal
@@ -55,10 +57,10 @@ def row(
         "run_length_probability": (("age",), ages),
         "start_interval": (("quantile",), _start(h, began, state.first, state.since)),
         "kind_probability": (("kind",), kinds / began.sum() if began.sum() > 0 else unknown),
-        "remaining": (("limit", "quantile"), left.quantiles(_QUANTILES)),
+        "remaining": (("limit", "quantile"), left.quantiles(QUANTILES)),
         "toward": (("limit",), left.toward),
         "beyond": (("limit",), left.beyond),
-        "value": (("part", "quantile"), np.quantile(left.now, _QUANTILES, axis=0).T),
+        "value": (("part", "quantile"), np.quantile(left.now, QUANTILES, axis=0).T),
     }
 
 
@@ -79,20 +81,14 @@ def dataset(
         motions: Motions of the source.
     """
     edges = age_bins(last)
-    parts = [(limit, part) for limit in limits for part in limit.parts]
     coords = {
         "operation": operations,
         "parameter": list(NAMES),
         "phase": [f"{motion} {phase}" for motion in motions for phase in PHASES],
         "bound": ["lower", "upper"],
         "kind": list(KINDS),
-        "quantile": list(_QUANTILES),
-        "limit": [limit.name for limit in limits],
-        "words": ("limit", [limit.words for limit in limits]),
-        "part_limit": ("part", [limit.name for limit, _ in parts]),
-        "part_quantity": ("part", [quantity for _, (quantity, _, _) in parts]),
-        "part_bound": ("part", [bound for _, (_, bound, _) in parts]),
-        "part_upper": ("part", [is_upper for _, (_, _, is_upper) in parts]),
+        "quantile": list(QUANTILES),
+        **limit_coords(limits),
         "age_lower": ("age", edges[:-1]),
         "age_upper": ("age", edges[1:]),
     }
@@ -103,6 +99,19 @@ def dataset(
     return xr.Dataset(data, coords=coords)
 
 
+def limit_coords(limits: Sequence[Limit]) -> dict[str, object]:
+    """Return the coordinates of limits and of their parts."""
+    parts = [(limit, part) for limit in limits for part in limit.parts]
+    return {
+        "limit": [limit.name for limit in limits],
+        "words": ("limit", [limit.words for limit in limits]),
+        "part_limit": ("part", [limit.name for limit, _ in parts]),
+        "part_quantity": ("part", [quantity for _, (quantity, _, _) in parts]),
+        "part_bound": ("part", [bound for _, (_, bound, _) in parts]),
+        "part_upper": ("part", [is_upper for _, (_, _, is_upper) in parts]),
+    }
+
+
 def _start(h: Hypotheses, began: np.ndarray, earliest: int, latest: int) -> np.ndarray:
     """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
 
@@ -111,7 +120,7 @@ def _start(h: Hypotheses, began: np.ndarray, earliest: int, latest: int) -> np.n
     """
     apart = np.sqrt(h.start_variance)[:, None] * _NODES
     starts = np.clip(h.start[:, None] + apart, earliest, latest)
-    return _quantiles(starts.ravel(), np.repeat(began, _NODES.size), _QUANTILES)
+    return _quantiles(starts.ravel(), np.repeat(began, _NODES.size), QUANTILES)
 
 
 def _quantiles(values: np.ndarray, weight: np.ndarray, shares: Sequence[float]) -> np.ndarray:

@@ -66,7 +66,10 @@ class Follower:
         seed: int,
         learned: Learned | None = None,
     ) -> "Follower":
-        """Build from the section ``wear_model`` of the configuration."""
+        """Build from the section ``wear_model`` of the configuration.
+
+        Of the limits, those on measured quantities are left out: see ``follow_measured``.
+        """
         prior = next(iter(models.values())).prior
         tracker = Tracker.from_settings(settings, prior.log_sds)
         rng = generator(seed, "remaining life")
@@ -74,7 +77,7 @@ class Follower:
         return cls(
             models,
             tracker if learned is None else replace(tracker, bend=settings["bend"]),
-            limits,
+            [limit for limit in limits if limit.of == "model"],
             Horizon(settings["horizon"], normals, settings["widening"]),
             settings,
             learned,

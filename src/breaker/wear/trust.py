@@ -104,6 +104,7 @@ def _slopes(limits: Sequence[Limit], prior: Prior, centre: np.ndarray) -> np.nda
     """Slopes of the quantities of all limits by the standardised parameters, ``(part, p)``."""
     moved = _STEP * np.eye(len(NAMES))
     theta = prior.destandardise(np.concatenate([centre + moved, centre - moved]))
-    values = np.concatenate([each.evaluate(theta) for each in limits], 1)
+    none = np.zeros((len(theta), 0))
+    values = np.concatenate([none, *(each.evaluate(theta) for each in limits)], 1)
     up, down = np.split(values, 2)
     return (up - down).T / (2.0 * _STEP)

@@ -1,0 +1,215 @@
+"""The trends of measured quantities, and when limits on them are first exceeded.
+
+What a record itself shows is followed as parameters are (``changepoint``), each quantity by itself:
+its level goes along a line that may bend or jump, and operations scatter about it. Errors are those
+of the records. The model and its error do not enter.
+
+Values are shares of the quantity's *unit*, so any quantity of a drive of any size has the same
+prior. The unit is the median of the first values, or a hundred times their spread where that is
+more, as of a small rebound. The prior's sd of a level is a tenth of it, as that of most parameters
+is, and that of a slope follows from it as theirs do.
+
+A limit is read from draws of the lines of its quantities, which are independent of each other.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtri
+
+from breaker.mechanism import Limit
+from breaker.model import generator
+from breaker.wear.changepoint import PER, Tracker
+from breaker.wear.lifetime import Horizon, Remaining, draw_lines
+from breaker.wear.rows import QUANTILES, limit_coords
+
+__all__ = ["follow_measured"]
+
+_SHARE = 0.1  # prior sd of a level, units of its quantity
+_SPREADS = 100.0  # of the first values, least unit
+_NORMAL = 1.4826  # sd of a normal over the median of its distances from its median
+_LEAST = 1e-6  # units, least error of a value
+_DRAWS = 500  # lines of a prediction
+
+
+class _Trend(NamedTuple):
+    """What is known of a quantity after each operation, in its own unit; nan before any value.
+
+    Attributes:
+        lines: Draws of its level and its slope per operation, ``(o, d, 2)``.
+        level, slope: Their 5, 50 and 95 % quantiles, slopes per thousand operations, ``(o, 3)``.
+        scatter: sd from operation to operation, ``(o,)``.
+        change_probability: Of a change that was not reported yet, ``(o,)``.
+        alarm: Whether one is reported, ``(o,)``.
+    """
+
+    lines: np.ndarray
+    level: np.ndarray
+    slope: np.ndarray
+    scatter: np.ndarray
+    change_probability: np.ndarray
+    alarm: np.ndarray
+
+
+def follow_measured(
+    data: Mapping[str, xr.Dataset], limits: Sequence[Limit], settings: Mapping, seed: int
+) -> xr.Dataset:
+    """Follow the measured quantities of limits through all operations.
+
+    Args:
+        data: Of each motion, ``accepted (operation)``, ``measured`` and ``measured_sd (operation,
+            quantity)``, as ``records.read_curves`` returns them.
+        limits: Limits on measured quantities of these motions.
+        settings: The section ``wear_model`` of the configuration.
+        seed: Seed of the draws of lines.
+
+    Returns:
+        Dataset over ``operation``: ``remaining``, ``toward`` and ``beyond`` of each ``limit``, and
+        the ``value`` of each ``part``, as in a trend. Besides over ``followed``, motion and
+        quantity: ``level`` and ``slope`` (per thousand operations) with their 90 % intervals, and
+        ``scatter``, all in ``followed_unit``; ``change_probability`` and ``alarm``.
+
+    Example:
+        >>> rng, n = np.random.default_rng(1), 300
+        >>> values = 9.0 + 0.001 * np.arange(n) + 0.05 * rng.standard_normal(n)  # ms
+        >>> both = {"measured": values, "measured_sd": np.full(n, 0.05)}
+        >>> data = xr.Dataset(
+        ...     {name: (("operation", "quantity"), each[:, None]) for name, each in both.items()}
+        ...     | {"accepted": ("operation", np.ones(n, dtype=bool))},
+        ...     {"operation": np.arange(n), "quantity": ["travel_time"]},
+        ... )
+        >>> slow = Limit("slow", "closing", (("travel_time", 9.5, True),), of="record")
+        >>> wear = {"operations_between_changes": 2000, "slope_sd": 2.0, "step_sd": 5.0}
+        >>> wear |= {"scatters": [0.1, 0.4], "outliers": 0.001, "whole": 0.15, "settle": 100}
+        >>> wear |= {"baseline": 100, "alarm_level": 0.9, "horizon": 10000, "bend": 0.3}
+        >>> found = follow_measured({"closing": data}, [slow], wear, 1)
+        >>> float(found.remaining.sel(limit="slow", quantile=0.5)[-1].round(-2))  # in truth 201
+        200.0
+    """
+    operations = np.unique(np.concatenate([each.operation.values for each in data.values()]))
+    units = {
+        (limit.motion, name): unit
+        for limit in limits
+        for name, unit in zip(limit.quantities, limit.units, strict=True)
+    }
+    trends = {}
+    for motion, name in units:
+        values, sds = _values(data[motion], name, operations)
+        rng = generator(seed, "measured", motion, name)
+        trends[motion, name] = _followed(operations, values, sds, settings, rng)
+    return _dataset(operations, limits, units, trends, settings["horizon"])
+
+
+def _dataset(
+    operations: np.ndarray,
+    limits: Sequence[Limit],
+    units: Mapping[tuple[str, str], str],
+    trends: Mapping[tuple[str, str], _Trend],
+    farthest: int,
+) -> xr.Dataset:
+    """What ``follow_measured`` returns, of trends and units by motion and quantity."""
+    lefts = [_left(each, trends, farthest) for each in limits]
+    parts = [trends[limit.motion, name] for limit in limits for name in limit.quantities]
+    by, of = ("limit", "operation"), ("followed", "operation")
+    found = {
+        "remaining": ((*by, "quantile"), [each.quantiles(QUANTILES) for each in lefts]),
+        "toward": (by, [each.toward for each in lefts]),
+        "beyond": (by, [each.beyond for each in lefts]),
+        "value": (("part", "operation", "quantile"), [each.level for each in parts]),
+    }
+    for name in ("level", "slope"):
+        ends = np.array([getattr(each, name) for each in trends.values()])
+        found[name] = (of, ends[..., 1])
+        found[f"{name}_interval"] = ((*of, "bound"), ends[..., [0, 2]])
+    for name in ("scatter", "change_probability", "alarm"):
+        found[name] = (of, [getattr(each, name) for each in trends.values()])
+    coords = {
+        "operation": operations,
+        "quantile": list(QUANTILES),
+        "bound": ["lower", "upper"],
+        "followed": [f"{motion} {name}" for motion, name in units],
+        "followed_unit": ("followed", list(units.values())),
+        **limit_coords(limits),
+    }
+    return xr.Dataset(found, coords).transpose("operation", ...)
+
+
+def _values(data: xr.Dataset, name: str, operations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values of a quantity and their errors at operations, ``(o,)``, nan where there is none."""
+    own = data[["measured", "measured_sd"]].sel(quantity=name).where(data.accepted)
+    own = own.reindex(operation=operations)
+    return own.measured.values, own.measured_sd.values
+
+
+def _followed(
+    operations: np.ndarray,
+    values: np.ndarray,
+    sds: np.ndarray,
+    settings: Mapping,
+    rng: np.random.Generator,
+) -> _Trend:
+    """Follow a quantity with its values and their errors, ``(o,)``, nan where there is none."""
+    first = values[np.isfinite(values)][: settings["baseline"]]
+    centre = np.median(first) if first.size else 0.0
+    spread = _NORMAL * np.median(np.abs(first - centre)) if first.size else 0.0
+    unit = max(abs(centre), _SPREADS * spread) or 1.0
+    scale = _SHARE * unit  # of standardised values
+    # A quantity is no linear function of what wears, so its slope changes without a change, too.
+    tracker = Tracker.from_settings(settings, np.array([_SHARE]))
+    tracker = replace(tracker, bend=settings["bend"])
+    horizon = Horizon(settings["horizon"], rng.standard_normal((_DRAWS, 2)))
+    order = rng.permutation(_DRAWS)  # draws of hypotheses are sorted, and alike in all quantities
+    back, origin = scale * np.array([1.0, 1.0 / PER]), np.array([centre, 0.0])
+    hypotheses, since, seen = tracker.begin(int(operations[0])), int(operations[0]), 0
+    found = _nothing(len(operations))
+    for i, operation in enumerate(operations.tolist()):
+        hypotheses = tracker.predict(hypotheses, operation)
+        if np.isfinite(values[i]):
+            seen += 1
+            error = max(sds[i], _LEAST * unit) / scale
+            place = np.array([(values[i] - centre) / scale])
+            hypotheses, _, _ = tracker.learn(
+                hypotheses, np.array([[error**-2]]), np.zeros(1), place
+            )
+        if not seen:
+            continue
+        mean, cov = hypotheses.level()
+        ends = mean[:, None] + np.sqrt(np.diag(cov))[:, None] * ndtri(QUANTILES)
+        found.lines[i] = origin + back * draw_lines(hypotheses, horizon)[order]
+        found.level[i], found.slope[i] = centre + scale * ends[0], scale * ends[1]
+        found.scatter[i] = unit * tracker.scatters[hypotheses.scatter] @ hypotheses.weight
+        changed = found.change_probability[i] = hypotheses.began_after(since)
+        if seen >= settings["settle"] and changed >= settings["alarm_level"]:
+            found.alarm[i], since = True, operation
+    return found
+
+
+def _nothing(o: int) -> _Trend:
+    """The trend of a quantity of which nothing is known yet."""
+    shapes = (o, _DRAWS, 2), (o, 3), (o, 3), (o,), (o,)
+    return _Trend(*(np.full(shape, np.nan) for shape in shapes), np.zeros(o, dtype=bool))
+
+
+def _left(limit: Limit, trends: Mapping[tuple[str, str], _Trend], farthest: int) -> Remaining:
+    """Remaining lives of a limit after each operation, in the place of limits ``(o, d)``.
+
+    A part holds along a line from one operation on, or up to one; all of them from the last of the
+    former on, if that is before the first of the latter.
+    """
+    lines = np.stack([trends[limit.motion, name].lines for name in limit.quantities], axis=-1)
+    level, slope = lines[:, :, 0], lines[:, :, 1]  # (o, d, part)
+    excess = limit.excess(level)
+    rise = limit.excess(level + slope) - excess
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = -excess / rise
+    holds, nearer = excess > 0, rise > 0
+    begins = np.where(holds, 0.0, np.where(nearer, np.floor(turn) + 1.0, np.inf)).max(axis=-1)
+    ends = np.where(nearer, np.inf, np.where(holds, turn, 0.0)).min(axis=-1)
+    begins = np.where((begins < ends) & (begins <= farthest), begins, np.inf)
+    unknown = np.isnan(excess).any(axis=(1, 2))
+    begins[unknown] = np.nan
+    toward = np.where(unknown, np.nan, (holds | nearer).all(axis=-1).mean(axis=-1))
+    return Remaining(begins, toward, level)
