@@ -44,6 +44,7 @@ rule trend:
         motions=MOTIONS,
         operations=operations,
         events=of_chunk(0),
+        temperatures=of_chunk(1),
         more_events=config["endurance"]["events"],
         limits=LIMITS["model"],
         speeds=SPEEDS,

@@ -33,7 +33,7 @@ events = {
     number: Event.from_text(text, params.more_events) for number, text in params.events.items()
 }
 there = {motion: usable(each) for motion, each in data.items()}
-series = series_of(models, data, there, events)
+series = series_of(models, data, there, events, params.temperatures)
 before = snakemake.input.get("state")
 state = State.from_dataset(open_store(before[0])) if before else follower.begin(series)
 state, result = follower.follow(state, series)

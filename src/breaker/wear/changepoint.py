@@ -49,7 +49,8 @@ class Hypotheses:
     Attributes:
         operation: Number of the operation.
         log_weight: Log probability of each, ``(h,)``.
-        mean: Of the level now and the slope per thousand operations, standardised, ``(h, 2 p)``.
+        mean: Of the level now and the slope per thousand operations, standardised, ``(h, 2 p)``;
+            behind these may be constants that all segments share, see ``temperature``.
         cov: Their covariance, ``(h, 2 p, 2 p)``.
         start: Operation after which the segment began, on average, ``(h,)``.
         kind: Kind of the change that began it: number of the parameter whose slope changed, p for
@@ -188,19 +189,18 @@ class Tracker:
         grown = self._with_changes(hypotheses, hazard) if hazard else hypotheses
         p, way = self.size, gap / PER
         mean, cov = grown.mean.copy(), grown.cov.copy()
-        mean[:, :p] += way * mean[:, p:]
-        cov[:, :p] += way * cov[:, p:]
-        cov[:, :, :p] += way * cov[:, :, p:]
+        slopes = np.arange(p, 2 * p)
+        mean[:, :p] += way * mean[:, slopes]
+        cov[:, :p] += way * cov[:, slopes]
+        cov[:, :, :p] += way * cov[:, :, slopes]
         if self.bend:
-            slopes = np.arange(p, 2 * p)
-            cov[:, slopes, slopes] += way * np.square(self.bend * mean[:, p:])
+            cov[:, slopes, slopes] += way * np.square(self.bend * mean[:, slopes])
         return replace(grown, operation=operation, mean=mean, cov=cov)
 
-    @cached_property
-    def _unknown(self) -> np.ndarray:
-        """Covariance that a change of each kind adds to a state, ``(kind, 2 p, 2 p)``."""
+    def _unknown(self, size: int) -> np.ndarray:
+        """Covariance that a change of each kind adds to a state, ``(kind, size, size)``."""
         p = self.size
-        added = np.zeros((p + 2, 2 * p, 2 * p))
+        added = np.zeros((p + 2, size, size))
         one = np.arange(p)
         added[one, p + one, p + one] = added[p:, p + one, p + one] = np.square(self.slope_sd)
         added[p + 1, one, one] = np.square(self.step_sd / self.log_sds)
@@ -221,9 +221,9 @@ class Tracker:
             mine = old.scatter == scatter
             weight = old.weight[mine]
             mean, cov = _merged(weight, old.mean[mine], old.cov[mine])
-            log_weight, means = np.log(weight.sum()) + log_odds, np.tile(mean, (n, 1))
+            log_weight, cov = np.log(weight.sum()) + log_odds, cov + self._unknown(len(cov))
             when = np.full(n, float(old.operation)), np.arange(n), np.full(n, scatter), np.zeros(n)
-            begun.append(Hypotheses(old.operation, log_weight, means, cov + self._unknown, *when))
+            begun.append(Hypotheses(old.operation, log_weight, np.tile(mean, (n, 1)), cov, *when))
         stays = replace(old, log_weight=old.log_weight + np.log1p(-hazard))
         every = stays.with_others(begun)
         return every.of(thin(*every._fields(), float(old.operation), _HOPELESS, _YOUNG))

@@ -16,6 +16,7 @@ from breaker.mechanism import NAMES
 from breaker.wear.changepoint import FIRST, Hypotheses, Tracker
 from breaker.wear.learned import Learned
 from breaker.wear.state import State
+from breaker.wear.temperature import FRICTION, lines
 
 __all__ = ["ALL", "TRANSDUCER", "Event", "after_event"]
 
@@ -96,11 +97,13 @@ def after_event(event: Event, state: State, tracker: Tracker, learned: Learned |
         return state
     old, difference = state.hypotheses, state.difference
     p, new = tracker.size, _merged_by_scatter(old)
+    if NAMES[FRICTION] in event.parameters:
+        new = lines(new)  # another grease, another effect of the temperature
     if difference is None:
         passes, shown = 0.0, np.diag(np.square(tracker.step_sd / tracker.log_sds))
     else:
         passes = shown = difference.gain @ learned.new @ difference.gain.T
-        drift = old.level()[0][p:]
+        drift = lines(old).level()[0][p:]
         difference = difference.renewed(learned, old.operation, drift, stepped=event.is_whole)
     if event.transducer:
         new.cov[:, :p, :p] += shown

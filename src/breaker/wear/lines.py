@@ -81,8 +81,8 @@ def update(mean, cov, group, weights, slopes, base, log_out):
     """Let lines learn, in place, where that is likelier than that the operation is an outlier.
 
     Args:
-        mean: ``(h, 2 p)``, relative to where the information is about.
-        cov: ``(h, 2 p, 2 p)``.
+        mean: ``(h, n)``, relative to where the information is about, the level first.
+        cov: ``(h, n, n)``.
         group: Which information a line learns from, ``(h,)``.
         weights, slopes, base: Information ``(k, p, p)``, ``(k, p)`` and constant ``(k,)``.
         log_out: Log evidence of an outlier, ``(k,)``.
@@ -91,7 +91,7 @@ def update(mean, cov, group, weights, slopes, base, log_out):
         Log evidence of each line, ``(h,)``.
     """
     h, n = mean.shape
-    p = n // 2
+    p = slopes.shape[1]
     system, solved, moved = np.empty((p, p)), np.empty((p, p + 1)), np.empty((n, p))
     result = np.empty(h)
     for i in range(h):

@@ -14,6 +14,7 @@ from breaker.wear.reference import Reference, onset_of
 __all__ = ["Series", "likelihood", "series_of"]
 
 _ROOM = 0.02  # share of a parameter by which an operation may differ from the prediction
+_ALIKE = 10.0  # K, within which operations are compared without regard to their temperature
 _MOVES = 2  # Gauss-Newton steps to where an operation's likelihood is taken
 
 
@@ -28,24 +29,37 @@ class Series:
         outputs: Means of each motion's own posteriors, standardised, ``(o, q)``, from which modes
             are searched; nan where there is none.
         events: What was done before operations, by their number; None if nothing was.
+        temperature: °C, ``(o,)``, nan where it is not known; None if none is.
     """
 
     operations: np.ndarray
     records: Mapping[str, np.ndarray]
     outputs: Mapping[str, np.ndarray]
     events: Mapping[int, Event] | None = None
+    temperature: np.ndarray | None = None
 
     def event(self, i: int) -> Event:
         """What was done before operation ``i`` of the series; ``Event("")`` if nothing was."""
         return (self.events or {}).get(int(self.operations[i]), Event(""))
 
+    def temperatures(self, i: int) -> np.ndarray:
+        """Temperatures of operation ``i`` of the series and those after it, ``(o - i,)``."""
+        return np.full(1, np.nan) if self.temperature is None else self.temperature[i:]
+
     def alike(self, places: np.ndarray) -> np.ndarray:
-        """Return the most of given places ``(n,)`` that have no event between them."""
-        if not self.events or not places.size:
-            return places
-        renewed = [self.event(i).renews for i in range(int(places[-1]) + 1)]
-        spells = np.cumsum(renewed)[places]
-        return places[spells == np.bincount(spells).argmax()]
+        """Return the most of given places ``(n,)`` with no event between, and about as warm.
+
+        Where any has a temperature, these are the most within 10 K of each other.
+        """
+        if self.events and places.size:
+            renewed = [self.event(i).renews for i in range(int(places[-1]) + 1)]
+            spells = np.cumsum(renewed)[places]
+            places = places[spells == np.bincount(spells).argmax()]
+        if self.temperature is not None and np.isfinite(self.temperature[places]).any():
+            above = self.temperature[places] - self.temperature[places][:, None]
+            near = (above >= 0.0) & (above <= _ALIKE)  # (coldest, place)
+            places = places[near[near.sum(axis=1).argmax()]]
+        return places
 
     def usable(self, motion: str) -> np.ndarray:
         """Say which operations have a record and a posterior of a motion, ``(o,)``."""
@@ -57,6 +71,7 @@ def series_of(
     data: Mapping[str, xr.Dataset],
     usable: Mapping[str, np.ndarray],
     events: Mapping[int, Event] | None = None,
+    temperatures: Mapping[int, float] | None = None,
 ) -> Series:
     """Return the series of measured operations.
 
@@ -64,7 +79,8 @@ def series_of(
         models: Joint model of each motion.
         data: What ``decisions.align`` returns of each motion, for the same operations.
         usable: Which of them have a posterior, ``(o,)``.
-        events: What was done before which of them.
+        events: What was done before operations, by their number.
+        temperatures: Likewise, °C.
     """
     records, outputs = {}, {}
     for motion, model in models.items():
@@ -73,7 +89,9 @@ def series_of(
         outputs[motion] = np.full((len(there), len(model.names)), np.nan)
         draws = data[motion].draws.values[there].astype(np.float64)
         outputs[motion][there] = model.standardise(draws).mean(axis=1)
-    return Series(next(iter(data.values())).operation.values, records, outputs, events)
+    operations = next(iter(data.values())).operation.values
+    known = [(temperatures or {}).get(int(operation), np.nan) for operation in operations]
+    return Series(operations, records, outputs, events, np.array(known) if temperatures else None)
 
 
 def likelihood(

@@ -10,6 +10,7 @@ from breaker.wear.changepoint import Hypotheses
 from breaker.wear.difference import Difference
 from breaker.wear.reference import Reference
 from breaker.wear.steps import Watch
+from breaker.wear.temperature import Warmth
 
 __all__ = ["State"]
 
@@ -22,7 +23,12 @@ _DIMS = {
     "scatter": ("hypothesis",),
     "start_variance": ("hypothesis",),
 }  # of hypotheses, in the order of their fields
-_PARTS = {"reference": Reference, "difference": Difference, "watch": Watch}  # where there are any
+_PARTS = {
+    "reference": Reference,
+    "difference": Difference,
+    "watch": Watch,
+    "warmth": Warmth,
+}  # where there are any
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,7 @@ class State:
         difference: What is known of the drive's difference from the model; None where the model is
             held to be right, or before there is a record.
         watch: What the next operation is compared with; likewise.
+        warmth: Temperatures so far; None before there is one.
     """
 
     hypotheses: Hypotheses
@@ -47,6 +54,7 @@ class State:
     alarms: tuple[int, ...]
     difference: Difference | None = None
     watch: Watch | None = None
+    warmth: Warmth | None = None
 
     @property
     def since(self) -> int:

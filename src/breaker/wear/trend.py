@@ -31,6 +31,7 @@ from breaker.wear.reference import find_reference, onset_of
 from breaker.wear.series import Series, likelihood
 from breaker.wear.state import State
 from breaker.wear.steps import VARIANCE, Watch
+from breaker.wear.temperature import Felt, coefficient, feel, lines
 
 __all__ = ["Follower"]
 
@@ -130,7 +131,8 @@ class Follower:
             (percent per thousand operations) and their 90 % intervals; ``scatter`` (percent) and
             ``outlier``; ``run_length_probability`` over ``age``; ``change_probability``, ``alarm``;
             ``start_interval`` and ``kind_probability`` of the segment's beginning, by now;
-            ``event``, what a known event starts anew, in words; ``remaining``, ``toward`` and
+            ``event``, what a known event starts anew, in words; ``temperature_effect``, mean and
+            sd of the change of ``gamma_a`` for 10 K, percent; ``remaining``, ``toward`` and
             ``beyond`` of each limit, and the ``value`` of each of their parts; ``surprise``,
             ``step`` and ``step_size`` of each phase (see ``steps``).
             Motions that differ are not followed: then there is no operation in it.
@@ -163,19 +165,19 @@ class Follower:
         Returns:
             The state after it, its row of results and the remaining lives.
         """
-        operation, p, event = int(series.operations[i]), len(NAMES), series.event(i)
-        state = replace(state, hypotheses=self.tracker.predict(state.hypotheses, operation))
-        state = after_event(event, state, self.tracker, self.learned)
-        hypotheses = state.hypotheses
+        operation, p = int(series.operations[i]), len(NAMES)
+        state, felt = self._predict(state, series, i)
+        hypotheses = felt.at_it(state.hypotheses)
         level, cov = hypotheses.level()
         predicted = None if state.seen < self.settings["baseline"] else (level[:p], cov[:p, :p])
         there = {m: model for m, model in self._known(state).items() if usable[m][i]}
         matrix, slope, centre = self._likelihood(there, state, series, i, predicted)
         learns, outlier = bool(matrix.any()), np.nan
         if learns:
-            seen_alone = matrix[:p, :p], slope[:p], centre
-            hypotheses, _, outlier = self.tracker.learn(hypotheses, *seen_alone)
-        seen = state.seen + learns
+            seen_alone = felt.blurred(matrix[:p, :p], slope[:p])
+            hypotheses, _, outlier = self.tracker.learn(hypotheses, *seen_alone, centre)
+            slope = felt.removed(matrix, slope)
+        hypotheses, seen = felt.at_reference(hypotheses), state.seen + learns
         changed = hypotheses.began_after(state.since)
         alarm = seen >= self.settings["settle"] and changed >= self.settings["alarm_level"]
         alarms = (*state.alarms[-1:], operation) if alarm else state.alarms
@@ -188,8 +190,21 @@ class Follower:
             left = left.unknown()  # before the first record there is the prior alone
         row = rows.row(told, left, self.tracker, self.prior, self.horizon)
         row |= {"change_probability": ((), changed), "alarm": ((), alarm), "outlier": ((), outlier)}
-        row |= {"event": ((), event.told(operation))}
+        warmth = coefficient(hypotheses, self.tracker.log_sds)
+        row |= {"temperature_effect": (("moment",), np.array(warmth))}
+        row |= {"event": ((), series.event(i).told(operation))}
         return state, row | compared, left
+
+    def _predict(self, state: State, series: Series, i: int) -> tuple[State, Felt]:
+        """Return what is known before an operation, and what its temperature does."""
+        predicted = self.tracker.predict(state.hypotheses, int(series.operations[i]))
+        state = replace(state, hypotheses=predicted)
+        state = after_event(series.event(i), state, self.tracker, self.learned)
+        hypotheses, warmth, felt = feel(
+            *(state.hypotheses, state.warmth, series.temperatures(i)),
+            *(self.settings, self.tracker.log_sds),
+        )
+        return replace(state, hypotheses=hypotheses, warmth=warmth), felt
 
     def _known(self, state: State) -> Mapping[str, Model]:
         """Models that know the difference which the reference shares, built once."""
@@ -222,7 +237,7 @@ class Follower:
 
     def _true(self, state: State) -> Hypotheses:
         """Hypotheses about the true parameters, with the uncertainty that the difference leaves."""
-        found, p = state.hypotheses, len(NAMES)
+        found, p = lines(state.hypotheses), len(NAMES)
         if state.difference is None:
             return found
         drift = found.level()[0][p:]
@@ -262,7 +277,7 @@ class Follower:
             watch, surprise, change = watch.learn(float(operation), said, level)
         difference = state.difference.learn(operation, matrix, slope)
         if alarm or change is not None:
-            drift = state.hypotheses.level()[0][len(NAMES) :]
+            drift = lines(state.hypotheses).level()[0][len(NAMES) :]
             difference = difference.renewed(
                 self.learned, operation, drift, stepped=change is not None
             )
