@@ -154,9 +154,10 @@ class Page(NamedTuple):
 
 
 def page_of(own, trend, *, baseline=2, curves=None, trust=None, alarm=ALARM, notice=200):
-    """Everything that follows from probabilities ``(o, 3)`` and a trend of both motions."""
+    """Everything that follows from probabilities ``(o, 3)`` and trends by source, or of both."""
+    trends = {"both": trend} if isinstance(trend, xr.Dataset) else trend
+    trend = next(iter(trends.values()))
     condition = condition_of(own, trend.operation.values)
-    trends = {"both": trend}
     left = remaining(trends, LIMITS, trend.operation.values)
     judged = judge(condition, left, trends, alarm=alarm, toward=SETTINGS["toward"])
     curves = curves or {"closing": curves_of(trend.operation.values)}

@@ -97,21 +97,23 @@ def in_words(table: pd.DataFrame, probability: Sequence[float], looked: Sequence
 def _words(row, probability: float, changed: str) -> str:
     """Describe one action."""
     lately = f"; {changed}" if changed else ""
-    within = span(row.operations_left_5, row.operations_left_95)
+    known = row.operations_left_5 == row.operations_left_5
+    left = f"{span(row.operations_left_5, row.operations_left_95)} operations left"
     if row.action == "service":
         first, *others = row.exceeded.split("; ")
         first = first.replace(" since ", " exceeded since operation ")
         return f"service now: {', '.join([first, *others])}{lately}"
     if row.action == "check" and not row.limit:
         return "check the records: none could be used yet"
+    by = "" if row.service_by is pd.NA else f"service by operation {row.service_by:,}"
     if row.action == "check":
-        left = f"; {within} operations left" if row.operations_left == row.operations_left else ""
-        likely = in_percent(probability)
-        return f"measure for {row.limit}: it may be exceeded already ({likely}){left}{lately}"
+        also = left if known else by  # before another limit
+        words = f"measure for {row.limit}: it may be exceeded already ({in_percent(probability)})"
+        return "; ".join(filter(None, [words, also])) + lately
     if row.action == "plan":
         on = f" ({row.service_by_date})" if row.service_by_date else ""
-        by = f" by operation {row.service_by:,}{on}" if row.service_by == row.service_by else ""
-        return f"plan service{by}, before {row.limit} ({within} operations left){lately}"
+        within = left if known else "no trend leads there now"
+        return f"plan {by or 'service'}{on}, before {row.limit} ({within}){lately}"
     if row.action == "watch":
         limit = f"{row.limit}: a trend leads there beyond the horizon" if row.limit else ""
         return f"watch {'; '.join(filter(None, [limit, row.wearing, changed]))}"

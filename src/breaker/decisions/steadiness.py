@@ -1,12 +1,13 @@
 """Steady answers: which limit a decision is about, and by when to service.
 
 One rule for both: what is more urgent is told at once, what is less urgent only after it has been
-so for a number of operations in a row, or with a reason: a change or step noticed, an event such
-as maintenance, or a limit that is no longer exceeded.
+so for a number of operations, or with a reason: a change or step noticed, an event such as
+maintenance, or a limit that is no longer exceeded.
 
 Shapes: ``o`` operations, ``l`` limits.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ __all__ = ["RANKS", "Subject", "service_by", "subject"]
 RANKS = ("none", "watch", "doubtful", "plan", "check", "service")
 """How urgent a limit is, the most urgent last."""
 
+_RECORDS = 10  # at least, in which a less urgent answer has to hold
 _TOLERANCE = 0.1  # of the operations left, within which two estimates are the same
 _SERVICE = RANKS.index("service")
 
@@ -50,26 +52,32 @@ def subject(
         probability: That each is exceeded, which decides between equals, ``(o, l)``.
         operations: Numbers of the operations, ``(o,)``.
         reasons: Why less urgent answers may be told after an operation, empty without, ``(o,)``.
-        hold: Operations in a row after which they are told without a reason.
+        hold: Operations after which they are told without a reason, if all of them agree.
 
     Example:
         >>> rank = np.array([[3, 3], [3, 4], [3, 3], [3, 3]])
         >>> due = np.array([[80.0, 90.0], [80, 2], [80, 90], [80, 90]])
-        >>> subject(rank, due, 0 * due, np.arange(1, 5), [""] * 4, hold=2).limit.tolist()
+        >>> reasons = ["", "", "", "repair"]
+        >>> subject(rank, due, 0 * due, np.arange(1, 5), reasons, hold=100).limit.tolist()
         [0, 1, 1, 0]
     """
     limits, ranks = [], []
-    told, level, calm = -1, 0, 0
+    told, level, calm = -1, 0, []
     for i, operation in enumerate(operations.tolist()):
         best = int(np.lexsort((-probability[i], due[i], -rank[i]))[0])
         over = level == _SERVICE and rank[i, told] < _SERVICE  # it has a hysteresis of its own
-        calm = calm + 1 if told >= 0 and rank[i, told] < level else 0
-        free = told < 0 or bool(reasons[i]) or over or calm >= hold
+        calm = [*calm, operation] if told >= 0 and rank[i, told] < level else []
+        free = told < 0 or bool(reasons[i]) or over or _held(calm, hold)
         if free or rank[i, best] > level or _earlier(i, best, told, level, rank, due, operation):
-            told, level, calm = best, int(rank[i, best]), 0
+            told, level, calm = best, int(rank[i, best]), []
         limits.append(told)
         ranks.append(level)
     return Subject(np.array(limits, dtype=int), np.array(ranks, dtype=int))
+
+
+def _held(operations: Sequence[int], hold: int) -> bool:
+    """Whether an answer held for so many operations, and in records enough."""
+    return len(operations) >= _RECORDS and operations[-1] - operations[0] >= hold
 
 
 def _earlier(
@@ -94,40 +102,37 @@ def service_by(
 ) -> tuple[np.ndarray, list[str]]:
     """Return by which operation to service, and why it is later than before where it is.
 
-    It moves earlier at once, beyond a small tolerance. It moves later with a reason, or to the
-    earliest of the last ``hold`` estimates if all of them were later; an estimate that is due
-    already never counts as later.
+    It moves earlier at once, beyond a small tolerance. It moves later with a reason, or once all
+    estimates of ``hold`` operations were later, to the earliest of the last ten; an estimate that
+    is due already never counts as later.
 
     Args:
         estimate: Operation by which to service as it is estimated, inf without one, ``(o,)``.
         operations: Numbers of the operations, ``(o,)``.
         reasons: As of ``subject``.
-        hold: Operations in a row.
+        hold: As of ``subject``.
 
     Returns:
         Operations, inf without one, ``(o,)``, and reasons, empty where it is not later, ``(o,)``.
 
     Example:
-        >>> estimate = np.array([50.0, 70, 70, 30, 90])
-        >>> found, why = service_by(estimate, np.arange(1, 6), ["", "", "", "", "repair"], hold=2)
-        >>> found.tolist()
-        [50.0, 50.0, 70.0, 30.0, 90.0]
-        >>> why
-        ['', '', 'later for 2 operations', '', 'repair']
+        >>> estimate = np.array([50.0, 70, 30, 90])
+        >>> found, why = service_by(estimate, np.arange(1, 5), ["", "", "", "repair"], hold=100)
+        >>> found.tolist(), why
+        ([50.0, 50.0, 30.0, 90.0], ['', '', '', 'repair'])
     """
-    told, later, found, why = np.inf, 0, [], []
+    told, later, found, why = np.inf, [], [], []
     for i, (new, operation) in enumerate(zip(estimate.tolist(), operations.tolist(), strict=True)):
         same, reason = _same(told, operation), ""
+        is_later = new > max(told, operation) + same
+        later = [*later, operation] if is_later else []
         if new < told - same:
-            told, later = new, 0
-        elif new > max(told, operation) + same:
-            later += 1
-            if reasons[i] or later >= hold:
-                reason = reasons[i] or f"later for {hold} operations"
-                told = new if reasons[i] else min(estimate[i - hold + 1 : i + 1].tolist())
-                later = 0
-        else:
-            later = 0
+            told = new
+        elif is_later and (reasons[i] or _held(later, hold)):
+            what = "no trend leads to a limit" if math.isinf(new) else "later"
+            reason = reasons[i] or f"{what} for {hold} operations"
+            told = new if reasons[i] else min(estimate[i - _RECORDS + 1 : i + 1].tolist())
+            later = []
         found.append(told)
         why.append(reason)
     return np.array(found), why
