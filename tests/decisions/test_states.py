@@ -71,6 +71,22 @@ def test_since_is_of_the_present_spell_of_each_limit():
     assert "told" not in stored
 
 
+def test_a_known_event_ends_a_spell_unless_it_goes_on_for_sure():
+    """And single operations in a row begin anew, whatever those before it said."""
+    own = np.full((9, 3), 0.01)
+    own[:6, 0] = 0.99  # only one operation after the event, where it takes two
+    beyond = {"tired": [0.97] * 9, "wide": [0.96] * 5 + [0.94] * 4}
+    made = trend_of(MOTIONS, 10 * np.arange(1, 10), beyond=beyond)
+    without = judged_of(own, made)
+    made["event"] = made.event.astype("<U30")
+    made["event"][5] = "greased: gamma_a starts anew"
+    judged = judged_of(own, made)
+    assert without.exceeded.sel(limit="wide").all()
+    assert judged.exceeded.sel(limit="wide").values.tolist() == [True] * 5 + [False] * 4
+    assert judged.exceeded.sel(limit="slow").values.tolist() == [0, 1, 1, 1, 1, 0, 0, 0, 0]
+    assert judged.since.sel(limit="tired").values.tolist() == [10.0] * 9
+
+
 def test_single_operations_count_beside_a_trend_only_if_exceeding_is_likely():
     """At 0.5 they leave it to the trend, which counts the prior only once."""
     trend = np.array([0.01, 0.02, 0.03, NAN])[:, None]

@@ -9,6 +9,7 @@ from scipy.stats import binom
 
 from breaker.mechanism.limits import Limit
 from breaker.model.randomness import generator
+from breaker.wear.events import Event
 from breaker.wear.measured import _left, _nothing, follow_measured
 
 SLOW = Limit("slow", "closing", (("travel_time", 9.6, True),), of="record")
@@ -139,3 +140,25 @@ def test_intervals_are_honest(wear):
     least, most = binom.ppf([5e-4, 1 - 5e-4], 40, 0.9)
     assert np.all((held >= least) & (held <= most)), held
     assert np.all(half < least), half
+
+
+@pytest.mark.parametrize("text", ["greased", "remounted"])
+def test_a_known_event_starts_a_quantity_anew(wear, text):
+    """A jump by 0.5 ms is known at once, and alarms nobody; only work on the drive takes the slope.
+
+    Beyond 4 sds with a probability of 6e-5.
+    """
+    values, level = worn(120, 0.002)
+    values[90:] += 0.5
+    data = {"closing": records(values, 0.03)}
+    unknown = follow_measured(data, [SLOW], wear, 1)
+    found = follow_measured(data, [SLOW], wear, 1, {91: Event.from_text(text)})
+    assert unknown.alarm.any()
+    assert not found.alarm.any()
+    half = np.diff(found.level_interval.values[90:, 0], axis=-1)[:, 0] / 2.0
+    assert np.abs((found.level.values[90:, 0] - level[90:] - 0.5) / half).max() < 4.0 / 1.64
+    before, after = np.ptp(found.slope_interval.values[[89, 90], 0], axis=-1)
+    assert (after > 4 * before) == (text == "greased")
+    xr.testing.assert_identical(
+        found.level.isel(operation=slice(0, 90)), unknown.level.isel(operation=slice(0, 90))
+    )

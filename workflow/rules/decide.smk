@@ -82,6 +82,8 @@ rule measured_trend:
     params:
         seed=config["seed"],
         motions=MOTIONS,
+        events=lambda wildcards: known()[0],
+        more_events=config["endurance"]["events"],
         limits=LIMITS["record"],
         speeds=SPEEDS,
         wear_model=config["wear_model"],

@@ -3,7 +3,7 @@
 from breaker.decisions import join
 from breaker.mechanism import from_list, speeds_of
 from breaker.stores import describe, open_store, save
-from breaker.wear import follow_measured
+from breaker.wear import Event, follow_measured
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -14,7 +14,8 @@ data = {
     for motion in params.motions
 }
 limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
-result = follow_measured(data, limits, params.wear_model, params.seed)
+events = Event.by_operation(params.events, params.more_events)
+result = follow_measured(data, limits, params.wear_model, params.seed, events)
 for name in result.followed.values:
     one = result.alarm.sel(followed=name)
     log.info("%s: changes noticed at %s", name, one.operation.values[one.values].tolist())

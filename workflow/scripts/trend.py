@@ -29,9 +29,7 @@ data = {
     motion: align([open_store(file) for file in snakemake.input[motion]], operations).load()
     for motion in motions
 }
-events = {
-    number: Event.from_text(text, params.more_events) for number, text in params.events.items()
-}
+events = Event.by_operation(params.events, params.more_events)
 there = {motion: usable(each) for motion, each in data.items()}
 series = series_of(models, data, there, events, params.temperatures)
 before = snakemake.input.get("state")

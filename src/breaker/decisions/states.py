@@ -24,7 +24,14 @@ STATES = ("unknown", "healthy", "drifting", "plan", "now")
 """States of a limit and of the drive, the worst last."""
 
 
-def evidence(single: np.ndarray, trend: np.ndarray, *, after: int, likely: float) -> np.ndarray:
+def evidence(
+    single: np.ndarray,
+    trend: np.ndarray,
+    *,
+    after: int,
+    likely: float,
+    anew: np.ndarray | None = None,
+) -> np.ndarray:
     """Return how probably the level is beyond each limit, ``(o, l)``, nan if nothing is known.
 
     The larger of two probabilities: the trend's, and the smallest of the last ``after`` usable
@@ -37,19 +44,28 @@ def evidence(single: np.ndarray, trend: np.ndarray, *, after: int, likely: float
         trend: Probabilities by the trend, nan where there is none, ``(o, l)``.
         after: Operations in a row.
         likely: Probability.
+        anew: Whether a known event started something anew before an operation, ``(o,)``; the
+            operations in a row then begin anew, too.
 
     >>> single = np.array([[0.9], [0.8], [np.nan], [0.7]])
     >>> evidence(single, np.full((4, 1), np.nan), after=2, likely=0.5).ravel().tolist()
     [nan, 0.8, 0.8, 0.7]
     """
+    begins = [] if anew is None else np.flatnonzero(anew)
+    rows = np.concatenate([_in_row(each, after) for each in np.split(single, begins)])
+    trend = _carried(trend)
+    return np.fmax(np.where(np.isnan(trend) | (rows > likely), rows, np.nan), trend)
+
+
+def _in_row(single: np.ndarray, after: int) -> np.ndarray:
+    """The smallest of the last so many usable probabilities, ``(o, l)``, nan before there are."""
     rows = np.full(single.shape, np.nan)
     for j, own in enumerate(single.T):
         usable = np.flatnonzero(np.isfinite(own))
         if usable.size >= after:
             windows = np.lib.stride_tricks.sliding_window_view(own[usable], after)
             rows[usable[after - 1 :], j] = windows.min(axis=-1)
-    rows, trend = _carried(rows), _carried(trend)
-    return np.fmax(np.where(np.isnan(trend) | (rows > likely), rows, np.nan), trend)
+    return _carried(rows)
 
 
 def _carried(values: np.ndarray) -> np.ndarray:
@@ -101,10 +117,10 @@ def judge(
     if not np.array_equal(operations, left.operation.values):
         raise ValueError("single operations and trends must be of the same operations")
     beyond, leads, remaining = _by_trends(left, toward)
-    probability, exceeded = _exceeded(data.probability.values, beyond, alarm)
+    anew = _anew(trends, operations)
+    probability, exceeded = _exceeded(data.probability.values, beyond, anew, alarm)
     wears = [rows.any(axis=1) for rows in drifts(trends, operations).values()]
-    told = np.where(leads[..., None], remaining, np.nan)
-    told = np.where(exceeded[..., None], 0.0, told)
+    told = np.select([exceeded[..., None], leads[..., None]], [0.0, remaining], default=np.nan)
     state = np.select(
         [exceeded, leads & np.isfinite(told[..., 0]), leads, probability < MAY_BE],
         ["now", "plan", "drifting", "healthy"],
@@ -125,14 +141,23 @@ def judge(
 
 
 def _exceeded(
-    single: np.ndarray, trend: np.ndarray, alarm: Mapping
+    single: np.ndarray, trend: np.ndarray, anew: np.ndarray, alarm: Mapping
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Probability to be beyond each limit, and whether it is exceeded, ``(o, l)``."""
+    """Probability to be beyond each limit, and whether it is exceeded, ``(o, l)``.
+
+    A known event ends a spell, unless the limit is surely exceeded right after it, too.
+    """
     up, down, after = (alarm[name] for name in ("raise", "clear", "after"))
     if not (0 <= down <= up <= 1 and after >= 1):
         raise ValueError("an alarm needs 0 <= clear <= raise <= 1 and after >= 1")
-    probability = evidence(single, trend, after=after, likely=down)
-    return probability, latched(probability >= up, probability <= down)
+    probability = evidence(single, trend, after=after, likely=down, anew=anew)
+    return probability, latched(probability >= up, (probability <= down) | anew[:, None])
+
+
+def _anew(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> np.ndarray:
+    """Whether a known event started something anew before each operation, ``(o,)``."""
+    found = [each.operation.values[each.event.values != ""] for each in trends.values()]
+    return np.isin(operations, np.concatenate(found) if found else [])
 
 
 def _by_trends(left: xr.Dataset, toward: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from breaker.wear.learned import Learned
 from breaker.wear.state import State
 from breaker.wear.temperature import FRICTION, lines
 
-__all__ = ["ALL", "TRANSDUCER", "Event", "after_event"]
+__all__ = ["ALL", "TRANSDUCER", "Event", "after_event", "started_anew"]
 
 ALL, TRANSDUCER = "all", "transducer"
 """What an event may start anew beside single parameters: all of them, and what records show."""
@@ -61,6 +61,13 @@ class Event:
         parameters = tuple(name for name in NAMES if affected & {name, ALL})
         return cls(text, parameters, TRANSDUCER in affected)
 
+    @classmethod
+    def by_operation(
+        cls, texts: Mapping[int, str], more: Mapping[str, Sequence[str]]
+    ) -> dict[int, "Event"]:
+        """Build those of several operations, from cells by their numbers."""
+        return {number: cls.from_text(text, more) for number, text in texts.items()}
+
     @property
     def renews(self) -> bool:
         """Whether anything starts anew."""
@@ -96,21 +103,18 @@ def after_event(event: Event, state: State, tracker: Tracker, learned: Learned |
     if not (event.renews and state.seen):
         return state
     old, difference = state.hypotheses, state.difference
-    p, new = tracker.size, _merged_by_scatter(old)
-    if NAMES[FRICTION] in event.parameters:
-        new = lines(new)  # another grease, another effect of the temperature
     if difference is None:
-        passes, shown = 0.0, np.diag(np.square(tracker.step_sd / tracker.log_sds))
+        passes, jump = 0.0, np.diag(np.square(tracker.step_sd / tracker.log_sds))
     else:
-        passes = shown = difference.gain @ learned.new @ difference.gain.T
-        drift = lines(old).level()[0][p:]
+        passes = jump = difference.gain @ learned.new @ difference.gain.T
+        drift = lines(old).level()[0][tracker.size :]
         difference = difference.renewed(learned, old.operation, drift, stepped=event.is_whole)
-    if event.transducer:
-        new.cov[:, :p, :p] += shown
-    _renew(tracker, new, [NAMES.index(name) for name in event.parameters], passes)
+    which = [NAMES.index(name) for name in event.parameters]
+    # Another grease has another effect of the temperature.
+    new = lines(old) if FRICTION in which else old
     return replace(
         state,
-        hypotheses=new,
+        hypotheses=started_anew(tracker, new, which, passes, jump if event.transducer else 0.0),
         first=old.operation,
         alarms=(),
         difference=difference,
@@ -118,11 +122,35 @@ def after_event(event: Event, state: State, tracker: Tracker, learned: Learned |
     )
 
 
-def _merged_by_scatter(old: Hypotheses) -> Hypotheses:
-    """One hypothesis for each scatter: the mixture of all segments, in a segment that begins now.
+def started_anew(
+    tracker: Tracker,
+    old: Hypotheses,
+    which: Sequence[int],
+    passes: np.ndarray | float = 0.0,
+    jump: np.ndarray | float = 0.0,
+) -> Hypotheses:
+    """Return hypotheses about a segment that begins now, in no change that was noticed.
 
-    As before the first operation, it began in no change.
+    Args:
+        tracker: The model of wear.
+        old: Hypotheses that predict an operation.
+        which: Parameters of which level and slope return to the prior.
+        passes: Covariance of what passes for levels and is none, ``(p, p)``.
+        jump: Covariance of the jump of all other levels, ``(p, p)``.
     """
+    p, new, which = tracker.size, _merged_by_scatter(old), np.array(which, dtype=int)
+    new.cov[:, :p, :p] += jump
+    prior = tracker.begin(new.operation, passes).cov[0]
+    places = np.concatenate([which, p + which])
+    new.mean[:, places] = 0.0
+    new.cov[:, places, :] = 0.0
+    new.cov[:, :, places] = 0.0
+    new.cov[:, places[:, None], places] = prior[np.ix_(places, places)]
+    return new
+
+
+def _merged_by_scatter(old: Hypotheses) -> Hypotheses:
+    """One hypothesis for each scatter: the mixture of all segments."""
     scatters = np.unique(old.scatter)
     parts = [old.of(old.scatter == each) for each in scatters]
     levels = [part.level() for part in parts]
@@ -136,16 +164,3 @@ def _merged_by_scatter(old: Hypotheses) -> Hypotheses:
         scatter=scatters,
         start_variance=np.zeros(len(parts)),
     )
-
-
-def _renew(
-    tracker: Tracker, new: Hypotheses, which: Sequence[int], passes: np.ndarray | float
-) -> None:
-    """Return levels and slopes of some parameters to the prior, in place."""
-    p, which = tracker.size, np.array(which, dtype=int)
-    prior = tracker.begin(new.operation, passes).cov[0]
-    places = np.concatenate([which, p + which])
-    new.mean[:, places] = 0.0
-    new.cov[:, places, :] = 0.0
-    new.cov[:, :, places] = 0.0
-    new.cov[:, places[:, None], places] = prior[np.ix_(places, places)]

@@ -23,6 +23,7 @@ from scipy.special import ndtri
 from breaker.mechanism import Limit
 from breaker.model import generator
 from breaker.wear.changepoint import PER, Tracker
+from breaker.wear.events import Event, started_anew
 from breaker.wear.lifetime import Horizon, Remaining, draw_lines
 from breaker.wear.rows import QUANTILES, limit_coords
 
@@ -55,7 +56,11 @@ class _Trend(NamedTuple):
 
 
 def follow_measured(
-    data: Mapping[str, xr.Dataset], limits: Sequence[Limit], settings: Mapping, seed: int
+    data: Mapping[str, xr.Dataset],
+    limits: Sequence[Limit],
+    settings: Mapping,
+    seed: int,
+    events: Mapping[int, Event] | None = None,
 ) -> xr.Dataset:
     """Follow the measured quantities of limits through all operations.
 
@@ -65,6 +70,8 @@ def follow_measured(
         limits: Limits on measured quantities of these motions.
         settings: The section ``wear_model`` of the configuration.
         seed: Seed of the draws of lines.
+        events: What was done before operations, by their number: any parameter may move any
+            quantity, so level and slope start anew, the level alone where it was the transducer.
 
     Returns:
         Dataset over ``operation``: ``remaining``, ``toward`` and ``beyond`` of each ``limit``, and
@@ -99,7 +106,7 @@ def follow_measured(
     for motion, name in units:
         values, sds = _values(data[motion], name, operations)
         rng = generator(seed, "measured", motion, name)
-        trends[motion, name] = _followed(operations, values, sds, settings, rng)
+        trends[motion, name] = _followed(operations, values, sds, settings, rng, events or {})
     return _dataset(operations, limits, units, trends, settings["horizon"])
 
 
@@ -150,6 +157,7 @@ def _followed(
     sds: np.ndarray,
     settings: Mapping,
     rng: np.random.Generator,
+    events: Mapping[int, Event],
 ) -> _Trend:
     """Follow a quantity with its values and their errors, ``(o,)``, nan where there is none."""
     first = values[np.isfinite(values)][: settings["baseline"]]
@@ -167,6 +175,9 @@ def _followed(
     found = _nothing(len(operations))
     for i, operation in enumerate(operations.tolist()):
         hypotheses = tracker.predict(hypotheses, operation)
+        if seen and (event := events.get(operation, Event(""))).renews:
+            which = [0] if event.parameters else []
+            hypotheses, since = started_anew(tracker, hypotheses, which, jump=1.0), operation
         if np.isfinite(values[i]):
             seen += 1
             error = max(sds[i], _LEAST * unit) / scale
