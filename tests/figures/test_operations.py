@@ -24,7 +24,6 @@ from tests.figures.drawn import (
 
 QUANTILES = [0.05, 0.5, 0.95]
 BOUNDS = ["lower", "upper"]
-KINDS = [*NAMES, "all"]
 LIMITS = {
     "slow_closing": "touch_time above 10 ms",
     "tired_closing": "f below 0.77 mm/ms² and touch_time above 9.8 ms",
@@ -57,7 +56,7 @@ def health_data(count=4, operations=200, *, alarms=True, unusable=0.04):
         {
             "probability": (each, single),
             "marginal": (each, marginal),
-            "trend_probability": (each, trend),
+            "level_probability": (each, trend),
             "exceeded": (each, on),
             "since": ("limit", [operation[o].min() if o.any() else np.nan for o in on.T]),
             "words": words_of,
@@ -80,8 +79,6 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
     failure = np.array([1.1, 1.6, 0.98, 1.3, 1.2, 2.0, 0.9, 1.4])[:count] * operations
     left = np.maximum(failure - operation[:, None], 0.0)[..., None]
     toward = (operation[:, None] > starts.min(initial=operations)) & (np.arange(count) != 1)
-    kinds = np.zeros((len(starts), len(KINDS)))
-    kinds[:, [3, 5, 7, 0]] = [0.62, 0.3, 0.06, 0.02]
     each, bounds = ("operation", "parameter"), [-0.1, 0.2]
     data = xr.Dataset(
         {
@@ -94,7 +91,7 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
             "change_alarm": ("change", starts + 4),
             "change_start": ("change", starts),
             "change_interval": (("change", "bound"), starts[:, None] + [-3.0, 2.0]),
-            "change_kind": (("change", "kind"), kinds),
+            "change_parameters": ("change", ["gamma_a, f"] * len(starts)),
             "jump_noticed": ("jump", np.array(steps, dtype=int) + 1),
             "jump_from": ("jump", np.array(steps, dtype=int)),
             "jump_words": ("jump", np.array([STEPPED] * len(steps), dtype=str)),
@@ -108,7 +105,6 @@ def trend_data(operations=200, changes=(0.6,), count=4, steps=()):
             "operation": operation,
             "parameter": list(NAMES),
             "bound": BOUNDS,
-            "kind": KINDS,
             "limit": names,
             "quantile": QUANTILES,
         },
@@ -143,7 +139,7 @@ def test_health_shows_each_limit_as_it_is(count):
         np.testing.assert_array_equal(dots.get_ydata(), one.probability)
         trend = line_of(axis, style.MODEL, ".")
         np.testing.assert_array_equal(trend.get_xdata(), one.operation)
-        np.testing.assert_array_equal(trend.get_ydata(), one.trend_probability)
+        np.testing.assert_array_equal(trend.get_ydata(), one.level_probability)
         missing = line_of(axis, style.REFERENCE, "|").get_xdata()
         np.testing.assert_array_equal(missing, one.operation[one.probability.isnull()])
         marginal = [line for line in axis.lines if line.get_marker() == "D"]
@@ -153,30 +149,47 @@ def test_health_shows_each_limit_as_it_is(count):
         levels = {line.get_ydata()[0] for line in axis.lines if line.get_linestyle() == "--"}
         assert levels == {0.95, 0.5}
         first = one.since.item()
-        told = f"exceeded since operation {first:,.0f}" if np.isfinite(first) else "not exceeded"
+        told = f"exceeded since {first:,.0f}" if np.isfinite(first) else "not exceeded"
         assert written(axis) == [told, "from both motions"]
         expected = [(first - 0.5, 200.5)] if np.isfinite(first) else []
         assert boxes(axis, style.WARNING) == expected
         title = axis.get_title("left").replace("\n", " ")
         assert title == f"{limit}: {symbolic(one.words.item())}"
     assert ("as if parts were independent" in words(figure)) == (count > 1)
-    assert figure.get_suptitle().endswith(f"limits exceeded: {min(count, 2)} of {count}")
+    assert f"limits exceeded: {min(count, 2)} of {count}" in figure.get_suptitle()
 
 
 def test_health_without_alarm_and_without_anything_usable():
     data = health_data(2, 30, alarms=False, unusable=0.0)
     figure = health(data)
-    assert figure.get_suptitle().endswith("no limit exceeded")
+    assert figure.get_suptitle().endswith("no limit is exceeded")
     for word in ("exceeded since", "not usable"):
         assert word not in words(figure)
     assert_nothing_overlaps(figure)
-    data["trend_probability"][:] = np.nan
+    data["level_probability"][:] = np.nan
     data["probability"][:] = np.nan
     data["marginal"][:] = np.nan
     figure = health(data)
     assert "not usable" in words(figure)
     assert "as if parts" not in words(figure)
     assert_nothing_overlaps(figure)
+
+
+def test_health_begins_shortly_before_something_happens():
+    """Limits that stay where they are do not count, wherever that is; nor what is known first."""
+    data = health_data(3, 200, unusable=0.0)
+    level = np.tile([0.0, 0.4, 0.1], (200, 1))
+    level[170:, 0], level[:3] = 0.6, 0.5
+    data = data.assign(level_probability=(("operation", "limit"), level))
+    data["exceeded"][:] = False
+    data["since"][:] = np.nan
+    figure = health(data)
+    assert "shown from operation 156, nothing happened before" in figure.get_suptitle()
+    for axis in figure.axes:
+        assert line_of(axis, style.MODEL, ".").get_xdata().tolist() == [*range(156, 201)]
+    data["exceeded"][1] = True  # from the start, at least for once
+    assert line_of(health(data).axes[0], style.MODEL, ".").get_xdata()[0] == 1
+    assert_nothing_overlaps(health(data.isel(operation=[0])))
 
 
 def test_alarm_that_goes_off_and_on_again():
@@ -234,11 +247,10 @@ def test_words_of_a_change():
         {
             "change_start": 1761.2,
             "change_interval": ("bound", [1745.0, 1772.4]),
-            "change_kind": ("kind", [0.02, 0.0, 0.0, 0.62, 0.0, 0.3, 0.0, 0.06]),
+            "change_parameters": "f or gamma_a",
         },
-        {"kind": KINDS},
     )
-    expected = "operation 1,761 (1,745 to 1,772)", r"$\gamma_a$ 0.62, $f$ 0.30, all 0.06"
+    expected = "operation 1,761 (1,745 to 1,772)", r"$f$ or $\gamma_a$"
     assert change_words(change) == expected
 
 
@@ -307,61 +319,101 @@ def test_a_single_operation_has_a_figure():
     assert_nothing_overlaps(changepoint(data, source="closing", truth=true_values(1)))
 
 
-def test_remaining_life_and_truth_are_drawn_where_they_are():
-    data, truth = trend_data(200)
-    truth["slow_opening"] = np.nan
-    figure = remaining_life(data, truth=truth, alpha=0.1)
+def life_data(operations=200, count=4, *, truth=True):
+    """Limits told from 60 % of the life on, the second never; the third is exceeded near the end.
+
+    In truth the fourth limit is never reached; with the change of the wear, the others are sooner.
+    """
+    data, failure = trend_data(operations, count=count)
+    told = data.told.values
+    told[operations - 8 :, 2:3] = 0.0
+    data = data.assign(told=(data.told.dims, told))
+    if not truth:
+        return data
+    failure = np.array([*failure.values()])
+    failure[3:4] = np.nan
+    without = np.where(np.arange(count) == 1, np.nan, failure + 50.0)
+    true = {"failure": ("limit", failure), "failure_without": ("limit", without)}
+    return data.assign(true | {"changed": 0.6 * operations})
+
+
+def test_operations_left_and_both_truths_are_drawn_where_they_are():
+    data = life_data()
+    figure = remaining_life(data)
     assert_nothing_overlaps(figure)
-    assert figure.get_suptitle().startswith("Both motions: remaining operations")
-    for axis, limit in zip(figure.axes, LIMITS, strict=False):
+    assert figure.get_suptitle() == "Both motions: operations left until a limit is exceeded"
+    for axis, limit in zip(figure.axes, data.limit.values, strict=False):
         one = data.sel(limit=limit)
-        line = line_of(axis, "#2166AC")
-        expected = one.told.sel(quantile=0.5)
-        np.testing.assert_array_equal(line.get_ydata(), expected)
-        assert ("no trend" in written(axis)) == bool(expected.isnull().mean() > 0.14)
-        lines = [each for each in axis.lines if each.get_color() == style.MEASURED]
-        assert len(lines) == (limit != "slow_opening")
+        assert axis.get_yscale() == "linear"
+        middle = one.told.sel(quantile=0.5).values
+        expected = np.where(one.told.sel(quantile=0.95) > 0, middle, np.nan)
+        np.testing.assert_array_equal(line_of(axis, "#2166AC").get_ydata(), expected)
+        drawn = {
+            line.get_linestyle(): line.get_data()
+            for line in axis.lines
+            if line.get_color() == style.MEASURED
+        }
+        for kind, name in (("--", "failure"), (":", "failure_without")):
+            assert (kind in drawn) == bool(one[name].notnull())
+            if kind in drawn:
+                np.testing.assert_allclose(np.sum(drawn[kind], axis=0), one[name])
+        if ":" in drawn:
+            assert drawn[":"][0].max() < 120 <= drawn["--"][0].max()  # until the change
         assert ("(in truth not reached)" in axis.get_title("left")) == (limit == "slow_opening")
-        for each in lines:
-            x, y = each.get_data()
-            np.testing.assert_allclose(x + y, truth[limit])
-            cone = axis.collections[0].get_paths()[0].vertices
-            left = truth[limit] - cone[:, 0]
-            share = cone[left > 0, 1] / left[left > 0]
-            np.testing.assert_allclose(np.abs(share - 1), 0.1)
-    assert "truth ± 10 %" in words(figure)
-    assert "notice: 20 operations" in words(figure)
+        assert bool(boxes(axis, style.WARNING)) == (limit == "little_wipe")
+        assert bool(boxes(axis, style.PRIOR)) == bool(one.told.isnull().any())
+    text = words(figure)
+    for word in ("notice: 20 operations", "truth without the change", "exceeded", "no trend"):
+        assert word in text
 
 
-def test_what_is_beyond_the_horizon_is_open():
-    data, _ = trend_data(30, count=1)
+def test_what_happens_near_a_limit_is_shown_once_more():
+    data = life_data()
+    *whole, first, third = remaining_life(data).axes  # both have few left, the others many
+    assert len(whole) == 4
+    assert first.get_xlim() == (180, 200)
+    low, high = third.get_xlim()  # in truth at 196
+    assert low < 192 < high <= 200
+    assert first.get_ylim() == third.get_ylim() == (0.0, 30.0)
+    few = remaining_life(life_data(20))
+    assert len(few.axes) == 4
+    assert_nothing_overlaps(few)
+
+
+def test_what_is_beyond_the_horizon_leaves_the_panel():
+    data = life_data(30, 1, truth=False)
     data["told"][:, 0] = [10.0, 20.0, np.inf]
     data["told"][4] = np.nan
-    data["told"][20:, 0] = [30.0, np.inf, np.inf]
+    data["told"][20:, 0] = np.inf
     figure = remaining_life(data.assign_attrs(horizon=1000.0, source="closing"))
     axis = figure.axes[0]
     middle = line_of(axis, "#2166AC").get_ydata()
     assert np.flatnonzero(np.isnan(middle)).tolist() == [4]
     assert middle[:4].tolist() == [20.0] * 4
-    assert np.all(middle[20:] > 1000.0)
-    assert np.all(middle[20:] < axis.get_ylim()[1])
-    first, second = (part.get_datalim(axis.transData) for part in axis.collections)
-    assert (first.x0, first.x1, second.x0, second.x1) == (0.5, 4.5, 5.5, 30.5)
-    assert (first.y0, second.y0) == (10.0, 10.0)
-    assert first.y1 == second.y1 == axis.get_ylim()[1] > 1000.0
-    assert [label.get_text() for label in axis.get_yticklabels()][-2:] == ["1,000", "beyond"]
+    assert np.all(middle[20:] > axis.get_ylim()[1])
+    low, high = axis.collections[0].get_datalim(axis.transData).intervaly
+    assert low == 10.0
+    assert high > axis.get_ylim()[1] > 20.0
+    assert boxes(axis, style.PRIOR) == [(4.5, 5.5)]
     assert "truth" not in words(figure)
     assert_nothing_overlaps(figure)
 
 
-def test_no_trend_at_all_invents_no_life():
-    data, _ = trend_data(100, (), count=8)
-    figure = remaining_life(data.assign_attrs(source="separate"))
+@pytest.mark.parametrize(("count", "operations"), [(8, 100), (1, 1), (2, 3)])
+def test_no_trend_at_all_and_limits_exceeded_from_the_start(count, operations):
+    data = life_data(operations, count, truth=False).assign_attrs(source="separate")
+    data["told"][:] = np.nan
+    figure = remaining_life(data)
     assert figure.get_suptitle().startswith("Each motion by itself: ")
     for axis in figure.axes:
-        assert written(axis) == ["no trend"]
-        assert not axis.collections
+        assert boxes(axis, style.PRIOR) == [(0.5, operations + 0.5)]
         assert np.isnan(line_of(axis, "#2166AC").get_ydata()).all()
+    assert_nothing_overlaps(figure)
+    data["told"][:] = 0.0
+    figure = remaining_life(data)
+    assert [boxes(axis, style.WARNING) for axis in figure.axes] == [
+        [(0.5, operations + 0.5)]
+    ] * count
     assert_nothing_overlaps(figure)
 
 

@@ -5,9 +5,10 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 
+from breaker.decisions import STATES
 from breaker.figures.verdict import COLOURS, verdict
-from tests.figures.drawn import assert_nothing_overlaps, written
-from tests.figures.test_operations import QUANTILES, limits
+from tests.figures.drawn import assert_nothing_overlaps, words, written
+from tests.figures.test_operations import LIMITS, QUANTILES
 
 
 def verdict_data(count=4):
@@ -18,15 +19,16 @@ def verdict_data(count=4):
     remaining += [[4000, 9000, np.inf], [310, 421, 633], [0, 0, 0], [np.nan] * 3]
     state = ["healthy", "plan", "plan", "unknown", "drifting", "plan", "now", "healthy"]
     since = [np.nan] * 6 + [1912, np.nan]
+    way, remaining, state, since = 2 * way, 2 * remaining, 2 * state, 2 * since  # for many limits
     return xr.Dataset(
         {
             "way": (("limit", "quantile"), np.array(way[:count], dtype=float)),
             "remaining": (("limit", "quantile"), np.array(remaining[:count], dtype=float)),
             "state": ("limit", state[:count]),
             "since": ("limit", since[:count]),
-            "words": limits(count)[1],
+            "words": ("limit", (2 * [*LIMITS.values()])[:count]),
         },
-        {"limit": limits(count)[0], "quantile": QUANTILES},
+        {"limit": [*LIMITS, *(f"{name}_2" for name in LIMITS)][:count], "quantile": QUANTILES},
         {
             "headline": "Service now: little wipe exceeded since operation 1,912.",
             "wearing": "Wearing: friction of the drive, plus 7.4 % in 1000 operations "
@@ -39,15 +41,15 @@ def verdict_data(count=4):
     )
 
 
-@pytest.mark.parametrize("count", [1, 8])
-def test_verdict_says_it_in_four_sentences_and_rows(count):
+@pytest.mark.parametrize("count", [1, 8, 12])
+def test_verdict_says_it_in_few_lines_and_rows(count):
     data = verdict_data(count)
     figure = verdict(data)
     assert_nothing_overlaps(figure)
     text, left, right = figure.axes
     assert figure.get_suptitle() == data.headline
     said = " ".join(written(text)[0].split())
-    assert said == f"{data.wearing} {data.left} {data.trust}"
+    assert said == f"{data.wearing} {data.trust}"  # what is left stands in the rows
     width = figure.bbox.width
     assert text.texts[0].get_window_extent().x1 < width
     assert figure._suptitle.get_window_extent().x1 < width
@@ -60,12 +62,15 @@ def test_verdict_says_it_in_four_sentences_and_rows(count):
         (row, str(state), COLOURS[str(state)]) for row, state in enumerate(data.state.values)
     ]
     assert by_row == expected
-    rights = ["no trend", "2,130  (900 to beyond)", "0  (0 to 60)", "not known"]
+    rights = ["no trend", "2,130  (900 to beyond)", "0  (0 to 60)", "cannot be told"]
     rights += ["9,000  (4,000 to beyond)", "421  (310 to 633)", "exceeded since 1,912", "no trend"]
-    assert written(right) == rights[:count]
+    assert written(right) == (2 * rights)[:count]
     percents = [each for each in written(left) if each not in COLOURS]
     lefts = ["12 %", "48 %", "104 %", "not known", "−10 %", "78 %", "100 %", "15 %"]
-    assert percents == lefts[:count]
+    assert percents == (2 * lefts)[:count]
+    keys = [text.get_text() for text in figure.legends[0].get_texts()]
+    there = [state for state in reversed(STATES) if state in data.state.values]
+    assert [key.split(":")[0] for key in keys[:-1]] == there  # and no state that is not there
 
 
 def test_verdict_draws_intervals_and_arrows_where_they_are():
@@ -87,7 +92,7 @@ def test_verdict_draws_intervals_and_arrows_where_they_are():
         6: [99, 101],
         7: [0, 30],
     }
-    assert segments(right) == {1: [900, 1e5], 2: [1, 60], 4: [4000, 1e5], 5: [310, 633], 6: [1, 1]}
+    assert segments(right) == {1: [900, 1e5], 2: [1, 60], 4: [4000, 1e5], 5: [310, 633]}
 
     def marks(axis, kind):
         lines = [line for line in axis.lines if line.get_marker() == kind]
@@ -99,7 +104,21 @@ def test_verdict_draws_intervals_and_arrows_where_they_are():
     assert marks(left, "o") == {0: 12, 1: 48, 2: 104, 4: -10, 5: 78, 6: 100, 7: 15}
     assert marks(right, "o") == {1: 2130, 4: 9000, 5: 421}
     assert (marks(left, "<"), marks(left, ">")) == ({4: -18}, {2: 130})
-    assert (marks(right, "<"), marks(right, ">")) == ({2: 1, 6: 1}, {1: 1e5, 4: 1e5})
+    assert (marks(right, "<"), marks(right, ">")) == ({2: 1}, {1: 1e5, 4: 1e5})
+
+
+@pytest.mark.parametrize("state", ["unknown", "now"])
+def test_nothing_known_and_all_exceeded_from_the_start(state):
+    data = verdict_data(2)
+    data["state"][:] = state
+    data["way"][:], data["remaining"][:] = np.nan, 0.0 if state == "now" else np.nan
+    data["since"][:] = 1.0 if state == "now" else np.nan
+    figure = verdict(data)
+    assert_nothing_overlaps(figure)
+    told = "exceeded since 1" if state == "now" else "cannot be told"
+    assert written(figure.axes[2]) == [told] * 2
+    assert written(figure.axes[1])[::2] == ["not known"] * 2
+    assert "healthy" not in words(figure)
 
 
 def test_names_of_limits_are_no_mathematics():
@@ -122,6 +141,9 @@ def test_long_sentences_are_broken_and_strange_states_refused():
     box, below = figure.axes[0].texts[0].get_window_extent(), figure.axes[1].get_tightbbox()
     assert box.x1 < figure.bbox.width
     assert box.y0 > below.y1
+    lines = figure.get_suptitle().splitlines() + figure.axes[0].texts[0].get_text().splitlines()
+    assert len(lines) == 4
+    assert lines[-1].endswith("…")
     data["state"][1] = "tired"
     with pytest.raises(ValueError, match="no state is called 'tired'"):
         verdict(data)

@@ -154,7 +154,8 @@ def test_lives_without_the_change_are_longer_as_the_wear_is_slower(rig, truth, d
     """Each share of the wear after the knee takes ``faster`` times as many operations."""
     wear, limits = rig.settings["wear"], from_list(defaults["limits"], list(MOTIONS))
     knee = wear["knee"] * rig.settings["operations"]
-    end, without = (values for _, values in true_lives(truth, limits).values())
+    end, without, changed = (values for _, values in true_lives(truth, limits).values())
+    assert changed == knee + 1  # the first operation after it
     expected = knee + wear["faster"] * (np.array(end) - knee)
     np.testing.assert_allclose(without, expected, atol=wear["faster"])
     drive = rig.worn(rig.life_without_change, scatter=False, changes=False)

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
+from breaker.figures.words import symbolic
 
 __all__ = ["change_words", "changepoint"]
 
@@ -16,8 +17,6 @@ _TITLE = "change points of the wear"
 _FOLLOWED = "followed: the level of each parameter, without the scatter of single operations"
 _STEP = {"color": style.MEASURED, "ls": ":", "lw": 1.6}
 _LINES, _WIDTH = 12, 46  # lines beside the panels that describe steps and changes; characters
-_KINDS = 3  # likeliest kinds of a change that are named,
-_LEAST = 0.05  # of at least this probability
 
 
 @style.styled
@@ -29,9 +28,9 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
             ``level_interval (operation, parameter, bound)``, ``start_interval (operation,
             quantile)`` at 0.05, 0.5 and 0.95, when the present wear began, nan while no change is
             known, ``change_probability`` and ``alarm`` ``(operation)``; of each change
-            ``change_alarm``, ``change_start`` ``(change)``, ``change_interval (change, bound)`` and
-            ``change_kind (change, kind)``, of each step ``jump_noticed``, ``jump_from`` and
-            ``jump_words`` ``(jump)``; attribute ``alarm_level``.
+            ``change_alarm``, ``change_start`` and ``change_parameters``, what changed, ``(change)``
+            and ``change_interval (change, bound)``, of each step ``jump_noticed``, ``jump_from``
+            and ``jump_words`` ``(jump)``; attribute ``alarm_level``.
         source: Where the series come from: "closing", "opening" or "both".
         truth: True parameters of the stand-in, ``(operation, parameter)``; None for real
             measurements.
@@ -84,20 +83,12 @@ def _not_followed(source: str) -> Figure:
 
 
 def change_words(change: xr.Dataset) -> tuple[str, str]:
-    """Describe a change: operation with its 90 % interval, and what changed, with probabilities."""
+    """Describe a change: operation with its 90 % interval, and what changed."""
     lower, upper = change["change_interval"].values
     if not np.isfinite(change["change_start"].item()):
         return f"noticed at {change['change_alarm'].item():,}", "taken back by later operations"
     where = f"operation {change['change_start'].item():,.0f} ({lower:,.0f} to {upper:,.0f})"
-    probability = change["change_kind"].values
-    likely = [i for i in np.argsort(-probability)[:_KINDS] if probability[i] >= _LEAST]
-    kinds = change["kind"].values
-    named = [f"{_kind(str(kinds[i]))} {probability[i]:.2f}" for i in likely]
-    return where, ", ".join(named)
-
-
-def _kind(kind: str) -> str:
-    return kind if kind in ("several", "all") else style.parameter(kind).symbol
+    return where, symbolic(change["change_parameters"].item())
 
 
 def _series(axis: Axes, one: xr.Dataset, name: str) -> None:

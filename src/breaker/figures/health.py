@@ -11,62 +11,87 @@ __all__ = ["health"]
 
 _MARGINAL = "#EBC48A"
 _FOOT = -0.05  # where unusable operations are ticked, on the axis of probability
+_QUARTERS = (0.25, 0.75)  # something happens where a probability crosses one of these
+_BEFORE = 0.5  # operations shown before that, share of those after it,
+_LEAST = 0.05  # and at least this share of all
 
 
 @style.styled
 def health(health: xr.Dataset) -> Figure:
-    """Draw one panel per limit: probability that it is exceeded, levels, and where it is exceeded.
+    """Draw one panel per limit: how probably it is exceeded, and where it counts as exceeded.
 
+    The operations shown begin before the first at which a limit stirs; all of them, if none does.
     The product of the marginals is shown only where it is not the same, that is, for a limit of
     several parts. Operations that are not usable are ticked at the foot.
 
     Args:
-        health: ``probability``, ``marginal`` and ``trend_probability`` ``(operation, limit)``, nan
-            where there is none, ``exceeded (operation, limit)``, ``since (limit)``, an operation
-            or nan, ``words`` and ``source`` ``(limit)``; coordinates ``operation`` and ``limit``;
-            attributes ``raise``, ``clear`` and ``after``.
+        health: ``probability`` and ``marginal``, of single operations, ``level_probability``, by
+            which limits are judged, nan where there is none, and ``exceeded``
+            ``(operation, limit)``; ``since (limit)``, the operation at which the limit was
+            exceeded, nan where it is not at the end, ``words`` and ``source`` ``(limit)``;
+            coordinates ``operation`` and ``limit``; attributes ``raise`` and ``clear``.
     """
+    first = _begin(health)
+    shown = health.sel(operation=slice(first, None))
     titles = [str(words) for words in health["words"].values]
-    figure, axes = style.limit_panels(health, titles, "probability", height=2.7, above=1)
+    figure, axes = style.limit_panels(shown, titles, "probability", height=2.7, above=1)
     for axis, limit in zip(axes, health["limit"].values, strict=True):
-        one = health.sel(limit=limit)
+        one = shown.sel(limit=limit)
         _probabilities(axis, one)
-        _alarm(axis, one, health.attrs)
+        _exceeded(axis, one, health.attrs)
     axes[0].set(ylim=(-0.1, 1.05), yticks=np.linspace(0.0, 1.0, 6))
+    axes[0].xaxis.set_major_formatter("{x:,.0f}")
     count, over = len(titles), int(health["since"].notnull().sum())
-    words = f"limits exceeded: {over} of {count}" if over else "no limit exceeded"
+    words = f"limits exceeded: {over} of {count}" if over else "no limit is exceeded"
+    if first > health["operation"].values[0]:
+        words += f"; shown from operation {first:,}, nothing happened before"
     figure.suptitle(f"Health: probability that a limit is exceeded\n{words}")
-    style.legend_below(figure, _handles(health), columns=4 if count == 1 else 3)
+    style.legend_below(figure, _handles(shown), columns=4 if count == 1 else 3)
     return figure
 
 
+def _begin(health: xr.Dataset) -> int:
+    """Return the operation from which on to draw: some before a limit first stirs."""
+    operation, each = health["operation"].values, ("operation", "limit")
+    tenth = len(operation) // 10
+    quarter = np.digitize(health["level_probability"].transpose(*each).fillna(0.0), _QUARTERS)
+    stirs = (quarter != np.median(quarter[: tenth + 1], axis=0)).any(axis=1)
+    stirs[:tenth] = False  # what is known first is the prior, until there are records
+    stirs |= health["exceeded"].transpose(*each).values.any(axis=1)
+    if not stirs.any():
+        return int(operation[0])
+    begin = int(stirs.argmax())
+    before = max(_BEFORE * (len(operation) - begin), _LEAST * len(operation))
+    return int(operation[max(0, round(begin - before))])
+
+
 def _probabilities(axis: Axes, one: xr.Dataset) -> None:
-    """Draw single operations and trend of a limit, and what is not usable."""
+    """Draw single operations and what a limit is judged by, and what is not usable."""
     operation = one["operation"].values
     dots = {"ms": style.dot_size(operation.size), "mew": 0}
     if _differs(one):
         axis.plot(operation, one["marginal"], "D", color=_MARGINAL, zorder=1.9, **dots)
     axis.plot(operation, one["probability"], "o", color=style.MODEL, alpha=0.45, **dots)
     # The marker is as wide as the line: it keeps values in sight that have no neighbour.
-    axis.plot(operation, one["trend_probability"], ".-", color=style.MODEL, lw=1.8, ms=3.6, mew=0)
+    axis.plot(operation, one["level_probability"], ".-", color=style.MODEL, lw=1.8, ms=3.6, mew=0)
     missing = operation[one["probability"].isnull().values]
     axis.plot(missing, np.full(missing.shape, _FOOT), "|", color=style.REFERENCE, ms=6, mew=0.8)
 
 
-def _alarm(axis: Axes, one: xr.Dataset, levels: dict) -> None:
+def _exceeded(axis: Axes, one: xr.Dataset, levels: dict) -> None:
     """Draw levels, stretches in which the limit is exceeded, and since when it is, with words."""
     axis.axhline(levels["raise"], color=style.WARNING, lw=1.0, ls="--")
     axis.axhline(levels["clear"], color=style.REFERENCE, lw=1.0, ls="--")
     for start, stop in style.spans(one["operation"].values, one["exceeded"].values.astype(bool)):
         axis.axvspan(start, stop, color=style.WARNING, alpha=0.13, lw=0)
-    first, source = one["since"].item(), one["source"].item()
-    known = np.isfinite(first)
+    since, source = one["since"].item(), one["source"].item()
+    known = np.isfinite(since)
     if known:
-        axis.axvline(first, color=style.WARNING, lw=1.4)
+        axis.axvline(since, color=style.WARNING, lw=1.4)
     above = {"xycoords": "axes fraction", "xytext": (0, 5), "textcoords": "offset points"}
-    alarm = f"exceeded since operation {first:,.0f}" if known else "not exceeded"
+    told = f"exceeded since {since:,.0f}" if known else "not exceeded"
     colour, weight = (style.WARNING, "bold") if known else (style.REFERENCE, "normal")
-    axis.annotate(alarm, (0.0, 1.0), color=colour, weight=weight, **above)
+    axis.annotate(told, (0.0, 1.0), color=colour, weight=weight, **above)
     words = "from both motions" if source == "both" else f"from {source}"
     axis.annotate(words, (1.0, 1.0), ha="right", color=style.REFERENCE, **above)
 
@@ -79,18 +104,17 @@ def _differs(one: xr.Dataset) -> bool:
 
 def _handles(health: xr.Dataset) -> list:
     levels = health.attrs
-    up = f"exceeded from {levels['raise']:g}"
     handles = [
         style.dot_key("single operations", style.MODEL, ms=5, alpha=0.6),
-        style.line_key("by the trend", style.MODEL, lw=1.8),
-        style.line_key(up, style.WARNING, "--", lw=1.0),
-        style.line_key(f"until {levels['clear']:g}", ls="--", lw=1.0),
+        style.line_key("the level, by which it is judged", style.MODEL, lw=1.8),
+        style.line_key(f"exceeded from {levels['raise']:g} on", style.WARNING, "--", lw=1.0),
+        style.line_key(f"until {levels['clear']:g} again", ls="--", lw=1.0),
     ]
     if any(_differs(health.sel(limit=limit)) for limit in health["limit"].values):
         label = "single operations, as if parts were independent"
         handles.insert(2, style.dot_key(label, _MARGINAL, "D", ms=5))
     if bool(health["exceeded"].any()):
-        handles.append(style.band_key("limit exceeded", style.WARNING, 0.13))
+        handles.append(style.band_key("exceeded", style.WARNING, 0.13))
     if bool(health["since"].notnull().any()):
         handles.append(style.line_key("exceeded since", style.WARNING))
     if bool(health["probability"].isnull().any()):

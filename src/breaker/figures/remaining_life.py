@@ -1,121 +1,147 @@
-"""Remaining operations until a limit is exceeded, over life."""
-
-from collections.abc import Mapping
+"""Operations left until the level of the drive is beyond a limit, over its life."""
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from breaker.figures import style
 
 __all__ = ["remaining_life"]
 
-_BEYOND = 4.0  # the axis ends at this multiple of the horizon
-_ROOM = 0.14  # share of the panel that a stretch without trend needs for the words
-_NO_TREND = {"facecolor": "#F0F0F0", "edgecolor": "#CFCFCF", "hatch": "////", "lw": 0}
-_CONE = "#F2C14E"
+_TRUTH = {"color": style.MEASURED, "lw": 1.2, "ls": "--"}
+_WITHOUT = {"color": style.MEASURED, "lw": 1.2, "ls": ":"}
+_NOTICE = {"color": style.PRIOR, "lw": 0.9}
+_FOOT = 0.025  # height of the strip at the foot, share of the panel
+_END = 0.1  # operations shown once more, share of all,
+_FEWEST = 20  # and at least so many
+_NEAR = 0.4  # of no use if it shows a larger share of the panel's height
+_WIDTHS = (7.0, 3.0)  # of a whole life and its end, relative
 
 
 @style.styled
-def remaining_life(
-    trend: xr.Dataset, *, truth: Mapping[str, float] | None = None, alpha: float = 0.2
-) -> Figure:
-    """Draw one panel per limit: predicted remaining operations, and the true ones where known.
+def remaining_life(left: xr.Dataset) -> Figure:
+    """Draw one panel per limit: operations left as told, and the true ones where they are known.
 
-    The axis is linear near 0 and logarithmic above. Its top strip, past the horizon, stands for all
-    that is beyond; a band that runs into it is open. Where there is no trend towards the limit, no
-    remaining life is drawn.
+    Axes are linear, with the last operations before the limit once more beside them. A strip at the
+    foot marks where no number is told: the limit is exceeded, or no trend leads there.
 
     Args:
-        trend: ``told (operation, limit, quantile)`` at 0.05, 0.5 and 0.95, operations left: 0 where
-            exceeded, inf beyond the horizon, nan where no trend leads to the limit, and
-            ``words (limit)``; coordinates ``operation`` and ``limit``; attributes ``horizon``,
-            ``notice`` and ``source``.
-        truth: Operation at which each limit is exceeded in truth, nan if it is not; None for real
-            measurements.
-        alpha: Half width of the cone around the truth, share of it.
+        left: ``told (operation, limit, quantile)`` at 0.05, 0.5 and 0.95: 0 where the limit is
+            exceeded, inf beyond the horizon, nan where no trend leads there; ``words (limit)``; of
+            a stand-in ``failure`` and ``failure_without`` ``(limit)``, the operation at which the
+            true level is first beyond the limit, nan if it is not, and at which it would be without
+            the change of its wear, nan where that is the same, and ``changed``, the operation of
+            that change, nan without one; coordinates ``operation`` and ``limit``; attributes
+            ``horizon``, ``notice`` and ``source``.
     """
-    limits = [str(limit) for limit in trend["limit"].values]
-    horizon = float(trend.attrs["horizon"])
-    failures = [np.nan if truth is None else float(truth.get(limit, np.nan)) for limit in limits]
-    titles = [
-        str(words) + ("" if truth is None or np.isfinite(failure) else " (in truth not reached)")
-        for words, failure in zip(trend["words"].values, failures, strict=True)
-    ]
-    figure, axes = style.limit_panels(trend, titles, "remaining operations", height=3.1)
-    for axis, limit, failure in zip(axes, limits, failures, strict=True):
-        one = trend.sel(limit=limit)
-        _truth(axis, one["operation"].values, failure, alpha)
-        _prediction(axis, one, horizon)
-        axis.axhline(trend.attrs["notice"], color=style.REFERENCE, lw=0.9, ls=":")
-        axis.axhline(horizon, color=style.REFERENCE, lw=0.6)
-    _scale(axes[0], horizon)
-    text = "remaining operations until a limit is exceeded"
-    style.heading(figure, trend.attrs["source"], text)
-    columns = 4 if len(limits) == 1 or truth is None else 3
-    style.legend_below(figure, _handles(trend.attrs, truth, alpha), columns=columns)
+    known = "failure" in left
+    titles = []
+    for words, limit in zip(left["words"].values, left["limit"].values, strict=True):
+        reached = not known or np.isfinite(left["failure"].sel(limit=limit).item())
+        titles.append(str(words) + ("" if reached else " (in truth not reached)"))
+    figure, axes = style.limit_panels(left, titles, "operations left", height=3.3)
+    axes[0].xaxis.set_major_formatter("{x:,.0f}")
+    axes[0].locator_params(axis="x", nbins=5)
+    for axis, limit in zip(axes, left["limit"].values, strict=True):
+        one = left.sel(limit=limit)
+        told = one["told"].transpose("operation", "quantile").values
+        truths = _truths(one) if known else []
+        _panel(axis, one, told, truths)
+        _end(axis, one, told, truths)
+    style.heading(figure, left.attrs["source"], "operations left until a limit is exceeded")
+    style.legend_below(figure, _handles(left, known), columns=4 if len(titles) == 1 else 3)
     return figure
 
 
-def _truth(axis: Axes, operation: np.ndarray, failure: float, alpha: float) -> None:
-    if not failure > operation[0]:  # nor where there is none
-        return
-    before = np.linspace(operation[0], min(failure, operation[-1]), 500)
-    left = failure - before
-    axis.fill_between(before, (1 - alpha) * left, (1 + alpha) * left, color=_CONE, alpha=0.45, lw=0)
-    axis.plot(before, left, color=style.MEASURED, lw=1.2, ls="--", zorder=2.5)
+def _truths(one: xr.Dataset) -> list[tuple[np.ndarray, np.ndarray, dict]]:
+    """Return operations, what was left then, and looks: with the change, and without until it."""
+    operation, failure = one["operation"].values, one["failure"].item()
+    lines = []
+    if np.isfinite(failure):
+        before = operation[operation <= failure]
+        lines.append((before, failure - before, _TRUTH))
+    without = one["failure_without"].item()
+    if np.isfinite(without):
+        before = operation[operation < one["changed"].item()]
+        lines.append((before, without - before, _WITHOUT))
+    return lines
 
 
-def _prediction(axis: Axes, one: xr.Dataset, horizon: float) -> None:
-    """Draw band and median where there is a trend, and name the stretches without one."""
+def _panel(axis: Axes, one: xr.Dataset, told: np.ndarray, truths: list) -> None:
+    """Draw the whole life, up to the largest median or truth."""
+    finite = told[np.isfinite(told[:, 1]), 1]
+    largest = max([finite.max(initial=0.0), *(left.max(initial=0.0) for _, left, _ in truths)])
+    top = 1.25 * max(largest, 1.5 * one.attrs["notice"])
+    _draw(axis, one, told, truths, top)
+    axis.set_ylim(0.0, top)
+    axis.yaxis.set_major_formatter("{x:,.0f}")
+
+
+def _draw(axis: Axes, one: xr.Dataset, told: np.ndarray, truths: list, top: float) -> None:
+    """Draw band and median where they are told, truths, the notice, and the strip at the foot."""
     operation = one["operation"].values
-    low, middle, high = (one["told"].sel(quantile=q).values for q in (0.05, 0.5, 0.95))
-    none = np.isnan(middle)
-    known = ~none
-    top = _BEYOND * horizon
-    for start, stop in style.spans(operation, known):  # one operation alone has a width as well
-        inside = (operation > start) & (operation < stop)
-        at = np.concatenate([[start], operation[inside], [stop]])
-        lower, upper = (np.pad(each[inside], 1, mode="edge") for each in (low, high))
-        lower, upper = np.minimum(lower, horizon), np.where(upper > horizon, top, upper)
-        axis.fill_between(at, lower, upper, color=style.CORRECTED, alpha=0.25, lw=0)
-    drawn = np.where(middle > horizon, np.sqrt(_BEYOND) * horizon, middle)
-    drawn = np.where(known, drawn, np.nan)
-    axis.plot(operation, drawn, ".-", color=style.CORRECTED, lw=1.8, ms=3.6, mew=0)
-    length = max(float(operation[-1] - operation[0]), 1.0)
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 2}
-    words = {"ha": "center", "va": "center", "color": style.REFERENCE, "zorder": 4, "bbox": box}
-    for start, stop in style.spans(operation, none):
-        axis.axvspan(start, stop, zorder=0.5, **_NO_TREND)
-        if stop - start >= _ROOM * length:
-            place = ((start + stop) / 2, 0.13)
-            axis.annotate("no trend", place, xycoords=axis.get_xaxis_transform(), **words)
+    known = ~np.isnan(told[:, 1]) & (told[:, 2] > 0)
+    low, middle, high = np.where(known[:, None], told, np.nan).T
+    high = np.where(np.isinf(high), 10.0 * top, high)  # goes on beyond the panel
+    low = np.where(np.isinf(low), 10.0 * top, low)
+    # The lines around the band keep stretches of one operation in sight.
+    look = {"color": style.CORRECTED, "lw": 0.6, "alpha": 0.25}
+    axis.fill_between(operation, low, high, **look)
+    axis.plot(operation, middle, ".-", color=style.CORRECTED, lw=1.8, ms=3.0, mew=0)
+    for at, left, line in truths:
+        axis.plot(at, left, zorder=2.5, **line)
+    axis.axhline(one.attrs["notice"], **_NOTICE)
+    strip = {"ymax": _FOOT, "lw": 0, "zorder": 3}
+    for start, stop in style.spans(operation, np.isnan(told[:, 1])):
+        axis.axvspan(start, stop, color=style.PRIOR, **strip)
+    for start, stop in style.spans(operation, told[:, 2] == 0):
+        axis.axvspan(start, stop, color=style.WARNING, **strip)
 
 
-def _scale(axis: Axes, horizon: float) -> None:
-    """Make an axis that is linear up to 10 operations, with the strip beyond the horizon."""
-    linear = min(10.0, horizon / 10)
-    axis.set_yscale("symlog", linthresh=linear, linscale=0.5)
-    decades = linear * 10.0 ** np.arange(np.ceil(np.log10(horizon / (2 * linear))))
-    ticks = [0.0, *decades, horizon, np.sqrt(_BEYOND) * horizon]
-    axis.set_yticks(ticks, [*(f"{tick:,g}" for tick in ticks[:-1]), "beyond"])
-    axis.set_ylim(0.0, _BEYOND * horizon)
+def _end(axis: Axes, one: xr.Dataset, told: np.ndarray, truths: list) -> None:
+    """Show the operations around the limit once more, if anything is near it."""
+    operation, top = one["operation"].values, 1.5 * one.attrs["notice"]
+    count = max(_FEWEST, round(_END * len(operation)))
+    if len(operation) <= 2 * count or top > _NEAR * axis.get_ylim()[1]:
+        return
+    over = operation[(told[:, 2] == 0) | _reached(one)]  # truth included
+    last = int(np.searchsorted(operation, over[0])) if over.size else len(operation) - 1
+    last = min(last + count // 3, len(operation) - 1)
+    near = slice(max(0, last - count), last + 1)
+    true_near = _reached(one)[near].any()
+    if not (true_near or (told[near, 1] < top).any()):
+        return
+    places = axis.get_subplotspec().subgridspec(1, 2, width_ratios=_WIDTHS)
+    axis.set_subplotspec(places[0])
+    small = axis.figure.add_subplot(places[1])
+    _draw(small, one, told, truths, axis.get_ylim()[1])
+    small.set(xlim=operation[[near.start, last]], ylim=(0.0, top))
+    small.locator_params(nbins=3)
+    small.tick_params(labelsize=8)
+    small.set_xlabel("near the limit", fontsize=9)
+    small.xaxis.set_major_formatter("{x:,.0f}")
+    small.yaxis.set_major_formatter("{x:,.0f}")
 
 
-def _handles(attrs: Mapping, truth: Mapping | None, alpha: float) -> list:
+def _reached(one: xr.Dataset) -> np.ndarray:
+    """Where the true level is beyond the limit, ``(o,)``; nowhere, where no truth is known."""
+    failure = one["failure"].item() if "failure" in one else np.nan
+    return one["operation"].values >= failure
+
+
+def _handles(left: xr.Dataset, known: bool) -> list:
     handles = [
-        style.line_key("predicted, median", style.CORRECTED, lw=1.8),
-        style.band_key("predicted, 90 % interval", style.CORRECTED, 0.25),
+        style.line_key("told, median", style.CORRECTED, lw=1.8),
+        style.band_key("told, 90 % interval", style.CORRECTED, 0.25),
     ]
-    if truth is not None:
-        handles += [
-            style.line_key("truth", style.MEASURED, "--", lw=1.2),
-            style.band_key(f"truth ± {100 * alpha:g} %", _CONE, 0.45),
-        ]
-    return [
-        *handles,
-        Patch(**_NO_TREND, label="no trend towards the limit"),
-        style.line_key(f"notice: {attrs['notice']:g} operations", ls=":", lw=0.9),
-    ]
+    if known:
+        handles.append(style.line_key("truth", **_TRUTH))
+        if bool(left["failure_without"].notnull().any()):
+            handles.append(style.line_key("truth without the change, until it happens", **_WITHOUT))
+    if bool(left["told"].isnull().any()):
+        handles.append(style.band_key("no trend leads to the limit", style.PRIOR, 1.0))
+    if bool((left["told"] == 0).any()):
+        handles.append(style.band_key("exceeded", style.WARNING, 1.0))
+    notice = style.line_key(f"notice: {left.attrs['notice']:,g} operations", **_NOTICE)
+    return [*handles, notice]

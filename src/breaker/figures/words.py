@@ -1,12 +1,10 @@
-"""Names, symbols and numbers as all figures write them."""
+"""Names and symbols as all figures write them; ``breaker.decisions.about`` writes numbers."""
 
 import re
 
-import numpy as np
-
 from breaker.mechanism import ONSET, PARAMETERS
 
-__all__ = ["literal", "number", "symbolic"]
+__all__ = ["literal", "symbolic"]
 
 _SYMBOLS = {each.name: each.symbol for each in (*PARAMETERS, ONSET)}
 _NAMES = re.compile(rf"\b({'|'.join(_SYMBOLS)})\b")
@@ -28,15 +26,3 @@ def symbolic(text: object) -> str:
     'touch_time above 9.7 ms and $f$ below 0.765 mm/ms²'
     """
     return _NAMES.sub(lambda found: _SYMBOLS[found.group()], literal(text))
-
-
-def number(value: float) -> str:
-    """Write a number with three digits that count; large whole ones in groups of three.
-
-    >>> [number(each) for each in (0.76543, 12.0, 1904.4, -0.5, float("inf"))]
-    ['0.765', '12', '1,900', '−0.5', 'beyond']
-    """
-    if not np.isfinite(value):
-        return "not known" if np.isnan(value) else "beyond"
-    rounded = float(f"{value:.3g}")
-    return (f"{rounded:.3g}" if abs(rounded) < 1000 else f"{rounded:,.0f}").replace("-", "−")

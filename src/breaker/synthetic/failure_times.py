@@ -52,8 +52,10 @@ def _excess(truth: xr.Dataset, limit: Limit) -> np.ndarray:
 
 def true_lives(
     truth: xr.Dataset, limits: Sequence[Limit]
-) -> dict[str, tuple[tuple[str, ...], list[float]]]:
-    """Return ``failure`` and ``failure_without`` of each limit, to be assigned to a dataset.
+) -> dict[str, tuple[tuple[str, ...], list[float] | float]]:
+    """Return ``failure`` and ``failure_without`` of each limit, and when the wear ``changed``.
+
+    Ready to be assigned to a dataset.
 
     Args:
         truth: What ``truth_of`` returns.
@@ -61,10 +63,18 @@ def true_lives(
 
     Returns:
         Operations at which the level is first beyond each limit, and at which it would be if the
-        wear had gone on as it began; the latter nan where it is the same.
+        wear had gone on as it began; the latter nan where it is the same. And the first operation
+        at which it does not, nan if it always does.
     """
     ends = failures(truth, limits)
     longer = {"value": truth.without_change, "measured": truth.measured_without_change}
     steady = failures(xr.Dataset(longer).rename(longer="operation"), limits)
     without = [np.nan if steady[name] == end else steady[name] for name, end in ends.items()]
-    return {"failure": (("limit",), list(ends.values())), "failure_without": (("limit",), without)}
+    steadily = truth.without_change.values[: truth.sizes["operation"]]
+    apart = (truth.value.values[: len(steadily)] != steadily).any(axis=1)
+    changed = float(truth.operation.values[apart.argmax()]) if apart.any() else np.nan
+    return {
+        "failure": (("limit",), list(ends.values())),
+        "failure_without": (("limit",), without),
+        "changed": ((), changed),
+    }
