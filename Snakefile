@@ -73,6 +73,12 @@ rule lives:
         "figures/prognostics.png",
 
 
+rule widening:
+    """How wide trends must be, from the lives that settings are tuned on, outside of `all`."""
+    input:
+        "results/lives/widening.csv",
+
+
 rule judged:
     """Posteriors, trends and alarms on rigs that the model does not fit, outside of `all`."""
     input:

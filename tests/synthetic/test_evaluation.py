@@ -60,12 +60,20 @@ def life(
             "toward": ("record", np.full(len(operation), float(toward))),
             "raw_time": (("record", "motion"), raw),
             "lives": (("fraction", "draw"), lives),
+            "ideal": (
+                ("fraction", "observer", "draw"),
+                np.stack([lives, truth[at, None] + 0 * lives], 1),
+            ),
             "horizon": HORIZON,
             "record_at": ("fraction", at),
         }
         | {"change": CHANGE, "failure": failure, "ratio": ratio},
-        coords={"fraction": list(FRACTIONS), "motion": list(MOTIONS)},
+        coords={"fraction": list(FRACTIONS), "motion": list(MOTIONS)}
+        | {"observer": ["ideal", "told"]},
     )
+
+
+WIDER = [1.0, 1.2, 4.0]
 
 
 def together(rows):
@@ -180,7 +188,7 @@ def test_perfect_predictions():
     np.testing.assert_allclose(data.crps, 0.0, atol=1e-12)
     assert table.value[FAR] == (1600 - 605) / 1000  # the first record after the change
     for k, fraction in enumerate(FRACTIONS):
-        coverage = at(table, "coverage", fraction)
+        coverage = at(table, "coverage of the 90 % interval", fraction)
         assert coverage.value == 1.0
         assert coverage.lower_95 == pytest.approx(0.025 ** (1 / 2))
         assert data.coverage_interval.values[k].tolist() == [coverage.lower_95, 1.0]
@@ -196,7 +204,7 @@ def test_coverage_and_accuracy_by_hand():
     data, _ = scored(*(life(i, off=1.3, width=w) for i, w in enumerate((0.2, 0.25, 0.5))))
     np.testing.assert_allclose(data.coverage, 2 / 3)
     np.testing.assert_allclose(data.alpha_lambda, 0.0)
-    assert at(table, "coverage", 0.5).value == 0.5
+    assert at(table, "coverage of the 90 % interval", 0.5).value == 0.5
 
 
 def test_crps_by_hand():
@@ -211,6 +219,17 @@ def test_crps_by_hand():
     expected = np.full(len(FRACTIONS), 0.5)
     expected[1] = (HORIZON - 750) / 750
     np.testing.assert_allclose(data.crps, expected, atol=0.01)
+
+
+def test_ideal_observers_stand_beside():
+    """One draws as the model does, 30 % off or not; the other one knows the truth."""
+    data, table = scored(life(0, spread=0.25), life(1, spread=0.25, off=1.3))
+    np.testing.assert_allclose(data.ideal_coverage, [[0.5] * 5, [1.0] * 5])
+    middle = 0.9 * 0.5 * np.median([1.0, 1.3])
+    np.testing.assert_allclose(data.ideal_width, [[middle] * 5, [0.0] * 5], atol=1e-9)
+    np.testing.assert_allclose(data.width, 0.4 * np.median([1.0, 1.3]))
+    assert at(table, "coverage of an ideal observer", 0.1).value == 0.5
+    assert at(table, "coverage of one that is told", 0.9).value == 1.0
 
 
 def test_no_trend_is_a_miss():
@@ -279,7 +298,7 @@ def short(defaults):
 
 @pytest.fixture(scope="module")
 def followed(rough, short):
-    return follow_lives(rough, [5, 0], *short, seed=1)
+    return follow_lives(rough, [5, 0], *short, seed=1, widenings=WIDER)
 
 
 def test_two_lives_followed(followed, rough, short):
@@ -322,6 +341,19 @@ def test_draws_and_remaining_are_of_the_same_prediction(followed):
         np.testing.assert_array_equal(median, np.sort(row.lives.values, axis=1)[:, 9])
 
 
+def test_what_covers_is_told_of_each_widening(followed, short):
+    """That of ``wear_model`` as of the predictions themselves; four times as wide covers more."""
+    assert short[1]["widening"] == WIDER[1]
+    assert followed.covered.dims == ("life", "fraction", "widening")
+    for i in range(2):
+        row = followed.isel(life=i)
+        truth = int(row.failure) - row.operation.values[row.record_at.values]
+        lower, _, upper = row.remaining.values[row.record_at.values].T
+        covered = row.covered.sel(widening=WIDER[1]).values
+        np.testing.assert_array_equal(covered, (lower <= truth) & (truth <= upper))
+    assert followed.covered.sum(["life", "fraction"]).values[-1] >= 9
+
+
 def test_a_trend_to_the_limit_is_seen_near_the_end(followed):
     """Not a score, a sign of life: with 90 % of the way gone, the end is in sight."""
     at_end = [followed.remaining.values[i, r, 1] for i, r in enumerate(followed.record_at[:, -1])]
@@ -329,7 +361,7 @@ def test_a_trend_to_the_limit_is_seen_near_the_end(followed):
 
 
 def test_a_life_is_followed_alike_in_any_company(followed, rough, short):
-    alone = follow_lives(rough, [0], *short, seed=1)
+    alone = follow_lives(rough, [0], *short, seed=1, widenings=WIDER)
     xr.testing.assert_identical(alone, followed.sel(life=[0]))
 
 

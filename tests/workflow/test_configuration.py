@@ -297,6 +297,8 @@ motions: [opening]
 # keys that must fit each other
 validation: {seed: 7, second_seed: 7}
     validation.second_seed is 7, which validation.seed is too
+lives: {seed: 21}
+    lives.calibration_seed is 21, which lives.seed is too
 bank: {shards: 2, curves_per_shard: 50}
 training: {opening: {batch: 60, validation_curves: 30, held_out_curves: 11}}
     bank has 100 curves (shards times curves_per_shard), but a training needs 101

@@ -16,7 +16,12 @@ rule follow_lives:
     log:
         "logs/follow_lives/seed{seed}_{chunk}.log",
     params:
-        lives={key: config["lives"][key] for key in config["lives"] if key != "seed"},
+        lives={
+            key: config["lives"][key]
+            for key in config["lives"]
+            if key not in ("seed", "calibration_seed")
+        },
+        calibration_seed=config["lives"]["calibration_seed"],
         wear_model={
             key: config["wear_model"][key]
             for key in config["wear_model"]
@@ -26,13 +31,29 @@ rule follow_lives:
         "../scripts/follow_lives.py"
 
 
+def lives_of_seed(wildcards):
+    """All jobs of the lives of a seed."""
+    jobs = ceil(config["lives"]["lives"] / config["lives"]["lives_per_job"])
+    seed = wildcards.get("seed", config["lives"]["calibration_seed"])
+    return [f"results/lives/seed{seed}/lives_{job:03d}.zarr" for job in range(jobs)]
+
+
+rule calibrate_lives:
+    """The widening of trends with which intervals of the remaining life hold what they promise."""
+    input:
+        lives=lives_of_seed,
+    output:
+        "results/lives/widening.csv",
+    log:
+        "logs/calibrate_lives.log",
+    script:
+        "../scripts/calibrate_lives.py"
+
+
 rule score_lives:
     """Delays, false alarms, coverage and accuracy over all lives, beside raw times."""
     input:
-        lives=[
-            f"results/lives/seed{{seed}}/lives_{job:03d}.zarr"
-            for job in range(ceil(config["lives"]["lives"] / config["lives"]["lives_per_job"]))
-        ],
+        lives=lives_of_seed,
     output:
         scores=directory("results/lives/scores_seed{seed}.zarr"),
         table=page(

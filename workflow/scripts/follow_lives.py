@@ -2,7 +2,7 @@
 
 from breaker.posterior import Posterior
 from breaker.stores import describe, save
-from breaker.synthetic import follow_lives
+from breaker.synthetic import WIDENINGS, follow_lives
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -13,7 +13,10 @@ size = params.lives["lives_per_job"]
 first = int(snakemake.wildcards.chunk) * size
 numbers = range(first, min(first + size, params.lives["lives"]))
 
-result = follow_lives(posteriors, numbers, params.lives, params.wear_model, seed=seed)
+tried = WIDENINGS if seed == params.calibration_seed else ()
+result = follow_lives(
+    posteriors, numbers, params.lives, params.wear_model, seed=seed, widenings=tried
+)
 log.info("lives %d to %d followed", numbers[0], numbers[-1])
 settings = {"lives": params.lives, "wear_model": params.wear_model, "seed": seed}
 save(describe(result, "simulated lives, followed", **settings), snakemake.output[0])

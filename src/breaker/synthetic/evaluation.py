@@ -5,6 +5,7 @@ the trend of both motions, alarms and predictions, one operation after another.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -13,8 +14,9 @@ from tqdm import tqdm
 from breaker.model import Model, generator
 from breaker.posterior import Posterior
 from breaker.records import raw_time
+from breaker.synthetic.ideal import Observer
 from breaker.synthetic.lives import Life, simulate_life
-from breaker.wear import Follower, Series
+from breaker.wear import Follower, Series, State, remaining_life
 
 __all__ = ["FRACTIONS", "follow_lives"]
 
@@ -32,6 +34,7 @@ def follow_lives(
     wear_model: Mapping,
     *,
     seed: int,
+    widenings: Sequence[float] = (),
 ) -> xr.Dataset:
     """Simulate lives, infer their records and follow them.
 
@@ -40,14 +43,16 @@ def follow_lives(
         numbers: Numbers of the lives.
         lives, wear_model: Sections of the configuration.
         seed: Seed of the lives.
+        widenings: Factors on the widths of trends to be tried, besides that of ``wear_model``.
 
     Returns:
-        Dataset over ``life``, ``record`` (filled up with missing values), ``fraction``, ``draw``
-        and ``quantile``: ``operation``, ``change_probability``, ``alarm``, ``remaining`` and
-        ``toward`` of each record, ``raw_time`` in each ``motion``; ``change``, ``failure``,
-        ``ratio``, ``changed`` and ``words`` of each life; and at each fraction of the way from
-        change to failure the ``record_at`` and draws of the remaining life, ``lives``, which are
-        inf beyond the ``horizon``.
+        Dataset over ``life``, ``record`` (filled up with missing values), ``fraction``, ``draw``,
+        ``observer``, ``widening`` and ``quantile``: ``operation``, ``change_probability``,
+        ``alarm``, ``remaining`` and ``toward`` of each record, ``raw_time`` in each ``motion``;
+        ``change``, ``failure``, ``ratio``, ``changed`` and ``words`` of each life; and at each
+        fraction of the way from change to failure the ``record_at`` and draws of the remaining
+        life, ``lives``, which are inf beyond the ``horizon``, beside those of ideal observers,
+        ``ideal``, and whether the 90 % interval of each widening holds the truth, ``covered``.
     """
     models = {motion: posterior.model for motion, posterior in posteriors.items()}
     length = -(-2 * lives["operations"] // lives["every"])  # the longest that a life can be
@@ -56,7 +61,10 @@ def follow_lives(
         life = simulate_life(models, lives, seed, number)
         series = _observe(posteriors, life, lives, seed, number)
         follower = Follower.from_settings(models, [life.limit], wear_model, seed)
-        one = _follow(follower, life, series, models)
+        one = _follow(follower, life, series, models, widenings)
+        rng = generator(seed, "observer of a life", number)
+        observer = Observer.of(models, life, lives, rng)
+        one = one.merge(_ideal(observer, one.operation.values[one.record_at.values], follower))
         followed.append(one.pad(record=(0, length - one.sizes["record"])))
     return xr.concat(followed, dim="life").assign_coords(life=list(numbers))
 
@@ -83,19 +91,25 @@ def _observe(
 
 
 def _follow(
-    follower: Follower, life: Life, series: Series, models: Mapping[str, Model]
+    follower: Follower,
+    life: Life,
+    series: Series,
+    models: Mapping[str, Model],
+    widenings: Sequence[float],
 ) -> xr.Dataset:
     """Follow a life from record to record, and gather what its scores are made of."""
     usable = {motion: series.usable(motion) for motion in models}
-    state, found, lives = follower.begin(series), [], []
-    for i in range(len(series.operations)):
-        state, row, left = follower.step(state, series, i, usable)
-        found.append(row)
-        lives.append(left.lives[0])
-    trend = follower.dataset(series.operations, found)
     way = life.change + np.array(FRACTIONS) * (life.failure - life.change)
     at = np.abs(series.operations[:, None] - way).argmin(axis=0)
     at = np.minimum(at, np.searchsorted(series.operations, life.failure) - 1)
+    state, found, lives, covered = follower.begin(series), [], {}, {}
+    for i in range(len(series.operations)):
+        state, row, left = follower.step(state, series, i, usable)
+        found.append(row)
+        if i in at:
+            lives[i] = left.lives[0]
+            covered[i] = [_covers(follower, state, life, each) for each in widenings]
+    trend = follower.dataset(series.operations, found)
     raw = [
         raw_time(model.sensor.times, series.records[motion], share=_SHARE)
         for motion, model in models.items()
@@ -112,10 +126,34 @@ def _follow(
             "remaining": (("record", "quantile"), trend.remaining.values[:, 0]),
             "raw_time": (("record", "motion"), np.stack(raw, axis=-1)),
             "record_at": ("fraction", at),
-            "lives": (("fraction", "draw"), np.array(lives)[at]),
+            "lives": (("fraction", "draw"), np.array([lives[i] for i in at])),
+            "covered": (("fraction", "widening"), np.array([covered[i] for i in at], dtype=bool)),
             "horizon": follower.horizon.operations,
             "words": life.limit.words,
         }
         | {name: getattr(life, name) for name in ("change", "failure", "ratio", "changed")},
-        coords={"fraction": list(FRACTIONS), "motion": list(models)},
+        coords={
+            "fraction": list(FRACTIONS),
+            "motion": list(models),
+            "widening": np.array(widenings, dtype=float),
+        },
     )
+
+
+def _covers(follower: Follower, state: State, life: Life, widening: float) -> bool:
+    """Say whether the 90 % interval of trends of a given widening holds the truth."""
+    horizon = replace(follower.horizon, widening=widening)
+    left = remaining_life(state.hypotheses, follower.limits, follower.prior, horizon)
+    lower, upper = left.quantiles([0.05, 0.95])[0]
+    return bool(lower <= life.failure - state.hypotheses.operation <= upper)
+
+
+def _ideal(observer: Observer, operations: np.ndarray, follower: Follower) -> xr.Dataset:
+    """Remaining lives as ideal observers predict them after some operations."""
+    normals, farthest = follower.horizon.normals, follower.horizon.operations
+    drawn = [
+        [observer.lives(int(each), normals, farthest, told=told) for told in (False, True)]
+        for each in operations
+    ]
+    dims = ("fraction", "observer", "draw")
+    return xr.Dataset({"ideal": (dims, np.array(drawn))}, {"observer": ["ideal", "told"]})

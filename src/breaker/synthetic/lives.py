@@ -18,12 +18,13 @@ import numpy as np
 from breaker.mechanism import NAMES, Limit, evaluate, travel
 from breaker.model import Model, generator, information
 
-__all__ = ["WINDOW", "Life", "simulate_life"]
+__all__ = ["KINDS", "WINDOW", "Life", "simulate_life"]
 
 WINDOW = 0.03  # share of the life within which a change should be found
 
-_WEAR = {"f": -1.0, "k_a": -1.0, "gamma_a": 1.0, "L": 1.0, "k_b": -1.0}
-"""Kinds of wear: tiring closing spring, opening spring, dry grease, erosion, contact spring."""
+KINDS = {"f": -1.0, "k_a": -1.0, "gamma_a": 1.0, "L": 1.0, "k_b": -1.0}
+"""Kinds of wear: tiring closing spring, opening spring, dry grease, erosion, contact spring; and
+whether the parameter grows."""
 
 _LIMITS = {  # what shows a kind of wear: motion, quantity
     "f": (("closing", "f"), ("closing", "touch_time"), ("closing", "closing_speed")),
@@ -99,7 +100,7 @@ def _draw(
     """Draw a life; None if it leaves the prior, or has no limit that it reaches in time."""
     prior = next(iter(models.values())).prior
     n, every = settings["operations"], settings["every"]
-    changed = str(rng.choice(list(_WEAR)))
+    changed = str(rng.choice(list(KINDS)))
     start = prior.standardise(prior.sample(1, rng))[0]
     slopes = _slopes(settings, rng) / prior.log_sds
     scatter = _log_uniform(settings["scatter"], rng) / 100.0
@@ -110,7 +111,7 @@ def _draw(
     line = start + operations[:, None] / _PER * slopes
     error = slope_error(models, line[change - 1], scatter / prior.log_sds, change, settings)
     i = NAMES.index(changed)
-    turn = _WEAR[changed] * ratio * error[i]
+    turn = KINDS[changed] * ratio * error[i]
     line[:, i] += turn * np.maximum(operations - change, 0) / _PER
     spread = line + scatter / prior.log_sds * rng.standard_normal(line.shape)
     theta = prior.destandardise(np.clip(spread, -6.0, 6.0))
@@ -139,9 +140,9 @@ def _slopes(settings: Mapping, rng: np.random.Generator) -> np.ndarray:
     """Draw the wear from the first operation on: of each parameter's logarithm, ``(p,)``, per
     1,000 operations; one or two kinds."""
     slopes = np.zeros(len(NAMES))
-    for name in rng.choice(list(_WEAR), size=rng.integers(1, 3), replace=False):
+    for name in rng.choice(list(KINDS), size=rng.integers(1, 3), replace=False):
         drift = _log_uniform(settings["drift"], rng) / 100.0
-        slopes[NAMES.index(name)] = _WEAR[name] * drift * _PER / settings["operations"]
+        slopes[NAMES.index(name)] = KINDS[name] * drift * _PER / settings["operations"]
     return slopes
 
 
@@ -166,15 +167,30 @@ def slope_error(
         change: Operation after which the slope changes.
         settings: The section ``lives`` of the configuration.
     """
-    p = len(centre)
-    matrix = np.zeros((p, p))
-    for model in models.values():
-        curve = model.curves(
-            np.append(model.prior.destandardise(centre), 0.0)[None, : len(model.names)]
-        )
-        matrix += information(model, curve, centre[None], np.zeros(1)).matrix[0]
-    weight = np.linalg.solve(np.eye(p) + matrix * np.square(scatter), matrix)
+    weight = record_weight(record_information(models, centre), scatter)
+    return bend_error(change, settings) / np.sqrt(weight.diagonal())
+
+
+def bend_error(change: int, settings: Mapping) -> float:
+    """Standard error of the bend of a line at the change, 3 % of the life after it.
+
+    Of values of unit variance at every record, in a unit per thousand operations.
+    """
     last = change + round(WINDOW * settings["operations"])
     s = (np.arange(settings["every"], last + 1, settings["every"]) - change) / _PER
     design = np.stack([np.ones(s.size), s, np.maximum(s, 0.0)])  # level, slope, bend
-    return np.sqrt(np.linalg.inv(design @ design.T)[2, 2] / weight.diagonal())
+    return float(np.sqrt(np.linalg.inv(design @ design.T)[2, 2]))
+
+
+def record_information(models: Mapping[str, Model], centre: np.ndarray) -> np.ndarray:
+    """Information ``(p, p)`` of the records of an operation, near standardised parameters."""
+    matrix = np.zeros((len(centre), len(centre)))
+    for model in models.values():
+        at = np.append(model.prior.destandardise(centre), 0.0)[None, : len(model.names)]
+        matrix += information(model, model.curves(at), centre[None], np.zeros(1)).matrix[0]
+    return matrix
+
+
+def record_weight(matrix: np.ndarray, scatter: np.ndarray) -> np.ndarray:
+    """Information ``(p, p)`` about the trend that is left of a record's by the scatter ``(p,)``."""
+    return np.linalg.solve(np.eye(len(matrix)) + matrix * np.square(scatter), matrix)

@@ -1,5 +1,7 @@
 """Scores of change points and remaining life on simulated lives, beside raw times."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -14,12 +16,17 @@ from breaker.synthetic.prognostics import (
     prognostic_horizon,
     share,
 )
+from breaker.wear import quantiles_of
 
 __all__ = ["score"]
 
 _CHARTS = {"threshold": "threshold", "CUSUM": "cusum", "EWMA": "ewma"}
+OBSERVERS = {"ideal": "an ideal observer", "told": "one that is told of the change"}
+"""Observers beside the model, in words."""
+
 _ALPHA = 0.2  # of the cone of accuracy, share of the true remaining life
 _HARD = 5.0  # ratio from which a change should be found
+_ENDS = (0.05, 0.95)  # of a 90 % interval
 _RARE = 1e-4  # false alarms an operation that the baselines have at least
 _RATIOS = np.array([1.5, 3.0, 5.0, 8.0, 13.0, 30.0])  # bins
 
@@ -92,11 +99,27 @@ def _prognosis(life: xr.Dataset, toward: float) -> dict[str, np.ndarray]:
     return {
         "covered": covered[at],
         "accurate": accurate[at],
+        "width": _width(lower[at], upper[at], life) / truth[at],
         "no_trend": no_trend[at],
         "noticed": np.array([np.any(alarms <= record) for record in at]),
         "crps": crps(life.lives.values, truth[at], float(life.horizon)) / truth[at],
         "horizon": np.array(horizon / (failure - change)),
-    }
+    } | _ideal(life, truth[at])
+
+
+def _width(lower: np.ndarray, upper: np.ndarray, life: xr.Dataset) -> np.ndarray:
+    """Width of intervals within the horizon, operations."""
+    return np.minimum(upper, float(life.horizon)) - np.minimum(lower, float(life.horizon))
+
+
+def _ideal(life: xr.Dataset, truth: np.ndarray) -> dict[str, np.ndarray]:
+    """Coverage and width over the truth of ideal observers' 90 % intervals, ``(fraction,)``."""
+    found = {}
+    for name in OBSERVERS:
+        lower, upper = quantiles_of(life.ideal.sel(observer=name).values, _ENDS).T
+        found[f"covered, {name}"] = (lower <= truth) & (truth <= upper)
+        found[f"width, {name}"] = _width(lower, upper, life) / truth
+    return found
 
 
 def _rows_of_detection(
@@ -130,12 +153,24 @@ def _rows_of_prognosis(prognosis: dict[str, np.ndarray], fractions: np.ndarray) 
         rows += [
             (f"coverage of the 90 % interval {at}", *share(one["covered"])),
             (f"the same, change noticed by then, {at}", *share(one["covered"][one["noticed"]])),
+            (f"its width over remaining life, median, {at}", np.median(one["width"]), *nothing),
+            *_rows_of_ideal(one, at),
             (f"alpha-lambda accuracy {at}", *share(one["accurate"])),
             (f"CRPS over remaining life, median, {at}", np.median(one["crps"]), *nothing),
             (f"no trend {at}", *share(one["no_trend"])),
         ]
     far = np.median(prognosis["horizon"])
     rows.append(("prognostic horizon, share of the life after the change, median", far, *nothing))
+    return rows
+
+
+def _rows_of_ideal(one: dict[str, np.ndarray], at: str) -> list[tuple]:
+    """Coverage and width of the intervals of ideal observers."""
+    rows = []
+    for name, who in OBSERVERS.items():
+        width = np.median(one[f"width, {name}"])
+        rows.append((f"coverage of {who} {at}", *share(one[f"covered, {name}"])))
+        rows.append((f"width over remaining life of {who}, median, {at}", width, np.nan, np.nan))
     return rows
 
 
@@ -152,6 +187,10 @@ def _dataset(
         [share(each[bins == b])[0] for each in found.values()] for b in range(len(_RATIOS) - 1)
     ]
     intervals = [share(hits)[1:] for hits in prognosis["covered"].T]
+
+    def of_ideal(what: str, over: Callable) -> np.ndarray:
+        return np.array([over(prognosis[f"{what}, {name}"], axis=0) for name in OBSERVERS])
+
     delays = np.stack([each.delay / failure for each in alarms.values()], -1)
     return xr.Dataset(
         {
@@ -162,12 +201,16 @@ def _dataset(
             "bin_upper": ("bin", _RATIOS[1:]),
             "coverage": ("fraction", prognosis["covered"].mean(0)),
             "coverage_interval": (("fraction", "bound"), np.array(intervals)),
+            "width": ("fraction", np.median(prognosis["width"], 0)),
+            "ideal_coverage": (("observer", "fraction"), of_ideal("covered", np.mean)),
+            "ideal_width": (("observer", "fraction"), of_ideal("width", np.median)),
             "alpha_lambda": ("fraction", prognosis["accurate"].mean(0)),
             "crps": ("fraction", np.median(prognosis["crps"], 0)),
         },
         coords={
             "method": list(alarms),
             "fraction": lives.fraction.values,
+            "observer": list(OBSERVERS.values()),
             "bound": ["lower", "upper"],
         },
     )

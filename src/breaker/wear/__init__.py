@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "events": ["Event"],
         "learned": ["Learned", "by_phase", "phases"],
-        "lifetime": ["remaining_life"],
+        "lifetime": ["lives_of", "quantiles_of", "remaining_life"],
         "measured": ["follow_measured"],
         "series": ["Series", "likelihood", "series_of"],
         "state": ["State"],

@@ -19,7 +19,7 @@ from breaker.mechanism import NAMES, Limit, evaluate
 from breaker.model import Prior
 from breaker.wear.changepoint import PER, Hypotheses
 
-__all__ = ["Horizon", "Remaining", "draw_lines", "remaining_life"]
+__all__ = ["Horizon", "Remaining", "draw_lines", "lives_of", "quantiles_of", "remaining_life"]
 
 _FARTHEST = 5.0  # prior sd, as far as lines are followed
 _NODES = np.array([0.0, 1 / 16, 1 / 4, 1.0])  # of a line, where it is simulated first,
@@ -72,13 +72,18 @@ class Remaining:
         >>> left.quantiles([0.25, 0.5, 0.95]).tolist()
         [[0.0, 20.0, inf]]
         """
-        d = self.lives.shape[1]
-        place = np.ceil(np.round(np.asarray(shares) * d, 6)).astype(int) - 1
-        return np.sort(self.lives, axis=1)[:, place]
+        return quantiles_of(self.lives, shares)
 
     def unknown(self) -> "Remaining":
         """Return the same without any knowledge: nan everywhere."""
         return Remaining(*(np.full_like(getattr(self, each.name), np.nan) for each in fields(self)))
+
+
+def quantiles_of(draws: np.ndarray, shares: Sequence[float]) -> np.ndarray:
+    """Return the least of draws ``(..., d)`` up to which a share of them lies, ``(..., q)``."""
+    d = draws.shape[-1]
+    place = np.ceil(np.round(np.asarray(shares) * d, 6)).astype(int) - 1
+    return np.sort(draws, axis=-1)[..., place]
 
 
 def remaining_life(

@@ -56,10 +56,10 @@ def _solver(reference: int, candidates: Sequence[int]) -> str | None:
     return f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
 
 
-def _second_seed(second: int, first: int) -> str | None:
-    if second != first:
+def _other_seed(name: str, seed: int, other: int) -> str | None:
+    if seed != other:
         return None
-    return f"is {second}, which validation.seed is too. A second look needs another number."
+    return f"is {seed}, which {name} is too. A second look needs another number."
 
 
 def _range(ends: Sequence[float]) -> str | None:
@@ -205,7 +205,8 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
         for summary in (f"network.{motion}.summary" for motion in MOTIONS)
     ),
     (("solver.reference", "solver.candidates"), _solver),
-    (("validation.second_seed", "validation.seed"), _second_seed),
+    (("validation.second_seed", "validation.seed"), partial(_other_seed, "validation.seed")),
+    (("lives.calibration_seed", "lives.seed"), partial(_other_seed, "lives.seed")),
     *(((f"lives.{name}",), _range) for name in ("ratio", "change", "drift", "scatter")),
     *(((f"judged.{name}",), _range) for name in ("quantum", "colour", "change", "faster")),
     (("judged.foreign",), _from_to),
