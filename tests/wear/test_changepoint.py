@@ -11,7 +11,7 @@ from scipy.stats import chi2, multivariate_normal
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
 from breaker.wear.changepoint import KINDS, Tracker
-from breaker.wear.lines import SPACING
+from breaker.wear.rows import start_quantiles
 
 P = len(NAMES)
 ALL, SEVERAL = KINDS.index("all"), KINDS.index("several")
@@ -290,9 +290,7 @@ def test_a_gap_is_as_long_as_its_operations(tracker):
 def test_a_change_of_one_slope_is_found_and_named(tracker, name):
     """A change of some twenty standard errors, by the end.
 
-    Where it began is believed with the probabilities of the model, and to a fifth of its age,
-    within which starts are merged: so the truth is outside of that and the central 99.9 % with a
-    probability of 1e-3 at most.
+    The truth lies within the 90 % interval and its width on either side, five sds of a normal.
     """
     n, after = 240, 120
     rng = generator(1, "test", "change points", "slope", name)
@@ -310,11 +308,9 @@ def test_a_change_of_one_slope_is_found_and_named(tracker, name):
     assert NAMES[np.argmax(kinds)] == name
     assert kinds.max() > 0.9
     # The beginning as of the alarm: later there may be others.
-    order = np.argsort(hypotheses.start)[: np.sum(hypotheses.start <= noticed)]
-    reached = np.cumsum(hypotheses.weight[order])
-    low, high = hypotheses.start[order][np.searchsorted(reached / reached[-1], [5e-4, 1 - 5e-4])]
-    merged = 0.2 * (n - after)
-    assert low - merged <= after <= high + merged
+    began = hypotheses.weight * (hypotheses.start <= noticed) * (hypotheses.kind != FIRST)
+    low, _, high = start_quantiles(hypotheses, began, 1, n)
+    assert low - (high - low) <= after <= high + (high - low)
     assert high - low < 60
     assert hypotheses.level()[0][P + NAMES.index(name)] == pytest.approx(6.0, rel=0.2)
 
@@ -334,16 +330,8 @@ def test_what_is_known_of_a_change_is_calibrated(tracker):
         *_, (_, hypotheses, *_) = follow(known, *worn(known, n, rng, changes=[(after, "f", size)]))
         mean, cov = hypotheses.level()
         square += (mean[slope] - size) ** 2 / cov[slope, slope]
-        changed = hypotheses.kind != FIRST
-        order = np.argsort(hypotheses.start[changed])
-        reached = np.cumsum(hypotheses.weight[changed][order])
-        low, high = np.searchsorted(reached / reached[-1], [0.05, 0.95])
-        starts = hypotheses.start[changed][order]
-        # Starts within a share of their age are kept as one.
-        ends = (
-            starts[low] - SPACING * (n - starts[low]),
-            starts[high] + SPACING * (n - starts[high]),
-        )
+        changed = hypotheses.weight * (hypotheses.kind != FIRST)
+        ends = start_quantiles(hypotheses, changed, 1, n)[[0, 2]]
         held += ends[0] <= after <= ends[1]
     low, high = chi2.ppf([3e-4, 1 - 3e-4], df=times)
     assert low < square < high

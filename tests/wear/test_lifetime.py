@@ -8,7 +8,7 @@ from breaker.mechanism.limits import Limit
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.quantities import evaluate
 from breaker.model.randomness import generator
-from breaker.wear.changepoint import Hypotheses
+from breaker.wear.hypotheses import Hypotheses
 from breaker.wear.lifetime import Horizon, Remaining, remaining_life
 
 P = len(NAMES)

@@ -140,12 +140,15 @@ def test_of_an_outlier_nothing_is_learnt():
 # ---- thinning --------------------------------------------------------------------------------
 
 
+UNLIKELY = -60.0
+
+
 def grown(steps, *, hopeless, young, rng, kinds=(0, 1), scatters=(0, 1)):
     """Yield hypotheses before and after each thinning: a new one of each kind at each step."""
     first = [(-np.log(2.0), 0, -1, q) for q in scatters]
     for now in range(1, steps + 1):
         if now > 1:
-            first += [(-10.0, now - 1, kind, q) for kind in kinds for q in scatters]
+            first += [(UNLIKELY, now - 1, kind, q) for kind in kinds for q in scatters]
         log_weight, start, kind, scatter = (np.array(c) for c in zip(*first, strict=True))
         log_weight = log_weight + 0.3 * rng.standard_normal(log_weight.size)
         log_weight -= logsumexp(log_weight)
@@ -162,7 +165,7 @@ def grown(steps, *, hopeless, young, rng, kinds=(0, 1), scatters=(0, 1)):
 
 
 def test_thinning_is_bounded_and_keeps_the_weight():
-    """Starts of a kind and scatter are a fifth of their age apart, so their ages fall by 0.8.
+    """Unlikely starts of a kind and scatter are a fifth of their age apart: ages fall by 0.8.
 
     Over N operations that leaves no more than 2 + log(N) / log(1 / 0.8) clusters of each. Where no
     hypothesis is hopeless, nothing of the weight is lost.
@@ -193,7 +196,7 @@ def test_thinning_is_bounded_and_keeps_the_weight():
 
 def test_neighbours_become_one_of_their_mean_and_covariance():
     """The line and its start, in one dimension, by the formula of a mixture."""
-    begun, same = np.array([0.0, 10.0, 50.0]), np.zeros(3, dtype=np.int64)
+    begun, same = np.array([0.0, 4.0, 10.0]), np.zeros(3, dtype=np.int64)
     centres, variances = np.array([1.0, 3.0, 8.0]), np.array([0.5, 2.0, 1.0])
     for weights, stays in (
         ([0.2, 0.5, 0.3], [False, True, True]),
@@ -215,14 +218,22 @@ def test_neighbours_become_one_of_their_mean_and_covariance():
         np.testing.assert_allclose(cov[kept][:, 0, 0], [spread, 1.0])
         early = share @ begun[:2]
         wide = share @ ([1.0, 2.0] + (begun[:2] - early) ** 2)
-        np.testing.assert_allclose(start[kept], [early, 50.0])
+        np.testing.assert_allclose(start[kept], [early, 10.0])
         np.testing.assert_allclose(variance[kept], [wide, 0.0])
-    # Unless they are not of the same kind, or scatter; 10 and 50 are far enough apart.
+    # Unless they are not of the same kind, or scatter; likely ones are told apart from 5 on.
     other = np.array([0, 1, 1])
     for kind, scatter in ((other, same), (same, other)):
         lines = np.zeros((3, 1)), np.zeros((3, 1, 1))
         none = np.zeros(3)
         assert thin(np.log(weights), *lines, begun, kind, scatter, none, 100.0, 25.0, 50.0).all()
+
+
+def test_the_unlikely_become_one_sooner_than_the_likely():
+    start, same = np.array([0.0, 10.0]), np.zeros(2, dtype=np.int64)
+    for log_weight, kept in ((-8.5, [True, True]), (-9.5, [True, False])):
+        line = np.array([0.0, log_weight]), np.zeros((2, 1)), np.zeros((2, 1, 1)), start.copy()
+        found = thin(*line, same, same, np.zeros(2), 100.0, 25.0, 50.0)
+        assert found.tolist() == kept
 
 
 def test_the_hopeless_are_dropped_but_not_the_young_nor_the_first():

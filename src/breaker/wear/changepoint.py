@@ -9,24 +9,26 @@ what *kind* of change, and how large the scatter is.
 Wear changes its rate; the drive does not become new by itself. So a segment continues where the
 one before it ended. In a change of one parameter, the slope of that parameter becomes uncertain; in
 a change of ``several``, such as a drive that wears faster at once, every slope does; in a change of
-``all``, which a repair is, every level and slope. A new segment starts
-from the mixture of all segments it may follow, as one Gaussian of their mean and covariance.
+``all``, which a repair is, every level and slope. A new segment starts from those of the likeliest
+kind, as one Gaussian of their mean and covariance: one of all would be wide where a change is
+suspected, so that a later change could stand for it, too.
 
 One pass over the operations, and bounded memory: hypotheses that began about as long ago (within
 a fifth of their age) become one, of their mean and covariance, which for the start is its mean and
 variance; the hopeless are dropped.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from breaker.mechanism import NAMES
+from breaker.wear.hypotheses import FIRST, Hypotheses, merged
 from breaker.wear.lines import evidence, thin, update
 
-__all__ = ["FIRST", "KINDS", "PER", "Hypotheses", "Tracker"]
+__all__ = ["KINDS", "PER", "Tracker"]
 
 KINDS = (*NAMES, "several", "all")
 """Kinds of change of a drive: of the slope of one parameter, of every slope, of everything."""
@@ -34,72 +36,9 @@ KINDS = (*NAMES, "several", "all")
 PER = 1000.0
 """Operations in the unit of slopes."""
 
-FIRST = -1
-"""Kind of a segment that no change began: the first, or the first after a known event."""
-
 _RARE = 1e-6  # least weight of a scatter, so that it can become likely again
 _HOPELESS = 25.0  # log weight below the best one from which a hypothesis is dropped,
 _YOUNG = 50.0  # unless it is of that age or less, operations
-
-
-@dataclass(frozen=True)
-class Hypotheses:
-    """Hypotheses ``(h,)`` about the current segment, after an operation.
-
-    Attributes:
-        operation: Number of the operation.
-        log_weight: Log probability of each, ``(h,)``.
-        mean: Of the level now and the slope per thousand operations, standardised, ``(h, 2 p)``;
-            behind these may be constants that all segments share, see ``temperature``.
-        cov: Their covariance, ``(h, 2 p, 2 p)``.
-        start: Operation after which the segment began, on average, ``(h,)``.
-        kind: Kind of the change that began it: number of the parameter whose slope changed, p for
-            a change of every slope, p + 1 of everything, -1 for the first, ``(h,)``.
-        scatter: Index of the scatter, ``(h,)``.
-        start_variance: Variance of the start, of all that became one, operations², ``(h,)``.
-    """
-
-    operation: int
-    log_weight: np.ndarray
-    mean: np.ndarray
-    cov: np.ndarray
-    start: np.ndarray
-    kind: np.ndarray
-    scatter: np.ndarray
-    start_variance: np.ndarray
-
-    @property
-    def weight(self) -> np.ndarray:
-        """Probability of each hypothesis, ``(h,)``."""
-        return np.exp(self.log_weight)
-
-    def level(self) -> tuple[np.ndarray, np.ndarray]:
-        """Mean ``(2 p,)`` and covariance ``(2 p, 2 p)`` of the mixture of all hypotheses."""
-        return _merged(self.weight, self.mean, self.cov)
-
-    def of(self, which: np.ndarray) -> "Hypotheses":
-        """Return chosen hypotheses, in a given order, by a mask or indices."""
-        return Hypotheses(self.operation, *(each[which] for each in self._fields()))
-
-    def with_others(self, others: Sequence["Hypotheses"]) -> "Hypotheses":
-        """Return these and others in one, sorted by scatter, kind and start."""
-        every = zip(*(each._fields() for each in (self, *others)), strict=True)
-        joined = Hypotheses(self.operation, *map(np.concatenate, every))
-        return joined.of(np.lexsort((joined.start, joined.kind, joined.scatter)))
-
-    def _fields(self) -> tuple[np.ndarray, ...]:
-        return tuple(getattr(self, each.name) for each in fields(self)[1:])
-
-    def began_after(self, operation: float) -> float:
-        """Return the probability that the segment began after an operation."""
-        return float(self.weight[self.start > operation].sum())
-
-
-def _merged(weight: np.ndarray, mean: np.ndarray, cov: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    share = weight / weight.sum()
-    centre = share @ mean
-    apart = mean - centre
-    return centre, np.tensordot(share, cov, 1) + (share[:, None] * apart).T @ apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,10 +157,10 @@ class Tracker:
         log_odds = np.log(hazard) + np.log(self.shares)
         begun = []
         for scatter in np.unique(old.scatter):
-            mine = old.scatter == scatter
-            weight = old.weight[mine]
-            mean, cov = _merged(weight, old.mean[mine], old.cov[mine])
-            log_weight, cov = np.log(weight.sum()) + log_odds, cov + self._unknown(len(cov))
+            mine = old.of(old.scatter == scatter)
+            mean, cov = mine.of(mine.kind == mine.likeliest()).level()
+            log_weight = np.log(mine.weight.sum()) + log_odds
+            cov = cov + self._unknown(len(cov))
             when = np.full(n, float(old.operation)), np.arange(n), np.full(n, scatter), np.zeros(n)
             begun.append(Hypotheses(old.operation, log_weight, np.tile(mean, (n, 1)), cov, *when))
         stays = replace(old, log_weight=old.log_weight + np.log1p(-hazard))
@@ -271,7 +210,7 @@ class Tracker:
         weights, slopes, base = self._scattered(matrix, slope, wide)
         for q in np.unique(shifted.scatter):
             mine = shifted.scatter == q
-            mean, cov = _merged(shifted.weight[mine], shifted.mean[mine], shifted.cov[mine])
+            mean, cov = merged(shifted.weight[mine], shifted.mean[mine], shifted.cov[mine])
             result[q] = base[q] + evidence(mean[:p], cov[:p, :p], weights[q], slopes[q])
         return result + np.log(self.outliers)
 

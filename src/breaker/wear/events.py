@@ -13,7 +13,8 @@ import numpy as np
 
 from breaker.files import EVENTS, event_words
 from breaker.mechanism import NAMES
-from breaker.wear.changepoint import FIRST, Hypotheses, Tracker
+from breaker.wear.changepoint import Tracker
+from breaker.wear.hypotheses import FIRST, Hypotheses
 from breaker.wear.learned import Learned
 from breaker.wear.state import State
 from breaker.wear.temperature import FRICTION, lines

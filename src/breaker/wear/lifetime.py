@@ -17,7 +17,8 @@ import numpy as np
 
 from breaker.mechanism import NAMES, Limit, evaluate
 from breaker.model import Prior
-from breaker.wear.changepoint import PER, Hypotheses
+from breaker.wear.changepoint import PER
+from breaker.wear.hypotheses import Hypotheses
 
 __all__ = ["Horizon", "Remaining", "draw_lines", "lives_of", "quantiles_of", "remaining_life"]
 

@@ -13,7 +13,8 @@ from breaker.mechanism import compiled
 __all__ = ["SPACING", "evidence", "thin", "update"]
 
 _fast = compiled()
-SPACING = 0.2  # of neighbouring starts, share of their age
+SPACING = 0.2  # of neighbouring starts, share of their age,
+_FINE, _LIKELY = 0.05, -9.0  # and where both have such a log weight below the best, or more
 
 
 @_fast
@@ -143,7 +144,8 @@ def thin(log_weight, mean, cov, start, kind, scatter, variance, now, hopeless, y
 
     They are sorted by scatter, kind and start. Neighbours nearer than a fifth of their age become
     one, with mean and variance of their mixture, of the line and of its start, in place: so the
-    width still contains both.
+    width still contains both. Where both are likely, it takes a twentieth: what comes later shall
+    still tell them apart.
     """
     h = log_weight.size
     kept = np.ones(h, dtype=np.bool_)
@@ -151,7 +153,8 @@ def thin(log_weight, mean, cov, start, kind, scatter, variance, now, hopeless, y
     last, oldest = 0, start[0]
     for i in range(1, h):
         together = kind[i] == kind[last] and scatter[i] == scatter[last]
-        if together and start[i] - oldest < SPACING * (now - oldest):
+        likely = min(log_weight[i], log_weight[last]) > best + _LIKELY
+        if together and start[i] - oldest < (_FINE if likely else SPACING) * (now - oldest):
             stays, goes = (i, last) if log_weight[i] > log_weight[last] else (last, i)
             _absorb(mean, cov, log_weight, start, variance, stays, goes)
             kept[goes] = False

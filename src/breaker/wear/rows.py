@@ -8,12 +8,13 @@ from scipy.special import ndtri
 
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior
-from breaker.wear.changepoint import KINDS, Hypotheses, Tracker
+from breaker.wear.changepoint import KINDS, Tracker
+from breaker.wear.hypotheses import Hypotheses
 from breaker.wear.learned import PHASES
 from breaker.wear.lifetime import Horizon, Remaining
 from breaker.wear.state import State
 
-__all__ = ["QUANTILES", "age_bins", "dataset", "limit_coords", "row"]
+__all__ = ["QUANTILES", "age_bins", "dataset", "limit_coords", "row", "start_quantiles"]
 
 QUANTILES = (0.05, 0.5, 0.95)
 """Quantiles of everything that is stored."""
@@ -55,7 +56,7 @@ def row(
         "slope_interval": (("parameter", "bound"), slopes[[0, 2]].T),
         "scatter": ((), _PER_CENT * tracker.scatters[h.scatter] @ h.weight),
         "run_length_probability": (("age",), ages),
-        "start_interval": (("quantile",), _start(h, began, state.first, state.since)),
+        "start_interval": (("quantile",), start_quantiles(h, began, state.first, state.since)),
         "kind_probability": (("kind",), kinds / began.sum() if began.sum() > 0 else unknown),
         "remaining": (("limit", "quantile"), left.quantiles(QUANTILES)),
         "toward": (("limit",), left.toward),
@@ -112,7 +113,7 @@ def limit_coords(limits: Sequence[Limit]) -> dict[str, object]:
     }
 
 
-def _start(h: Hypotheses, began: np.ndarray, earliest: int, latest: int) -> np.ndarray:
+def start_quantiles(h: Hypotheses, began: np.ndarray, earliest: int, latest: int) -> np.ndarray:
     """Median and 90 % interval of the segment's beginning, ``(3,)``, operations.
 
     A hypothesis that others were merged into stands for a normal of their starts. None began before

@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 import xarray as xr
 
-from breaker.wear.changepoint import Hypotheses
 from breaker.wear.difference import Difference
+from breaker.wear.hypotheses import Hypotheses
 from breaker.wear.reference import Reference
 from breaker.wear.steps import Watch
 from breaker.wear.temperature import Warmth

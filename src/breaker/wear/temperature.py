@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from breaker.mechanism import NAMES
-from breaker.wear.changepoint import Hypotheses
+from breaker.wear.hypotheses import Hypotheses
 
 __all__ = ["FRICTION", "Felt", "Warmth", "coefficient", "feel", "lines"]
 

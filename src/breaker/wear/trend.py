@@ -22,9 +22,10 @@ from tqdm import tqdm
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Model, Prior, generator
 from breaker.wear import rows
-from breaker.wear.changepoint import Hypotheses, Tracker
+from breaker.wear.changepoint import Tracker
 from breaker.wear.difference import Difference
 from breaker.wear.events import after_event
+from breaker.wear.hypotheses import Hypotheses
 from breaker.wear.learned import PHASES, Learned
 from breaker.wear.lifetime import Horizon, Remaining, remaining_life
 from breaker.wear.reference import find_reference, onset_of
