@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from breaker.decisions.alarms import alarm_table
-from breaker.decisions.changes import changes, latest_step, named, same_bend, step_table, with_steps
+from breaker.decisions.changes import changes, named, same_bend, step_table, with_steps
 from breaker.decisions.series import complete
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from tests.decisions.made_up import (
@@ -81,48 +81,29 @@ def test_motions_that_changed_are_named(sizes, words):
     assert stepped(sizes=sizes).jump_words.values.tolist() == [words]
 
 
-def test_a_step_asks_for_a_closer_look_for_a_while():
-    trend = {"both": stepped()}
-    assert latest_step(trend, [1219, 1220, 1229, 1230, 1231], within=10) == [
-        "",
-        ENDED,
-        ENDED,
-        ENDED,
-        "",
-    ]
-    twice = {
-        "closing": stepped(["closing"], [0, 0, 0.42]),
-        "opening": stepped(["opening"], [0, 1, 0], 3),
-    }
-    assert latest_step(twice, [1220, 1230], within=10) == [
-        ENDED,
-        "opening: the main motion changed at operation 1,210 (1 mm)",
-    ]
-
-
 def test_decisions_and_first_page_report_a_step():
     _, _, rows, page = page_of(QUIET, stepped(), notice=10)
     assert rows.change.tolist() == ["", "", ENDED, ""]
     assert rows.state.tolist() == ["healthy"] * 4
     assert rows.action.tolist() == ["none", "none", "watch", "watch"]
-    assert page.attrs["headline"] == f"Operation 1,230: Healthy: watch {ENDED}."
+    assert page.attrs["headline"] == f"Healthy: watch {ENDED}. As of operation 1,230."
     assert page.attrs["wearing"] == (
         f"Wearing: no parameter that a trend could tell from none. Last change noticed: {ENDED}."
     )
     _, _, rows, page = page_of(QUIET, stepped(), notice=5)
     assert rows.action.tolist() == ["none", "none", "watch", "none"]
-    assert page.attrs["headline"] == "Operation 1,230: Healthy: go on."
+    assert page.attrs["headline"] == "Healthy: go on. As of operation 1,230."
 
 
 def test_a_step_does_not_hide_what_is_worse():
     own = QUIET.copy()
     own[:, 0] = 0.99
     rows = page_of(own, stepped()).rows
-    assert rows.to_do[2] == f"service now: slow exceeded since operation 1210; {ENDED}"
+    assert rows.to_do[2] == f"service now: slow exceeded since operation 1,210; {ENDED}"
     trend = stepped()
     trend["beyond"][2:, 2] = 0.5
     rows = page_of(QUIET, trend).rows
-    assert rows.to_do[2] == f"measure for wide: it may be exceeded already (50 %); {ENDED}"
+    assert rows.to_do[2] == f"check wide: it may be exceeded already (50 %); {ENDED}"
 
 
 def test_a_change_that_was_taken_back_does_not_hide_a_step():

@@ -35,7 +35,7 @@ def test_way_of_a_limit_exceeded_from_the_start():
 
 def test_a_healthy_drive():
     page = page_of(QUIET, trend_of(MOTIONS, NUMBERS)).verdict
-    assert page.headline == "Operation 4: Healthy: go on."
+    assert page.headline == "Healthy: go on. As of operation 4."
     assert page.attrs["wearing"] == "Wearing: no parameter that a trend could tell from none."
     assert page.attrs["left"] == "Left: no trend leads to a limit."
     assert page.attrs["operation"] == 4
@@ -49,7 +49,7 @@ def test_each_exceeded_limit_has_its_own_date():
     own[1:, :2] = [[0.1, 0.99], [0.99, 0.99], [0.99, 0.99]]
     page = page_of(own, trend_of(MOTIONS, NUMBERS)).verdict
     assert page.headline == (
-        "Operation 4: Service now: tired exceeded since operation 3, slow since 4."
+        "Service now: tired exceeded since operation 3, slow since 4. As of operation 4."
     )
     assert page.attrs["left"] == "Left, operations (90 %): nothing to the limits exceeded."
     np.testing.assert_array_equal(page.since, [4, 3, NAN])
@@ -67,8 +67,8 @@ def test_what_is_left_and_what_cannot_be_told():
     dates = ["2024-01-01", "", "", "2024-01-31"]
     page = page_of(QUIET, trend, curves={"closing": curves_of(NUMBERS, date=dates)}).verdict
     assert page.headline == (
-        "Operation 4: Plan service by operation 251 (2030-11-05), before slow (250 to 350 "
-        "operations left). Cannot tell tired (20 %)."
+        "Plan service by operation 251 (2030-11-05), before slow (250 to 350 operations left). "
+        "Cannot tell tired (20 %). As of operation 4."
     )
     assert page.attrs["left"] == (
         "Left, operations (90 %): slow 300 (250 to 350), wide 4,320 (1,230 to beyond the horizon). "
@@ -100,7 +100,7 @@ def test_nothing_is_made_up_of_nothing():
     for name in ("remaining", "toward", "beyond", "value", "slope", "slope_interval"):
         trend[name][:] = NAN
     page = page_of(np.full((4, 3), NAN), trend).verdict
-    assert page.headline == "Operation 4: Check the records: none could be used yet."
+    assert page.headline == "Check the records: none could be used yet. As of operation 4."
     assert (page.attrs["left"], page.attrs["wearing"]) == ("Left: unknown.", "Wearing: unknown.")
     assert set(page.state.values) == {"unknown"}
     assert np.isnan(page.way).all()

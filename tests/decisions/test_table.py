@@ -37,13 +37,13 @@ LEADS = {"toward": {"wide": 0.97}}
             LEADS | {"remaining": {"wide": [0, 400, 900]}, "beyond": {"wide": 0.07}},
             0.01,
             ("plan", "check", "wide"),
-            "measure for wide: it may be exceeded already (7 %); 0 to 900 operations left",
+            "check wide: it may be exceeded already (7 %); 0 to 900 operations left",
         ),
         (
             {"beyond": {"wide": 0.07}},
             0.01,
             ("healthy", "check", "wide"),
-            "measure for wide: it may be exceeded already (7 %)",
+            "check wide: it may be exceeded already (7 %)",
         ),
         (
             LEADS,

@@ -126,7 +126,7 @@ def contradictions(stored):
     check(np.array_equal(health.since, last, equal_nan=True), "since, of health")
     check(np.array_equal(page.remaining, left[-1], equal_nan=True), "what is left, at the end")
     for j in np.flatnonzero(over[-1]):
-        check(f"{NAMES[j]}" in page.headline and f"{last[j]:.0f}" in page.headline, "headline")
+        check(f"{NAMES[j]}" in page.headline and f"{last[j]:,.0f}" in page.headline, "headline")
     return found
 
 

@@ -100,15 +100,15 @@ def _words(row, probability: float, changed: str) -> str:
     known = row.operations_left_5 == row.operations_left_5
     left = f"{span(row.operations_left_5, row.operations_left_95)} operations left"
     if row.action == "service":
-        first, *others = row.exceeded.split("; ")
-        first = first.replace(" since ", " exceeded since operation ")
-        return f"service now: {', '.join([first, *others])}{lately}"
+        every = [each.rsplit(" ", 1) for each in row.exceeded.split("; ")]
+        words = ", ".join(f"{name_since} {int(number):,}" for name_since, number in every)
+        return f"service now: {words.replace(' since ', ' exceeded since operation ', 1)}{lately}"
     if row.action == "check" and not row.limit:
         return "check the records: none could be used yet"
     by = "" if row.service_by is pd.NA else f"service by operation {row.service_by:,}"
     if row.action == "check":
         also = left if known else by  # before another limit
-        words = f"measure for {row.limit}: it may be exceeded already ({in_percent(probability)})"
+        words = f"check {row.limit}: it may be exceeded already ({in_percent(probability)})"
         return "; ".join(filter(None, [words, also])) + lately
     if row.action == "plan":
         on = f" ({row.service_by_date})" if row.service_by_date else ""

@@ -13,7 +13,6 @@ from breaker.wear import IN_ROW
 
 __all__ = [
     "changes",
-    "latest_step",
     "named",
     "same_bend",
     "step_table",
@@ -240,27 +239,6 @@ def _told(group: Sequence[_Notice], best: _Notice) -> str:
     sources = " and ".join(dict.fromkeys(each.source for each in bends))
     low, high = best.interval
     return f"{sources}: change of {name} at about {best.start:,.0f} ({low:,.0f} to {high:,.0f})"
-
-
-def latest_step(
-    trends: Mapping[str, xr.Dataset], operations: np.ndarray, *, within: int
-) -> list[str]:
-    """Describe the last step before each operation, ``(o,)``; empty without one.
-
-    Args:
-        trends: As of ``changes``.
-        operations: Numbers of the operations.
-        within: Operations for which a step is told.
-    """
-    steps = []
-    for trend in trends.values():
-        every = (trend.isel(jump=k) for k in range(trend.sizes["jump"]))
-        steps += [(int(one.jump_noticed), one.jump_words.item()) for one in every]
-    told = []
-    for operation in operations:
-        recent = [each for each in steps if each[0] <= operation <= each[0] + within]
-        told.append(max(recent, key=lambda each: each[0])[1] if recent else "")
-    return told
 
 
 def step_table(trends: Mapping[str, xr.Dataset]) -> pd.DataFrame:

@@ -55,7 +55,8 @@ def remaining(
 
     Returns:
         Dataset over ``operation``, ``limit``, ``part`` and ``quantile``: ``remaining``, ``toward``,
-        ``beyond`` and ``value`` of trends, and ``source`` and ``of`` of each limit.
+        ``beyond`` and ``value`` of trends, and ``source`` and ``of`` of each limit; coordinate
+        ``part_unit``.
     """
     chosen = []
     for limit in limits:
@@ -64,6 +65,9 @@ def remaining(
         one = one.isel(part=np.flatnonzero(one.part_limit.values == limit.name))
         about = {"source": source, "of": limit.of}
         one = one.assign({name: ("limit", [each]) for name, each in about.items()})
+        units = dict(zip(limit.quantities, limit.units, strict=True))
+        units = [units[str(quantity)] for quantity in one.part_quantity.values]
+        one = one.assign_coords(part_unit=("part", units))
         chosen.append(one.reindex(operation=operations))
     parts = xr.concat(
         [one[["value"]].drop_dims("limit", errors="ignore") for one in chosen], "part"

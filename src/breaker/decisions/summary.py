@@ -39,6 +39,7 @@ def verdict(
         attributes ``headline``, ``wearing``, ``left``, ``trust`` and ``operation``.
     """
     last, row = judged.isel(operation=-1, drop=True), decisions.iloc[-1]
+    noted = recent(decisions.change, judged.operation.values, within=np.inf)[-1]
     return xr.Dataset(
         {
             "way": (("limit", "quantile"), _way(left, baseline)),
@@ -48,8 +49,8 @@ def verdict(
             "words": last.words,
         },
         attrs={
-            "headline": _headline(row, judged, trust),
-            "wearing": _wearing(decisions, trends, judged.operation.values),
+            "headline": _headline(row, judged, trust, noted),
+            "wearing": _wearing(row, trends, judged.operation.values, noted),
             "left": _left(judged, row),
             "trust": trust_sentence(trust),
             "operation": int(row.operation),
@@ -79,24 +80,25 @@ def _way(trend: xr.Dataset, baseline: int) -> np.ndarray:
     return np.array(result)
 
 
-def _headline(row: pd.Series, judged: xr.Dataset, trust: pd.DataFrame) -> str:
+def _headline(row: pd.Series, judged: xr.Dataset, trust: pd.DataFrame, noted: str) -> str:
     """Say what to do, what cannot be told, and whether the model can be relied on."""
     words = row.to_do[0].upper() + row.to_do[1:]
     if row.action in ("none", "watch"):
         words = f"{row.state.capitalize()}: {row.to_do}"
+    else:
+        words = words.removesuffix(f"; {noted}")  # the next sentence ends with it
     doubts = [each for each in untold(judged)[-1] if each.split(" (")[0] != row.limit]
     cannot = f" Cannot tell {and_so_on(doubts, _NAMED)}." if doubts and row.limit else ""
     unlike = " Intervals cannot be relied on: see trust." if beyond_family(trust) else ""
-    return f"Operation {row.operation:,}: {words}.{cannot}{unlike}"
+    return f"{words}.{cannot}{unlike} As of operation {row.operation:,}."
 
 
 def _wearing(
-    decisions: pd.DataFrame, trends: Mapping[str, xr.Dataset], operations: np.ndarray
+    row: pd.Series, trends: Mapping[str, xr.Dataset], operations: np.ndarray, noted: str
 ) -> str:
     """Say what wears, how fast, and what was last noticed."""
-    if decisions.state.iloc[-1] == "unknown":
+    if row.state == "unknown":
         return "Wearing: unknown."
-    noted = recent(decisions.change, operations, within=np.inf)[-1]
     since = f" Last change noticed: {noted}." if noted else ""
     steepest = rates(trends, drifts(trends, operations))
     if not steepest:

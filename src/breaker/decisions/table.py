@@ -111,7 +111,8 @@ def _reasons(noted: Sequence[str], events: Sequence[str], exceeded: np.ndarray) 
     over = np.diff(exceeded.astype(int), axis=0, prepend=exceeded[:1]).min(axis=1) < 0
     cleared = np.where(over, "a limit is no longer exceeded", "")
     every = zip(noted, events, cleared, strict=True)
-    return ["; ".join(filter(None, map(str, reasons))) for reasons in every]
+    # What is noted of an event names it.
+    return ["; ".join(filter(None, [told or event, str(over)])) for told, event, over in every]
 
 
 def _about(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> dict[str, list]:

@@ -115,18 +115,15 @@ def trust_in_limits(
         named: Limit of each row, empty without one, ``(o,)``.
         table: What ``trust_table`` returns.
     """
-    units = dict(zip(table.quantity, table.unit, strict=True))
     halves = (left.value.sel(quantile=0.95) - left.value.sel(quantile=0.05)) / 2.0
     halves = halves.transpose("operation", "part").values
     of, quantities = left.part_limit.values, left.part_quantity.values
+    units = left.part_unit.values
     unlike = [f"unlike the family: {', '.join(w)}" for w in [beyond_family(table)] if w]
     told = []
     for i, (name, doubts) in enumerate(zip(named, untold(judged), strict=True)):
         parts = [k for k in np.flatnonzero(of == name) if np.isfinite(halves[i, k])]
-        known = [
-            f"{quantities[k]} {_known_to(halves[i, k], units.get(quantities[k], ''))}"
-            for k in parts
-        ]
+        known = [f"{quantities[k]} {_known_to(halves[i, k], units[k])}" for k in parts]
         cannot = [f"cannot tell: {', '.join(doubts)}"] if doubts else []
         told.append("; ".join([*([", ".join(known)] if known else []), *cannot, *unlike]))
     return told
