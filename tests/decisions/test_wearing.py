@@ -1,0 +1,63 @@
+"""What wears: told once it is sure, and until it is not."""
+
+import numpy as np
+
+from breaker.decisions.wearing import drifts, rates, wearing
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.model.randomness import generator
+from tests.decisions.made_up import NAN, trend_of
+
+NUMBERS = np.arange(1, 201)
+
+
+def sloping(motions=MOTIONS, **slopes):
+    """A trend with slopes in sds of their error, which is 1 % in 1,000 operations."""
+    trend = trend_of(list(motions), NUMBERS)
+    for name, z in slopes.items():
+        trend["slope"][:, NAMES.index(name)] = z
+    trend["slope_interval"][:] = trend.slope.values[..., None] + 1.645 * np.array([-1, 1])
+    return trend
+
+
+def test_a_drift_is_told_once_it_is_sure_and_until_it_is_not():
+    """At 2.69 sds for seven parameters together; at 1.645 for one."""
+    trend = sloping(f=np.repeat([2.6, -2.8, -1.7, -1.6, -2.6], 40), L=2.7)
+    found = drifts({"both": trend}, NUMBERS)["both"]
+    assert found[::40, NAMES.index("f")].tolist() == [0, -1, -1, 0, 0]
+    assert set(found[:, NAMES.index("L")]) == {1}
+    assert not found[:, NAMES.index("mu")].any()
+    told = wearing({"both": trend}, {"both": found})
+    assert (
+        told[::40]
+        == [f"both: {each}" for each in ("L rises", *["f falls, L rises"] * 2)]
+        + ["both: L rises"] * 2
+    )
+
+
+def test_noise_about_the_threshold_changes_what_wears_rarely():
+    rng = generator(1, "test", "wears")
+    z = 2.69 + 0.3 * rng.standard_normal(200)
+    assert np.diff(z > 2.69).sum() > 60
+    found = drifts({"both": sloping(f=z)}, NUMBERS)["both"]
+    assert np.abs(np.diff(found, axis=0)).sum() <= 2
+
+
+def test_a_drift_that_turns_is_another():
+    found = drifts({"both": sloping(f=np.repeat([5.0, -5.0], 100))}, NUMBERS)["both"]
+    assert found[[99, 100], NAMES.index("f")].tolist() == [1, -1]
+
+
+def test_operations_without_a_trend_change_nothing():
+    trend = sloping(f=5.0)
+    trend["slope"][50:60] = NAN
+    later = trend.isel(operation=slice(20, None))
+    found = drifts({"closing": later}, NUMBERS)["closing"][:, NAMES.index("f")]
+    assert found.tolist() == [0] * 20 + [1] * 180
+
+
+def test_rates_are_told_steepest_first():
+    trend = sloping(gamma_a=12.34, f=-3.0, L=4.25, mu=2.0, k_a=3.5)
+    found = drifts({"both": trend}, NUMBERS)
+    assert rates({"both": trend}, found) == "both: gamma_a +12 %, L +4.2 %, k_a +3.5 %"
+    apart = {"closing": sloping(["closing"]), "opening": sloping(["opening"], f=-3.0)}
+    assert rates(apart, drifts(apart, NUMBERS)) == "opening: f -3 %"
