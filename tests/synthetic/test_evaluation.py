@@ -317,7 +317,7 @@ def test_two_lives_followed(followed, rough, short):
         numbers = row.operation.values
         np.testing.assert_array_equal(numbers[:count], 5 * np.arange(1, count + 1))
         per_record = [name for name in row.data_vars if "record" in row[name].dims]
-        assert len(per_record) == 6
+        assert len(per_record) == 8
         for name in per_record:  # nothing after the failure, something before
             values = row[name].values
             assert np.isnan(values[count:]).all(), name
@@ -331,6 +331,16 @@ def test_two_lives_followed(followed, rough, short):
         assert np.all((values >= 0) & (values <= 1))
     assert np.all(followed.lives.values >= 0)
     assert np.all(followed.remaining.values[:, :50] >= 0)
+
+
+def test_alarms_at_the_level_of_the_configuration_are_the_alarms(followed, short):
+    assert short[1]["alarm_level"] in followed.level
+    own = followed.alarm_at.sel(level=short[1]["alarm_level"], drop=True)
+    np.testing.assert_array_equal(own, followed.alarm)
+    counts = followed.alarm_at.sum("record")
+    assert np.all(counts.isel(level=0) > 0)  # where any doubt will do
+    first = followed.alarm_at.argmax("record").where(counts > 0)
+    assert not np.any(first.diff("level") < 0)
 
 
 def test_draws_and_remaining_are_of_the_same_prediction(followed):

@@ -1,189 +1,193 @@
-"""Change detection on raw operating times, without a model of the drive.
+"""Detectors of a change in series of values, without a model of the drive.
 
-From each record comes the time that the drive takes (``raw_time``). It wears as well, so what is
-watched over the operations, online, is the residual of each from the line fitted to all before it,
-in the sd of its prediction (recursive residuals, Brown, Durbin & Evans 1975). Of normal noise
-around a line they are independent, Student t with two degrees of freedom less than values before.
-A control chart makes a statistic of them, and an alarm is a statistic above a level:
+Values wear as well, so what is watched over the operations, online, is the residual of each from
+the line fitted to all before it (recursive residuals, Brown, Durbin & Evans 1975). Of normal noise
+around a line they are independent, of the covariance of the noise. A statistic is made of them, one
+a value; ``watching`` raises the alarms. Of one series (``chart``):
 
-- ``threshold``: the size of the residual (Shewhart);
+- ``threshold``: the size of the residual in its sd (Shewhart);
 - ``cusum``: the larger of the sums ``S = max(0, S ± residual - 0.5)`` (Page 1954);
 - ``ewma``: the size of ``Z = 0.8 Z + 0.2 residual`` over its own sd (Roberts 1959).
 
-After an alarm everything restarts from that operation: the statistic, and the fit with a new
-warm-up of which it is the first value.
+Of several together: ``mewma`` (Lowry, Woodall, Champ & Rigdon 1992), and ``slope_test``, whether
+the lines bend: the likelihood ratio of a bend, largest over when and in which series.
 
-Shapes: ``n`` operations. They are counted by their position in the series, from 0. A NaN is an
-operation without a value: only its position on the line counts.
+The first values are a warm-up, from which a line and a covariance are learnt.
+
+Shapes: ``n`` values, ``q`` series.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from scipy.signal import lfilter
 
-from breaker.mechanism import compiled
-
-__all__ = ["KINDS", "Watched", "level_for", "watch"]
+__all__ = ["KINDS", "chart", "mewma", "slope_test"]
 
 KINDS = ("threshold", "cusum", "ewma")
-_CUSUM, _EWMA = KINDS.index("cusum"), KINDS.index("ewma")
 _SLACK = 0.5  # of the cusum, sd
 _WEIGHT = 0.2  # of the newest residual in the ewma
 _ROUND_OFF = 1e-12  # of a value: scatter below it is none
-
-_compiled = compiled()
-
-
-class Watched(NamedTuple):
-    """A series as a control chart saw it, ``(n,)`` each.
-
-    Attributes:
-        residual: Residuals in their sd; NaN during a warm-up and where the series is NaN.
-        statistic: The chart's statistic of the residuals, from 0; NaN where they are.
-        alarm: Whether the statistic is above the level.
-    """
-
-    residual: np.ndarray
-    statistic: np.ndarray
-    alarm: np.ndarray
+_OWN = 10  # residuals beyond the number of series that a covariance takes
 
 
-def watch(series: ArrayLike, kind: str, level: float, *, warm_up: int) -> Watched:
-    """Watch a series online by a control chart.
+# ---- detectors -------------------------------------------------------------------------------
+
+
+def chart(position: np.ndarray, values: np.ndarray, *, kind: str, warm_up: int) -> np.ndarray:
+    """Return the statistic of a control chart of one series, ``(n,)``.
 
     Args:
-        series: Values, ``(n,)``, any unit; NaN where an operation has none.
-        kind: "threshold", "cusum" or "ewma".
-        level: Level of the statistic, from 0, above which it raises an alarm.
+        position: Positions of the values, rising, ``(n,)``.
+        values: One series, ``(n, 1)``.
+        kind: One of ``KINDS``.
         warm_up: Values before the first residual, at least 3. The warm-up goes on for as long as
             the values do not scatter.
-
-    Raises:
-        ValueError: If an argument is out of its range, or a value infinite.
-
-    Example:
-        >>> series = [1.0, 1.1, 0.9, 1.0, 5.0, 5.1, 4.9]
-        >>> watch(series, "threshold", 4.0, warm_up=3).alarm.nonzero()
-        (array([4]),)
     """
-    series = np.ascontiguousarray(series, dtype=float)
-    if series.ndim != 1 or np.isinf(series).any():
-        raise ValueError("a series must be (n,), of finite values and NaN")
-    if not (warm_up >= 3 and level >= 0):
-        raise ValueError("warm_up must be at least 3, and the level must not be negative")
-    residual, statistic = np.empty((2, series.size))
-    alarm = np.zeros(series.size, dtype=np.bool_)
-    _watch(series, warm_up, KINDS.index(kind), float(level), residual, statistic, alarm)
-    return Watched(residual, statistic, alarm)
+    residual, variance, known = _learnt(position, values, warm_up)
+    statistic = np.full(len(values), np.nan)
+    statistic[known] = _charted(residual[known, 0] / np.sqrt(variance[known, 0, 0]), kind)
+    return statistic
 
 
-def level_for(series: Sequence[ArrayLike], kind: str, rate: float, *, warm_up: int) -> float:
-    """Return the lowest level that, like all higher ones, keeps the rate of false alarms.
+def _charted(residual: np.ndarray, kind: str) -> np.ndarray:
+    """Statistic of residuals in their sd, ``(n,)``."""
+    if kind == "threshold":
+        return np.abs(residual)
+    if kind == "cusum":
+        sums = np.cumsum([residual - _SLACK, -residual - _SLACK], axis=1)
+        least = np.minimum(np.minimum.accumulate(sums, axis=1), 0.0)
+        return np.max(sums - least, axis=0)
+    if kind == "ewma":
+        return np.abs(_smooth(residual[:, None], _WEIGHT)[:, 0])
+    raise ValueError(f"a chart is one of {', '.join(KINDS)}, not {kind}")
 
-    As alarms restart the fit, their number need not fall with the level everywhere; a bisection
-    could end below a level at which it is too large again. So this goes down from no alarm: what
-    is seen of a series changes only where the level passes its largest statistic without an alarm,
-    and the first such value below which there are too many alarms is the level, exactly.
+
+def mewma(position: np.ndarray, values: np.ndarray, *, weight: float, warm_up: int) -> np.ndarray:
+    """Return the statistic of a multivariate EWMA of the residuals, ``(n,)``.
+
+    The squared size of ``Z = (1 - weight) Z + weight residual`` in its exact covariance, that of
+    the residuals before; as that is an estimate, relative to its mean over the one it has where the
+    covariance is known.
 
     Args:
-        series: Series without a change, each ``(n,)``.
-        rate: Largest number of alarms an operation, from 0. Every operation counts, those of a
-            warm-up and those without a value too.
-        kind, warm_up: As of ``watch``.
-
-    Returns:
-        The level; 0 if even that keeps the rate.
+        position, warm_up: As of ``chart``.
+        values: Series, ``(n, q)``, of which none is a combination of the others.
+        weight: Of the newest residual, above 0, up to 1.
     """
-    operations = sum(len(each) for each in series)
-    if not (operations and rate >= 0):
-        raise ValueError("there must be operations, and the rate must not be negative")
-    allowed = np.floor(rate * operations * (1 + 1e-12))  # 1e-4 of 30,000 is 3
-
-    def just_below(each: ArrayLike, level: float) -> tuple[float, int]:
-        """Largest statistic of a series without an alarm below a level, and its alarms there."""
-        _, statistic, alarm = watch(each, kind, np.nextafter(level, 0.0), warm_up=warm_up)
-        silent = statistic[~alarm & ~np.isnan(statistic)]
-        return silent.max(initial=0.0), int(alarm.sum())
-
-    largest, alarms = np.array([just_below(each, np.inf) for each in series]).T
-    while (level := largest.max()) > 0:
-        k = largest.argmax()
-        largest[k], alarms[k] = just_below(series[k], level)
-        if alarms.sum() > allowed:
-            return float(level)
-    return 0.0
+    residual, covariance, known = _learnt(position, values, warm_up)
+    statistic = np.full(len(values), np.nan)
+    smooth, q = _smooth(residual[known], weight), values.shape[1]
+    size = np.einsum("ni,ni->n", smooth, _solved(covariance[known], smooth))
+    degrees = np.flatnonzero(known) - 2
+    statistic[known] = size * (degrees - q - 1) / degrees
+    return statistic
 
 
-# ---- compiled --------------------------------------------------------------------------------
-# A fit is: number of values, mean position, mean value, sum of squares of positions, sum of
-# products, sum of squared recursive residuals (Brown, Durbin & Evans 1975: all that it takes).
+def slope_test(
+    position: np.ndarray,
+    values: np.ndarray,
+    *,
+    groups: Sequence[Sequence[int]],
+    ages: Sequence[int],
+    warm_up: int,
+) -> np.ndarray:
+    r"""Return the log likelihood ratio of a bend of the lines, ``(n,)``.
+
+    Of a bend in one group of series, whose size is unknown in each, at one age, against none: the
+    largest over groups and ages. With :math:`c` the least-squares estimate of the bend in all
+    series over its sd, :math:`T^2` its squared size in the covariance of the :math:`m + 2` values
+    before the bend, and :math:`T_0^2` what is left of that where the group bends and the others do
+    not, it is :math:`\frac{m - q + 1}{2} \log \frac{m + T^2}{m + T_0^2}` (Rao 1948). Without a
+    change its tail for one age and a group of two is :math:`e^{-x}`, exactly.
+
+    Args:
+        position, values, warm_up: As of ``mewma``.
+        groups: Numbers of the series that may bend together.
+        ages: Values since the bend, from 1.
+    """
+    residual, covariance, known = _learnt(position, values, warm_up)
+    bends = _recursive(position, np.maximum(position[:, None] - position, 0.0)).T  # (bend, n)
+    n, q = values.shape
+    statistic = np.full(n, np.nan)
+    statistic[known] = 0.0
+    before = np.arange(n) >= q + _OWN  # of those a covariance is taken
+    precision = np.zeros_like(covariance)
+    precision[before] = np.linalg.inv(covariance[before])
+    for age in ages:
+        now = np.flatnonzero(known)
+        now = now[(now >= age) & before[now - age + 1]]
+        since = now - age
+        window = np.where(np.arange(n) <= now[:, None], bends[since], 0.0)
+        size = np.sqrt(np.square(window).sum(axis=1, keepdims=True))
+        ratio = _ratio(window @ residual / size, precision[since + 1], since - 1.0, groups)
+        statistic[now] = np.maximum(statistic[now], ratio)
+    return statistic
 
 
-@_compiled
-def _watch(values, warm_up, kind, level, residual, statistic, alarm):
-    """Go through a series: fill in residuals, statistics and alarms, restart after each alarm."""
-    fit = np.zeros(6)
-    state = np.zeros(3)  # number of residuals, and what the kind keeps
-    for i in range(values.size):
-        residual[i] = statistic[i] = np.nan
-        if np.isnan(values[i]):
-            continue
-        residual[i] = _residual(fit, i, values[i], warm_up)
-        if not np.isnan(residual[i]):
-            statistic[i] = _advance(state, residual[i], kind)
-            if statistic[i] > level:
-                alarm[i] = True
-                state[:] = 0.0
-                fit[:] = 0.0
-        _absorb(fit, i, values[i])
+def _ratio(
+    bend: np.ndarray, precision: np.ndarray, degrees: np.ndarray, groups: Sequence[Sequence[int]]
+) -> np.ndarray:
+    """Log likelihood ratio of bends ``(n, q)`` in their sd, largest over groups, ``(n,)``."""
+    pull = np.einsum("nij,nj->ni", precision, bend)
+    total = np.einsum("ni,ni->n", bend, pull)
+    parts = []
+    for group in groups:
+        own, block = pull[:, group], precision[:, group][:, :, group]
+        parts.append(np.einsum("ni,ni->n", own, _solved(block, own)))
+    left = np.maximum(total - np.max(parts, axis=0), 0.0)
+    return 0.5 * (degrees - bend.shape[1] + 1) * np.log((degrees + total) / (degrees + left))
 
 
-@_compiled
-def _expected(fit, position):
-    """Value that a fit of at least two values expects, and its variance over the noise's."""
-    count, middle, mean, square, product, _ = fit
-    away = position - middle
-    return mean + product / square * away, 1 / count + away * away / square
+# ---- residuals -------------------------------------------------------------------------------
 
 
-@_compiled
-def _residual(fit, position, value, warm_up):
-    """Residual of the next value in its sd; NaN during the warm-up."""
-    if fit[0] < warm_up:
-        return np.nan
-    sd = np.sqrt(fit[5] / (fit[0] - 2))
-    if sd <= _ROUND_OFF * abs(fit[2]):
-        return np.nan
-    expected, variance = _expected(fit, position)
-    return (value - expected) / (sd * np.sqrt(1 + variance))
+def _learnt(
+    position: np.ndarray, values: np.ndarray, warm_up: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Residuals ``(n, q)``, covariance of those before each ``(n, q, q)``, and which count."""
+    if not warm_up >= 3:
+        raise ValueError("warm_up must be at least 3")
+    n, q = values.shape
+    residual = _recursive(position, values)
+    products = residual[:, :, None] * residual[:, None]
+    count = np.arange(n)
+    covariance = (np.cumsum(products, axis=0) - products) / np.maximum(count - 2, 1)[:, None, None]
+    sd = np.sqrt(np.maximum(np.einsum("nii->ni", covariance), 0.0))
+    scatters = (sd > _ROUND_OFF * np.abs(values)).all(axis=1)
+    least = max(warm_up, q + _OWN if q > 1 else 0)
+    return residual, covariance, scatters & (count >= least)
 
 
-@_compiled
-def _absorb(fit, position, value):
-    """Add a value to a fit."""
-    if fit[0] >= 2:
-        expected, variance = _expected(fit, position)
-        fit[5] += (value - expected) ** 2 / (1 + variance)
-    fit[0] += 1
-    away, off = position - fit[1], value - fit[2]
-    fit[1] += away / fit[0]
-    fit[2] += off / fit[0]
-    fit[3] += away * (position - fit[1])
-    fit[4] += away * (value - fit[2])
+def _recursive(position: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Residual of each value from the line through those before, ``(n, q)``, 0 of the first two.
+
+    In the sd of its prediction over that of the noise, so of the variance of the noise.
+    """
+    n = len(position)
+    count = np.maximum(np.arange(n), 1)[:, None]
+    t = (position - position.mean())[:, None] if n else position[:, None]
+    y = values - values[:1]
+
+    def before(each: np.ndarray) -> np.ndarray:
+        return np.cumsum(each, axis=0) - each
+
+    middle, mean = before(t) / count, before(y) / count
+    square = before(t * t) - count * middle**2
+    square[:2] = 1.0
+    slope = (before(t * y) - count * middle * mean) / square
+    away = t - middle
+    result = (y - mean - slope * away) / np.sqrt(1 + 1 / count + away**2 / square)
+    result[:2] = 0.0
+    return result
 
 
-@_compiled
-def _advance(state, residual, kind):
-    """Take in a residual and return the statistic."""
-    state[0] += 1
-    if kind == _CUSUM:
-        state[1] = max(0.0, state[1] + residual - _SLACK)
-        state[2] = max(0.0, state[2] - residual - _SLACK)
-        return max(state[1], state[2])
-    if kind == _EWMA:
-        state[1] += _WEIGHT * (residual - state[1])
-        left = 1 - (1 - _WEIGHT) ** (2 * state[0])
-        return abs(state[1]) / np.sqrt(_WEIGHT / (2 - _WEIGHT) * left)
-    return abs(residual)
+def _smooth(residual: np.ndarray, weight: float) -> np.ndarray:
+    """Exponentially weighted means of residuals ``(n, q)``, over their exact share of the sd."""
+    smooth = lfilter([weight], [1.0, weight - 1.0], residual, axis=0)
+    left = 1 - (1 - weight) ** (2.0 * np.arange(1, len(residual) + 1))
+    return smooth / np.sqrt(weight / (2 - weight) * left)[:, None]
+
+
+def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    return np.linalg.solve(matrix, vector[..., None])[..., 0]

@@ -18,10 +18,13 @@ from breaker.synthetic.ideal import Observer
 from breaker.synthetic.lives import Life, simulate_life
 from breaker.wear import Follower, Series, State, remaining_life
 
-__all__ = ["FRACTIONS", "follow_lives"]
+__all__ = ["FRACTIONS", "LEVELS", "follow_lives"]
 
 FRACTIONS = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Shares of the way from the change to the failure at which predictions are scored."""
+
+LEVELS = (0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 0.99, 0.999, 0.9999)
+"""Probabilities of a change from which an alarm might be raised."""
 
 _SHARE = 0.7  # of the way, where raw times are taken
 _BLOCK = 50  # records that are inferred together
@@ -48,11 +51,13 @@ def follow_lives(
     Returns:
         Dataset over ``life``, ``record`` (filled up with missing values), ``fraction``, ``draw``,
         ``observer``, ``widening`` and ``quantile``: ``operation``, ``change_probability``,
-        ``alarm``, ``remaining`` and ``toward`` of each record, ``raw_time`` in each ``motion``;
-        ``change``, ``failure``, ``ratio``, ``changed`` and ``words`` of each life; and at each
-        fraction of the way from change to failure the ``record_at`` and draws of the remaining
-        life, ``lives``, which are inf beyond the ``horizon``, beside those of ideal observers,
-        ``ideal``, and whether the 90 % interval of each widening holds the truth, ``covered``.
+        ``alarm``, ``remaining`` and ``toward`` of each record, ``alarm_at`` other ``level`` s of
+        the probability of a change, ``raw_time`` in each ``motion`` and ``output`` of each
+        ``parameter``, standardised, the mean of that record's own posterior; ``change``,
+        ``failure``, ``ratio``, ``changed`` and ``words`` of each life; and at each fraction of the
+        way from change to failure the ``record_at`` and draws of the remaining life, ``lives``,
+        which are inf beyond the ``horizon``, beside those of ideal observers, ``ideal``, and
+        whether the 90 % interval of each widening holds the truth, ``covered``.
     """
     models = {motion: posterior.model for motion, posterior in posteriors.items()}
     length = -(-2 * lives["operations"] // lives["every"])  # the longest that a life can be
@@ -103,9 +108,11 @@ def _follow(
     at = np.abs(series.operations[:, None] - way).argmin(axis=0)
     at = np.minimum(at, np.searchsorted(series.operations, life.failure) - 1)
     state, found, lives, covered = follower.begin(series), [], {}, {}
+    since, alarm_at = np.full(len(LEVELS), state.since), []
     for i in range(len(series.operations)):
         state, row, left = follower.step(state, series, i, usable)
         found.append(row)
+        alarm_at.append(_would_raise(follower, state, since))
         if i in at:
             lives[i] = left.lives[0]
             covered[i] = [_covers(follower, state, life, each) for each in widenings]
@@ -114,6 +121,7 @@ def _follow(
         raw_time(model.sensor.times, series.records[motion], share=_SHARE)
         for motion, model in models.items()
     ]
+    outputs = np.stack([series.outputs[motion] for motion in models], 1, dtype=np.float32)
     per_record = {
         "operation": series.operations,
         "change_probability": trend.change_probability.values,
@@ -125,6 +133,8 @@ def _follow(
         | {
             "remaining": (("record", "quantile"), trend.remaining.values[:, 0]),
             "raw_time": (("record", "motion"), np.stack(raw, axis=-1)),
+            "output": (("record", "motion", "parameter"), outputs),
+            "alarm_at": (("record", "level"), np.array(alarm_at, dtype=np.float32)),
             "record_at": ("fraction", at),
             "lives": (("fraction", "draw"), np.array([lives[i] for i in at])),
             "covered": (("fraction", "widening"), np.array([covered[i] for i in at], dtype=bool)),
@@ -136,8 +146,18 @@ def _follow(
             "fraction": list(FRACTIONS),
             "motion": list(models),
             "widening": np.array(widenings, dtype=float),
+            "parameter": next(iter(models.values())).names,
+            "level": list(LEVELS),
         },
     )
+
+
+def _would_raise(follower: Follower, state: State, since: np.ndarray) -> np.ndarray:
+    """Say at which levels an alarm is raised, and note it in ``since``, the last one of each."""
+    changed = np.array([state.hypotheses.began_after(each) for each in since])
+    raised = (changed >= LEVELS) & (state.seen >= follower.settings["settle"])
+    since[raised] = state.hypotheses.operation
+    return raised
 
 
 def _covers(follower: Follower, state: State, life: Life, widening: float) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.synthetic.control_charts import level_for, watch
+from breaker.synthetic.detectors import Watches, of_records, raw_time_charts, watched
 from breaker.synthetic.lives import WINDOW
 from breaker.synthetic.prognostics import (
     Detections,
@@ -20,14 +20,14 @@ from breaker.wear import quantiles_of
 
 __all__ = ["score"]
 
-_CHARTS = {"threshold": "threshold", "CUSUM": "cusum", "EWMA": "ewma"}
 OBSERVERS = {"ideal": "an ideal observer", "told": "one that is told of the change"}
 """Observers beside the model, in words."""
 
 _ALPHA = 0.2  # of the cone of accuracy, share of the true remaining life
 _HARD = 5.0  # ratio from which a change should be found
 _ENDS = (0.05, 0.95)  # of a 90 % interval
-_RARE = 1e-4  # false alarms an operation that the baselines have at least
+_PER = 10_000.0
+_RARE = 1.0  # false alarms in so many operations that the baselines have at least
 _RATIOS = np.array([1.5, 3.0, 5.0, 8.0, 13.0, 30.0])  # bins
 
 
@@ -42,43 +42,28 @@ def score(lives: xr.Dataset, *, toward: float, settle: int) -> tuple[xr.Dataset,
     Returns:
         Dataset of all scores (see ``figures.prognostics``), and one table of the main ones.
     """
-    every = float(np.nanmedian(np.diff(lives.operation.values[0])))
-    watched = float(np.maximum(lives.change.values - settle * every, 0).sum())
-    alarms = _detections(lives, every, watched, settle)
+    alarms = _detections(lives, settle)
     found = {name: each.delay <= WINDOW * lives.failure.values for name, each in alarms.items()}
     prognoses = [_prognosis(lives.isel(life=i), toward) for i in range(lives.sizes["life"])]
     prognosis = {name: np.stack([each[name] for each in prognoses]) for name in prognoses[0]}
     rows = [
         ("lives", lives.sizes["life"], np.nan, np.nan),
-        *_rows_of_detection(alarms, found, watched, lives.ratio.values),
+        *_rows_of_detection(alarms, found, watched(lives, settle), lives.ratio.values),
         *_rows_of_prognosis(prognosis, lives.fraction.values),
     ]
     table = pd.DataFrame(rows, columns=["score", "value", "lower_95", "upper_95"])
     return _dataset(lives, alarms, found, prognosis), table
 
 
-def _detections(
-    lives: xr.Dataset, every: float, watched: float, settle: int
-) -> dict[str, Detections]:
+def _detections(lives: xr.Dataset, settle: int) -> dict[str, Detections]:
     """How the alarms of the model and of each baseline met the changes, by method."""
     truth = lives.change.values, lives.failure.values
-    records = [row[np.isfinite(row)] for row in lives.operation.values]
-
-    def places(values: xr.DataArray) -> list[np.ndarray]:
-        """Values ``(life, record)`` of each life's own records."""
-        return [row[: len(x)] for row, x in zip(values.values, records, strict=True)]
-
-    alarms = [x[on == 1] for x, on in zip(records, places(lives.alarm), strict=True)]
-    result = {"model": detections(alarms, *truth)}
-    # Of all records before the change: a control chart is silent in its first ``settle`` itself.
-    rate = max(result["model"].false_alarms / watched, _RARE) * every * watched / truth[0].sum()
-    for chart, kind in _CHARTS.items():
-        for motion in lives.motion.values:
-            series = list(zip(records, places(lives.raw_time.sel(motion=motion)), strict=True))
-            quiet = [s[x <= change] for (x, s), change in zip(series, truth[0], strict=True)]
-            level = level_for(quiet, kind, rate, warm_up=settle)
-            alarms = [x[watch(s, kind, level, warm_up=settle).alarm] for x, s in series]
-            result[f"{chart}, {motion}"] = detections(alarms, *truth)
+    own = zip(of_records(lives, "operation"), of_records(lives, "alarm"), strict=True)
+    result = {"model": detections([x[on == 1] for x, on in own], *truth)}
+    rate = max(_PER * result["model"].false_alarms / watched(lives, settle), _RARE)
+    for name, (series, detector) in raw_time_charts(lives, settle).items():
+        _, alarms = Watches(lives, series, detector).alarms(rate, settle)
+        result[name] = detections(alarms, *truth)
     return result
 
 
@@ -123,7 +108,7 @@ def _ideal(life: xr.Dataset, truth: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _rows_of_detection(
-    alarms: dict[str, Detections], found: dict[str, np.ndarray], watched: float, ratio: np.ndarray
+    alarms: dict[str, Detections], found: dict[str, np.ndarray], quiet: float, ratio: np.ndarray
 ) -> list[tuple]:
     hard = ratio >= _HARD
     late = {name: np.nan_to_num(each.delay, nan=np.inf) for name, each in alarms.items()}
@@ -132,7 +117,7 @@ def _rows_of_detection(
         *(
             (
                 f"false alarms in 10,000 operations, {name}",
-                *false_alarms_per(each.false_alarms, watched),
+                *false_alarms_per(each.false_alarms, quiet),
             )
             for name, each in alarms.items()
         ),
