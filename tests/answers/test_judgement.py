@@ -7,9 +7,16 @@ import pytest
 import xarray as xr
 from scipy.stats import kstest
 
-from breaker.answers.judgement import PHASES, VERDICTS, _errors, with_limits, with_trust
+from breaker.answers.judgement import (
+    PHASES,
+    VERDICTS,
+    _errors,
+    with_limits,
+    with_quantities,
+    with_trust,
+)
 from breaker.mechanism.limits import Limit
-from breaker.mechanism.quantities import evaluate
+from breaker.mechanism.quantities import SOURCES, evaluate, quantities_of
 from breaker.model.randomness import generator
 from tests.answers.conftest import simulated
 
@@ -86,3 +93,29 @@ def test_verdicts_follow_from_probabilities():
     assert found.limit_verdict.values[:, 0].tolist() == [*VERDICTS[1:], "unknown"]
     unresolved = answer.assign(resolved=("operation", [False] * 4))
     assert (with_limits(unresolved, [wide], {"raise": 0.95}).limit_verdict == "unknown").all()
+
+
+def test_what_records_alone_show_stands_beside():
+    """Where one does: not inferred, but measured, and a limit on it is judged."""
+    draws = np.tile([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], (2, 4, 1))
+    names = list(quantities_of("closing", of=SOURCES))
+    seen = np.full((2, len(names)), np.nan)
+    answer = xr.Dataset(
+        {"draws": (("operation", "draw", "output"), draws)}
+        | dict.fromkeys(("accepted", "resolved"), ("operation", [True, True])),
+        {"operation": [1, 2], "quantity": names},
+        {"motion": "closing"},
+    )
+    by = ("operation", "quantity")
+    none = with_quantities(answer.assign(measured=(by, seen), measured_sd=(by, seen)))
+    assert none["quantity"].values.tolist() == list(quantities_of("closing"))
+    seen[0, names.index("latch_time")] = 8.0
+    shown = with_quantities(answer.assign(measured=(by, seen), measured_sd=(by, 0.0 * seen + 0.2)))
+    assert shown["quantity"].values.tolist() == names
+    latch = shown.sel(quantity="latch_time")
+    assert latch.measured.values[0] == 8.0
+    for name in ("quantity_median", "quantity_undefined"):
+        assert np.isnan(latch[name]).all()
+    late = Limit("late", "closing", (("latch_time", 7.0, True),), of="record")
+    verdicts = with_limits(shown, [late], {"raise": 0.95}).limit_verdict.values[:, 0]
+    assert verdicts.tolist() == ["not healthy", "unknown"]

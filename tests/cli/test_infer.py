@@ -26,7 +26,9 @@ LIMITS = """
 limits:
   - {name: slow, motion: closing, upper: {touch_time: 5.0}}
   - {name: late, motion: closing, upper: {touch_time: 50.0}}
+  - {name: untimed, motion: closing, of: record, upper: {touch_time: 5.0}}
   - {name: wide, motion: opening, upper: {L: 30.0}}
+  - {name: short, motion: opening, of: record, lower: {stroke: 12.0}}
 """
 
 
@@ -133,8 +135,11 @@ def test_limits_are_judged_where_there_are_any(folder, capsys):
     arguments = ["infer", "both.csv", "--config", "few.yaml", "limits.yaml"]
     assert main([*arguments, "--json"]) == 0
     closing, opening = json.loads(capsys.readouterr().out)["records"]
-    assert [each["verdict"] for each in closing["limits"]] == ["not healthy", "healthy"]
+    told = [each["verdict"] for each in closing["limits"]]
+    assert told == ["not healthy", "healthy", "unknown"]  # no contact was timed
     assert closing["limits"][0]["probability"] == 1.0
+    assert [each["verdict"] for each in opening["limits"]] == ["healthy", "healthy"]
+    assert opening["limits"][1]["words"] == "measured stroke below 12 mm"
     assert (closing["verdict"], opening["verdict"]) == ("not healthy", "healthy")
     assert main(arguments) == 0
     out = capsys.readouterr().out

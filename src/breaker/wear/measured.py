@@ -2,7 +2,8 @@
 
 What a record itself shows is followed as parameters are (``changepoint``), each quantity by itself:
 its level goes along a line that may bend or jump, and operations scatter about it. Errors are those
-of the records. The model and its error do not enter.
+of the records, and one of reading that they share, as of a rest that is crept to: it does not
+average out, nor does it hide a change. The model and its error do not enter.
 
 Values are shares of the quantity's *unit*, so any quantity of a drive of any size has the same
 prior. The unit is the median of the first values, or a hundred times their spread where that is
@@ -30,6 +31,7 @@ from breaker.wear.rows import QUANTILES, limit_coords
 __all__ = ["follow_measured"]
 
 _SHARE = 0.1  # prior sd of a level, units of its quantity
+_SHARED = 0.7  # sds of one record's error, that of reading which all records of a drive share
 _SPREADS = 100.0  # of the first values, least unit
 _NORMAL = 1.4826  # sd of a normal over the median of its distances from its median
 _LEAST = 1e-6  # units, least error of a value
@@ -80,6 +82,8 @@ def follow_measured(
         ``scatter``, all in ``followed_unit``; ``change_probability`` and ``alarm``.
 
     Example:
+        >>> import yaml
+        >>> from breaker.shipped import DEFAULTS
         >>> rng, n = np.random.default_rng(1), 300
         >>> values = 9.0 + 0.001 * np.arange(n) + 0.05 * rng.standard_normal(n)  # ms
         >>> both = {"measured": values, "measured_sd": np.full(n, 0.05)}
@@ -89,10 +93,8 @@ def follow_measured(
         ...     {"operation": np.arange(n), "quantity": ["travel_time"]},
         ... )
         >>> slow = Limit("slow", "closing", (("travel_time", 9.5, True),), of="record")
-        >>> wear = {"operations_between_changes": 2000, "slope_sd": 2.0, "step_sd": 5.0}
-        >>> wear |= {"scatters": [0.1, 0.4], "outliers": 0.001, "whole": 0.15, "settle": 100}
-        >>> wear |= {"baseline": 100, "alarm_level": 0.9, "horizon": 10000, "bend": 0.3}
-        >>> found = follow_measured({"closing": data}, [slow], wear, 1)
+        >>> settings = yaml.safe_load(DEFAULTS.read_text(encoding="utf-8"))["wear_model"]
+        >>> found = follow_measured({"closing": data}, [slow], settings, 1)
         >>> float(found.remaining.sel(limit="slow", quantile=0.5)[-1].round(-2))  # in truth 201
         200.0
     """
@@ -160,16 +162,14 @@ def _followed(
     events: Mapping[int, Event],
 ) -> _Trend:
     """Follow a quantity with its values and their errors, ``(o,)``, nan where there is none."""
-    first = values[np.isfinite(values)][: settings["baseline"]]
-    centre = np.median(first) if first.size else 0.0
-    spread = _NORMAL * np.median(np.abs(first - centre)) if first.size else 0.0
-    unit = max(abs(centre), _SPREADS * spread) or 1.0
+    centre, unit, shared = _measure_of(values, sds, settings["baseline"])
     scale = _SHARE * unit  # of standardised values
     # A quantity is no linear function of what wears, so its slope changes without a change, too.
     tracker = Tracker.from_settings(settings, np.array([_SHARE]))
     tracker = replace(tracker, bend=settings["bend"])
     horizon = Horizon(settings["horizon"], rng.standard_normal((_DRAWS, 2)))
     order = rng.permutation(_DRAWS)  # draws of hypotheses are sorted, and alike in all quantities
+    off = np.outer(shared * rng.standard_normal(_DRAWS), [1.0, 0.0])
     back, origin = scale * np.array([1.0, 1.0 / PER]), np.array([centre, 0.0])
     hypotheses, since, seen = tracker.begin(int(operations[0])), int(operations[0]), 0
     found = _nothing(len(operations))
@@ -188,14 +188,31 @@ def _followed(
         if not seen:
             continue
         mean, cov = hypotheses.level()
-        ends = mean[:, None] + np.sqrt(np.diag(cov))[:, None] * ndtri(QUANTILES)
-        found.lines[i] = origin + back * draw_lines(hypotheses, horizon)[order]
+        sd = np.hypot(np.sqrt(np.diag(cov)), [shared / scale, 0.0])
+        ends = mean[:, None] + sd[:, None] * ndtri(QUANTILES)
+        found.lines[i] = origin + back * draw_lines(hypotheses, horizon)[order] + off
         found.level[i], found.slope[i] = centre + scale * ends[0], scale * ends[1]
         found.scatter[i] = unit * tracker.scatters[hypotheses.scatter] @ hypotheses.weight
         changed = found.change_probability[i] = hypotheses.began_after(since)
         if seen >= settings["settle"] and changed >= settings["alarm_level"]:
             found.alarm[i], since = True, operation
     return found
+
+
+def _measure_of(values: np.ndarray, sds: np.ndarray, count: int) -> tuple[float, float, float]:
+    """Where a quantity starts, its unit, and the error that its records share, by the first ones.
+
+    >>> values, sds = np.array([9.0, np.nan, 9.2, 9.1]), np.full(4, 0.1)
+    >>> tuple(round(each, 3) for each in _measure_of(values, sds, 100))
+    (9.1, 14.826, 0.07)
+    """
+    first = np.flatnonzero(np.isfinite(values))[:count]
+    if not first.size:
+        return 0.0, 1.0, 0.0
+    centre = float(np.median(values[first]))
+    spread = _NORMAL * float(np.median(np.abs(values[first] - centre)))
+    unit = max(abs(centre), _SPREADS * spread) or 1.0
+    return centre, unit, _SHARED * float(np.median(sds[first]))
 
 
 def _nothing(o: int) -> _Trend:
