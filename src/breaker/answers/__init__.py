@@ -10,10 +10,12 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "judgement": ["with_limits", "with_quantities", "with_trust"],
+        "changed": ["VERDICT_WORDS", "changes"],
         "drawn": ["shown"],
         "trees": ["tree"],
         "plain": ["document"],
         "rows": ["table_of"],
+        "visited": ["visits_document", "visits_in_words"],
         "words": ["in_words"],
     },
 )

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from breaker import __version__
-from breaker.cli import check, fit_prior, infer, inspect, manifest
+from breaker.cli import check, compare, fit_prior, infer, inspect, manifest
 from breaker.cli.settings import PROJECT
 from breaker.workflow import ConfigurationError, missing_packages, set_threads
 
@@ -71,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"breaker {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for each in (inspect, manifest, check, infer, fit_prior):  # in the order of --help
+    for each in (inspect, manifest, check, infer, compare, fit_prior):  # in the order of --help
         command = each.add(commands)
         command.add_argument(
             "--config",

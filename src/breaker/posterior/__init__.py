@@ -10,6 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "batches": ["Rows", "freeze_inputs", "split"],
+        "comparing": ["Compared", "compare_visits"],
         "corrections": ["Corrected", "correct"],
         "estimator": ["Posterior"],
         "exact": ["infer_exactly"],
@@ -37,6 +38,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "table_of_both",
         ],
         "training": ["Trainer", "choose_device", "fingerprint"],
+        "visits": ["prior_beyond"],
         "weights": ["importance"],
     },
 )

@@ -37,7 +37,7 @@ from breaker.posterior.roots import root_between
 from breaker.posterior.transport import TriangularMap
 from breaker.posterior.weights import Importance, importance, resample
 
-__all__ = ["Corrected", "correct", "temper"]
+__all__ = ["Corrected", "correct", "poor", "temper"]
 
 _NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)  # before there are weights
 
@@ -118,14 +118,14 @@ def correct(
         with np.errstate(divide="ignore"):  # a draw of 0 makes no map
             z = model.standardise(draws)
         proposal = TriangularMap.fit(z)
-        while rounds < settings["rounds"] and (not result or _reason(result.weights, settings)):
+        while rounds < settings["rounds"] and (not result or poor(result.weights, settings)):
             drawn.append(_Draws.of(proposal, settings["round_draws"], model, record, rng))
             proposal = _refit(drawn, settings["fit_size"])
             rounds += 1
             efficient = drawn[-1].weights.efficiency >= settings["efficiency"]
             if efficient or rounds == settings["rounds"]:
                 drawn.append(_Draws.of(proposal, settings["draws"], model, record, rng))
-                if _reason(drawn[-1].weights, settings):
+                if poor(drawn[-1].weights, settings):
                     proposal = _refit(drawn, settings["fit_size"])
                 result = drawn[-1]
     except np.linalg.LinAlgError as error:
@@ -133,7 +133,7 @@ def correct(
     if result is None:
         weights = drawn[-1].weights if drawn else _NOTHING
         return Corrected(unknown, weights, rounds, False, failure)
-    weights, reason = result.weights, failure or _reason(result.weights, settings)
+    weights, reason = result.weights, failure or poor(result.weights, settings)
     if weights.size == 0:
         return Corrected(unknown, weights, rounds, False, reason)
     chosen = result.z[resample(weights.log_weights, len(draws), rng)]
@@ -185,8 +185,8 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     return weights / weights.sum()
 
 
-def _reason(judged: Importance, settings: Mapping) -> str:
-    """Say what is wrong with weights, if anything."""
+def poor(judged: Importance, settings: Mapping) -> str:
+    """Say what is wrong with weights, if anything, by the section ``correction``."""
     if judged.faulty:
         return f"{judged.faulty} weights are not finite"
     if not judged.size >= settings["smallest_size"]:

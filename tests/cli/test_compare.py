@@ -1,0 +1,66 @@
+"""`breaker compare`: what it prints and draws, and where it fails."""
+
+import json
+
+import pytest
+
+from breaker.cli import main
+from tests.cli.conftest import written
+
+
+@pytest.fixture
+def visits(folder, prior):
+    """Two visits to the reference drive, without its error, whose force has fallen by 15 %."""
+    (folder / "right.yaml").write_text("endurance: {discrepancy: 0.0}")
+    weaker = type(prior)(prior.medians * [1, 1, 1, 1, 1, 0.85, 1], prior.log_sds)
+    for name, drive in (("then", prior), ("now", weaker)):
+        (folder / name).mkdir()
+        written(folder / name / f"{name}.csv", drive, "closing", "opening")
+    return folder
+
+
+def call(*arguments):
+    return main(["compare", *arguments, "--config", "right.yaml"])
+
+
+def test_a_weaker_force_is_noticed_and_drawn(visits, capsys):
+    assert call("then", "--today", "now", "--json", "--plot", "visits.png") == 0
+    found = json.loads(capsys.readouterr().out)
+    (part,) = found["comparisons"]
+    assert part["motions"] == ["closing", "opening"]
+    assert found["records"] == {m: {"before": 1, "today": 1} for m in part["motions"]}
+    rows = {row["name"]: row for row in part["changes"]}
+    assert rows["f"]["verdict"] == "changed"
+    low, _, high = rows["f"]["change"]  # 90 %: false alarm below 1e-3 at three times its half
+    assert low - (high - low) < -15.0 < high + (high - low)
+    assert (visits / "visits.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["a.csv", "--today", "a.csv"], "named in both visits"),
+        (["a.csv", "--today", "open.csv"], "no usable closing to compare"),
+        (["a.csv", "--today", "missing.csv"], "missing.csv"),
+        (["a.csv", "--today", "b 2.csv", "--plot", "a.csv"], "would be replaced"),
+    ],
+)
+def test_what_cannot_be_compared_is_said_with_a_remedy(folder, capsys, arguments, message):
+    (folder / "right.yaml").write_text("endurance: {discrepancy: 0.0}")
+    assert call(*arguments) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+
+
+def test_facts_are_refused(folder, capsys):
+    (folder / "right.yaml").write_text("known: {mu: [2.0, 0.1]}")
+    assert call("a.csv", "--today", "b 2.csv") == 1
+    assert "leave the section known out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("share", ["0", "100", "some"])
+def test_a_share_that_is_none_is_refused(capsys, share):
+    with pytest.raises(SystemExit):
+        call("a.csv", "--today", "b.csv", "--beyond", share)
+    assert "is not a percentage" in capsys.readouterr().err
