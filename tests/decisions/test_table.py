@@ -169,6 +169,21 @@ def test_what_was_not_used_says_why():
     ]
 
 
+def test_a_motion_that_falls_silent_is_not_healthy_for_ever():
+    """No record of opening after the second operation, 250 numbers before the last."""
+    numbers = np.array([1, 2, 200, 252])
+    silent = curves_of(numbers, accepted=[True, True, False, False])
+    curves = {"closing": curves_of(numbers), "opening": silent}
+    rows = page_of(QUIET, trend_of(MOTIONS, numbers), curves=curves).rows
+    assert rows.action.tolist() == ["none", "none", "none", "check"]
+    words = "no record of opening could be used since operation 2"
+    assert rows.to_do.tolist()[3] == f"check the records: {words}"
+    left = {"toward": {"slow": 0.99}, "remaining": {"slow": [250, 300, 350]}}
+    rows = page_of(QUIET, trend_of(MOTIONS, numbers, **left), curves=curves).rows
+    assert rows.action.tolist()[3] == "plan"
+    assert rows.to_do.tolist()[3].endswith(words)
+
+
 def test_decisions_name_what_is_known_of_an_operation_in_any_motion():
     """A date of closing 1, and of opening 3, which closing has no record of."""
     closing = {"date": ["2024-11-20", "", ""], "event": ["", "", ""], "breaker": ["Q0"] * 3}

@@ -74,29 +74,36 @@ def code_of(rank: int, *, blind: bool, look: bool) -> str:
 
     Args:
         rank: How urgent its limit is, index in ``RANKS``.
-        blind: Whether nothing is known of any limit.
+        blind: Whether nothing is known of any limit, or a motion has no usable records any more.
         look: Whether a parameter wears, or something has changed of late.
     """
-    if blind or RANKS[rank] == "doubtful":
+    name = RANKS[rank]
+    if name == "doubtful" or (blind and name == "none"):
         return "check"
-    return "watch" if RANKS[rank] == "none" and look else RANKS[rank]
+    return "watch" if name == "none" and look else name
 
 
-def in_words(table: pd.DataFrame, probability: Sequence[float], looked: Sequence[str]) -> list[str]:
+def in_words(
+    table: pd.DataFrame,
+    probability: Sequence[float],
+    looked: Sequence[str],
+    silent: Sequence[str],
+) -> list[str]:
     """Return the action of each row in words.
 
     Args:
         table: Rows with the columns ``DECISIONS``, ``to_do`` still empty.
         probability: That the level is beyond the limit of the row, ``(o,)``.
         looked: What has changed of late, ``(o,)``.
+        silent: Motions without usable records of late, ``(o,)``.
     """
-    every = zip(table.itertuples(), probability, looked, strict=True)
-    return [_words(row, p, changed) for row, p, changed in every]
+    every = zip(table.itertuples(), probability, looked, silent, strict=True)
+    return [_words(*each) for each in every]
 
 
-def _words(row, probability: float, changed: str) -> str:
+def _words(row, probability: float, changed: str, silent: str) -> str:
     """Describe one action."""
-    lately = f"; {changed}" if changed else ""
+    lately = "".join(f"; {each}" for each in (changed, silent) if each)
     known = row.operations_left_5 == row.operations_left_5
     left = f"{span(row.operations_left_5, row.operations_left_95)} operations left"
     if row.action == "service":
@@ -104,7 +111,8 @@ def _words(row, probability: float, changed: str) -> str:
         words = ", ".join(f"{name_since} {int(number):,}" for name_since, number in every)
         return f"service now: {words.replace(' since ', ' exceeded since operation ', 1)}{lately}"
     if row.action == "check" and not row.limit:
-        return "check the records: none could be used yet"
+        why = "; ".join(filter(None, [silent or "none could be used yet", changed]))
+        return f"check the records: {why}"
     by = "" if row.service_by is pd.NA else f"service by operation {row.service_by:,}"
     if row.action == "check":
         also = left if known else by  # before another limit
@@ -116,5 +124,5 @@ def _words(row, probability: float, changed: str) -> str:
         return f"plan {by or 'service'}{on}, before {row.limit} ({within}){lately}"
     if row.action == "watch":
         limit = f"{row.limit}: a trend leads there beyond the horizon" if row.limit else ""
-        return f"watch {'; '.join(filter(None, [limit, row.wearing, changed]))}"
+        return f"watch {'; '.join(filter(None, [limit, row.wearing, changed, silent]))}"
     return "go on"

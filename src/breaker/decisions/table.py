@@ -11,6 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.decisions.actions import code_of, due_of, in_words, rank_of, recent
+from breaker.decisions.alarms import latest
 from breaker.decisions.changes import changes
 from breaker.decisions.columns import ALARMS, DECISIONS, table_of
 from breaker.decisions.dates import days_left, days_per_operation, on_date
@@ -51,9 +52,10 @@ def decide(
     rank, probability = rank_of(judged, alarm["clear"]), judged.level_probability.values
     chosen = subject(rank, due, probability, operations, reasons, hold=hold)
     by, why = service_by(due.min(axis=1), operations, reasons, hold=hold)
-    looked = recent(noted, operations, within=notice)
+    looked, silent = recent(noted, operations, within=notice), _silent(curves, operations, notice)
     look = [bool(wears or lately) for wears, lately in zip(worn, looked, strict=True)]
-    codes = zip(chosen.rank, np.isnan(probability).all(axis=1), look, strict=True)
+    blind = np.isnan(probability).all(axis=1) | (np.array(silent, dtype=str) != "")
+    codes = zip(chosen.rank, blind, look, strict=True)
     rows, about = np.arange(len(operations)), chosen.rank > 0
     named = np.where(about, judged.limit.values[chosen.limit], "")
     told = np.where(about[:, None], judged.told.values[rows, chosen.limit], np.nan)
@@ -62,7 +64,7 @@ def decide(
         **known,
         "operation": operations,
         "state": judged.drive_state.values,
-        "action": [code_of(each, blind=blind, look=looks) for each, blind, looks in codes],
+        "action": [code_of(each, blind=unseen, look=looks) for each, unseen, looks in codes],
         "limit": named,
         "service_by": [pd.NA if np.isinf(each) else int(each) for each in by],
         "service_by_date": on_date(by, operations, known["date"], pace),
@@ -74,7 +76,7 @@ def decide(
         "not_used": _not_used(curves, operations),
     }
     table = table_of(data | _left(told, pace), DECISIONS)
-    return table.assign(to_do=in_words(table, probability[rows, chosen.limit], looked))
+    return table.assign(to_do=in_words(table, probability[rows, chosen.limit], looked, silent))
 
 
 def dated(alarms: pd.DataFrame, decisions: pd.DataFrame) -> pd.DataFrame:
@@ -127,6 +129,19 @@ def _about(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> dict[str
                 known = {i: v for i, v in values if v == v and v != ""} | known
         found[name] = [known.get(int(number), empty) for number in operations]
     return found
+
+
+def _silent(curves: Mapping[str, xr.Dataset], operations: np.ndarray, notice: int) -> list[str]:
+    """Name motions without a usable record for more than ``notice`` operations, ``(o,)``."""
+    told = [[] for _ in operations]
+    for motion, data in curves.items():
+        used = data.operation.values[data.accepted.values & data.resolved.values]
+        last = latest(np.isin(operations, used))
+        for words, i, operation in zip(told, last, operations, strict=True):
+            if operation - operations[max(i, 0)] > notice:
+                since = f"since operation {operations[i]:,}" if i >= 0 else "at all"
+                words.append(f"no record of {motion} could be used {since}")
+    return [", ".join(words) for words in told]
 
 
 def _not_used(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[str]:
