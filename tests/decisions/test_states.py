@@ -33,12 +33,13 @@ def judged_of(own, trend, alarm=ALARM):
 
 def reference(single, trend, up, down, after):
     """Exceeded or not after each operation of one limit, judged anew from its whole history."""
-    on, told = False, []
+    on, counts, told = False, False, []
     for end in range(1, len(single) + 1):
         usable = [p for p in single[:end] if not np.isnan(p)][-after:]
         row = min(usable) if len(usable) == after else NAN
         known = [p for p in trend[:end] if not np.isnan(p)]
-        probability = np.nanmax([row, known[-1] if known else NAN, -1.0])
+        counts = row >= up or (counts and row > down)
+        probability = np.nanmax([row if counts or not known else -1.0, *known[-1:], -1.0])
         on = probability >= up or (on and not -1.0 < probability <= down)
         told.append(on)
     return told
@@ -87,13 +88,13 @@ def test_a_known_event_ends_a_spell_unless_it_goes_on_for_sure():
     assert judged.since.sel(limit="tired").values.tolist() == [10.0] * 9
 
 
-def test_single_operations_count_beside_a_trend_only_if_exceeding_is_likely():
-    """At 0.5 they leave it to the trend, which counts the prior only once."""
-    trend = np.array([0.01, 0.02, 0.03, NAN])[:, None]
-    single = np.array([0.5, 0.5, 0.51, 0.52])[:, None]
-    found = evidence(single, trend, after=1, likely=0.5)
-    assert found.ravel().tolist() == [0.01, 0.02, 0.51, 0.52]
-    alone = evidence(single, np.full((4, 1), NAN), after=1, likely=0.5)
+def test_single_operations_count_beside_a_trend_only_once_they_are_sure():
+    """Otherwise they leave it to the trend, which counts the prior only once."""
+    single = np.array([0.9, 0.95, 0.51, 0.5, 0.9])[:, None]
+    trend = np.array([0.01, 0.02, 0.6, 0.04, NAN])[:, None]
+    given = {"after": 1, "sure": 0.95, "clear": 0.5}
+    assert evidence(single, trend, **given).ravel().tolist() == [0.01, 0.95, 0.6, 0.04, 0.04]
+    alone = evidence(single, np.full((5, 1), NAN), **given)
     assert alone.ravel().tolist() == single.ravel().tolist()
 
 

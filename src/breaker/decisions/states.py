@@ -29,7 +29,8 @@ def evidence(
     trend: np.ndarray,
     *,
     after: int,
-    likely: float,
+    sure: float,
+    clear: float,
     anew: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return how probably the level is beyond each limit, ``(o, l)``, nan if nothing is known.
@@ -37,24 +38,25 @@ def evidence(
     The larger of two probabilities: the trend's, and the smallest of the last ``after`` usable
     operations, each judged by its own posterior. These tell a sudden fault before the trend
     follows, and a drive without a trend. Beside a trend, which knows more than single operations,
-    they count only if they make it ``likely`` that the limit is exceeded.
+    they count only once they are ``sure`` that the limit is exceeded, until they are ``clear``.
 
     Args:
         single: Probabilities of single operations, nan where one is not usable, ``(o, l)``.
         trend: Probabilities by the trend, nan where there is none, ``(o, l)``.
         after: Operations in a row.
-        likely: Probability.
+        sure, clear: Probabilities.
         anew: Whether a known event started something anew before an operation, ``(o,)``; the
             operations in a row then begin anew, too.
 
     >>> single = np.array([[0.9], [0.8], [np.nan], [0.7]])
-    >>> evidence(single, np.full((4, 1), np.nan), after=2, likely=0.5).ravel().tolist()
-    [nan, 0.8, 0.8, 0.7]
+    >>> evidence(single, np.full((4, 1), np.nan), after=2, sure=0.95, clear=0.5).ravel()
+    array([nan, 0.8, 0.8, 0.7])
     """
     begins = [] if anew is None else np.flatnonzero(anew)
     rows = np.concatenate([_in_row(each, after) for each in np.split(single, begins)])
     trend = _carried(trend)
-    return np.fmax(np.where(np.isnan(trend) | (rows > likely), rows, np.nan), trend)
+    counts = np.isnan(trend) | latched(rows >= sure, ~(rows > clear))
+    return np.fmax(np.where(counts, rows, np.nan), trend)
 
 
 def _in_row(single: np.ndarray, after: int) -> np.ndarray:
@@ -150,7 +152,7 @@ def _exceeded(
     up, down, after = (alarm[name] for name in ("raise", "clear", "after"))
     if not (0 <= down <= up <= 1 and after >= 1):
         raise ValueError("an alarm needs 0 <= clear <= raise <= 1 and after >= 1")
-    probability = evidence(single, trend, after=after, likely=down, anew=anew)
+    probability = evidence(single, trend, after=after, sure=up, clear=down, anew=anew)
     return probability, latched(probability >= up, (probability <= down) | anew[:, None])
 
 
