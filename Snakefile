@@ -64,6 +64,7 @@ rule all:
         expand("figures/changepoint_{source}.png", source=SOURCES),
         expand("figures/discrepancy_{motion}.png", motion=MOTIONS if DISCREPANCY else []),
         "results/decisions.csv",
+        "results/first_page.html",
         "results/numbers.csv",
 
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import jinja2
 import pytest
 import yaml
-from docutils.core import publish_doctree
+from docutils.core import publish_doctree, publish_parts
 from docutils.nodes import paragraph
 
 from breaker.mechanism.parameters import MOTIONS
@@ -38,7 +38,7 @@ FIGURES = (
 PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))
 
 
-def filled_in(page, motion, *, curves=None, scale=""):
+def filled_in(page, motion, *, curves=None, scale="", files=()):
     """Fill in a page as the report does; a key that is missing raises."""
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     config["endurance"]["curves"] = curves
@@ -49,7 +49,7 @@ def filled_in(page, motion, *, curves=None, scale=""):
         )
     text = (ROOT / f"workflow/report/{page}.rst").read_text()
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
-    return environment.from_string(text).render(snakemake=job, files=[])
+    return environment.from_string(text).render(snakemake=job, files=files)
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -63,6 +63,28 @@ def test_page_is_valid(page, curves):
         assert len(list(tree.findall(paragraph))) >= 1
         assert motion in text
         assert ("stand-in" in text) <= (curves is None)
+
+
+def test_the_report_opens_on_the_verdict(tmp_path):
+    """Its first page comes before any other word, and the next figures are linked if they exist."""
+    (tmp_path / "results").mkdir()
+    page = tmp_path / "results/first_page.html"
+    names = ("figures/verdict.png", "figures/health.png", "results/decisions.csv")
+    files = [SimpleNamespace(path=tmp_path / name, target=Path(name).name) for name in names]
+    links = "".join(f"\n\n.. _{each.target}: javascript:show()" for each in files)
+
+    def opened(files):
+        text = filled_in("workflow", "", files=files) + links
+        settings = {"halt_level": 2, "report_level": 2, "_disable_config": True}
+        return publish_parts(text, writer="html", settings_overrides=settings)["html_body"]
+
+    page.write_text('<div id="first-page"><img src="data:image/png;base64,AA=="></div>')
+    body = opened(files)
+    assert body.removeprefix('<div class="document">').strip().startswith('<div id="first-page">')
+    assert body.count("javascript:show()") == 3
+    page.unlink()  # of another target than all figures
+    assert "first-page" not in opened(files[:1])
+    assert "verdict" in opened(files[:1])
 
 
 def test_every_figure_has_a_caption_that_says_what_good_looks_like():

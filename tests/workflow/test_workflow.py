@@ -1,5 +1,6 @@
 """The whole workflow at a small size, and which of its steps an edit runs again."""
 
+import json
 import os
 import re
 import shutil
@@ -42,7 +43,7 @@ ENDURANCE_FIGURES = [
     "figure_evolution",
     "numbers",
 ]
-PAGES = ["figure_verdict", "figure_health", "figure_remaining_life"]
+PAGES = ["figure_verdict", "first_page", "figure_health", "figure_remaining_life"]
 TRENDS = ["trend", "whole_trend", "measured_trend"]
 DECISIONS = ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"]
 MEASURING = ["read_curves", "measured_trend"]
@@ -293,6 +294,9 @@ def test_a_report_is_made_that_opens_offline(workflow):
     run(workflow, "--report", "report.html")
     report = (workflow / "report.html").read_text()
     assert not re.findall(r"<(?:script|link)[^>]+(?:src|href)=[\"']https?:", report)
+    description = re.search(r"var workflow_desc = (.*);", report).group(1)
+    text = json.loads(description).partition("From the travel curves")[0]
+    assert (workflow / "results/first_page.html").read_text() in text  # before any other word
 
 
 def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):

@@ -129,6 +129,21 @@ figure(
     verdict="results/verdict.zarr",
 )
 
+
+rule first_page:
+    """What the report opens on: headline, sentences, the picture and the last decision."""
+    input:
+        verdict="results/verdict.zarr",
+        decisions="results/decisions.csv",
+        figure="figures/verdict.png",
+    output:
+        "results/first_page.html",
+    log:
+        "logs/first_page.log",
+    script:
+        "../scripts/first_page.py"
+
+
 # Probability of each limit and its alarms, over the operations.
 figure("health", "6 Decisions", of="", health="results/health.zarr")
 

@@ -15,6 +15,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "changes": ["step_table"],
         "columns": ["ALARMS", "DECISIONS"],
         "conditions": ["align", "condition", "usable"],
+        "page": ["opening"],
         "scales": ["over_scales", "spread"],
         "series": ["complete", "join", "remaining"],
         "states": ["MAY_BE", "STATES", "health", "judge"],
