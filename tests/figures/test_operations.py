@@ -9,6 +9,7 @@ from breaker.figures.changepoint import change_words, changepoint
 from breaker.figures.evolution import FLAGS, evolution
 from breaker.figures.health import health
 from breaker.figures.remaining_life import remaining_life
+from breaker.figures.truth import TRUTH
 from breaker.figures.words import symbolic
 from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
@@ -124,7 +125,7 @@ def true_values(last):
 
 def drawn_truth(axis):
     """Values of the marks of the stand-in's truth, if there are any."""
-    return [line.get_ydata() for line in axis.lines if line.get_gid() == style.TRUTH]
+    return [line.get_ydata() for line in axis.lines if line.get_gid() == TRUTH]
 
 
 @pytest.mark.parametrize("count", [1, 8])
@@ -345,6 +346,7 @@ def test_operations_left_and_both_truths_are_drawn_where_they_are():
     for axis, limit in zip(figure.axes, data.limit.values, strict=False):
         one = data.sel(limit=limit)
         assert axis.get_yscale() == "linear"
+        assert axis.get_ylim()[1] > one.failure_without.fillna(one.failure).fillna(0.0)  # its own
         middle = one.told.sel(quantile=0.5).values
         expected = np.where(one.told.sel(quantile=0.95) > 0, middle, np.nan)
         np.testing.assert_array_equal(line_of(axis, "#2166AC").get_ydata(), expected)

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
+from breaker.figures.truth import TRUTH, draw_truth, truth_key
 from breaker.figures.words import symbolic
 
 __all__ = ["change_words", "changepoint"]
@@ -52,7 +53,7 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
     probability = figure.add_subplot(grid[rows + 1, :])
     for axis, name in zip(upper, names, strict=True):
         _series(axis, trend.sel(parameter=name), name)
-        style.draw_truth(axis, truth, name)
+        draw_truth(axis, truth, name)
         _zoom(axis, trend.sel(parameter=name))
     _ages(ages, trend)
     _probability(probability, trend)
@@ -116,7 +117,7 @@ def _zoom(axis: Axes, one: xr.Dataset) -> None:
     """Show level, band and truth; dots, and the first band, which is the prior, may be cut off."""
     band = one["level_interval"].values
     drawn = [np.nanquantile(band, [0.02, 0.98]), one["level"].values]
-    drawn += [line.get_ydata() for line in axis.lines if line.get_gid() == style.TRUTH]
+    drawn += [line.get_ydata() for line in axis.lines if line.get_gid() == TRUTH]
     values = np.concatenate([np.asarray(each, dtype=float) for each in drawn])
     low, high = np.nanmin(values), np.nanmax(values)
     room = 0.06 * (high - low) or 1e-3 * abs(high) or 1.0
@@ -189,7 +190,7 @@ def _handles(trend: xr.Dataset, with_truth: bool) -> list:
         dots = "median of a single operation (pulled to the prior)"
         handles.insert(0, style.dot_key(dots, ms=4, alpha=0.4))
     if with_truth:
-        handles.append(style.truth_key())
+        handles.append(truth_key())
     if trend.sizes["change"]:
         handles += [
             style.line_key("change", _CHANGE, lw=1.0),

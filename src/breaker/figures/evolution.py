@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
+from breaker.figures.truth import draw_truth, truth_key
 
 __all__ = ["FLAGS", "evolution"]
 
@@ -42,7 +43,7 @@ def evolution(inference: xr.Dataset, *, motion: str, truth: xr.DataArray | None 
     figure, axes = style.panels(len(names), columns=2, width=6.2, height=2.5, sharex=True)
     for axis, name in zip(axes, names, strict=True):
         _bands(axis, inference.sel(output=name), name)
-        style.draw_truth(axis, truth, name)
+        draw_truth(axis, truth, name)
         _strips(axis, inference["operation"].values, flags)
         style.label_parameter(axis, name)
     style.label_outer(axes, "operation")
@@ -90,7 +91,7 @@ def _handles(flags: dict[str, np.ndarray], with_truth: bool) -> list:
         style.band_key("95 % interval", style.REFERENCE, 0.22),
     ]
     if with_truth:
-        handles.append(style.truth_key())
+        handles.append(truth_key())
     for flag, flagged in flags.items():
         mark, words = FLAGS[flag]
         if count := int(flagged.sum()):

@@ -40,7 +40,7 @@ def remaining_life(left: xr.Dataset) -> Figure:
     for words, limit in zip(left["words"].values, left["limit"].values, strict=True):
         reached = not known or np.isfinite(left["failure"].sel(limit=limit).item())
         titles.append(str(words) + ("" if reached else " (in truth not reached)"))
-    figure, axes = style.limit_panels(left, titles, "operations left", height=3.3)
+    figure, axes = style.limit_panels(left, titles, "operations left", height=3.3, sharey=False)
     axes[0].xaxis.set_major_formatter("{x:,.0f}")
     axes[0].locator_params(axis="x", nbins=5)
     for axis, limit in zip(axes, left["limit"].values, strict=True):

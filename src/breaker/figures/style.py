@@ -55,9 +55,6 @@ _SOURCES = {
     "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
 }
 _LETTERS = 8.2  # of a title, per inch of its figure
-TRUTH = "truth"  # by which its marks are found
-_TRUTH = {"color": MEASURED, "ls": "", "marker": "o", "mfc": "none", "ms": 4.5, "mew": 0.8}
-_TRUTHS = 24  # marks
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -202,19 +199,6 @@ def band_key(label: str, color: str, alpha: float) -> Patch:
     return Patch(color=color, alpha=alpha, lw=0, label=label)
 
 
-def truth_key() -> Line2D:
-    """Return the mark of :func:`draw_truth` for a legend."""
-    return Line2D([], [], label="truth of the stand-in", **_TRUTH)
-
-
-def draw_truth(axis: Axes, truth: xr.DataArray | None, name: str) -> None:
-    """Draw the true values ``(operation, parameter)`` of a parameter, if there are any."""
-    if truth is not None and name in truth["parameter"].values:
-        values = truth.sel(parameter=name)
-        every = max(1, values.sizes["operation"] // _TRUTHS)
-        axis.plot(values["operation"], values, markevery=every, gid=TRUTH, **_TRUTH)
-
-
 def draw_intervals(
     axis: Axes,
     rows: ArrayLike,
@@ -248,7 +232,13 @@ def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) ->
 
 
 def limit_panels(
-    data: xr.Dataset, titles: Sequence[str], ylabel: str, *, height: float, above: int = 0
+    data: xr.Dataset,
+    titles: Sequence[str],
+    ylabel: str,
+    *,
+    height: float,
+    above: int = 0,
+    sharey: bool = True,
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with one panel per limit of ``data``, over the operations.
 
@@ -258,11 +248,12 @@ def limit_panels(
         ylabel: Label of each y axis.
         height: Height of a panel, inches.
         above: Lines kept free between title and panel.
+        sharey: Whether all panels have the same y axis.
     """
     count = len(titles)
     columns, width = (2, 6.4) if count > 1 else (1, 10.0)
     figure, axes = panels(
-        count, columns=columns, width=width, height=height, sharex=True, sharey=True
+        count, columns=columns, width=width, height=height, sharex=True, sharey=sharey
     )
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
         title = fill(f"{literal(limit)}: {symbolic(words)}", int(width * 10.5))
