@@ -29,10 +29,11 @@ def test_headline_sentences_picture_and_the_last_decision():
     names = ("headline", "wearing", "left", "trust")
     page = xr.Dataset(attrs={name: f"{name} <b> & more" for name in names})
     rows = pd.DataFrame({"operation": [1, 2], "limit": ["", "a < b"], "date": [None, None]})
+    rows["operations_left"] = [None, 310.0]
     read = Read()
     read.feed(opening(page, rows, b"picture"))
     assert read.found["h1"] == ["headline <b> & more"]
     assert read.found["p"] == [f"{name} <b> & more" for name in names[1:]]
     assert read.images == ["data:image/png;base64,cGljdHVyZQ=="]
-    assert read.found["td"] == ["2", "a < b"]  # what is empty is left out
+    assert read.found["td"] == ["2", "a < b", "310"]  # what is empty is left out
     assert not {"b", "script"} & set(read.found)

@@ -42,5 +42,10 @@ def opening(verdict: xr.Dataset, decisions: pd.DataFrame, picture: bytes) -> str
     return (
         f'{_STYLE}<div id="first-page"><h1>{escape(verdict.attrs["headline"])}</h1>{sentences}'
         f'<img alt="The verdict: one row per limit" src="data:image/png;base64,{encoded}">'
-        f"{last.astype(str).to_frame().to_html(border=0)}</div>"
+        f"{last.map(_plain).to_frame().to_html(border=0)}</div>"
     )
+
+
+def _plain(value: object) -> str:
+    """Write a value of a table; whole numbers without a point."""
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
