@@ -20,7 +20,7 @@ from breaker.wear import lives_of
 
 __all__ = ["Observer"]
 
-_RATIOS = 80  # nodes of the ratio
+_NODES, _REACH = 40, 5.0  # of the ratio, and sds to either side of where it is likeliest
 _PER = 1000.0  # operations in the unit of slopes
 
 
@@ -72,33 +72,31 @@ class Observer:
         known = self.operations <= now
         s, seen = (self.operations[known] - now) / _PER, self.seen[known]
         q, r = np.linalg.qr(np.column_stack([np.ones(s.size), s]))
-        changes, kinds, sizes = self._changes(now, told)
+        changes, kinds, scales = self._changes(now, told)
         bends = np.maximum(s[:, None] - (changes - now) / _PER, 0.0)  # (o, c)
         apart = bends - q @ (q.T @ bends)  # what no line explains
-        chosen = self._draw(seen, apart, changes, kinds, sizes, now, len(normals), told)
+        chosen, which, turn = self._draw(seen, apart, changes, kinds, scales, now, len(normals))
         turns = np.zeros((len(normals), len(NAMES)))
-        where = np.arange(len(normals)), kinds[chosen[0]]
-        turns[where] = np.where(chosen[3], sizes[chosen[:3]], 0.0)
+        turns[np.arange(len(normals)), kinds[which]] = turn
         line, part = np.linalg.solve(r, q.T @ seen), np.linalg.solve(r, q.T @ bends)  # at now
         since = np.stack([(now - changes) / _PER, np.ones(len(changes))])
-        mean = line[None] + (since - part).T[chosen[1]][..., None] * turns[:, None]
+        mean = line[None] + (since - part).T[chosen][..., None] * turns[:, None]
         cov = np.kron(np.linalg.inv(r.T @ r), np.linalg.inv(self.weight))
         lines = _with_prior(mean.reshape(len(normals), -1), cov, normals)
         limits = [self.life.limit]
         return lives_of(lines, limits, self.prior, farthest).lives[0]
 
     def _changes(self, now: int, told: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Operations ``(c,)``, parameters ``(k,)`` and sizes ``(k, c, r)`` of possible changes."""
+        """Operations ``(c,)`` and parameters ``(k,)`` of possible changes, size at a ratio of 1."""
         every, n = self.settings["every"], self.settings["operations"]
         first, last = (round(n * share) for share in self.settings["change"])
         changes = np.arange(first, max(first, min(last, now - every)) + 1, every)
-        names = [self.life.changed] if told else list(KINDS)
         changes = np.array([self.life.change]) if told else changes
+        names = [self.life.changed] if told else list(KINDS)
         kinds, signs = np.array([NAMES.index(name) for name in names]), [KINDS[n] for n in names]
-        ratios = np.geomspace(*self.settings["ratio"], _RATIOS)
         errors = np.array([bend_error(int(change), self.settings) for change in changes])
         scale = np.array(signs) / np.sqrt(self.weight.diagonal()[kinds])
-        return changes, kinds, scale[:, None, None] * errors[:, None] * ratios
+        return changes, kinds, scale[:, None] * errors
 
     def _draw(
         self,
@@ -106,26 +104,31 @@ class Observer:
         apart: np.ndarray,
         changes: np.ndarray,
         kinds: np.ndarray,
-        sizes: np.ndarray,
+        scales: np.ndarray,
         now: int,
         count: int,
-        told: bool,
-    ) -> tuple[np.ndarray, ...]:
-        """Draw changes from their posterior: indices into sizes, and whether there is any."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Draw changes from their posterior: which operation and kind, and its size, 0 for none."""
+        precision = self.weight.diagonal()[kinds][:, None] * np.square(apart).sum(axis=0)  # (k, c)
+        precision = np.maximum(precision * np.square(scales), 1e-12)  # of the ratio
+        slope = ((seen @ self.weight).T @ apart)[kinds] * scales
+        lowest, highest = self.settings["ratio"]
+        middle, reach = np.clip(slope / precision, lowest, highest), _REACH / np.sqrt(precision)
+        low, high = np.maximum(middle - reach, lowest), np.minimum(middle + reach, highest)
+        ratio = low[..., None] + (high - low)[..., None] * (np.arange(_NODES) + 0.5) / _NODES
+        log_weight = slope[..., None] * ratio - precision[..., None] * np.square(ratio) / 2
+        log_weight += np.log((high - low) / _NODES / np.log(highest / lowest))[..., None]
+        log_weight -= np.log(ratio) + np.log(len(kinds))
         n, (first, last) = self.settings["operations"], self.settings["change"]
-        precision = self.weight.diagonal()[kinds][:, None, None] * np.square(apart).sum(0)[:, None]
-        slope = ((seen @ self.weight).T @ apart)[kinds][..., None]
-        log_weight = slope * sizes - precision * np.square(sizes) / 2
-        each = self.settings["every"] / (n * (last - first)) / sizes.shape[0] / sizes.shape[2]
-        passed = (now - n * first) / (n * (last - first))
-        none = 0.0 if told else np.clip(1.0 - passed, 1e-12, 1.0)
-        with np.errstate(divide="ignore"):
-            every = np.append(log_weight.ravel() + np.log(each), np.log(none))
+        log_weight += np.log(self.settings["every"] / (n * (last - first)))
+        passed = np.clip((now / n - first) / (last - first), 0.0, 1.0 - 1e-9)
+        none = -np.inf if changes.size == 1 else np.log1p(-passed)
+        every = np.append(log_weight.ravel(), none)
         ladder = np.cumsum(np.exp(every - every.max()))
         at = np.searchsorted(ladder / ladder[-1], (np.arange(count) + 0.5) / count)
-        at = np.minimum(at, every.size - 1)
-        inside = np.unravel_index(np.minimum(at, every.size - 2), sizes.shape)
-        return *inside, at < every.size - 1
+        kind, change, node = np.unravel_index(np.minimum(at, every.size - 2), ratio.shape)
+        size = ratio[kind, change, node] * scales[kind, change]
+        return change, kind, np.where(at < every.size - 1, size, 0.0)
 
 
 def _with_prior(mean: np.ndarray, cov: np.ndarray, normals: np.ndarray) -> np.ndarray:
