@@ -10,6 +10,8 @@ from breaker.model.randomness import generator
 from tests.figures.drawn import assert_nothing_overlaps, words
 from tests.figures.test_operations import BOUNDS
 
+IDEAL = np.array([[0.88, 0.9, 0.91, 0.9, 0.92], [0.9] * 5, [0.65] * 5, [0.4] * 5])
+
 
 def scores_data(lives=200, methods=("model", "closing time", "CUSUM", "EWMA")):
     rng = generator(33, "test", "scores")
@@ -37,9 +39,12 @@ def scores_data(lives=200, methods=("model", "closing time", "CUSUM", "EWMA")):
             "coverage": ("fraction", hits / 200),
             "coverage_interval": (("fraction", "bound"), np.transpose(interval)),
             "alpha_lambda": ("fraction", [0.41, 0.58, 0.74, 0.83, 0.9]),
-            "crps": ("fraction", [0.34, 0.21, 0.13, 0.1, 0.08]),
+            "width": ("fraction", [1.1, 0.31, 0.23, 0.28, 0.52]),
+            "ideal_coverage": (("observer", "fraction"), IDEAL[:2]),
+            "ideal_width": (("observer", "fraction"), IDEAL[2:]),
         },
-        {"method": list(methods), "fraction": fraction, "bound": BOUNDS},
+        {"method": list(methods), "fraction": fraction, "bound": BOUNDS}
+        | {"observer": ["an ideal observer", "one that is told"]},
     )
 
 
@@ -53,7 +58,7 @@ def test_prognostics_shows_the_scores(lives, methods):
     assert_nothing_overlaps(figure)
     assert figure.get_suptitle().endswith(f"{lives} simulated lives")
     assert [name for name in methods if name not in words(figure)] == []
-    delays, found, coverage, accuracy, crps = figure.axes
+    delays, found, coverage, accuracy, width = figure.axes
     for i in range(len(methods)):
         delay = 100 * data.delay.values[:, i]
         points, medians = delays.lines[2 * i : 2 * i + 2]
@@ -72,13 +77,17 @@ def test_prognostics_shows_the_scores(lives, methods):
     assert labels == ["below 2", "2 to 3", "3 to 5", "5 to 8", "from 8"]
     targets = [(box.x0, box.x1, box.y0) for box in (each.get_bbox() for each in found.patches)]
     assert np.allclose(targets, [(0.6, 0.8, 90), (0.8, 1.0, 90)])  # from a ratio of 5 on
-    np.testing.assert_allclose(coverage.lines[-1].get_ydata(), 100 * data.coverage)
+    np.testing.assert_allclose(coverage.lines[1].get_ydata(), 100 * data.coverage)
     bars = np.array(coverage.collections[-1].get_segments())
     np.testing.assert_allclose(bars[..., 1], 100 * data.coverage_interval)
     band = coverage.patches[0].get_bbox()
     assert (band.y0, band.y1) == (85, 95)
     np.testing.assert_allclose(accuracy.lines[0].get_ydata(), 100 * data.alpha_lambda)
-    np.testing.assert_allclose(crps.lines[0].get_ydata(), data.crps)
+    np.testing.assert_allclose(width.lines[0].get_ydata(), data.width)
+    for axis, values in ((coverage, 100 * data.ideal_coverage), (width, data.ideal_width)):
+        beside = [line.get_ydata() for line in axis.lines[-2:]]
+        np.testing.assert_allclose(beside, values)
+    assert "of an ideal observer" in words(figure)
 
 
 def test_poor_coverage_stays_in_sight_and_methods_have_markers():

@@ -21,6 +21,7 @@ _METHODS = (
     ("P", "#B5A300"),
     ("X", "#5B7FB8"),
 )
+_IDEAL = (("s", style.AMORTISED), ("^", style.REFERENCE))  # marker and colour of the observers
 _FOUND = 3.0  # percent of life within which a change counts as found,
 _SHARE = 90.0  # percent of the lives in which it is to be,
 _CLEAR = 5.0  # from this ratio on
@@ -39,9 +40,10 @@ def prognostics(scores: xr.Dataset) -> Figure:
             share of life from change to alarm, nan where missed; ``found (bin, method)``: share of
             lives found within 3 % of life, with ``bin_lower`` and ``bin_upper`` ``(bin)`` of the
             ratio; ``coverage (fraction)`` of 90 % intervals and ``coverage_interval (fraction,
-            bound)``, ``alpha_lambda (fraction)`` accuracy and ``crps (fraction)``, median of the
-            relative CRPS; coordinates ``method``, the model first, and ``fraction`` of the life
-            after the change.
+            bound)``, their median ``width (fraction)`` over the truth, ``ideal_coverage`` and
+            ``ideal_width (observer, fraction)`` of ideal observers, ``alpha_lambda (fraction)``
+            accuracy; coordinates ``method``, the model first, ``observer``, two of them, and
+            ``fraction`` of the life after the change.
 
     Raises:
         ValueError: If there are more methods than markers.
@@ -54,17 +56,20 @@ def prognostics(scores: xr.Dataset) -> Figure:
     _delays(figure.add_subplot(grid[:2, 0]), scores)
     _found(figure.add_subplot(grid[:2, 1]), scores)
     _coverage(figure.add_subplot(grid[2:, 0]), scores)
-    accuracy, crps = (figure.add_subplot(grid[i, 1]) for i in (2, 3))
-    _over_life(accuracy, scores, 100 * scores["alpha_lambda"], "α-λ accuracy (%)", 100.0)
-    _over_life(crps, scores, scores["crps"], "CRPS / truth, median", None)
-    accuracy.set_title("(d) remaining life: accuracy", loc="left")
-    accuracy.set_xlabel("")
+    accuracy, width = (figure.add_subplot(grid[i, 1]) for i in (2, 3))
+    _over_life(accuracy, scores, 100 * scores["alpha_lambda"], "α-λ accuracy (%)")
+    accuracy.set(ylim=(0.0, 104.0), xlabel="")
+    accuracy.set_title("(d) remaining life: accuracy and width", loc="left")
     accuracy.tick_params(labelbottom=False)
+    _over_life(width, scores, scores["width"], "interval / truth, median")
+    _observers(width, scores["fraction"], scores["ideal_width"])
+    width.set_ylim(bottom=0.0)
     lives = scores.sizes["life"]
     figure.suptitle(
         f"Prognostics: changes and remaining life against the truth\n{lives} simulated lives"
     )
-    style.legend_below(figure, _handles(methods), columns=4)
+    observers = [str(name) for name in scores["observer"].values]
+    style.legend_below(figure, _handles(methods, observers), columns=4)
     return figure
 
 
@@ -145,21 +150,25 @@ def _coverage(axis: Axes, scores: xr.Dataset) -> None:
     axis.axhline(_NOMINAL, color=style.REFERENCE, lw=0.9, ls="--")
     axis.vlines(at, low, high, color=style.CORRECTED, lw=2, alpha=0.6)
     axis.plot(at, covered, "o-", color=style.CORRECTED, ms=8, mec="white")
-    axis.set(xlim=(0, 100), ylim=(np.nanmin(low, initial=75.0) - 3.0, 101.0))
-    axis.set(xlabel="life after the change (%)", ylabel="truth inside (%)")
+    _observers(axis, scores["fraction"], 100 * scores["ideal_coverage"])
+    lowest = min(np.nanmin(low, initial=75.0), 100 * float(scores["ideal_coverage"].min()))
+    axis.set(xlim=(0, 100), ylim=(lowest - 3.0, 101.0))
+    axis.set(xlabel="way from change to failure (%)", ylabel="truth inside (%)")
     axis.set_title("(c) remaining life: coverage of the 90 % interval", loc="left")
 
 
-def _over_life(
-    axis: Axes, scores: xr.Dataset, values: xr.DataArray, words: str, top: float | None
-) -> None:
+def _over_life(axis: Axes, scores: xr.Dataset, values: xr.DataArray, words: str) -> None:
     axis.plot(100 * scores["fraction"], values, "o-", color=style.CORRECTED, ms=8, mec="white")
-    highest = top if top is not None else max(0.1, 1.15 * float(values.max()))
-    axis.set(xlim=(0, 100), ylim=(0.0, 1.04 * highest), ylabel=words)
-    axis.set_xlabel("life after the change (%)")
+    axis.set(xlim=(0, 100), xlabel="way from change to failure (%)", ylabel=words)
 
 
-def _handles(methods: list[str]) -> list:
+def _observers(axis: Axes, fraction: xr.DataArray, values: xr.DataArray) -> None:
+    """Draw what ideal observers reach, ``(observer, fraction)``, beside the model."""
+    for (marker, mark), each in zip(_IDEAL, values.values, strict=True):
+        axis.plot(100 * fraction, each, marker, color=mark, mfc="none", ms=7, ls=":", lw=1.0)
+
+
+def _handles(methods: list[str], observers: list[str]) -> list:
     look = {"lw": 1.6, "ms": 8, "mec": "white"}
     handles = [
         style.line_key(name, mark, marker=marker, **look)
@@ -170,4 +179,8 @@ def _handles(methods: list[str]) -> list:
         Patch(**_TARGET, label="target"),
         style.line_key(f"{_FOUND:g} % of life; nominal coverage", ls="--", lw=0.9),
         style.line_key("remaining life", style.CORRECTED, marker="o", ms=8, mec="white"),
+        *(
+            style.line_key(f"of {name}", mark, ":", marker=marker, ms=7, mfc="none", lw=1.0)
+            for name, (marker, mark) in zip(observers, _IDEAL, strict=True)
+        ),
     ]
