@@ -73,7 +73,7 @@ def life(
     )
 
 
-WIDER = [1.0, 1.2, 4.0]
+WIDER = [1.0, 1.15, 4.0]
 
 
 def together(rows):

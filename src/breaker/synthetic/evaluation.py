@@ -28,6 +28,7 @@ LEVELS = (0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 0.99, 0.999, 0.9999)
 
 _SHARE = 0.7  # of the way, where raw times are taken
 _BLOCK = 50  # records that are inferred together
+_SEEDS = 100_000  # lives of one seed, at most
 
 
 def follow_lives(
@@ -65,7 +66,9 @@ def follow_lives(
     for number in tqdm(numbers, desc="following lives", mininterval=5, unit="life"):
         life = simulate_life(models, lives, seed, number)
         series = _observe(posteriors, life, lives, seed, number)
-        follower = Follower.from_settings(models, [life.limit], wear_model, seed)
+        # Draws of its own, as every drive has that is followed with a seed of its own.
+        own = seed * _SEEDS + number
+        follower = Follower.from_settings(models, [life.limit], wear_model, own)
         one = _follow(follower, life, series, models, widenings)
         rng = generator(seed, "observer of a life", number)
         observer = Observer.of(models, life, lives, rng)

@@ -90,22 +90,12 @@ class RigLife:
         new, worn = np.array(self.new.theta), np.array(self.worn.theta)
         return new + self.share(operations)[:, None] * (worn - new)
 
-    def scattered(self, names: Sequence[str]) -> np.ndarray:
-        """Return the parameters of every operation, scatter included, ``(n, p)``."""
-        theta = self.theta(np.arange(1, len(self.noise) + 1))
-        for column, name in enumerate(sorted(names)):
-            if name in NAMES and self.new.value(name) != self.worn.value(name):
-                theta[:, NAMES.index(name)] *= 1.0 + self.noise[:, column]
-        return theta
-
-    def limit(
-        self, names: Sequence[str], scatter: float, rng: np.random.Generator
-    ) -> tuple[Limit, int] | None:
-        """Choose a limit that the rig reaches at the end of its life, and when it first does.
+    def limit(self, scatter: float, rng: np.random.Generator) -> tuple[Limit, int] | None:
+        """Choose a limit that the rig reaches at the end of its life, and when its level does.
 
         On a parameter or quantity whose way after the change is well beyond its scatter, at its
-        true value at the end of life. None where there is no such one, or where scatter takes it
-        beyond before it has come a tenth of the way.
+        true value at the end of life. None where there is no such one, or where it is beyond before
+        it has come a tenth of the way.
         """
         candidates = []
         ends = self.theta(np.array([self.change, self.operations]))
@@ -121,7 +111,7 @@ class RigLife:
             return None
         motion, quantity, begin, end = candidates[rng.integers(len(candidates))]
         limit = Limit("end_of_life", motion, ((quantity, float(end), bool(end > begin)),))
-        over = limit.exceeded(evaluate([quantity], self.scattered(names), motion))
+        over = limit.exceeded(limit.evaluate(self.theta(np.arange(1, len(self.noise) + 1))))
         first = int(np.argmax(over)) + 1
         enough = over.any() and first > self.change + 0.1 * (self.operations - self.change)
         return (limit, first) if enough else None
@@ -157,7 +147,7 @@ def judge_lives(
         rng = generator(judged["seed"], "judged life", name, int(number))
         life = RigLife.draw(family, judged, rng)
         worn = family.settings["wear"]["change"]
-        limit = life.limit(worn, judged["scatter"], rng)
+        limit = life.limit(judged["scatter"], rng)
         operations = np.arange(judged["every"], life.operations + 1, judged["every"])
         drives = [life.condition(operation, worn) for operation in operations]
         records = {
