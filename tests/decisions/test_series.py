@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.decisions.series import join, remaining
+from breaker.mechanism.limits import Limit
 from breaker.mechanism.parameters import MOTIONS
 from tests.decisions.made_up import LIMITS, NUMBERS, PARTS, trend_of
 
@@ -38,3 +39,21 @@ def test_remaining_is_read_from_the_source_of_each_limit():
     assert set(left.source.values.tolist()) == {"both"}
     assert left.attrs["source"] == "both"
     assert left.remaining.sel(operation=4, limit="wide").values.tolist() == [1, 1, 1]
+
+
+def test_a_limit_on_what_records_show_is_read_from_their_own_trend():
+    """Of other operations, and without parameters; beside limits of the model."""
+    late = Limit("late", "closing", (("travel_time", 9.6, True),), of="record")
+    shown = ["remaining", "toward", "beyond", "value"]
+    record = trend_of(["closing"], NUMBERS[1:], remaining={"slow": [1, 2, 3]})[shown]
+    record = record.sel(limit=["slow"]).isel(part=[0]).assign_coords(limit=["late"])
+    record["part_limit"][:], record["part_quantity"] = "late", ("part", ["travel_time"])
+    left = remaining(
+        {"both": trend_of(MOTIONS, NUMBERS), "record": record}, [*LIMITS, late], NUMBERS
+    )
+    assert left.of.values.tolist() == ["model"] * 3 + ["record"]
+    assert left.source.values.tolist() == ["both"] * 3 + ["record"]
+    assert left.attrs["source"] == "both"
+    assert left.part_unit.values.tolist() == ["ms", "ms", "mm/ms²", "mm", "ms"]
+    assert left.remaining.sel(limit="late", operation=2).values.tolist() == [1, 2, 3]
+    assert np.isnan(left.beyond.sel(limit="late", operation=1))
