@@ -127,7 +127,7 @@ def test_intervals_are_honest(wear):
         rng = generator(seed, "test", "measured lines")
         slope, sd = rng.uniform(0.001, 0.004), rng.uniform(0.02, 0.06)
         values, level = worn(50, slope, sd=sd, seed=seed)
-        values = values + 0.7 * 0.5 * sd * rng.standard_normal()  # what all records share
+        values = values + 0.5 * sd * rng.standard_normal()  # what all records share
         limit = replace(SLOW, parts=(("travel_time", level[-1] + 60 * slope, True),))
         still = wear | {"bend": 0.0, "operations_between_changes": np.inf}
         last = follow_measured({"closing": records(values, 0.5 * sd)}, [limit], still, seed)

@@ -31,7 +31,7 @@ from breaker.wear.rows import QUANTILES, limit_coords
 __all__ = ["follow_measured"]
 
 _SHARE = 0.1  # prior sd of a level, units of its quantity
-_SHARED = 0.7  # sds of one record's error, that of reading which all records of a drive share
+_SHARED = 1.0  # sds of one record's error, that of reading which all records of a drive share
 _SPREADS = 100.0  # of the first values, least unit
 _NORMAL = 1.4826  # sd of a normal over the median of its distances from its median
 _LEAST = 1e-6  # units, least error of a value
@@ -204,7 +204,7 @@ def _measure_of(values: np.ndarray, sds: np.ndarray, count: int) -> tuple[float,
 
     >>> values, sds = np.array([9.0, np.nan, 9.2, 9.1]), np.full(4, 0.1)
     >>> tuple(round(each, 3) for each in _measure_of(values, sds, 100))
-    (9.1, 14.826, 0.07)
+    (9.1, 14.826, 0.1)
     """
     first = np.flatnonzero(np.isfinite(values))[:count]
     if not first.size:
