@@ -72,6 +72,7 @@ rule lives:
     """Change points and remaining life on simulated lives, outside of `all`."""
     input:
         "figures/prognostics.png",
+        "figures/detectors.png",
 
 
 rule widening:

@@ -9,7 +9,7 @@ from scipy.stats import t as student
 
 from breaker.model.randomness import generator
 from breaker.synthetic import control_charts
-from breaker.synthetic.control_charts import KINDS, chart, mewma, slope_test
+from breaker.synthetic.control_charts import KINDS, chart, directed, mewma, slope_test
 from breaker.synthetic.watching import Watch, level_for
 
 NEVER = np.inf  # a level
@@ -334,6 +334,28 @@ def test_what_is_seen_does_not_depend_on_scale_or_order(name):
         position, values + np.outer(position, [0.4, 0.0, -1.0, 2.0])
     )  # and not on wear
     np.testing.assert_allclose(sloped, expected, rtol=1e-6)
+
+
+def test_directed_residuals_are_what_the_others_do_not_explain():
+    """Regression of each on the others over a long warm-up, and an sd of 1 in 20 values of each of
+    200 series: 4,000 of each, bounds of 4 standard errors, for four a false alarm below 1e-3."""
+    rng = generator(4, "test", "directed")
+    values = together(420, rng)
+    position = np.arange(420) * 1.0
+    found = directed(position, values, warm_up=400)
+    assert np.isnan(found[:400]).all()
+    residual, _, _ = control_charts._learnt(position, values, 400)
+    early, last = residual[2:419], residual[419]
+    for k in range(4):
+        others = np.delete(np.arange(4), k)
+        shared = np.linalg.lstsq(early[:, others], early[:, k])[0]
+        left = early[:, k] - early[:, others] @ shared
+        expected = (last[k] - last[others] @ shared) / np.sqrt(left @ left / 417)
+        assert found[419, k] == pytest.approx(expected, rel=1e-6)
+    many = np.concatenate(
+        [directed(position, together(420, rng), warm_up=400)[400:] for _ in range(200)]
+    )
+    assert np.all(np.abs(many.std(axis=0) - 1) < 4 / np.sqrt(2 * 4000) + 0.01)
 
 
 @pytest.mark.parametrize("name", DETECTORS)

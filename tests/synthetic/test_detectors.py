@@ -6,7 +6,7 @@ import xarray as xr
 
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
-from breaker.synthetic.detectors import RATES, compare, score_alarms, watched
+from breaker.synthetic.detectors import RATES, compare_detectors, score_alarms, watched
 
 EVERY, SETTLE, LEVELS = 5, 30, (0.5, 0.9)
 
@@ -40,7 +40,9 @@ def together(rows):
 @pytest.fixture(scope="module")
 def compared():
     lives = [life(k, bend=1.0 * (k % 3 > 0), ratio=(2, 4, 9)[k % 3]) for k in range(12)]
-    return compare(together([*lives, life(12, bend=1.0, failure=700, ratio=30)]), settle=SETTLE)
+    return compare_detectors(
+        together([*lives, life(12, bend=1.0, failure=700, ratio=30)]), settle=SETTLE
+    )
 
 
 def test_every_detector_at_every_rate(compared):

@@ -33,6 +33,7 @@ FIGURES = (
     "changepoint",
     "remaining_life",
     "prognostics",
+    "detectors",
     "judged",
 )
 PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))

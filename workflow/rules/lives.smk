@@ -51,7 +51,7 @@ rule calibrate_lives:
 
 
 rule score_lives:
-    """Delays, false alarms, coverage and accuracy over all lives, beside raw times."""
+    """Delays, false alarms, coverage and accuracy over all lives, beside other detectors."""
     input:
         lives=lives_of_seed,
     output:
@@ -62,6 +62,7 @@ rule score_lives:
             "table of scores",
             "prognostics_table",
         ),
+        detectors="results/lives/detectors_seed{seed}.csv",
     log:
         "logs/score_lives/seed{seed}.log",
     params:
@@ -77,4 +78,14 @@ figure(
     "7 Simulated lives",
     of="",
     scores=f"results/lives/scores_seed{config['lives']['seed']}.zarr",
+)
+
+
+# What else could notice a change, and how early at how many false alarms.
+figure(
+    "detectors",
+    "7 Simulated lives",
+    of="",
+    params={"lives": config["lives"]["lives"], "alarm_level": config["wear_model"]["alarm_level"]},
+    detectors=f"results/lives/detectors_seed{config['lives']['seed']}.csv",
 )

@@ -1,9 +1,9 @@
-"""Score all lives of a seed."""
+"""Score all lives of a seed, and compare detectors on them."""
 
 import xarray as xr
 
 from breaker.stores import describe, open_store, save
-from breaker.synthetic import score
+from breaker.synthetic import compare_detectors, score
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -14,3 +14,5 @@ scores, table = score(lives, toward=params.toward, settle=params.settle)
 log.info("\n%s", table.to_string(index=False))
 save(describe(scores, "scores of simulated lives"), snakemake.output.scores)
 table.to_csv(snakemake.output.table, index=False, float_format="%.4g")
+detectors = compare_detectors(lives, settle=params.settle)
+detectors.to_csv(snakemake.output.detectors, index=False, float_format="%.6g")

@@ -12,7 +12,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "calibration": ["WIDENINGS", "calibrate"],
+        "control_charts": ["directed"],
         "costs": ["contraction_by_error"],
+        "detectors": ["compare_detectors", "of_records", "score_alarms"],
         "dialects": ["ANGLES", "DIALECTS", "Dialect"],
         "drive": ["Drive", "Elements", "Stop"],
         "evaluation": ["follow_lives"],
@@ -29,5 +31,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "round_trip": ["through_files"],
         "scores": ["score"],
         "truth": ["truth_of"],
+        "watching": ["Watch"],
     },
 )

@@ -22,7 +22,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import lfilter
 
-__all__ = ["KINDS", "chart", "mewma", "slope_test"]
+__all__ = ["KINDS", "chart", "directed", "mewma", "slope_test"]
 
 KINDS = ("threshold", "cusum", "ewma")
 _SLACK = 0.5  # of the cusum, sd
@@ -137,6 +137,23 @@ def _ratio(
         parts.append(np.einsum("ni,ni->n", own, _solved(block, own)))
     left = np.maximum(total - np.max(parts, axis=0), 0.0)
     return 0.5 * (degrees - bend.shape[1] + 1) * np.log((degrees + total) / (degrees + left))
+
+
+def directed(position: np.ndarray, values: np.ndarray, *, warm_up: int) -> np.ndarray:
+    """Return the residual of each series given all others of that value, in its sd, ``(n, q)``.
+
+    What is left of the noise of one series where the others share it: the form in which a change
+    of that series alone shows best to a detector that watches one series. NaN in the warm-up.
+
+    Args:
+        position, values, warm_up: As of ``mewma``.
+    """
+    residual, covariance, known = _learnt(position, values, warm_up)
+    result = np.full(values.shape, np.nan)
+    precision = np.linalg.inv(covariance[known])
+    sd = np.sqrt(np.einsum("nii->ni", precision))
+    result[known] = np.einsum("nij,nj->ni", precision, residual[known]) / sd
+    return result
 
 
 # ---- residuals -------------------------------------------------------------------------------

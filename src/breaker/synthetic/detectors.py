@@ -23,7 +23,7 @@ from breaker.synthetic.watching import Detector, Watch, level_for
 __all__ = [
     "RATES",
     "Watches",
-    "compare",
+    "compare_detectors",
     "of_records",
     "raw_time_charts",
     "score_alarms",
@@ -43,7 +43,7 @@ Opponents = dict[str, tuple[list[np.ndarray], Detector]]
 """Series of each life and what watches them, by the name of the detector."""
 
 
-def compare(lives: xr.Dataset, *, settle: int) -> pd.DataFrame:
+def compare_detectors(lives: xr.Dataset, *, settle: int) -> pd.DataFrame:
     """Score the model and other detectors at many levels on what ``follow_lives`` returns.
 
     Args:
