@@ -200,6 +200,8 @@ def test_alarm_that_goes_off_and_on_again():
     figure = health(data)
     assert boxes(figure.axes[0], style.WARNING) == [(3.5, 5.5), (20.5, 21.5)]
     assert "from closing" in written(figure.axes[0])
+    data["source"] = ("limit", ["record"])
+    assert "as measured" in written(health(data).axes[0])
 
 
 def starts_drawn(axis):

@@ -10,6 +10,7 @@ from breaker.figures import style
 __all__ = ["health"]
 
 _MARGINAL = "#EBC48A"
+_SOURCES = {"both": "from both motions", "record": "as measured"}
 _FOOT = -0.05  # where unusable operations are ticked, on the axis of probability
 _QUARTERS = (0.25, 0.75)  # something happens where a probability crosses one of these
 _BEFORE = 0.5  # operations shown before that, share of those after it,
@@ -92,7 +93,7 @@ def _exceeded(axis: Axes, one: xr.Dataset, levels: dict) -> None:
     told = f"exceeded since {since:,.0f}" if known else "not exceeded"
     colour, weight = (style.WARNING, "bold") if known else (style.REFERENCE, "normal")
     axis.annotate(told, (0.0, 1.0), color=colour, weight=weight, **above)
-    words = "from both motions" if source == "both" else f"from {source}"
+    words = _SOURCES.get(source, f"from {source}")
     axis.annotate(words, (1.0, 1.0), ha="right", color=style.REFERENCE, **above)
 
 
