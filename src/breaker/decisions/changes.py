@@ -21,8 +21,7 @@ __all__ = [
 ]
 
 _SETTLED = 100  # operations after its alarm at which a change is described
-_SURE = 0.95  # probability from which a parameter is named,
-_LIKELY = 0.5  # or a jump of everything,
+_SURE = 0.95  # probability from which a parameter is named, or a jump of everything,
 _MOST = 3  # and parameters that are named where it may be any of them
 _HALF = 1.6449  # sds of a normal in half its 90 % interval
 _LEAST = 1e-9  # least sd of a slope
@@ -96,7 +95,7 @@ def with_changes(trend: xr.Dataset) -> xr.Dataset:
     moved = np.array([_moved(trend, *each) for each in zip(low, last, strict=True)])
     moved = moved.reshape(-1, trend.sizes["parameter"])
     groups = same_bend(intervals)
-    best = [narrowest(intervals, group) for group in groups]
+    best = [group[-1] for group in groups]  # that has seen most
     moved = np.array([moved[group].max(axis=0) for group in groups]).reshape(-1, moved.shape[1])
     return trend.assign(
         change_alarm=("change", trend.operation.values[[alarms[group[0]] for group in groups]]),
@@ -111,7 +110,7 @@ def with_changes(trend: xr.Dataset) -> xr.Dataset:
 def same_bend(intervals: np.ndarray) -> list[list[int]]:
     """Group notices that may be of the same bend, by number, in the order of their first ones.
 
-    They are if the 90 % interval of the one's beginning overlaps the narrowest one of the others.
+    They are if the 90 % interval of the one's beginning overlaps that of the last one before.
 
     >>> same_bend(np.array([[10.0, 40.0], [30.0, 35.0], [90.0, 95.0], [36.0, 50.0]]))
     [[0, 1], [2], [3]]
@@ -122,18 +121,13 @@ def same_bend(intervals: np.ndarray) -> list[list[int]]:
     groups = []
     for i, (low, high) in enumerate(intervals):
         for group in groups:
-            lowest, highest = intervals[narrowest(intervals, group)]
+            lowest, highest = intervals[group[-1]]
             if low <= highest and lowest <= high:
                 group.append(i)
                 break
         else:
             groups.append([i])
     return groups
-
-
-def narrowest(intervals: np.ndarray, group: Sequence[int]) -> int:
-    """Return which of a group of intervals ``(n, 2)`` is the narrowest, the first of equals."""
-    return min(group, key=lambda i: intervals[i, 1] - intervals[i, 0])
 
 
 def _moved(trend: xr.Dataset, start: float, last: int) -> np.ndarray:
@@ -164,7 +158,7 @@ def named(moved: np.ndarray, kinds: np.ndarray) -> str:
         moved: Probability of each parameter, ``(p,)``.
         kinds: Probability of each kind of change, ``(kind,)``.
     """
-    if kinds[-1] > _LIKELY:
+    if kinds[-1] >= _SURE:
         return "all levels, as in a repair"
     sure = [name for name, each in zip(NAMES, moved, strict=True) if each >= _SURE]
     order = np.argsort(-kinds[: len(NAMES)], kind="stable")[:_MOST]
@@ -190,8 +184,7 @@ def changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[st
     intervals = np.array([each.interval for each in notices]).reshape(-1, 2)
     noted = {int(operation): [] for operation in operations}
     for group in same_bend(intervals):
-        best = notices[narrowest(intervals, [i for i in group if not notices[i].step] or group)]
-        noted[notices[group[0]].noticed].append(_told([notices[i] for i in group], best))
+        noted[notices[group[0]].noticed].append(_told([notices[i] for i in group]))
     for trend in trends.values():
         for number, words in zip(trend.operation.values, trend.event.values, strict=True):
             if words and words not in noted[int(number)]:  # of trends apart the same
@@ -225,12 +218,13 @@ def _notices(source: str, trend: xr.Dataset) -> Iterator[_Notice]:
         yield _Notice(int(one.jump_noticed), interval, source, one.jump_words.item())
 
 
-def _told(group: Sequence[_Notice], best: _Notice) -> str:
-    """Describe what was noticed of one bend, with the beginning of the best of its notices."""
+def _told(group: Sequence[_Notice]) -> str:
+    """Describe what was noticed of one bend, with its beginning as the best source knows it."""
     steps = ", ".join(each.step for each in group if each.step)
     bends = [each for each in group if not each.step]
     if not bends:
         return steps
+    best = min(bends, key=lambda each: each.interval[1] - each.interval[0])
     if not np.isfinite(best.start):
         return f"{best.source}: a change that later ones took back"
     name = named(np.max([each.moved for each in bends], axis=0), best.kinds)
