@@ -16,7 +16,7 @@ from breaker.posterior import Posterior
 from breaker.records import raw_time
 from breaker.synthetic.ideal import Observer
 from breaker.synthetic.lives import Life, simulate_life
-from breaker.wear import Follower, Series, State, remaining_life
+from breaker.wear import Follower, Series, State, confirmed, remaining_life
 
 __all__ = ["FRACTIONS", "LEVELS", "follow_lives"]
 
@@ -113,9 +113,9 @@ def _follow(
     state, found, lives, covered = follower.begin(series), [], {}, {}
     since, alarm_at = np.full(len(LEVELS), state.since), []
     for i in range(len(series.operations)):
-        state, row, left = follower.step(state, series, i, usable)
+        before, (state, row, left) = state, follower.step(state, series, i, usable)
         found.append(row)
-        alarm_at.append(_would_raise(follower, state, since))
+        alarm_at.append(_would_raise(follower, before, state, since))
         if i in at:
             lives[i] = left.lives[0]
             covered[i] = [_covers(follower, state, life, each) for each in widenings]
@@ -155,10 +155,14 @@ def _follow(
     )
 
 
-def _would_raise(follower: Follower, state: State, since: np.ndarray) -> np.ndarray:
+def _would_raise(follower: Follower, before: State, state: State, since: np.ndarray) -> np.ndarray:
     """Say at which levels an alarm is raised, and note it in ``since``, the last one of each."""
-    changed = np.array([state.hypotheses.began_after(each) for each in since])
-    raised = (changed >= LEVELS) & (state.seen >= follower.settings["settle"])
+    changed = np.array([confirmed(before.hypotheses, state.hypotheses, each) for each in since])
+    raised = (
+        (state.seen > before.seen)
+        & (changed >= LEVELS)
+        & (state.seen >= follower.settings["settle"])
+    )
     since[raised] = state.hypotheses.operation
     return raised
 

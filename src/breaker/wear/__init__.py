@@ -10,6 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "events": ["Event"],
+        "hypotheses": ["confirmed"],
         "learned": ["Learned", "by_phase", "phases"],
         "lifetime": ["lives_of", "quantiles_of", "remaining_life"],
         "measured": ["follow_measured"],

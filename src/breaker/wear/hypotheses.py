@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-__all__ = ["FIRST", "Hypotheses", "merged"]
+__all__ = ["FIRST", "Hypotheses", "confirmed", "merged"]
 
 FIRST = -1
 """Kind of a segment that no change began: the first, or the first after a known event."""
@@ -66,6 +66,14 @@ class Hypotheses:
     def began_after(self, operation: float) -> float:
         """Return the probability that the segment began after an operation."""
         return float(self.weight[self.start > operation].sum())
+
+
+def confirmed(before: Hypotheses, after: Hypotheses, since: float) -> float:
+    """Probability that the segment began after ``since``: what the last two operations agree on.
+
+    The smaller of the probabilities before and after an operation, so that no single one is enough.
+    """
+    return min(before.began_after(since), after.began_after(since))
 
 
 def merged(weight: np.ndarray, mean: np.ndarray, cov: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

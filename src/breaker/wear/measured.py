@@ -25,6 +25,7 @@ from breaker.mechanism import Limit
 from breaker.model import generator
 from breaker.wear.changepoint import PER, Tracker
 from breaker.wear.events import Event, started_anew
+from breaker.wear.hypotheses import confirmed
 from breaker.wear.lifetime import Horizon, Remaining, draw_lines
 from breaker.wear.rows import QUANTILES, limit_coords
 
@@ -174,11 +175,11 @@ def _followed(
     hypotheses, since, seen = tracker.begin(int(operations[0])), int(operations[0]), 0
     found = _nothing(len(operations))
     for i, operation in enumerate(operations.tolist()):
-        hypotheses = tracker.predict(hypotheses, operation)
+        before, hypotheses = hypotheses, tracker.predict(hypotheses, operation)
         if seen and (event := events.get(operation, Event(""))).renews:
             which = [0] if event.parameters else []
             hypotheses, since = started_anew(tracker, hypotheses, which, jump=1.0), operation
-        if np.isfinite(values[i]):
+        if learns := np.isfinite(values[i]):
             seen += 1
             error = max(sds[i], _LEAST * unit) / scale
             place = np.array([(values[i] - centre) / scale])
@@ -193,8 +194,8 @@ def _followed(
         found.lines[i] = origin + back * draw_lines(hypotheses, horizon)[order] + off
         found.level[i], found.slope[i] = centre + scale * ends[0], scale * ends[1]
         found.scatter[i] = unit * tracker.scatters[hypotheses.scatter] @ hypotheses.weight
-        changed = found.change_probability[i] = hypotheses.began_after(since)
-        if seen >= settings["settle"] and changed >= settings["alarm_level"]:
+        changed = found.change_probability[i] = confirmed(before, hypotheses, since)
+        if learns and seen >= settings["settle"] and changed >= settings["alarm_level"]:
             found.alarm[i], since = True, operation
     return found
 

@@ -25,7 +25,7 @@ from breaker.wear import rows
 from breaker.wear.changepoint import Tracker
 from breaker.wear.difference import Difference
 from breaker.wear.events import after_event
-from breaker.wear.hypotheses import Hypotheses
+from breaker.wear.hypotheses import Hypotheses, confirmed
 from breaker.wear.learned import PHASES, Learned
 from breaker.wear.lifetime import Horizon, Remaining, remaining_life
 from breaker.wear.reference import find_reference, onset_of
@@ -167,7 +167,7 @@ class Follower:
             The state after it, its row of results and the remaining lives.
         """
         operation, p = int(series.operations[i]), len(NAMES)
-        state, felt = self._predict(state, series, i)
+        before, (state, felt) = state.hypotheses, self._predict(state, series, i)
         hypotheses = felt.at_it(state.hypotheses)
         level, cov = hypotheses.level()
         predicted = None if state.seen < self.settings["baseline"] else (level[:p], cov[:p, :p])
@@ -179,8 +179,9 @@ class Follower:
             hypotheses, _, outlier = self.tracker.learn(hypotheses, *seen_alone, centre)
             slope = felt.removed(matrix, slope)
         hypotheses, seen = felt.at_reference(hypotheses), state.seen + learns
-        changed = hypotheses.began_after(state.since)
-        alarm = seen >= self.settings["settle"] and changed >= self.settings["alarm_level"]
+        changed = confirmed(before, hypotheses, state.since)
+        alarm = learns and changed >= self.settings["alarm_level"]
+        alarm = alarm and seen >= self.settings["settle"]
         alarms = (*state.alarms[-1:], operation) if alarm else state.alarms
         state = replace(state, hypotheses=hypotheses, seen=seen, alarms=alarms)
         lacks = any(np.isnan(series.records[motion][i]).any() for motion in there)
