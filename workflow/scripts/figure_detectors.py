@@ -7,4 +7,6 @@ from breaker.workflow import start
 
 log = start(snakemake)
 table = pd.read_csv(snakemake.input.detectors)
-detectors(table, **snakemake.params).savefig(snakemake.output[0])
+params = snakemake.params
+figure = detectors(table, lives=params.lives, alarm_level=params.alarm_level)
+figure.savefig(snakemake.output[0])
