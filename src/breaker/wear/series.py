@@ -14,7 +14,7 @@ from breaker.wear.reference import Reference, onset_of
 __all__ = ["Series", "likelihood", "series_of"]
 
 _ROOM = 0.02  # share of a parameter by which an operation may differ from the prediction
-_ALIKE = 10.0  # K, within which operations are compared without regard to their temperature
+_ALIKE = 5.0  # K, within which operations are compared without regard to their temperature
 _MOVES = 2  # Gauss-Newton steps to where an operation's likelihood is taken
 
 
@@ -44,21 +44,22 @@ class Series:
 
     def temperatures(self, i: int) -> np.ndarray:
         """Temperatures of operation ``i`` of the series and those after it, ``(o - i,)``."""
-        return np.full(1, np.nan) if self.temperature is None else self.temperature[i:]
+        known = self.temperature
+        return np.full(len(self.operations) - i, np.nan) if known is None else known[i:]
 
     def alike(self, places: np.ndarray) -> np.ndarray:
         """Return the most of given places ``(n,)`` with no event between, and about as warm.
 
-        Where any has a temperature, these are the most within 10 K of each other.
+        Where any has a temperature, these are within 5 K of their median.
         """
         if self.events and places.size:
             renewed = [self.event(i).renews for i in range(int(places[-1]) + 1)]
             spells = np.cumsum(renewed)[places]
             places = places[spells == np.bincount(spells).argmax()]
         if self.temperature is not None and np.isfinite(self.temperature[places]).any():
-            above = self.temperature[places] - self.temperature[places][:, None]
-            near = (above >= 0.0) & (above <= _ALIKE)  # (coldest, place)
-            places = places[near[near.sum(axis=1).argmax()]]
+            known = self.temperature[places]
+            median = np.nanquantile(known, 0.5, method="lower")  # one of them
+            places = places[np.abs(known - median) <= _ALIKE]
         return places
 
     def usable(self, motion: str) -> np.ndarray:

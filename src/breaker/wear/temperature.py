@@ -1,9 +1,10 @@
 """Friction that depends on the temperature, so that a season is not taken for wear.
 
 Grease is stiffer in the cold. Where temperatures of operations are given, the log of ``gamma_a`` is
-its line plus ``b (T - T0)``: T0 is the mean temperature of the first operations that have one, and
-b a constant of the drive, unknown but for its prior. It is one more number in the state of every
-hypothesis, after levels and slopes, and segments pass it on. All that is told is of T0.
+its line plus ``b (T - T0)``. T0 is the mean temperature of the reference, whose operations are
+about as warm; where temperatures come later, it is their mean. b is a constant of the drive,
+unknown but for its prior: one more number in the state of every hypothesis, after levels and
+slopes, which segments pass on. All that is told is of T0.
 
 An operation without a temperature may have had that of any other: its mean is taken, and what its
 records say of the friction counts for less by the spread of temperatures.
@@ -38,6 +39,12 @@ class Warmth:
     count: float = 1.0
     total: float = 0.0
     square: float = 1.0
+
+    @classmethod
+    def begin(cls, temperatures: np.ndarray) -> "Warmth | None":
+        """Return what is known before any, with the mean of temperatures ``(n,)`` as T0."""
+        known = temperatures[np.isfinite(temperatures)]
+        return cls(float(known.mean())) if known.size else None
 
     def apart(self, temperature: float) -> tuple[float, float]:
         """Return mean and variance of a temperature above T0, 10 K, nan if it is not known."""
@@ -85,14 +92,13 @@ class Felt:
         share = self.variance / (1.0 + self.variance * told[FRICTION])
         return matrix - share * np.outer(told, told), slope - share * slope[FRICTION] * told
 
-    def removed(self, matrix: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the slope of a log likelihood, ``(k,)``, as it were at T0.
-
-        Args:
-            matrix, slope: Information about parameters and more, ``(k, k)`` and ``(k,)``.
-        """
-        moved = self.apart * self.coefficient
-        return slope - moved * matrix[:, FRICTION] if moved else slope
+    def moved(self, centre: np.ndarray) -> np.ndarray:
+        """Return standardised parameters ``(p,)`` of T0 as they are at this temperature."""
+        if not (change := self.apart * self.coefficient):
+            return centre
+        centre = centre.copy()
+        centre[FRICTION] += change
+        return centre
 
 
 def feel(
@@ -112,11 +118,9 @@ def feel(
         log_sds: Prior sds of the log parameters, ``(p,)``.
     """
     prior = np.array(settings["friction_by_temperature"]) / (100.0 * log_sds[FRICTION])
-    if not prior.any() or (warmth is None and not np.isfinite(ahead).any()):
+    warmth = warmth or Warmth.begin(ahead)
+    if not prior.any() or warmth is None:
         return hypotheses, warmth, Felt()
-    if warmth is None:
-        first = ahead[np.isfinite(ahead)][: settings["baseline"]]
-        warmth = Warmth(float(first.mean()))
     apart, spread = warmth.apart(*ahead[:1])
     hypotheses = _with_coefficient(hypotheses, *prior)
     mean, cov = hypotheses.level()

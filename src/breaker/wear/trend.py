@@ -32,7 +32,7 @@ from breaker.wear.reference import find_reference, onset_of
 from breaker.wear.series import Series, likelihood
 from breaker.wear.state import State
 from breaker.wear.steps import VARIANCE, Watch
-from breaker.wear.temperature import Felt, coefficient, feel, lines
+from breaker.wear.temperature import Felt, Warmth, coefficient, feel, lines
 
 __all__ = ["Follower"]
 
@@ -104,14 +104,15 @@ class Follower:
             records = {motion: series.records[motion][used] for motion in self.models}
             outputs = {motion: series.outputs[motion][used] for motion in self.models}
             reference = find_reference(self.models, records, outputs, self.learned)
+        warmth = Warmth.begin(series.temperatures(0)[used])
         if reference is None or self.learned is None:
-            return State(self.tracker.begin(first), reference, 0, first, ())
+            return State(self.tracker.begin(first), reference, 0, first, (), warmth=warmth)
         matrix = reference.matrix
         difference = Difference.begin(self.learned, reference.difference, matrix, first)
         passes = difference.gain @ self.learned.new @ difference.gain.T
         watch = Watch.begin(len(matrix))
         hypotheses = self.tracker.begin(first, passes)
-        return State(hypotheses, reference, 0, first, (), difference, watch)
+        return State(hypotheses, reference, 0, first, (), difference, watch, warmth)
 
     def together(self, state: State) -> bool:
         """Say whether the source can be followed: one motion, or two that agree."""
@@ -172,12 +173,11 @@ class Follower:
         level, cov = hypotheses.level()
         predicted = None if state.seen < self.settings["baseline"] else (level[:p], cov[:p, :p])
         there = {m: model for m, model in self._known(state).items() if usable[m][i]}
-        matrix, slope, centre = self._likelihood(there, state, series, i, predicted)
+        matrix, slope, centre = self._likelihood(there, state, series, i, predicted, felt)
         learns, outlier = bool(matrix.any()), np.nan
         if learns:
             seen_alone = felt.blurred(matrix[:p, :p], slope[:p])
             hypotheses, _, outlier = self.tracker.learn(hypotheses, *seen_alone, centre)
-            slope = felt.removed(matrix, slope)
         hypotheses, seen = felt.at_reference(hypotheses), state.seen + learns
         changed = confirmed(before, hypotheses, state.since)
         alarm = learns and changed >= self.settings["alarm_level"]
@@ -224,11 +224,12 @@ class Follower:
         series: Series,
         i: int,
         predicted: tuple[np.ndarray, np.ndarray] | None,
+        felt: Felt,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Information of an operation about parameters and, if there is one, difference."""
         if state.difference is None:
             return likelihood(there, series, i, state.reference, predicted)
-        centre, size = state.reference.centre, len(state.reference.matrix)
+        centre, size = felt.moved(state.reference.centre), len(state.reference.matrix)
         if len(there) < len(self.models):  # the apparent parameters of one motion are others
             return np.zeros((size, size)), np.zeros(size), centre
         records = {motion: series.records[motion][i : i + 1] for motion in there}
