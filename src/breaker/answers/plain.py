@@ -12,7 +12,7 @@ from breaker.answers.judgement import VERDICTS
 from breaker.files import known_about
 from breaker.mechanism import ONSET, PARAMETERS
 
-__all__ = ["document"]
+__all__ = ["document", "plainly"]
 
 _MEANINGS = {each.name: each.meaning for each in (*PARAMETERS, ONSET)}
 _FIT = (
@@ -51,7 +51,7 @@ def _records(answer: xr.Dataset) -> list[dict]:
     # Plain lists first: to take one record out of a dataset takes as long as to infer it.
     about = ("file", "operation", *known_about(answer))
     fit = [name for name in _FIT if name in answer]
-    columns = {name: _plain(answer[name].values) for name in (*about, *fit)}
+    columns = {name: plainly(answer[name].values) for name in (*about, *fit)}
     parts = {"model_error": _errors(answer), "parameters": _parameters(answer)}
     parts["quantities"] = _quantities(answer)
     if "limit" in answer.coords:
@@ -85,7 +85,7 @@ def _named(
         about: What is the same in all records, by key, one for each name.
         arrays: What is not.
     """
-    plain = {key: _plain(values) for key, values in arrays.items()}
+    plain = {key: plainly(values) for key, values in arrays.items()}
     count = len(next(iter(plain.values())))
     return [
         {
@@ -133,7 +133,7 @@ def _errors(answer: xr.Dataset) -> list[dict]:
 
 def _limits(answer: xr.Dataset) -> list[list[dict]]:
     names, words = answer.limit.values.tolist(), answer.limit_words.values.tolist()
-    probabilities, verdicts = _plain(answer.exceeded.values), answer.limit_verdict.values.tolist()
+    probabilities, verdicts = plainly(answer.exceeded.values), answer.limit_verdict.values.tolist()
     keys = ("name", "words", "probability", "verdict")
     return [
         [dict(zip(keys, each, strict=True)) for each in zip(names, words, *row, strict=True)]
@@ -175,20 +175,20 @@ def _spread(medians: np.ndarray, intervals: np.ndarray) -> dict:
         return dict.fromkeys(("median", "lowest", "highest", "sd", "half_interval_95"))
     medians, half = medians[known], np.diff(intervals[known])[:, 0] / 2.0
     return {
-        "median": _plain(np.median(medians)),
-        "lowest": _plain(medians.min()),
-        "highest": _plain(medians.max()),
-        "sd": _plain(medians.std(ddof=1)),
-        "half_interval_95": _plain(np.median(half)),
+        "median": plainly(np.median(medians)),
+        "lowest": plainly(medians.min()),
+        "highest": plainly(medians.max()),
+        "sd": plainly(medians.std(ddof=1)),
+        "half_interval_95": plainly(np.median(half)),
     }
 
 
-def _plain(value: object) -> object:
+def plainly(value: object) -> object:
     """A number, flag, text or array of them as JSON has it, numbers to six digits."""
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, list):
-        return [_plain(each) for each in value]
+        return [plainly(each) for each in value]
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float):

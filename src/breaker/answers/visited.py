@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.answers.changed import OF_STROKE, VERDICT_WORDS
+from breaker.answers.plain import plainly
 from breaker.posterior import Compared, prior_beyond
 
 __all__ = ["measured_changes", "visits_document", "visits_in_words"]
@@ -18,7 +19,7 @@ _WIDTH = 98
 _ROW = "  {:<26} {:>8} {:>8} {:>8}  {:<15} {:>5} {:>6}  {}"
 _MEASURED = ("measured", "measured_sd")
 _NORMAL = 1.645  # sds of half a 90 % interval
-_UNLIKE = 0.15  # share of the stroke that no wear of one drive changes
+_UNLIKE = 0.1  # share of the stroke, beyond any wear of the family of drives
 
 
 def measured_changes(curves: Mapping[str, xr.Dataset], today: Mapping[str, np.ndarray]) -> dict:
@@ -43,7 +44,7 @@ def measured_changes(curves: Mapping[str, xr.Dataset], today: Mapping[str, np.nd
             of = rows.get("stroke") if name in OF_STROKE else row
             if of and of["before"]:
                 ends = row["difference"] + _NORMAL * row["sd"] * np.array([-1.0, 0.0, 1.0])
-                row["change"] = _plain(100.0 * ends / abs(of["before"]))
+                row["change"] = plainly(100.0 * ends / abs(of["before"]))
         found[motion] = rows
     return found
 
@@ -63,7 +64,7 @@ def _apart(before: tuple[float, float], today: tuple[float, float]) -> dict:
     """A change from mean and variance of both visits."""
     difference, sd = today[0] - before[0], float(np.sqrt(before[1] + today[1]))
     found = {"before": before[0], "today": today[0], "difference": difference, "sd": sd}
-    return {key: _plain(value) for key, value in found.items()}
+    return {key: plainly(value) for key, value in found.items()}
 
 
 def visits_document(
@@ -89,7 +90,7 @@ def visits_document(
         "headline": _headline(comparisons, settings["share"]),
         "trust": [*_unlike(measured), *(each["trust"] for each in comparisons)],
         "drive": dict(drive),
-        "settings": dict(settings) | {"prior_beyond": _plain(prior_beyond(settings["share"]))},
+        "settings": dict(settings) | {"prior_beyond": plainly(prior_beyond(settings["share"]))},
         "records": {
             motion: {"before": int((~when).sum()), "today": int(when.sum())}
             for motion, when in today.items()
@@ -103,7 +104,7 @@ def visits_document(
 def _comparison(found: Compared, data: xr.Dataset, measured: Mapping, settings: Mapping) -> dict:
     rows = []
     for name in range(data.sizes["name"]):
-        row = {key: _plain(each.values[name]) for key, each in data.data_vars.items()}
+        row = {key: plainly(each.values[name]) for key, each in data.data_vars.items()}
         row = {"name": str(data["name"].values[name])} | row
         of = [row["motion"]] if row["motion"] else found.motions
         beside = [measured[m][row["name"]] for m in of if row["name"] in measured[m]]
@@ -113,11 +114,11 @@ def _comparison(found: Compared, data: xr.Dataset, measured: Mapping, settings: 
         "motions": list(found.motions),
         "resolved": found.resolved,
         "why_unresolved": found.reason,
-        "effective_size": _plain(found.importance.size),
-        "pareto_k": _plain(found.importance.pareto_k),
-        "p_value": _plain(found.p_value),
+        "effective_size": plainly(found.importance.size),
+        "pareto_k": plainly(found.importance.pareto_k),
+        "p_value": plainly(found.p_value),
         "misfit": misfit,
-        "agreement": _plain(found.agreement),
+        "agreement": plainly(found.agreement),
     }
     return about | {"trust": _trust(about), "changes": rows}
 
@@ -246,14 +247,3 @@ def _in_words(row: Mapping) -> str:
 def _lines(text: str, first: str = "  ") -> list[str]:
     look = {"initial_indent": first, "subsequent_indent": first + "  "}
     return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)
-
-
-def _plain(value: object) -> object:
-    """A number, text or array of them as JSON has it, numbers to six digits."""
-    if isinstance(value, np.ndarray | list):
-        return [_plain(each) for each in value]
-    if isinstance(value, np.str_):
-        return str(value)
-    if isinstance(value, float | np.floating):
-        return float(f"{value:.6g}") if np.isfinite(value) else None
-    return value

@@ -136,6 +136,7 @@ def _by_visit(curves: Mapping, first: int) -> tuple[dict, dict, list[dict]]:
         for op in each.isel(operation=~each.accepted.values).operation.values:
             reason = str(each.reason.sel(operation=op).values)
             file = str(each.file.sel(operation=op).values)
+            reason = reason.removeprefix(f"{file}: ")
             visit = "today" if op >= first else "before"
             rejected.append({"file": file, "motion": motion, "visit": visit, "reason": reason})
         there = each.isel(operation=each.accepted.values)
@@ -161,5 +162,5 @@ def _nothing(rejected: Sequence[Mapping]) -> str:
     )
     return (
         "nothing can be compared: no motion has a usable record in both visits. Name a closing of "
-        f"each, or an opening; breaker inspect FILE says how a file can be read{reasons}"
+        f"each, or an opening, all of one drive; breaker inspect FILE says how a file can be read{reasons}"
     )

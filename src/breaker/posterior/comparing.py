@@ -128,7 +128,9 @@ def _compared(
     both = slice(2 * _P)
     density = Density(visits, y, look.precision)
     x, weights = _weighed(density, y[both], np.linalg.inv(look.precision)[both, both], rng)
-    chosen = x[resample(weights.log_weights, draws, rng)]
+    chosen = np.full((draws, 2 * _P), np.nan)  # where there is no draw in the prior's support
+    if weights.size > 0.0:
+        chosen = x[resample(weights.log_weights, draws, rng)]
     before, today = map(visits.prior.destandardise, visits.parameters(chosen))
     samples = sum(int(np.isfinite(each).sum()) for each in visits.records.values())
     fits = float(chdtrc(samples, 2.0 * look.depth))
@@ -155,7 +157,10 @@ def _weighed(
         weights = importance(log_joint, mixture)
         if weights.size >= _ENOUGH:
             break
-        shares = temper(log_joint - mixture, _FIT)
+        try:
+            shares = temper(log_joint - mixture, _FIT)
+        except np.linalg.LinAlgError:  # hardly a draw in the prior's support: more may be
+            continue
         mean = shares @ x
         cov = (shares[:, None] * (x - mean)).T @ (x - mean)
     return x, weights
