@@ -8,8 +8,8 @@ Rigs of the family held back (docs/rigs.md), a third of them unchanged, the othe
 life; sensors round and have coloured noise as there; all seven parameters scatter by 0.4 % from
 operation to operation. With ``--change`` each rig has one parameter changed by so many percent
 instead, by turns and in the way that it wears, and elements worn as drawn. Each visit has so many
-records of each motion; the noise is known as a reader sees it at rest, rounding included. The rows of each rig are
-added to a file, so that an interrupted run continues; ``--table`` sums them up.
+records of each motion; the noise is known as a reader sees it at rest, rounding included. The rows
+of each rig are added to a file, so that an interrupted run continues; ``--table`` sums them up.
 """
 
 import argparse

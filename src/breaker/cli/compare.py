@@ -162,5 +162,6 @@ def _nothing(rejected: Sequence[Mapping]) -> str:
     )
     return (
         "nothing can be compared: no motion has a usable record in both visits. Name a closing of "
-        f"each, or an opening, all of one drive; breaker inspect FILE says how a file can be read{reasons}"
+        "each, or an opening, all of one drive; breaker inspect FILE says how a file can be read"
+        f"{reasons}"
     )
