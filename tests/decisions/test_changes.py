@@ -222,7 +222,8 @@ def test_every_parameter_that_surely_moved_is_named():
     [
         ({"f": 0.99}, {"f": 0.99}, "f"),
         ({"f": 0.6, "L": 0.37}, {"f": 0.6, "L": 0.37}, "f or L"),
-        ({"several": 1.0}, {"f": 0.9, "L": 0.7}, "the wear"),
+        ({"several": 1.0}, {"f": 0.9, "L": 0.7}, "several parameters"),
+        ({"several": 0.6, "f": 0.4}, {"f": 0.9, "L": 0.5}, "the wear"),
         ({"all": 0.96}, {"f": 0.99}, "all levels, as in a repair"),
     ],
 )

@@ -164,7 +164,8 @@ def named(moved: np.ndarray, kinds: np.ndarray) -> str:
     order = np.argsort(-kinds[: len(NAMES)], kind="stable")[:_MOST]
     enough = np.cumsum(kinds[order]) >= _SURE  # it is one of the first
     if sure or not enough[-1]:
-        return ", ".join(sure) or "the wear"
+        unsure = "several parameters" if kinds[-2] >= _SURE else "the wear"
+        return ", ".join(sure) or unsure
     return " or ".join(NAMES[k] for k in order[: 1 + np.argmax(enough)])
 
 
