@@ -161,9 +161,10 @@ class Difference:
         change = np.linalg.inv(size * (wear[p:, p:] - response @ wear[:p, p:]))
         expected = response @ np.linalg.solve(np.eye(p) + self.gain @ response, drift)
         # What the components leave out is the same in all records, so their sums saturate.
-        fine = learned.rough * self.moments @ np.diag([1.0, size])
-        share = np.kron(np.linalg.inv(np.eye(2) + fine), np.eye(n))
-        matrix = block_diag(self.prior, change) + share @ self.matrix
+        half, share = (
+            np.kron(each, np.eye(n)) for each in _saturating(self.moments, learned.rough, size)
+        )
+        matrix = block_diag(self.prior, change) + half @ self.matrix @ half.T
         slope = np.append(self.known, change @ expected) + share @ self.slope
         cov = np.linalg.inv(0.5 * (matrix + matrix.T))
         move = np.eye(2 * n)
@@ -209,6 +210,27 @@ class Difference:
         prior = np.linalg.inv(cov[:n, :n] + (learned.new if stepped else 0.0))
         start = prior, prior @ mean[:n]
         return Difference(self.gain, self.single, *start, *_nothing(n), operation)
+
+
+def _saturating(moments: np.ndarray, rough: float, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return what sums over records are worth where each has the same error beside its noise.
+
+    Of information ``S x R`` about a level and a slope, with ``S`` the moments, ``(S^-1 + r D)^-1 x
+    R`` is left, ``D = diag(1, size)``.
+
+    Args:
+        moments: ``S``, ``(2, 2)``.
+        rough: ``r``, variance of that error over the variance by the noise of one record.
+        size: As of ``Difference.wear``.
+
+    Returns:
+        ``T`` with ``T S T' = (S^-1 + r D)^-1``, on both sides of a matrix so that it stays positive
+        definite where not every record says the same, and ``(1 + r S D)^-1`` for a slope.
+    """
+    scale = np.sqrt(np.array([1.0, size]))
+    values, vectors = np.linalg.eigh(scale[:, None] * moments * scale)
+    half = (vectors / np.sqrt(1.0 + rough * np.maximum(values, 0.0))) @ vectors.T
+    return half / scale[:, None] * scale, np.linalg.inv(np.eye(2) + rough * moments * scale**2)
 
 
 def _nothing(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
