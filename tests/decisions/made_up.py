@@ -52,7 +52,6 @@ def trend_of(motions, operations, **changed):
         "remaining": np.full((o, len(limits), 3), INF),
         "toward": np.full((o, len(limits)), 0.1),
         "beyond": np.zeros((o, len(limits))),
-        "soon": np.zeros((o, len(limits))),
     }
     for name, values in changed.items():
         for limit, each in values.items():
@@ -153,7 +152,7 @@ class Page(NamedTuple):
         return self.rows.iloc[-1]
 
 
-def page_of(own, trend, *, baseline=2, curves=None, trust=None, alarm=ALARM, notice=200):
+def page_of(own, trend, *, baseline=2, curves=None, trust=None, alarm=ALARM, **given):
     """Everything that follows from probabilities ``(o, 3)`` and trends by source, or of both."""
     trends = {"both": trend} if isinstance(trend, xr.Dataset) else trend
     trend = next(iter(trends.values()))
@@ -162,5 +161,5 @@ def page_of(own, trend, *, baseline=2, curves=None, trust=None, alarm=ALARM, not
     judged = judge(condition, left, trends, alarm=alarm, toward=SETTINGS["toward"])
     curves = curves or {"closing": curves_of(trend.operation.values)}
     trust = trust_table([trust_of(MOTIONS)]) if trust is None else trust
-    rows = decide(judged, left, trends, curves, trust, alarm=alarm, notice=notice)
+    rows = decide(judged, left, trends, curves, trust, **{"alarm": alarm, "notice": 200} | given)
     return Page(judged, left, rows, verdict(judged, left, trends, rows, trust, baseline=baseline))

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from breaker.decisions.alarms import alarm_table
 from breaker.decisions.changes import changes, named, same_bend, step_table, with_steps
@@ -181,6 +182,57 @@ def test_a_bend_that_both_motions_saw_is_one_line():
         "closing: change of f at about 100 (80 to 110)",
         "opening: change of L at about 300 (290 to 304)",
     ]
+
+
+def seen(alarms, starts):
+    """Trends of two measured quantities: the first with alarms (indices), as of ``alarmed``."""
+    trend = alarmed(alarms, starts)[["alarm", "start_interval", "event"]]
+    rest = alarmed([], [])[["alarm", "start_interval", "event"]]
+    followed = xr.DataArray(["closing travel_time", "opening stroke"], dims="followed")
+    both = xr.concat([trend, rest], dim="followed", data_vars=["alarm", "start_interval"])
+    return both.assign_coords(followed=followed)
+
+
+def test_changes_of_measured_quantities_are_told_with_those_of_parameters():
+    """Once each, as first noticed. A wide notice does not make one of two bends of the wear."""
+    two = alarmed([10, 30], [[80, 100, 110], [280, 290, 300]])
+    numbers = two.operation.values
+    same = seen([8, 32], [[70, 75, 82], [285, 288, 295]])
+    assert {i: each for i, each in enumerate(changes({"both": two}, numbers, same)) if each} == {
+        8: "both: change of f at about 100 (80 to 110)",
+        30: "both: change of f at about 290 (280 to 300)",
+    }
+    wide = changes({"both": two}, numbers, seen([28], [[90, 200, 285]]))
+    assert wide == changes({"both": two}, numbers)
+    alone = changes({"both": two}, numbers, seen([18], [[150, 160, 170]]))
+    assert alone[18] == "change of measured travel_time of closing at about 160 (150 to 170)"
+    assert len([each for each in alone if each]) == 3
+    back = changes({"both": two}, numbers, seen([18], [[np.nan] * 3]))
+    assert back[18] == "measured travel_time of closing: a change that later ones took back"
+    jump = changes({"both": stepped()}, NUMBERS, seen_step())
+    assert jump[2] == f"{ENDED}, with a change of measured stroke of opening"
+
+
+def seen_step():
+    """A measured quantity that changed where ``stepped`` did."""
+    return xr.Dataset(
+        {
+            "alarm": (("operation", "followed"), np.arange(4)[:, None] == 3),
+            "start_interval": (
+                ("operation", "followed", "quantile"),
+                np.tile([1195.0, 1201.0, 1210.0], (4, 1, 1)),
+            ),
+            "event": ("operation", np.full(4, "")),
+        },
+        {"operation": NUMBERS, "followed": ["opening stroke"]},
+    )
+
+
+def test_decisions_tell_changes_of_measured_quantities():
+    noted = page_of(QUIET, trend_of(MOTIONS, NUMBERS), measured=seen_step()).rows
+    words = "change of measured stroke of opening at about 1,201 (1,195 to 1,210)"
+    assert noted.change.tolist() == ["", "", "", words]
+    assert noted.action.tolist() == ["none", "none", "none", "watch"]
 
 
 def test_a_step_and_a_change_in_the_same_place_are_one():

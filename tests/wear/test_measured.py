@@ -56,6 +56,10 @@ def test_level_and_change(bent):
     alarms = found.operation.values[found.alarm.values[:, 0]]
     assert len(alarms) == 1
     assert 200 < alarms[0] < 260
+    assert np.isnan(found.start_interval.sel(operation=alarms[0] - 1)).all()
+    low, middle, high = found.start_interval.values[-1, 0]  # one of ten holds it not
+    assert 190 < low <= middle <= high <= alarms[0]
+    assert low <= 201 <= high
     assert found.followed.values.tolist() == ["closing travel_time"]
     assert found.followed_unit.values.tolist() == ["ms"]
     # An sd of 0.04 is 0.03 of the records and 0.026 of the drive.
@@ -156,6 +160,10 @@ def test_a_known_event_starts_a_quantity_anew(wear, text):
     found = follow_measured(data, [SLOW], wear, 1, {91: Event.from_text(text)})
     assert unknown.alarm.any()
     assert not found.alarm.any()
+    assert np.isnan(found.start_interval).all()
+    told = found.event.values[90]
+    assert told == Event.from_text(text).told(91)
+    assert (found.event.values == told).sum() == 1
     half = np.diff(found.level_interval.values[90:, 0], axis=-1)[:, 0] / 2.0
     assert np.abs((found.level.values[90:, 0] - level[90:] - 0.5) / half).max() < 4.0 / 1.64
     before, after = np.ptp(found.slope_interval.values[[89, 90], 0], axis=-1)

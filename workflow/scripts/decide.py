@@ -37,7 +37,8 @@ judged = judge(condition, left, used, alarm=alarm, toward=wear_model["toward"])
 left = left.assign(told=judged.told)
 if found.truth:
     left = left.assign(true_lives(open_store(found.truth).load(), limits))
-rows = decide(judged, left, used, curves, trust, alarm=alarm, notice=wear_model["notice"])
+asked = {"alarm": alarm, "notice": wear_model["notice"], "measured": measured.get("record")}
+rows = decide(judged, left, used, curves, trust, **asked)
 page = verdict(judged, left, used, rows, trust, baseline=wear_model["baseline"])
 log.info("%s %s %s %s", *(page.attrs[name] for name in ("headline", "wearing", "left", "trust")))
 

@@ -4,14 +4,14 @@ Shapes: ``o`` operations, ``l`` limits.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike
 
-__all__ = ["alarm_table", "first", "latched", "latest"]
+__all__ = ["alarm_table", "first", "latched", "latest", "spell_table"]
 
 
 def latest(there: ArrayLike) -> np.ndarray:
@@ -71,6 +71,11 @@ def alarm_table(judged: xr.Dataset, motions: Mapping[str, str]) -> pd.DataFrame:
             highest = one.level_probability.values[begin:end].max()
             words = one.words.item(), motions[str(name)]
             rows.append((str(name), *words, operations[begin], last, highest))
+    return spell_table(rows)
+
+
+def spell_table(rows: Sequence[tuple]) -> pd.DataFrame:
+    """Return a table of rows with the columns of ``alarm_table``."""
     columns = {"limit": str, "words": str, "motion": str}
     columns |= {"from_operation": "Int64", "to_operation": "Int64", "highest_probability": float}
     return pd.DataFrame(rows, columns=list(columns)).astype(columns)

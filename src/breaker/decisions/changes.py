@@ -1,6 +1,7 @@
 """Changes of a drive in words: of its wear, and steps from one operation to the next."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ import pandas as pd
 import xarray as xr
 from scipy.special import ndtr
 
+from breaker.decisions.alarms import spell_table
 from breaker.mechanism import NAMES
 from breaker.wear import IN_ROW
 
@@ -85,14 +87,9 @@ def with_changes(trend: xr.Dataset) -> xr.Dataset:
         name. All of it as known a hundred operations after the alarm, or before the next or a known
         event.
     """
-    alarms = np.flatnonzero(trend.alarm.values)
-    ends = np.flatnonzero(trend.alarm.values | (trend.event.values != ""))
-    ends = np.append(ends, trend.sizes["operation"])
-    last = ends[np.searchsorted(ends, alarms, side="right")] - 1
-    last = np.minimum(last, np.searchsorted(trend.operation, trend.operation[alarms] + _SETTLED))
-    low, start, high = trend.start_interval.values[last].reshape(-1, 3).T
-    intervals, kinds = np.stack([low, high], axis=-1), trend.kind_probability.values[last]
-    moved = np.array([_moved(trend, *each) for each in zip(low, last, strict=True)])
+    alarms, last, start, intervals = _alarms(trend)
+    kinds = trend.kind_probability.values[last]
+    moved = np.array([_moved(trend, *each) for each in zip(intervals[:, 0], last, strict=True)])
     moved = moved.reshape(-1, trend.sizes["parameter"])
     groups = same_bend(intervals)
     best = [group[-1] for group in groups]  # that has seen most
@@ -105,6 +102,21 @@ def with_changes(trend: xr.Dataset) -> xr.Dataset:
         change_moved=(("change", "parameter"), moved),
         change_parameters=("change", np.array([*map(named, moved, kinds[best])], dtype=str)),
     )
+
+
+def _alarms(trend: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Where changes were noticed, and where they are described, indices ``(n,)``.
+
+    And when they began, as known there: medians ``(n,)`` and 90 % intervals ``(n, 2)``.
+    """
+    alarms = np.flatnonzero(trend.alarm.values)
+    ends = np.flatnonzero(trend.alarm.values | (trend.event.values != ""))
+    ends = np.append(ends, trend.sizes["operation"])
+    last = ends[np.searchsorted(ends, alarms, side="right")] - 1
+    settled = np.searchsorted(trend.operation, trend.operation[alarms] + _SETTLED)
+    last = np.minimum(last, settled)
+    begun = trend.start_interval.values[last].reshape(-1, 3)
+    return alarms, last, begun[:, 1], begun[:, [0, 2]]
 
 
 def same_bend(intervals: np.ndarray) -> list[list[int]]:
@@ -121,13 +133,17 @@ def same_bend(intervals: np.ndarray) -> list[list[int]]:
     groups = []
     for i, (low, high) in enumerate(intervals):
         for group in groups:
-            lowest, highest = intervals[group[-1]]
-            if low <= highest and lowest <= high:
+            if _overlap((low, high), intervals[group[-1]]):
                 group.append(i)
                 break
         else:
             groups.append([i])
     return groups
+
+
+def _overlap(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Say whether two intervals have anything in common."""
+    return one[0] <= other[1] and other[0] <= one[1]
 
 
 def _moved(trend: xr.Dataset, start: float, last: int) -> np.ndarray:
@@ -169,23 +185,28 @@ def named(moved: np.ndarray, kinds: np.ndarray) -> str:
     return " or ".join(NAMES[k] for k in order[: 1 + np.argmax(enough)])
 
 
-def changes(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> list[str]:
+def changes(
+    trends: Mapping[str, xr.Dataset], operations: np.ndarray, measured: xr.Dataset | None = None
+) -> list[str]:
     """What changed, noted at the operation at which it was first noticed, ``(o,)``.
 
-    A bend that both motions saw, and a step and a change of the wear in the same place, are one.
+    A bend that both motions saw, or measured quantities, too, and a step and a change of the wear
+    in the same place, are one.
 
     Args:
         trends: Whole trends by source, those that limits are read from.
         operations: Numbers of the operations.
+        measured: What ``follow_measured`` returns, if limits are on measured quantities.
     """
-    notices = sorted(
-        [each for source in trends for each in _notices(source, trends[source])],
-        key=lambda each: each.noticed,
-    )
+    when = attrgetter("noticed")
+    notices = sorted([each for name in trends for each in _notices(name, trends[name])], key=when)
     intervals = np.array([each.interval for each in notices]).reshape(-1, 2)
+    groups = [[notices[i] for i in group] for group in same_bend(intervals)]
+    if measured is not None:
+        _join(groups, sorted(_measured_notices(measured), key=when))
     noted = {int(operation): [] for operation in operations}
-    for group in same_bend(intervals):
-        noted[notices[group[0]].noticed].append(_told([notices[i] for i in group]))
+    for group in groups:
+        noted[min(each.noticed for each in group)].append(_told(group))
     for trend in trends.values():
         for number, words in zip(trend.operation.values, trend.event.values, strict=True):
             if words and words not in noted[int(number)]:  # of trends apart the same
@@ -202,7 +223,7 @@ class _Notice(NamedTuple):
     step: str = ""
     start: float = np.nan
     moved: np.ndarray | None = None
-    kinds: np.ndarray | None = None
+    kinds: np.ndarray | None = None  # None also of a change of a measured quantity
 
 
 def _notices(source: str, trend: xr.Dataset) -> Iterator[_Notice]:
@@ -219,21 +240,49 @@ def _notices(source: str, trend: xr.Dataset) -> Iterator[_Notice]:
         yield _Notice(int(one.jump_noticed), interval, source, one.jump_words.item())
 
 
+def _measured_notices(trend: xr.Dataset) -> Iterator[_Notice]:
+    """Yield the changes of measured quantities, each bend of one of them once."""
+    for followed in trend.followed.values:
+        one = trend.sel(followed=followed)
+        alarms, _, start, intervals = _alarms(one)
+        motion, quantity = str(followed).split(" ", 1)
+        for group in same_bend(intervals):
+            interval = tuple(intervals[group[-1]].tolist())
+            noticed, source = int(one.operation[alarms[group[0]]]), f"{quantity} of {motion}"
+            yield _Notice(noticed, interval, f"measured {source}", "", start[group[-1]].item())
+
+
+def _join(groups: list[list[_Notice]], others: Sequence[_Notice]) -> None:
+    """Add notices to groups of the same bend, or as new ones; two groups never become one."""
+    for each in others:
+        for group in groups:
+            if any(_overlap(each.interval, known.interval) for known in group):
+                group.append(each)
+                break
+        else:
+            groups.append([each])
+
+
 def _told(group: Sequence[_Notice]) -> str:
-    """Describe what was noticed of one bend, with its beginning as the best source knows it."""
+    """Describe what was noticed of one bend, with its beginning as the best source knows it.
+
+    Measured quantities are named where no trend of parameters saw it.
+    """
     steps = ", ".join(each.step for each in group if each.step)
     bends = [each for each in group if not each.step]
     if not bends:
         return steps
-    best = min(bends, key=lambda each: each.interval[1] - each.interval[0])
+    wear = [each for each in bends if each.kinds is not None]
+    best = min(wear or bends, key=lambda each: each.interval[1] - each.interval[0])
+    sources = " and ".join(dict.fromkeys(each.source for each in wear or bends))
     if not np.isfinite(best.start):
-        return f"{best.source}: a change that later ones took back"
-    name = named(np.max([each.moved for each in bends], axis=0), best.kinds)
+        return f"{sources}: a change that later ones took back"
+    name = named(np.max([each.moved for each in wear], axis=0), best.kinds) if wear else sources
     if steps:
         return f"{steps}, with a change of {name}"
-    sources = " and ".join(dict.fromkeys(each.source for each in bends))
     low, high = best.interval
-    return f"{sources}: change of {name} at about {best.start:,.0f} ({low:,.0f} to {high:,.0f})"
+    of = f"{sources}: change" if wear else "change"
+    return f"{of} of {name} at about {best.start:,.0f} ({low:,.0f} to {high:,.0f})"
 
 
 def step_table(trends: Mapping[str, xr.Dataset]) -> pd.DataFrame:
@@ -248,6 +297,4 @@ def step_table(trends: Mapping[str, xr.Dataset]) -> pd.DataFrame:
             one = trend.isel(jump=k)
             ends = int(one.jump_from), int(one.jump_noticed)
             rows.append(("", one.jump_words.item(), source, *ends, np.nan))
-    columns = {"limit": str, "words": str, "motion": str}
-    columns |= {"from_operation": "Int64", "to_operation": "Int64", "highest_probability": float}
-    return pd.DataFrame(rows, columns=list(columns)).astype(columns)
+    return spell_table(rows)

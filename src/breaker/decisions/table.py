@@ -32,21 +32,22 @@ def decide(
     *,
     alarm: Mapping,
     notice: int,
+    measured: xr.Dataset | None = None,
 ) -> pd.DataFrame:
     """Return one row per operation, with the columns ``DECISIONS``.
 
     Args:
-        judged: What ``judge`` returns.
-        left: What ``remaining`` returns, for the same operations.
+        judged, left: What ``judge`` and ``remaining`` return, for the same operations.
         trends: Whole trends by source, those that limits are read from.
         curves: Results of each motion, with ``accepted`` and ``resolved``.
         trust: What ``trust_table`` returns.
         alarm: The section ``alarm`` of the configuration.
         notice: Operations for which a change or step is worth a look.
+        measured: Trends of measured quantities, if limits are on any.
     """
     operations = judged.operation.values
     known = _about(curves, operations)
-    noted, worn = changes(trends, operations), wearing(trends, drifts(trends, operations))
+    noted, worn = changes(trends, operations, measured), wearing(trends, drifts(trends, operations))
     reasons = _reasons(noted, known["event"], judged.exceeded.values)
     due, hold = due_of(judged), alarm["hold"]
     rank, probability = rank_of(judged, alarm["clear"]), judged.level_probability.values

@@ -67,6 +67,10 @@ class Hypotheses:
         """Return the probability that the segment began after an operation."""
         return float(self.weight[self.start > operation].sum())
 
+    def began_within(self, first: float, last: float) -> np.ndarray:
+        """Return the weight of each whose segment began after ``first``, by ``last``, ``(h,)``."""
+        return self.weight * ((self.start > first) & (self.start <= last))
+
 
 def confirmed(before: Hypotheses, after: Hypotheses, since: float) -> float:
     """Probability that the segment began after ``since``: what the last two operations agree on.

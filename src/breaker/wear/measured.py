@@ -27,7 +27,7 @@ from breaker.wear.changepoint import PER, Tracker
 from breaker.wear.events import Event, started_anew
 from breaker.wear.hypotheses import confirmed
 from breaker.wear.lifetime import Horizon, Remaining, draw_lines
-from breaker.wear.rows import QUANTILES, limit_coords
+from breaker.wear.rows import QUANTILES, limit_coords, start_quantiles
 
 __all__ = ["follow_measured"]
 
@@ -48,6 +48,7 @@ class _Trend(NamedTuple):
         scatter: sd from operation to operation, ``(o,)``.
         change_probability: Of a change that was not reported yet, ``(o,)``.
         alarm: Whether one is reported, ``(o,)``.
+        start: Quantiles of where the last one that was reported began, by now, ``(o, 3)``.
     """
 
     lines: np.ndarray
@@ -56,6 +57,7 @@ class _Trend(NamedTuple):
     scatter: np.ndarray
     change_probability: np.ndarray
     alarm: np.ndarray
+    start: np.ndarray
 
 
 def follow_measured(
@@ -77,10 +79,10 @@ def follow_measured(
             quantity, so level and slope start anew, the level alone where it was the transducer.
 
     Returns:
-        Dataset over ``operation``: ``remaining``, ``toward`` and ``beyond`` of each ``limit``, and
-        the ``value`` of each ``part``, as in a trend. Besides over ``followed``, motion and
-        quantity: ``level`` and ``slope`` (per thousand operations) with their 90 % intervals, and
-        ``scatter``, all in ``followed_unit``; ``change_probability`` and ``alarm``.
+        Dataset over ``operation``: ``event``, ``remaining``, ``toward`` and ``beyond`` of each
+        ``limit``, and the ``value`` of each ``part``, as in a trend. Over ``followed``, motion and
+        quantity: ``level`` and ``slope`` (per thousand operations) with 90 % intervals, ``scatter``
+        in ``followed_unit``; ``change_probability``, ``alarm`` and ``start_interval``, likewise.
 
     Example:
         >>> import yaml
@@ -110,7 +112,9 @@ def follow_measured(
         values, sds = _values(data[motion], name, operations)
         rng = generator(seed, "measured", motion, name)
         trends[motion, name] = _followed(operations, values, sds, settings, rng, events or {})
-    return _dataset(operations, limits, units, trends, settings["horizon"])
+    known = ((events or {}).get(operation, Event("")).told(operation) for operation in operations)
+    data = _dataset(operations, limits, units, trends, settings["horizon"])
+    return data.assign(event=("operation", np.array([*known], dtype=str)))
 
 
 def _dataset(
@@ -134,6 +138,7 @@ def _dataset(
         ends = np.array([getattr(each, name) for each in trends.values()])
         found[name] = (of, ends[..., 1])
         found[f"{name}_interval"] = ((*of, "bound"), ends[..., [0, 2]])
+    found["start_interval"] = ((*of, "quantile"), [each.start for each in trends.values()])
     for name in ("scatter", "change_probability", "alarm"):
         found[name] = (of, [getattr(each, name) for each in trends.values()])
     coords = {
@@ -172,20 +177,20 @@ def _followed(
     order = rng.permutation(_DRAWS)  # draws of hypotheses are sorted, and alike in all quantities
     off = np.outer(shared * rng.standard_normal(_DRAWS), [1.0, 0.0])
     back, origin = scale * np.array([1.0, 1.0 / PER]), np.array([centre, 0.0])
-    hypotheses, since, seen = tracker.begin(int(operations[0])), int(operations[0]), 0
+    first = since = int(operations[0])
+    hypotheses, seen = tracker.begin(first), 0
     found = _nothing(len(operations))
     for i, operation in enumerate(operations.tolist()):
         before, hypotheses = hypotheses, tracker.predict(hypotheses, operation)
         if seen and (event := events.get(operation, Event(""))).renews:
             which = [0] if event.parameters else []
-            hypotheses, since = started_anew(tracker, hypotheses, which, jump=1.0), operation
+            hypotheses = started_anew(tracker, hypotheses, which, jump=1.0)
+            first = since = operation
         if learns := np.isfinite(values[i]):
             seen += 1
             error = max(sds[i], _LEAST * unit) / scale
-            place = np.array([(values[i] - centre) / scale])
-            hypotheses, _, _ = tracker.learn(
-                hypotheses, np.array([[error**-2]]), np.zeros(1), place
-            )
+            said = np.array([[error**-2]]), np.zeros(1), np.array([(values[i] - centre) / scale])
+            hypotheses, _, _ = tracker.learn(hypotheses, *said)
         if not seen:
             continue
         mean, cov = hypotheses.level()
@@ -197,6 +202,8 @@ def _followed(
         changed = found.change_probability[i] = confirmed(before, hypotheses, since)
         if learns and seen >= settings["settle"] and changed >= settings["alarm_level"]:
             found.alarm[i], since = True, operation
+        began = hypotheses.began_within(first, since)
+        found.start[i] = start_quantiles(hypotheses, began, first, since)
     return found
 
 
@@ -219,7 +226,8 @@ def _measure_of(values: np.ndarray, sds: np.ndarray, count: int) -> tuple[float,
 def _nothing(o: int) -> _Trend:
     """The trend of a quantity of which nothing is known yet."""
     shapes = (o, _DRAWS, 2), (o, 3), (o, 3), (o,), (o,)
-    return _Trend(*(np.full(shape, np.nan) for shape in shapes), np.zeros(o, dtype=bool))
+    unknown = (np.full(shape, np.nan) for shape in shapes)
+    return _Trend(*unknown, np.zeros(o, dtype=bool), np.full((o, 3), np.nan))
 
 
 def _left(limit: Limit, trends: Mapping[tuple[str, str], _Trend], farthest: int) -> Remaining:

@@ -45,7 +45,7 @@ def row(
     half = _HALF * np.sqrt(np.diag(cov))
     ends = np.stack([mean - half, mean, mean + half])  # (3, 2 p)
     levels, slopes = prior.destandardise(ends[:, :p]), _PER_CENT * prior.log_sds * ends[:, p:]
-    began = h.weight * ((h.start > state.first) & (h.start <= state.since))  # by the last alarm
+    began = h.began_within(state.first, state.since)  # by the last alarm
     kinds = np.bincount(h.kind + 1, began, len(KINDS) + 1)[1:]
     unknown = np.full(len(KINDS), np.nan)
     ages = np.histogram(h.operation - h.start, age_bins(horizon.operations), weights=h.weight)[0]
