@@ -203,7 +203,7 @@ EDITS = {
     ),
     "alarm": (
         lambda folder: edit_config(folder, alarm={"after": 2}),
-        ["decide", *PAGES],
+        ["decide", *PAGES, "numbers"],
         2,
     ),
     "wear_model": (
