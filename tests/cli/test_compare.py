@@ -43,6 +43,7 @@ def test_a_weaker_force_is_noticed_and_drawn(visits, capsys):
         (["a.csv", "--today", "open.csv"], "no usable closing to compare"),
         (["a.csv", "--today", "missing.csv"], "missing.csv"),
         (["a.csv", "--today", "b 2.csv", "--plot", "a.csv"], "would be replaced"),
+        (["a.csv", "--today", "b 2.csv", "--plot", "both.csv"], "end it in .png or .pdf or .svg"),
     ],
 )
 def test_what_cannot_be_compared_is_said_with_a_remedy(folder, capsys, arguments, message):
@@ -57,6 +58,18 @@ def test_facts_are_refused(folder, capsys):
     (folder / "right.yaml").write_text("known: {mu: [2.0, 0.1]}")
     assert call("a.csv", "--today", "b 2.csv") == 1
     assert "leave the section known out" in capsys.readouterr().err
+
+
+def test_a_breaker_of_a_table_is_chosen(visits, capsys):
+    for name in ("then", "now"):
+        rows = [f"{name}.csv,closing,{i},{each}\n" for i, each in enumerate(["Q1", "Q2"], 1)]
+        (visits / name / "operations.csv").write_text(
+            "file,motion,operation,breaker\n" + "".join(rows)
+        )
+    assert call("then", "--today", "now") == 1
+    assert "choose one by --breaker NAME" in capsys.readouterr().err
+    assert call("then", "--today", "now", "--breaker", "Q2", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["records"] == {"closing": {"before": 1, "today": 1}}
 
 
 @pytest.mark.parametrize("share", ["0", "100", "some"])

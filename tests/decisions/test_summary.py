@@ -76,6 +76,13 @@ def test_what_is_left_and_what_cannot_be_told():
     )
 
 
+def test_days_beyond_a_century_are_not_told():
+    curves = {"closing": curves_of(NUMBERS, date=["2020-01-01", "", "", "2023-01-01"])}
+    trend = trend_of(MOTIONS, NUMBERS, toward={"slow": 0.99}, remaining={"slow": [250, 300, 350]})
+    page = page_of(QUIET, trend, curves=curves).verdict
+    assert page.attrs["left"] == "Left, operations (90 %): slow 300 (250 to 350)."
+
+
 def test_what_wears_is_told_steepest_first():
     trend = changed_trend()
     for name, slope in (("gamma_a", 12.34), ("f", -1.5), ("mu", 0.4), ("L", 0.25)):

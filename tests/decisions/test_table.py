@@ -198,6 +198,16 @@ def test_decisions_name_what_is_known_of_an_operation_in_any_motion():
     assert rows.temperature.tolist()[1] == 21.5
 
 
+def test_events_and_temperatures_are_those_that_trends_have():
+    """All events of an operation, and the mean of its temperatures."""
+    closing = {"event": ["inspected", "greased"], "temperature": [10.0, 12.0]}
+    opening = {"event": ["remounted", "greased"], "temperature": [14.0, NAN]}
+    curves = {"closing": curves_of([1, 2], **closing), "opening": curves_of([1, 2], **opening)}
+    rows = page_of(QUIET, trend_of(MOTIONS, NUMBERS), curves=curves).rows
+    assert rows.event.tolist() == ["inspected, remounted", "greased", "", ""]
+    assert rows.temperature.tolist()[:2] == [12.0, 12.0]
+
+
 def test_dates_turn_operations_into_days():
     """Ten days an operation: service in 20 operations is in 200 days."""
     dates = ["2024-01-01", "2024-01-11", "", "2024-01-31"]

@@ -404,6 +404,12 @@ endurance: {curves: nowhere}
     must name a folder with a subfolder for each motion
 endurance: {breaker: A}
     endurance.breaker is A, but the stand-in is one breaker
+endurance: {curves: nowhere, events: {12: [f], ',': [f], Oil-ed: [f], 'gas, oil ed': [mu]}}
+    endurance.events has 12, which is no name of an event. Write a word, or quote it.
+    has ',', which is no name
+    has 'oil ed' in 'Oil-ed' and in 'gas, oil ed'. Leave one out.
+wear_model: {friction_by_temperature: [0.0, -1.0]}
+    wear_model.friction_by_temperature is [0.0, -1.0], but a standard deviation cannot be negative
 """
 CASES = re.findall(r"((?:^[^\s#].*\n)+)((?:^    .*\n)+)", WRONG, re.MULTILINE)
 

@@ -34,6 +34,8 @@ def add(commands) -> argparse.ArgumentParser:
     )
     compare.add_argument("--motion", choices=_MOTIONS, help="compare this motion alone")
     compare.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
+    compare.add_argument("--breaker", metavar="NAME", help="which breaker of a folder's table")
+    compare.add_argument("--phase", metavar="NAME", help="which phase of a folder's table")
     compare.add_argument(
         "--beyond",
         type=_percent,
@@ -60,7 +62,7 @@ def _percent(text: str) -> float:
 def _run(options: argparse.Namespace) -> int:
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the answer has the reasons
     if options.plot:
-        check_output(options.plot, [*options.before, *options.today])
+        check_output(options.plot, [*options.before, *options.today], picture=True)
     config = settings_of(options.config)
     if config["known"]:
         raise ValueError(
@@ -107,7 +109,8 @@ def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int
     Raises:
         ValueError: If a file is named in both visits.
     """
-    chosen = {key: config["endurance"][key] for key in ("breaker", "phase")}
+    endurance = config["endurance"]
+    chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
     motions = [options.motion] if options.motion else list(_MOTIONS)
     visits = [
         operations_of(named, motions, chosen, options.channel)

@@ -34,7 +34,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     for path in filter(None, (options.output, options.plot)):
-        check_output(path, options.folders)
+        check_output(path, options.folders, picture=path == options.plot)
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.

@@ -94,7 +94,8 @@ def _run(options: argparse.Namespace) -> int:
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the answer has the reasons
     _refuse_old_form(options.files)
     for path in filter(None, (options.output, options.plot, options.draws)):
-        check_output(path, options.files, store=path == options.draws)
+        kind = {"store": path == options.draws, "picture": path == options.plot}
+        check_output(path, options.files, **kind)
     config = settings_of(options.config)
     config["known"] = {**config["known"], **dict(options.known)}
     limits = limits_of(config, options.config)

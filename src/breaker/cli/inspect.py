@@ -4,6 +4,7 @@ import argparse
 import logging
 from pathlib import Path
 
+from breaker.cli.named import check_output
 from breaker.cli.settings import PROJECT, settings_of
 
 __all__ = ["add"]
@@ -28,6 +29,8 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def _run(options: argparse.Namespace) -> int:
+    for path in filter(None, (options.output, options.plot)):
+        check_output(path, [options.file], picture=path == options.plot)
     from breaker.inspection import inspect_file, overlay_of, report_of
 
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the report has the reasons

@@ -8,6 +8,7 @@ from pathlib import Path
 __all__ = ["check_output", "operations_of"]
 
 _STORE = (".zgroup", "zarr.json")  # one of which every Zarr store has
+_PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 
 
 def operations_of(
@@ -88,18 +89,21 @@ def _listed(
     }
 
 
-def check_output(path: str, inputs: Sequence[str], *, store: bool = False) -> None:
+def check_output(
+    path: str, inputs: Sequence[str], *, store: bool = False, picture: bool = False
+) -> None:
     """Refuse what cannot be written, before any work is done.
 
     Args:
         path: What is to be written.
         inputs: Files and folders that are read.
         store: Whether it is a Zarr store, a folder, which may replace one.
+        picture: Whether it is a picture, whose kind its ending says.
 
     Raises:
         OSError: If its folder is not there, it may not be written, or it is a folder of another
             kind.
-        ValueError: If it is one of the records that are read.
+        ValueError: If it is one of the records that are read, or a picture of no known ending.
     """
     target = Path(path)
     folder = target.parent
@@ -107,6 +111,8 @@ def check_output(path: str, inputs: Sequence[str], *, store: bool = False) -> No
         raise FileNotFoundError(f"there is no folder {folder}/ for {path}; make it first")
     if target.exists() and any(os.path.exists(each) and target.samefile(each) for each in inputs):
         raise ValueError(f"{path} is what is read, and would be replaced; name another file")
+    if picture and target.suffix.lower() not in _PICTURES and not target.is_dir():
+        raise ValueError(f"{path} is no name of a picture; end it in {' or '.join(_PICTURES[:3])}")
     if target.is_dir() and not (store and any((target / name).is_file() for name in _STORE)):
         raise IsADirectoryError(f"{path} is a folder, and is not replaced; name another")
     if store and target.is_file():

@@ -5,13 +5,15 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-__all__ = ["YEAR", "days_left", "days_per_operation", "on_date"]
+__all__ = ["FARTHEST", "YEAR", "days_left", "days_per_operation", "on_date"]
 
 YEAR = 365.0
 """Days over which operations are counted, at least, where the records go back as far."""
 
+FARTHEST = 36525.0
+"""Days ahead that are told: a century."""
+
 _LEAST = 30.0  # days over which operations must have been counted
-_FARTHEST = 36525.0  # days ahead that are a date
 
 
 def days_per_operation(operations: np.ndarray, dates: Sequence[str]) -> np.ndarray:
@@ -81,7 +83,7 @@ def on_date(
     lasts = np.searchsorted(numbers, operations, "right") - 1
     for number, last, each in zip(wanted, lasts, per_operation, strict=True):
         ahead = (number - numbers[last]) * each if last >= 0 else np.nan
-        day = days[last] + ahead if abs(ahead) < _FARTHEST else np.nan
+        day = days[last] + ahead if abs(ahead) < FARTHEST else np.nan
         there = 0 <= day < (datetime.max - datetime.min).days
         date = datetime.min + timedelta(days=float(day)) if there else None
         found.append(date.date().isoformat() if date else "")

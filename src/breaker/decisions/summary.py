@@ -8,6 +8,7 @@ import xarray as xr
 
 from breaker.decisions.actions import recent
 from breaker.decisions.alarms import latest
+from breaker.decisions.dates import FARTHEST
 from breaker.decisions.trust import beyond_family, trust_sentence, untold
 from breaker.decisions.wearing import drifts, rates
 from breaker.decisions.wording import about, and_so_on, span
@@ -123,7 +124,7 @@ def _left(judged: xr.Dataset, row: pd.Series) -> str:
     if not words:
         return "Left: no trend leads to a limit."
     days = ""
-    if 0 < row.days_left < np.inf:
+    if 0 < row.days_left < FARTHEST:
         between = span(row.days_left_5, row.days_left_95)
         days = f" At the recent rate {row.limit} in {about(row.days_left)} days ({between})."
     return f"Left, operations (90 %): {words}.{days}"

@@ -119,17 +119,29 @@ def _reasons(noted: Sequence[str], events: Sequence[str], exceeded: np.ndarray) 
 
 
 def _about(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> dict[str, list]:
-    """What is known of each operation, by its name: of the first motion that knows it, ``(o,)``."""
+    """What is known of each operation, by its name, ``(o,)``.
+
+    Events of all motions and their mean temperature, as trends have them; of anything else, what
+    the first motion knows.
+    """
     found = {}
     for name in ABOUT:
-        empty = np.nan if name == "temperature" else ""
-        known: dict[int, object] = {}
+        known: dict[int, list] = {int(number): [] for number in operations}
         for data in curves.values():
             if name in known_about(data):
-                values = zip(data.operation.values.tolist(), data[name].values, strict=True)
-                known = {i: v for i, v in values if v == v and v != ""} | known
-        found[name] = [known.get(int(number), empty) for number in operations]
+                for number, value in zip(data.operation.values, data[name].values, strict=True):
+                    if value == value and value != "":
+                        known.setdefault(int(number), []).append(value)
+        found[name] = [_joined(name, known[int(number)]) for number in operations]
     return found
+
+
+def _joined(name: str, values: Sequence) -> object:
+    """One value of ``ABOUT`` from those of the motions of an operation; empty without any."""
+    if name == "temperature":
+        return float(np.mean(values)) if values else np.nan
+    words = list(dict.fromkeys(map(str, values)))
+    return ", ".join(words if name == "event" else words[:1])
 
 
 def _silent(curves: Mapping[str, xr.Dataset], operations: np.ndarray, notice: int) -> list[str]:

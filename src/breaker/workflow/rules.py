@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from breaker.files import list_operations
+from breaker.files import event_words, list_operations
 from breaker.mechanism import MOTIONS, NAMES, Limit, check_quantity, speeds_of
 from breaker.workflow.magnitudes import MAGNITUDES
 
@@ -164,6 +164,25 @@ def _choice(choice: str | None, curves: str | None) -> str | None:
     return f"is {choice}, but the stand-in is one breaker with one phase. Set it to null."
 
 
+def _events(events: Mapping[str, Sequence[str]]) -> str | None:
+    """Names of events, each of which must be there once, however it is written."""
+    named, wrong = {}, []
+    for key in events:
+        words = event_words(key) if isinstance(key, str) else ()
+        if not words:
+            wrong.append(f"has {key!r}, which is no name of an event. Write a word, or quote it.")
+        for word in words:
+            if word in named:
+                wrong.append(f"has {word!r} in {named[word]!r} and in {key!r}. Leave one out.")
+            named[word] = key
+    return " ".join(wrong) or None
+
+
+def _effect(mean_sd: Sequence[float]) -> str | None:
+    _, sd = mean_sd
+    return None if sd >= 0 else f"is {mean_sd}, but a standard deviation cannot be negative."
+
+
 def _curves(
     curves: str | None,
     motions: Sequence[str],
@@ -171,7 +190,7 @@ def _curves(
     phase: str | None,
     events: Mapping[str, Sequence[str]],
 ) -> str | None:
-    if curves is None:
+    if curves is None or _events(events):
         return None
     wrong = []
     for motion in motions:
@@ -220,6 +239,8 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("limits", "motions", "speeds"), _limits),
     (("known", "speeds", "endurance.posterior"), _known),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
+    (("endurance.events",), _events),
+    (("wear_model.friction_by_temperature",), _effect),
     (
         (
             *("endurance.curves", "motions", "endurance.breaker", "endurance.phase"),
