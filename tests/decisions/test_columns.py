@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from breaker.decisions.actions import ACTIONS
-from breaker.decisions.columns import ALARMS, DECISIONS, table_of
+from breaker.decisions.columns import ALARMS, DECISIONS, read_table, table_of
 
 TEXT = (Path(__file__).parents[2] / "docs" / "decisions.md").read_text(encoding="utf-8")
 
@@ -32,12 +32,11 @@ def test_documentation_lists_the_actions_as_they_are():
 
 def test_kinds_survive_a_file(tmp_path):
     given = {"operation": [1, 2], "operations_left": [np.inf, np.nan], "service_by": [7, pd.NA]}
+    given |= {"breaker": ["007", "007"], "limit": ["", "NA"], "date": ["2024-01-01", ""]}
     table = table_of(given | {"to_do": ["a, b", "c"]}, DECISIONS)
     table.to_csv(tmp_path / "decisions.csv", index=False)
-    read = pd.read_csv(tmp_path / "decisions.csv", dtype={"service_by": "Int64"})
-    assert list(read) == list(DECISIONS)
-    assert read.operations_left.tolist()[0] == np.inf
-    assert np.isnan(read.operations_left[1])
+    read = read_table(tmp_path / "decisions.csv", DECISIONS)
+    pd.testing.assert_frame_equal(read, table)
     assert read.service_by.tolist() == [7, pd.NA]
     assert read.to_do.tolist() == ["a, b", "c"]
 

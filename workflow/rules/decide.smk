@@ -2,7 +2,8 @@
 
 Needs the exact posteriors of all operations. Goes through them in chunks: single operations are
 judged by themselves, trends go on from the stored state of the chunk before, so that appended
-operations run their own chunk and no other. Makes the table of decisions, the figures of health,
+operations run their own chunk and no other. Trends of measured quantities take seconds, and go through
+all operations again. Makes the table of decisions, the figures of health,
 change points and remaining life, and the first page of the report.
 """
 

@@ -13,7 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "actions": ["ACTIONS"],
         "alarms": ["alarm_table", "first"],
         "changes": ["step_table"],
-        "columns": ["ALARMS", "DECISIONS"],
+        "columns": ["ALARMS", "DECISIONS", "read_table"],
         "conditions": ["align", "condition", "usable"],
         "page": ["opening"],
         "scales": ["over_scales", "spread"],

@@ -4,11 +4,12 @@ One schema for every drive: a column whose content is not known is there and emp
 """
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
 
-__all__ = ["ALARMS", "DECISIONS", "Column", "table_of"]
+__all__ = ["ALARMS", "DECISIONS", "Column", "read_table", "table_of"]
 
 
 class Column(NamedTuple):
@@ -94,3 +95,14 @@ def table_of(data: Mapping | pd.DataFrame, columns: Mapping[str, Column]) -> pd.
         if column.kind == "text":
             result[name] = result[name].where(result[name].notna(), "")
     return result.astype({name: _KINDS[column.kind] for name, column in columns.items()})
+
+
+def read_table(file: str | Path, columns: Mapping[str, Column]) -> pd.DataFrame:
+    """Read a table that was written as CSV; a name such as "007" or "NA" is as it was.
+
+    Args:
+        file: The file.
+        columns: ``DECISIONS`` or ``ALARMS``.
+    """
+    texts = {name: str for name, column in columns.items() if column.kind == "text"}
+    return table_of(pd.read_csv(file, dtype=texts, keep_default_na=False, na_values=[""]), columns)
