@@ -107,7 +107,9 @@ def test_nothing_is_made_up_of_nothing():
     for name in ("remaining", "toward", "beyond", "value", "slope", "slope_interval"):
         trend[name][:] = NAN
     page = page_of(np.full((4, 3), NAN), trend).verdict
-    assert page.headline == "Check the records: none could be used yet. As of operation 4."
+    assert (
+        page.headline == "Check the records: no limit can be told from them yet. As of operation 4."
+    )
     assert (page.attrs["left"], page.attrs["wearing"]) == ("Left: unknown.", "Wearing: unknown.")
     assert set(page.state.values) == {"unknown"}
     assert np.isnan(page.way).all()

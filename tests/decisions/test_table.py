@@ -237,7 +237,7 @@ def test_nothing_is_made_up_of_nothing():
     rows = page_of(np.full((4, 3), NAN), trend, curves=curves).rows
     assert set(rows.state) == {"unknown"}
     assert set(rows.action) == {"check"}
-    assert set(rows.to_do) == {"check the records: none could be used yet"}
+    assert set(rows.to_do) == {"check the records: no limit can be told from them yet"}
     assert set(rows.not_used) == {"closing: rejected"}
     for name in ("exceeded", "limit", "wearing", "change", "why"):
         assert set(rows[name]) == {""}

@@ -251,6 +251,13 @@ def learnt(tracker):
     return hypotheses
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_gap_of_many_changes_leaves_every_weight_finite(tracker):
+    tracker = replace(tracker, hazard=0.0005)
+    found = tracker.predict(tracker.begin(1), 1_000_000)
+    assert np.isfinite(found.log_weight).all()
+
+
 def test_a_gap_is_as_long_as_its_operations(tracker):
     """Without changes, five operations of which nothing is seen are one step of five.
 

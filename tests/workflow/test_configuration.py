@@ -502,6 +502,20 @@ def test_a_folder_of_curves_is_looked_into(complaint, tmp_path):
     assert load([DEFAULTS, one])["motions"] == ["closing"]
 
 
+def test_limits_on_records_without_a_trigger_or_contact_are_refused(complaint, tmp_path):
+    (tmp_path / "1.csv").touch()
+    table = tmp_path / "operations.csv"
+    table.write_text("file,motion,operation\n1.csv,closing,1\n")
+    limits = "[{name: late, motion: closing, of: record, upper: {latch_time: 30, touch_time: 9}}]"
+    overlay = f"motions: [closing]\nlimits: {limits}\nendurance: {{curves: {tmp_path}}}\n"
+    message = complaint(overlay)
+    assert "late: no record shows latch_time without the trigger. Set" in message
+    assert "endurance.format.contact_column, or state touch_time in operations.csv" in message
+    table.write_text("file,motion,operation,trigger,touch_time\n1.csv,closing,1,12,44.1\n")
+    (tmp_path / "both.yaml").write_text(overlay)
+    assert load([DEFAULTS, tmp_path / "both.yaml"])
+
+
 @pytest.mark.parametrize(
     ("kind", "written"),
     [("number", text) for text in ("1e-3", "1E5", "-2e+3", "0,25", "1.5e-07", ".5e3", "1e300")]

@@ -111,7 +111,7 @@ def _words(row, probability: float, changed: str, silent: str) -> str:
         words = ", ".join(f"{name_since} {int(number):,}" for name_since, number in every)
         return f"service now: {words.replace(' since ', ' exceeded since operation ', 1)}{lately}"
     if row.action == "check" and not row.limit:
-        why = "; ".join(filter(None, [silent or "none could be used yet", changed]))
+        why = "; ".join(filter(None, [silent or "no limit can be told from them yet", changed]))
         return f"check the records: {why}"
     by = "" if row.service_by is pd.NA else f"service by operation {row.service_by:,}"
     if row.action == "check":

@@ -37,6 +37,7 @@ PER = 1000.0
 """Operations in the unit of slopes."""
 
 _RARE = 1e-6  # least weight of a scatter, so that it can become likely again
+_SURELY = np.nextafter(1.0, 0.0)  # largest probability of a change in a gap, however long
 _HOPELESS = 25.0  # log weight below the best one from which a hypothesis is dropped,
 _YOUNG = 50.0  # unless it is of that age or less, operations
 
@@ -125,6 +126,7 @@ class Tracker:
         if gap <= 0:
             return hypotheses
         hazard = -np.expm1(gap * np.log1p(-self.hazard)) if self.hazard else 0.0
+        hazard = min(hazard, _SURELY)
         grown = self._with_changes(hypotheses, hazard) if hazard else hypotheses
         p, way = self.size, gap / PER
         mean, cov = grown.mean.copy(), grown.cov.copy()

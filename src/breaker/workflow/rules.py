@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from breaker.files import event_words, list_operations
-from breaker.mechanism import MOTIONS, NAMES, Limit, check_quantity, speeds_of
+from breaker.files import SWITCHING, event_words, list_operations
+from breaker.mechanism import MOTIONS, NAMES, Limit, check_quantity, from_list, speeds_of
 from breaker.workflow.magnitudes import MAGNITUDES
 
 __all__ = ["RULES"]
@@ -202,6 +202,41 @@ def _curves(
     return f"cannot be used: {'. '.join(dict.fromkeys(wrong))}." if wrong else None
 
 
+def _shown(
+    entries: Sequence[Mapping[str, Any]],
+    motions: Sequence[str],
+    speeds: Mapping[str, Sequence[str] | None],
+    curves: str | None,
+    breaker: str | None,
+    phase: str | None,
+    contact: str | int | None,
+    trigger: str | int | None,
+) -> str | None:
+    """Limits on what records show by a contact or trigger alone, where none is stated."""
+    if curves is None or _limits(entries, motions, speeds):
+        return None
+    defined, wrong = speeds_of(speeds), []
+    timed = {each.name for each in defined if each.start.of_event or each.end.of_event}
+    timed |= set(SWITCHING.values())
+    for limit in from_list(entries, motions, defined, of=["record"]):
+        try:
+            rows = list_operations(curves, limit.motion, breaker=breaker, phase=phase)
+        except (OSError, ValueError):
+            return None  # which another rule says
+        has = {"contact": contact is not None, "trigger": trigger is not None}
+        has["contact"] |= any(row.switching == row.switching for row in rows)
+        has["trigger"] |= any(row.trigger == row.trigger for row in rows)
+        columns = {"contact": SWITCHING[limit.motion], "trigger": "trigger"}
+        for name in limit.quantities:
+            needs = "trigger" if name == "latch_time" else "contact"
+            if name in (*timed, "latch_time") and not has[needs]:
+                wrong.append(
+                    f"{limit.name}: no record shows {name} without the {needs}. Set endurance."
+                    f"format.{needs}_column, or state {columns[needs]} in operations.csv."
+                )
+    return f"cannot be used. {' '.join(wrong)}" if wrong else None
+
+
 _AT_MOST = {  # a key, and the one that it must not exceed
     **{f"training.{motion}.evaluate_every": f"training.{motion}.steps" for motion in MOTIONS},
     **{f"network.{motion}.summary.components": "sensor.samples" for motion in MOTIONS},
@@ -237,6 +272,14 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     ),
     (("speeds",), _speeds),
     (("limits", "motions", "speeds"), _limits),
+    (
+        (
+            *("limits", "motions", "speeds", "endurance.curves", "endurance.breaker"),
+            *("endurance.phase", "endurance.format.contact_column"),
+            "endurance.format.trigger_column",
+        ),
+        _shown,
+    ),
     (("known", "speeds", "endurance.posterior"), _known),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
     (("endurance.events",), _events),
