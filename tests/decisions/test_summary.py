@@ -1,9 +1,12 @@
 """The first page: on small tables made up for it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from breaker.decisions.trust import trust_table
 from breaker.mechanism.parameters import MOTIONS, NAMES
+from tests.decisions import made_up
 from tests.decisions.made_up import INF, NAN, NUMBERS, QUIET, curves_of, page_of, trend_of
 from tests.decisions.test_table import changed_trend
 from tests.decisions.test_trust import trust_of
@@ -54,6 +57,18 @@ def test_each_exceeded_limit_has_its_own_date():
     assert page.attrs["left"] == "Left, operations (90 %): nothing to the limits exceeded."
     np.testing.assert_array_equal(page.since, [4, 3, NAN])
     assert page.remaining.values[:2].tolist() == [[0] * 3] * 2
+
+
+def test_names_of_limits_with_words_of_the_sentences(monkeypatch):
+    odd = [replace(each, name=f"{each.name} (A) since 2019") for each in made_up.LIMITS]
+    monkeypatch.setattr(made_up, "LIMITS", odd)
+    monkeypatch.setattr(made_up, "PARTS", [each.name for each in odd for _ in each.parts])
+    page = page_of(QUIET, trend_of(MOTIONS, NUMBERS, beyond={odd[0].name: 0.3})).verdict
+    assert "Cannot tell" not in page.headline  # the limit that the action is about
+    page = page_of(np.full((4, 3), 0.99), trend_of(MOTIONS, NUMBERS)).verdict
+    assert "slow (A) since 2019 exceeded since operation 2, tired (A) since 2019 since 2" in (
+        page.headline
+    )
 
 
 def test_what_is_left_and_what_cannot_be_told():

@@ -274,6 +274,9 @@ limits: [{name: '', motion: opening, lower: {f: '0,8'}}]
 limits: [{name: "a\\nb", motion: closing, upper: {f: 1}}]
     limits[0].name is "a\\nb", but must be a text, not empty
     (Name of the limit on one line
+limits: [{name: a; b, motion: closing, upper: {f: 1}}]
+    limits[0].name is "a; b", but must be a text, not empty
+    (Name of the limit on one line, without a semicolon
 limits: [{motion: closing, lower: {f: true, mu: .nan}, upper: 10}, 7]
     limits[0].name is missing
     limits[0].lower.f is true

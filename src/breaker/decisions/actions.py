@@ -107,9 +107,10 @@ def _words(row, probability: float, changed: str, silent: str) -> str:
     known = row.operations_left_5 == row.operations_left_5
     left = f"{span(row.operations_left_5, row.operations_left_95)} operations left"
     if row.action == "service":
-        every = [each.rsplit(" ", 1) for each in row.exceeded.split("; ")]
-        words = ", ".join(f"{name_since} {int(number):,}" for name_since, number in every)
-        return f"service now: {words.replace(' since ', ' exceeded since operation ', 1)}{lately}"
+        every = [each.rsplit(" since ", 1) for each in row.exceeded.split("; ")]
+        terms = [" exceeded since operation ", *[" since "] * (len(every) - 1)]
+        words = [f"{each}{term}{int(at):,}" for (each, at), term in zip(every, terms, strict=True)]
+        return f"service now: {', '.join(words)}{lately}"
     if row.action == "check" and not row.limit:
         why = "; ".join(filter(None, [silent or "no limit can be told from them yet", changed]))
         return f"check the records: {why}"

@@ -88,7 +88,7 @@ def _headline(row: pd.Series, judged: xr.Dataset, trust: pd.DataFrame, noted: st
         words = f"{row.state.capitalize()}: {row.to_do}"
     else:
         words = words.removesuffix(f"; {noted}")  # the next sentence ends with it
-    doubts = [each for each in untold(judged)[-1] if each.split(" (")[0] != row.limit]
+    doubts = [each for each in untold(judged)[-1] if each.rsplit(" (", 1)[0] != row.limit]
     cannot = f" Cannot tell {and_so_on(doubts, _NAMED)}." if doubts and row.limit else ""
     unlike = " Intervals cannot be relied on: see trust." if beyond_family(trust) else ""
     return f"{words}.{cannot}{unlike} As of operation {row.operation:,}."
