@@ -72,6 +72,14 @@ def test_a_breaker_of_a_table_is_chosen(visits, capsys):
     assert json.loads(capsys.readouterr().out)["records"] == {"closing": {"before": 1, "today": 1}}
 
 
+def test_tables_of_different_drives_are_refused(visits, capsys):
+    for name, phase in (("then", "L1"), ("now", "L2")):
+        rows = f"file,motion,operation,phase\n{name}.csv,closing,1,{phase}\n"
+        (visits / name / "operations.csv").write_text(rows)
+    assert call("then", "--today", "now") == 1
+    assert "is of phase L1, that of the second of L2; compare one" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("share", ["0", "100", "some"])
 def test_a_share_that_is_none_is_refused(capsys, share):
     with pytest.raises(SystemExit):

@@ -107,7 +107,7 @@ def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int
     hold any motion.
 
     Raises:
-        ValueError: If a file is named in both visits.
+        ValueError: If a file is named in both visits, or their tables name different drives.
     """
     endurance = config["endurance"]
     chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
@@ -119,6 +119,7 @@ def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int
     files = [{str(op.file.resolve()) for each in by.values() for op in each} for by, _ in visits]
     if both := sorted(files[0] & files[1]):
         raise ValueError(f"{both[0]} is named in both visits; leave it out of one of them")
+    _check_drive([by for by, _ in visits], list(chosen))
     first = 1 + max(len(each) for each in visits[0][0].values())
     operations = {}
     for (by_motion, _), begin in zip(visits, (1, first), strict=True):
@@ -126,6 +127,24 @@ def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int
             numbered = [replace(op, number=begin + i) for i, op in enumerate(each)]
             operations.setdefault(motion, []).extend(numbered)
     return operations, first, any(loose for _, loose in visits)
+
+
+def _check_drive(visits: Sequence[Mapping], names: Sequence[str]) -> None:
+    """Refuse visits whose tables name different breakers or phases; a file names none.
+
+    Raises:
+        ValueError: If they do.
+    """
+    for name in names:
+        before, today = (
+            {getattr(op, name) for each in by_motion.values() for op in each}
+            for by_motion in visits
+        )
+        if not (before & today or "" in before | today):
+            raise ValueError(
+                f"the table of the first visit is of {name} {', '.join(before)}, that of the "
+                f"second of {', '.join(today)}; compare one drive, or mend a table"
+            )
 
 
 def _by_visit(curves: Mapping, first: int) -> tuple[dict, dict, list[dict]]:
