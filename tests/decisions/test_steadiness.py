@@ -73,12 +73,21 @@ def test_what_is_more_urgent_is_told_at_once_and_what_is_less_after_it_held(urge
     assert np.flatnonzero(again.limit).tolist() == list(range(100, ends))
 
 
-def test_a_limit_that_is_due_earlier_is_told_at_once():
+def test_a_limit_that_is_due_earlier_is_told_at_once_if_soon_else_once_it_held():
     due = np.tile([500.0, 900.0], (400, 1))
     due[100:, 1] = 450.0  # a tenth of 399 before is 460
+    assert np.flatnonzero(chosen(PLAN * np.ones(2, int), due).limit)[0] == 100 + HOLD
+    due[100:, 1] = 101.0 + HOLD
     assert np.flatnonzero(chosen(PLAN * np.ones(2, int), due).limit)[0] == 100
     due[100:, 1] = 465.0
-    assert chosen(PLAN * np.ones(2, int), due).limit[100:120].max() == 0
+    assert chosen(PLAN * np.ones(2, int), due).limit[100:150].max() == 0
+
+
+def test_estimates_far_ahead_that_scatter_by_a_fifth_do_not_alternate():
+    rng = generator(1, "test", "alternate far ahead")
+    left = np.array([900.0, 905.0]) * np.exp(0.2 * rng.standard_normal((400, 2)))
+    assert changes((left[:, 1] < 0.9 * left[:, 0]).astype(int)) > 100
+    assert changes(chosen(PLAN * np.ones(2, int), NUMBERS[:, None] + left).limit) <= 5
 
 
 # ---- the date --------------------------------------------------------------------------------

@@ -46,6 +46,9 @@ def subject(
 ) -> Subject:
     """Choose the limit that each decision is about: the most urgent one, steadily.
 
+    One as urgent that is due clearly before it takes its place once it has been so for ``hold``
+    operations, or at once if it is due within as many.
+
     Args:
         rank: How urgent each limit is, ``(o, l)``.
         due: Operation by which to service for each, inf if not known, ``(o, l)``.
@@ -62,14 +65,17 @@ def subject(
         [0, 1, 1, 0]
     """
     limits, ranks = [], []
-    told, level, calm = -1, 0, []
+    told, level, calm, sooner = -1, 0, [], []
     for i, operation in enumerate(operations.tolist()):
         best = int(np.lexsort((-probability[i], due[i], -rank[i]))[0])
         over = level == _SERVICE and rank[i, told] < _SERVICE  # it has a hysteresis of its own
         calm = [*calm, operation] if told >= 0 and rank[i, told] < level else []
         free = told < 0 or bool(reasons[i]) or over or _held(calm, hold)
-        if free or rank[i, best] > level or _earlier(i, best, told, level, rank, due, operation):
-            told, level, calm = best, int(rank[i, best]), []
+        free = free or rank[i, best] > level or (rank[i, best] == level > rank[i, told])
+        is_sooner = due[i, best] < due[i, told] - _same(due[i, told], operation)
+        sooner = [*sooner, operation] if rank[i, best] == level and is_sooner else []
+        if free or (sooner and due[i, best] <= operation + hold) or _held(sooner, hold):
+            told, level, calm, sooner = best, int(rank[i, best]), [], []
         limits.append(told)
         ranks.append(level)
     return Subject(np.array(limits, dtype=int), np.array(ranks, dtype=int))
@@ -78,17 +84,6 @@ def subject(
 def _held(operations: Sequence[int], hold: int) -> bool:
     """Whether an answer held for so many operations, and in records enough."""
     return len(operations) >= _RECORDS and operations[-1] - operations[0] >= hold
-
-
-def _earlier(
-    i: int, best: int, told: int, level: int, rank: np.ndarray, due: np.ndarray, operation: float
-) -> bool:
-    """Whether another limit of the same rank is due clearly before the one that is told."""
-    if rank[i, best] < level or best == told:
-        return False
-    if rank[i, told] < level:
-        return True
-    return bool(due[i, best] < due[i, told] - _same(due[i, told], operation))
 
 
 def _same(due: float, operation: float) -> float:
