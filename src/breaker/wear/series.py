@@ -42,10 +42,9 @@ class Series:
         """What was done before operation ``i`` of the series; ``Event("")`` if nothing was."""
         return (self.events or {}).get(int(self.operations[i]), Event(""))
 
-    def temperatures(self, i: int) -> np.ndarray:
-        """Temperatures of operation ``i`` of the series and those after it, ``(o - i,)``."""
-        known = self.temperature
-        return np.full(len(self.operations) - i, np.nan) if known is None else known[i:]
+    def temperature_of(self, i: int) -> float:
+        """Temperature of operation ``i`` of the series, °C, nan if not known."""
+        return np.nan if self.temperature is None else float(self.temperature[i])
 
     def alike(self, places: np.ndarray) -> np.ndarray:
         """Return the most of given places ``(n,)`` with no event between, and about as warm.

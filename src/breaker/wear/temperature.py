@@ -2,7 +2,7 @@
 
 Grease is stiffer in the cold. Where temperatures of operations are given, the log of ``gamma_a`` is
 its line plus ``b (T - T0)``. T0 is the mean temperature of the reference, whose operations are
-about as warm; where temperatures come later, it is their mean. b is a constant of the drive,
+about as warm; where temperatures come later, it is the first of them. b is a constant of the drive,
 unknown but for its prior: one more number in the state of every hypothesis, after levels and
 slopes, which segments pass on. All that is told is of T0.
 
@@ -104,7 +104,7 @@ class Felt:
 def feel(
     hypotheses: Hypotheses,
     warmth: Warmth | None,
-    ahead: np.ndarray,
+    temperature: float,
     settings: Mapping,
     log_sds: np.ndarray,
 ) -> tuple[Hypotheses, Warmth | None, Felt]:
@@ -113,20 +113,20 @@ def feel(
     Args:
         hypotheses: They predict an operation.
         warmth: Temperatures before it; None before there was one.
-        ahead: Its temperature, °C, nan if not known, and those after it, ``(o,)``.
+        temperature: Its temperature, °C, nan if not known.
         settings: The section ``wear_model`` of the configuration.
         log_sds: Prior sds of the log parameters, ``(p,)``.
     """
     prior = np.array(settings["friction_by_temperature"]) / (100.0 * log_sds[FRICTION])
-    warmth = warmth or Warmth.begin(ahead)
+    warmth = warmth or Warmth.begin(np.array([temperature]))
     if not prior.any() or warmth is None:
         return hypotheses, warmth, Felt()
-    apart, spread = warmth.apart(*ahead[:1])
+    apart, spread = warmth.apart(temperature)
     hypotheses = _with_coefficient(hypotheses, *prior)
     mean, cov = hypotheses.level()
     effect = np.square(mean[_PLACE]) + cov[_PLACE, _PLACE]
     felt = Felt(apart, float(mean[_PLACE]), float(spread * effect))
-    return hypotheses, warmth.learn(*ahead[:1]), felt
+    return hypotheses, warmth.learn(temperature), felt
 
 
 def lines(hypotheses: Hypotheses) -> Hypotheses:

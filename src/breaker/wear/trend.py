@@ -104,7 +104,7 @@ class Follower:
             records = {motion: series.records[motion][used] for motion in self.models}
             outputs = {motion: series.outputs[motion][used] for motion in self.models}
             reference = find_reference(self.models, records, outputs, self.learned)
-        warmth = Warmth.begin(series.temperatures(0)[used])
+        warmth = Warmth.begin(np.array([series.temperature_of(i) for i in used]))
         if reference is None or self.learned is None:
             return State(self.tracker.begin(first), reference, 0, first, (), warmth=warmth)
         matrix = reference.matrix
@@ -203,7 +203,7 @@ class Follower:
         state = replace(state, hypotheses=predicted)
         state = after_event(series.event(i), state, self.tracker, self.learned)
         hypotheses, warmth, felt = feel(
-            *(state.hypotheses, state.warmth, series.temperatures(i)),
+            *(state.hypotheses, state.warmth, series.temperature_of(i)),
             *(self.settings, self.tracker.log_sds),
         )
         return replace(state, hypotheses=hypotheses, warmth=warmth), felt
