@@ -89,7 +89,7 @@ def test_decisions_and_first_page_report_a_step():
     assert rows.action.tolist() == ["none", "none", "watch", "watch"]
     assert page.attrs["headline"] == f"Healthy: watch {ENDED}. As of operation 1,230."
     assert page.attrs["wearing"] == (
-        f"Wearing: no parameter that a trend could tell from none. Last change noticed: {ENDED}."
+        f"Wearing: nothing that a trend could tell from none. Last change noticed: {ENDED}."
     )
     _, _, rows, page = page_of(QUIET, stepped(), notice=5)
     assert rows.action.tolist() == ["none", "none", "watch", "none"]

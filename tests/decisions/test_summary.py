@@ -39,7 +39,7 @@ def test_way_of_a_limit_exceeded_from_the_start():
 def test_a_healthy_drive():
     page = page_of(QUIET, trend_of(MOTIONS, NUMBERS)).verdict
     assert page.headline == "Healthy: go on. As of operation 4."
-    assert page.attrs["wearing"] == "Wearing: no parameter that a trend could tell from none."
+    assert page.attrs["wearing"] == "Wearing: nothing that a trend could tell from none."
     assert page.attrs["left"] == "Left: no trend leads to a limit."
     assert page.attrs["operation"] == 4
     assert page.state.values.tolist() == ["healthy"] * 3

@@ -1,8 +1,9 @@
 """What wears: told once it is sure, and until it is not."""
 
 import numpy as np
+import xarray as xr
 
-from breaker.decisions.wearing import drifts, rates, wearing
+from breaker.decisions.wearing import drifts, rates, wearing, with_measured
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
 from tests.decisions.made_up import NAN, trend_of
@@ -61,3 +62,23 @@ def test_rates_are_told_steepest_first():
     assert rates({"both": trend}, found) == "both: gamma_a +12 %, L +4.2 %, k_a +3.5 %"
     apart = {"closing": sloping(["closing"]), "opening": sloping(["opening"], f=-3.0)}
     assert rates(apart, drifts(apart, NUMBERS)) == "opening: f -3 %"
+
+
+def test_measured_quantities_wear_in_percent_of_their_first_level():
+    level = np.full((200, 2), [8.0, 14.0])
+    level[0] = np.nan  # nothing was read at first
+    slope = np.full((200, 2), [0.8, 0.0])  # ms and mm in 1,000 operations
+    ends = slope[..., None] + 0.1 * np.array([-1, 1])
+    record = xr.Dataset(
+        {
+            "level": (("operation", "followed"), level),
+            "slope": (("operation", "followed"), slope),
+            "slope_interval": (("operation", "followed", "bound"), ends),
+        },
+        {"operation": NUMBERS, "followed": ["closing travel_time", "closing stroke"]},
+    )
+    trends = with_measured({"both": sloping()}, record)
+    found = drifts(trends, NUMBERS)
+    assert wearing(trends, found)[-1] == "measured: closing travel_time rises"
+    assert rates(trends, found) == "measured: closing travel_time +10 %"
+    assert with_measured({}, None) == {}

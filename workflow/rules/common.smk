@@ -2,6 +2,7 @@
 
 import os
 import re
+from math import ceil
 from pathlib import Path
 
 from breaker.mechanism import Size, speeds_of
@@ -143,3 +144,11 @@ def part_of(count, size):
         return list(range(first, min(first + size, total)))
 
     return numbers
+
+
+def lives_of_seed(wildcards):
+    """All jobs of the lives of a seed."""
+    lives = config["lives"]
+    seed = wildcards.get("seed", lives["calibration_seed"])
+    path = f"results/lives/seed{seed}/lives_{{job:03d}}.zarr"
+    return jobs(lives["lives"], lives["lives_per_job"], path)

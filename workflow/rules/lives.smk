@@ -4,8 +4,6 @@ Needs the model files of both motions. Goes through the lives in jobs of a few, 
 generators of its own; an interrupted evaluation goes on with the jobs that are missing.
 """
 
-from math import ceil
-
 
 rule follow_lives:
     """Simulate some lives, infer their records and follow them."""
@@ -29,13 +27,6 @@ rule follow_lives:
         },
     script:
         "../scripts/follow_lives.py"
-
-
-def lives_of_seed(wildcards):
-    """All jobs of the lives of a seed."""
-    jobs = ceil(config["lives"]["lives"] / config["lives"]["lives_per_job"])
-    seed = wildcards.get("seed", config["lives"]["calibration_seed"])
-    return [f"results/lives/seed{seed}/lives_{job:03d}.zarr" for job in range(jobs)]
 
 
 rule calibrate_lives:

@@ -13,6 +13,7 @@ from breaker.decisions import (
     step_table,
     trust_table,
     verdict,
+    with_measured,
 )
 from breaker.mechanism import from_list, speeds_of
 from breaker.stores import describe, open_store, save
@@ -33,13 +34,14 @@ trust = trust_table([by_source[source] for source in used])
 
 measured = {"record": open_store(found.measured).load()} if found.measured else {}
 left = remaining(used | measured, limits, condition.operation.values)
-judged = judge(condition, left, used, alarm=alarm, toward=wear_model["toward"])
+followed = with_measured(used, measured.get("record"))
+judged = judge(condition, left, followed, alarm=alarm, toward=wear_model["toward"])
 left = left.assign(told=judged.told)
 if found.truth:
     left = left.assign(true_lives(open_store(found.truth).load(), limits))
 asked = {"alarm": alarm, "notice": wear_model["notice"], "measured": measured.get("record")}
 rows = decide(judged, left, used, curves, trust, **asked)
-page = verdict(judged, left, used, rows, trust, baseline=wear_model["baseline"])
+page = verdict(judged, left, followed, rows, trust, baseline=wear_model["baseline"])
 log.info("%s %s %s %s", *(page.attrs[name] for name in ("headline", "wearing", "left", "trust")))
 
 settings = {"limits": params.limits, "alarm": alarm, "wear_model": wear_model}

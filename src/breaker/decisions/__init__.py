@@ -22,6 +22,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "summary": ["verdict"],
         "table": ["dated", "decide"],
         "trust": ["trust_table"],
+        "wearing": ["with_measured"],
         "wording": ["about", "in_percent", "span"],
     },
 )

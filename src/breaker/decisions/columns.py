@@ -50,7 +50,9 @@ DECISIONS: Mapping[str, Column] = {
     "why": Column("text", "", "why `service_by` is later than in the row before"),
     "to_do": Column("text", "", "the action in words"),
     "exceeded": Column("text", "", "limits exceeded, each with the operation since when"),
-    "wearing": Column("text", "", "parameters that surely wear, and in which direction"),
+    "wearing": Column(
+        "text", "", "parameters and measured quantities that surely wear, and in which direction"
+    ),
     "change": Column("text", "", "change of wear or step that was noticed at this operation"),
     "trust": Column("text", "", "how well the limit is known, and what cannot be told"),
     "not_used": Column("text", "", "which record of the operation could not be used, and why"),

@@ -98,7 +98,7 @@ def judge(
     Args:
         condition: What ``condition`` returns, all operations.
         left: What ``remaining`` returns, for the same operations.
-        trends: Whole trends by source, those that limits are read from.
+        trends: As of ``drifts``.
         alarm: The section ``alarm`` of the configuration.
         toward: Probability that a trend leads to a limit from which it counts.
 

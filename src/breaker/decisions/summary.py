@@ -30,7 +30,8 @@ def verdict(
     """Return the first page: four sentences, and the state of each limit after the last operation.
 
     Args:
-        judged, left, trends, trust: As of ``decide``.
+        judged, left, trust: As of ``decide``.
+        trends: As of ``drifts``.
         decisions: What ``decide`` returns.
         baseline: First operations, after which the way to a limit begins.
 
@@ -103,7 +104,7 @@ def _wearing(
     since = f" Last change noticed: {noted}." if noted else ""
     steepest = rates(trends, drifts(trends, operations))
     if not steepest:
-        return f"Wearing: no parameter that a trend could tell from none.{since}"
+        return f"Wearing: nothing that a trend could tell from none.{since}"
     return f"Wearing, in 1,000 operations: {steepest}.{since}"
 
 

@@ -17,7 +17,7 @@ from breaker.decisions.columns import ALARMS, DECISIONS, table_of
 from breaker.decisions.dates import days_left, days_per_operation, on_date
 from breaker.decisions.steadiness import service_by, subject
 from breaker.decisions.trust import trust_in_limits
-from breaker.decisions.wearing import drifts, wearing
+from breaker.decisions.wearing import drifts, wearing, with_measured
 from breaker.files import ABOUT, known_about
 
 __all__ = ["dated", "decide"]
@@ -47,7 +47,8 @@ def decide(
     """
     operations = judged.operation.values
     known = _about(curves, operations)
-    noted, worn = changes(trends, operations, measured), wearing(trends, drifts(trends, operations))
+    followed, noted = with_measured(trends, measured), changes(trends, operations, measured)
+    worn = wearing(followed, drifts(followed, operations))
     reasons = _reasons(noted, known["event"], judged.exceeded.values)
     due, hold = due_of(judged), alarm["hold"]
     rank, probability = rank_of(judged, alarm["clear"]), judged.level_probability.values

@@ -1,6 +1,6 @@
-"""What wears: parameters whose slope surely differs from zero, steadily.
+"""What wears: parameters and measured quantities whose slope surely differs from zero, steadily.
 
-A parameter counts as wearing once its slope differs from zero at 5 % for seven parameters together,
+One counts as wearing once its slope differs from zero at 5 % for seven parameters together,
 and until it no longer does so by itself: it does not come and go with the noise of one operation.
 """
 
@@ -11,17 +11,37 @@ import xarray as xr
 
 from breaker.decisions.alarms import latched
 
-__all__ = ["drifts", "rates", "wearing"]
+__all__ = ["drifts", "rates", "wearing", "with_measured"]
 
 _SURE, _MAY_BE = 2.69, 1.645  # sds: 5 % for seven parameters together, and for one
 _HALF = 1.645  # sds in half a 90 % interval
+
+
+def with_measured(
+    trends: Mapping[str, xr.Dataset], measured: xr.Dataset | None
+) -> dict[str, xr.Dataset]:
+    """Return trends with one more source, "measured", whose slopes are percent of the first level.
+
+    Args:
+        trends: Whole trends by source.
+        measured: What ``wear.follow_measured`` returns, if limits are on any.
+    """
+    if measured is None:
+        return dict(trends)
+    level = measured.level.transpose("operation", "followed").values
+    known = np.isfinite(level)
+    begin = np.abs(level[known.argmax(axis=0), np.arange(level.shape[1])])
+    scale = xr.DataArray(100.0 / np.where(begin > 0, begin, np.nan), dims="followed")
+    slopes = measured[["slope", "slope_interval"]] * scale
+    slopes = slopes.rename(followed="parameter").transpose("operation", "parameter", ...)
+    return {**trends, "measured": slopes}
 
 
 def drifts(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> dict[str, np.ndarray]:
     """Return the direction in which each parameter wears: 1 up, -1 down, 0 not, by source.
 
     Args:
-        trends: Whole trends by source, with ``slope`` and ``slope_interval``.
+        trends: What ``with_measured`` returns, with ``slope`` and ``slope_interval``.
         operations: Numbers of the operations, ``(o,)``.
 
     Returns:
