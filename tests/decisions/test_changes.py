@@ -223,6 +223,9 @@ def seen_step():
                 np.tile([1195.0, 1201.0, 1210.0], (4, 1, 1)),
             ),
             "event": ("operation", np.full(4, "")),
+            "level": (("operation", "followed"), np.full((4, 1), 14.0)),
+            "slope": (("operation", "followed"), np.zeros((4, 1))),
+            "slope_interval": (("operation", "followed", "bound"), np.tile([-1.0, 1.0], (4, 1, 1))),
         },
         {"operation": NUMBERS, "followed": ["opening stroke"]},
     )

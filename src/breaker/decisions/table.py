@@ -48,20 +48,19 @@ def decide(
     operations = judged.operation.values
     known = _about(curves, operations)
     followed, noted = with_measured(trends, measured), changes(trends, operations, measured)
-    worn = wearing(followed, drifts(followed, operations))
     reasons = _reasons(noted, known["event"], judged.exceeded.values)
-    due, hold = due_of(judged), alarm["hold"]
-    rank, probability = rank_of(judged, alarm["clear"]), judged.level_probability.values
-    chosen = subject(rank, due, probability, operations, reasons, hold=hold)
+    due, hold, probability = due_of(judged), alarm["hold"], judged.level_probability.values
+    urgent = rank_of(judged, alarm["clear"]), due, probability
+    chosen = subject(*urgent, operations, reasons, hold=hold)
     by, why = service_by(due.min(axis=1), operations, reasons, hold=hold)
     looked, silent = recent(noted, operations, within=notice), _silent(curves, operations, notice)
+    worn = wearing(followed, drifts(followed, operations))
     look = [bool(wears or lately) for wears, lately in zip(worn, looked, strict=True)]
     blind = np.isnan(probability).all(axis=1) | (np.array(silent, dtype=str) != "")
-    codes = zip(chosen.rank, blind, look, strict=True)
-    rows, about = np.arange(len(operations)), chosen.rank > 0
+    codes, about = zip(chosen.rank, blind, look, strict=True), chosen.rank > 0
+    rows, pace = np.arange(len(operations)), days_per_operation(operations, known["date"])
     named = np.where(about, judged.limit.values[chosen.limit], "")
     told = np.where(about[:, None], judged.told.values[rows, chosen.limit], np.nan)
-    pace = days_per_operation(operations, known["date"])
     data = {
         **known,
         "operation": operations,
