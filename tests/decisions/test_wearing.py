@@ -20,19 +20,27 @@ def sloping(motions=MOTIONS, **slopes):
     return trend
 
 
-def test_a_drift_is_told_once_it_is_sure_and_until_it_is_not():
-    """At 2.69 sds for seven parameters together; at 1.645 for one."""
-    trend = sloping(f=np.repeat([2.6, -2.8, -1.7, -1.6, -2.6], 40), L=2.7)
+def test_a_drift_is_told_once_it_is_sure_and_until_it_has_not_been_for_long():
+    """At 2.69 sds for seven parameters together; below 1.645, for one, for 100 operations."""
+    f = np.repeat([2.6, -2.8, -1.7, -1.6], [20, 20, 20, 140])
+    trend = sloping(f=f, L=2.7)
     found = drifts({"both": trend}, NUMBERS)["both"]
-    assert found[::40, NAMES.index("f")].tolist() == [0, -1, -1, 0, 0]
+    place = NAMES.index("f")
+    assert np.flatnonzero(np.diff(found[:, place])).tolist() == [19, 158]
+    assert found[[0, 20, 158, 159], place].tolist() == [0, -1, -1, 0]
     assert set(found[:, NAMES.index("L")]) == {1}
     assert not found[:, NAMES.index("mu")].any()
     told = wearing({"both": trend}, {"both": found})
-    assert (
-        told[::40]
-        == [f"both: {each}" for each in ("L rises", *["f falls, L rises"] * 2)]
-        + ["both: L rises"] * 2
-    )
+    assert [told[i] for i in (0, 20, 159)] == [
+        f"both: {each}" for each in ("L rises", "f falls, L rises", "L rises")
+    ]
+
+
+def test_a_known_event_ends_what_wears():
+    trend = sloping(f=np.repeat([-5.0, 0.0], 100))
+    trend["event"] = "operation", np.where(NUMBERS == 101, "greased", "")
+    found = drifts({"both": trend}, NUMBERS)["both"][:, NAMES.index("f")]
+    assert found[99:102].tolist() == [-1, 0, 0]
 
 
 def test_noise_about_the_threshold_changes_what_wears_rarely():
@@ -74,6 +82,7 @@ def test_measured_quantities_wear_in_percent_of_their_first_level():
             "level": (("operation", "followed"), level),
             "slope": (("operation", "followed"), slope),
             "slope_interval": (("operation", "followed", "bound"), ends),
+            "event": ("operation", np.full(200, "")),
         },
         {"operation": NUMBERS, "followed": ["closing travel_time", "closing stroke"]},
     )

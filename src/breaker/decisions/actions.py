@@ -43,14 +43,18 @@ def rank_of(judged: xr.Dataset, likely: float) -> np.ndarray:
     return np.select(list(conditions.values()), ranks, default=0)
 
 
-def due_of(judged: xr.Dataset) -> np.ndarray:
+def due_of(judged: xr.Dataset, after: int) -> np.ndarray:
     """Return by which operation to service for each limit, inf if not known, ``(o, l)``.
 
-    The 5 % quantile of its remaining life; where it is exceeded, since when it is.
+    The 5 % quantile of its remaining life, the latest of so many operations in a row: one odd
+    record, with which a change seems possible, makes nothing urgent. Where a limit is exceeded,
+    since when it is.
     """
     due = judged.operation.values[:, None] + judged.told.values[..., 0]
-    due = np.where(judged.exceeded.values, judged.since.values, due)
-    return np.where(np.isnan(due), np.inf, np.floor(due))
+    due = np.floor(np.where(np.isnan(due), np.inf, due))
+    before = np.concatenate([np.full((after - 1, due.shape[1]), -np.inf), due])
+    due = np.lib.stride_tricks.sliding_window_view(before, after, axis=0).max(axis=-1)
+    return np.where(judged.exceeded.values, judged.since.values, due)
 
 
 def recent(noted: Sequence[str], operations: np.ndarray, *, within: float) -> list[str]:

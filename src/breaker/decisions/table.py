@@ -49,10 +49,10 @@ def decide(
     known = _about(curves, operations)
     followed, noted = with_measured(trends, measured), changes(trends, operations, measured)
     reasons = _reasons(noted, known["event"], judged.exceeded.values)
-    due, hold, probability = due_of(judged), alarm["hold"], judged.level_probability.values
+    due, probability = due_of(judged, alarm["after"]), judged.level_probability.values
     urgent = rank_of(judged, alarm["clear"]), due, probability
-    chosen = subject(*urgent, operations, reasons, hold=hold)
-    by, why = service_by(due.min(axis=1), operations, reasons, hold=hold)
+    chosen = subject(*urgent, operations, reasons, hold=alarm["hold"])
+    by, why = service_by(due.min(axis=1), operations, reasons, hold=alarm["hold"])
     looked, silent = recent(noted, operations, within=notice), _silent(curves, operations, notice)
     worn = wearing(followed, drifts(followed, operations))
     look = [bool(wears or lately) for wears, lately in zip(worn, looked, strict=True)]

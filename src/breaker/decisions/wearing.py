@@ -1,7 +1,8 @@
 """What wears: parameters and measured quantities whose slope surely differs from zero, steadily.
 
-One counts as wearing once its slope differs from zero at 5 % for seven parameters together,
-and until it no longer does so by itself: it does not come and go with the noise of one operation.
+One counts as wearing once its slope differs from zero at 5 % for seven parameters together, and
+until it has not done so by itself for a hundred operations, or a known event: it does not come and
+go while an odd record makes a change seem possible.
 """
 
 from collections.abc import Mapping
@@ -9,11 +10,12 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from breaker.decisions.alarms import latched
+from breaker.decisions.alarms import latched, latest
 
 __all__ = ["drifts", "rates", "wearing", "with_measured"]
 
 _SURE, _MAY_BE = 2.69, 1.645  # sds: 5 % for seven parameters together, and for one
+_LASTING = 100  # operations in a row after which what is no longer sure is dropped
 _HALF = 1.645  # sds in half a 90 % interval
 
 
@@ -34,14 +36,14 @@ def with_measured(
     scale = xr.DataArray(100.0 / np.where(begin > 0, begin, np.nan), dims="followed")
     slopes = measured[["slope", "slope_interval"]] * scale
     slopes = slopes.rename(followed="parameter").transpose("operation", "parameter", ...)
-    return {**trends, "measured": slopes}
+    return {**trends, "measured": slopes.assign(event=measured.event)}
 
 
 def drifts(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> dict[str, np.ndarray]:
     """Return the direction in which each parameter wears: 1 up, -1 down, 0 not, by source.
 
     Args:
-        trends: What ``with_measured`` returns, with ``slope`` and ``slope_interval``.
+        trends: What ``with_measured`` returns: with ``slope``, ``slope_interval`` and ``event``.
         operations: Numbers of the operations, ``(o,)``.
 
     Returns:
@@ -53,9 +55,20 @@ def drifts(trends: Mapping[str, xr.Dataset], operations: np.ndarray) -> dict[str
         sd = np.diff(data.slope_interval.values, axis=-1)[..., 0] / (2.0 * _HALF)
         with np.errstate(invalid="ignore", divide="ignore"):
             z = data.slope.values / sd
-        up, down = (latched(sign * z > _SURE, sign * z < _MAY_BE) for sign in (1, -1))
+        anew = trend.event.reindex(operation=operations, fill_value="").values[:, None] != ""
+        sure = {sign: sign * z > _SURE for sign in (1, -1)}
+        up, down = (
+            latched(on, anew | sure[-sign] | _lasts(sign * z < _MAY_BE, operations))
+            for sign, on in sure.items()
+        )
         found[source] = up.astype(int) - down
     return found
+
+
+def _lasts(holds: np.ndarray, operations: np.ndarray) -> np.ndarray:
+    """Say where something ``(o, k)`` has held for so many operations."""
+    last = np.maximum(latest(~holds), 0)
+    return holds & (operations[:, None] - operations[last] >= _LASTING)
 
 
 def wearing(trends: Mapping[str, xr.Dataset], directions: Mapping[str, np.ndarray]) -> list[str]:

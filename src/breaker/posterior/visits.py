@@ -44,7 +44,7 @@ def prior_beyond(share: float) -> float:
     """Return how probable a change of a parameter beyond a share is a priori, up or down.
 
     >>> round(prior_beyond(0.05), 2)
-    0.25
+    0.24
     """
     more, less = np.arctan(np.abs(np.log1p([share, -share])) / _CHANGE) / np.pi
     return float(1.0 - more - less)

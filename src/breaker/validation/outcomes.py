@@ -19,7 +19,7 @@ def recovery_words(found: Recovery) -> str:
     >>> from breaker.validation.diagnostics import recovery
     >>> draws = [[[1], [2], [3], [4], [5]], [[2], [4], [6], [8], [10]]]
     >>> recovery_words(recovery(draws, [[3.1], [8.1]]))
-    '95 % intervals contain 100 % of the true values, 50 % intervals 50 %'
+    '95 % intervals contain 100 % of the true values, 50 % intervals 100 %'
     """
     ends = (_from_to(found.covered_95), _from_to(found.covered_50))
     return "95 % intervals contain {} of the true values, 50 % intervals {}".format(*ends)
