@@ -142,7 +142,7 @@ def test_long_sentences_are_broken_and_strange_states_refused():
     assert box.x1 < figure.bbox.width
     assert box.y0 > below.y1
     lines = figure.get_suptitle().splitlines() + figure.axes[0].texts[0].get_text().splitlines()
-    assert len(lines) == 4
+    assert len(lines) == 5
     assert lines[-1].endswith("…")
     data["state"][1] = "tired"
     with pytest.raises(ValueError, match="no state is called 'tired'"):

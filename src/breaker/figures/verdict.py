@@ -27,7 +27,7 @@ _MEANING = {
 }
 _WAY = (-18.0, 130.0)  # percent of the way that is shown; what lies outside is an arrow
 _SOON = 1.0  # operations at which the axis of remaining life begins
-_HEADLINE, _LINE, _LINES = 115, 160, 4  # letters in a line of the headline, of the others; lines
+_HEADLINE, _LINE, _LINES = 115, 160, 5  # letters in a line of the headline, of the others; lines
 _EDGE = 0.012  # left edge of the text, share of the page
 _HALF = 0.17  # half the height of a bar, in rows
 
@@ -77,7 +77,7 @@ def _text(sentences: dict[str, str]) -> tuple[list[str], list[str]]:
     """Break the sentences into few lines: of the headline, and of what stands below it."""
     short = {"placeholder": " …"}
     headline = wrap(literal(sentences["headline"]), _HEADLINE, max_lines=2, **short)
-    lines = wrap(symbolic(sentences["wearing"]), _LINE, max_lines=1, **short)
+    lines = wrap(symbolic(sentences["wearing"]), _LINE, max_lines=2, **short)
     room = _LINES - len(headline) - len(lines)
     return headline, [*lines, *wrap(symbolic(sentences["trust"]), _LINE, max_lines=room, **short)]
 
