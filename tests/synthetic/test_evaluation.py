@@ -293,7 +293,7 @@ def rough(defaults):
 def short(defaults):
     lives = defaults["lives"] | {"operations": 300, "every": 5, "draws": 3, "ratio": [0.5, 2.0]}
     few = {"lines": 20, "baseline": 20, "settle": 20, "horizon": 600}
-    return lives, defaults["wear_model"] | few
+    return lives, defaults["wear_model"] | few | {"widening": WIDER[1]}
 
 
 @pytest.fixture(scope="module")
@@ -353,7 +353,6 @@ def test_draws_and_remaining_are_of_the_same_prediction(followed):
 
 def test_what_covers_is_told_of_each_widening(followed, short):
     """That of ``wear_model`` as of the predictions themselves; four times as wide covers more."""
-    assert short[1]["widening"] == WIDER[1]
     assert followed.covered.dims == ("life", "fraction", "widening")
     for i in range(2):
         row = followed.isel(life=i)
