@@ -16,6 +16,7 @@ from breaker.wear.events import Event
 from breaker.wear.series import Series
 from breaker.wear.state import State
 from breaker.wear.trend import Follower
+from tests.wear.parts import part
 
 P = len(NAMES)
 GAMMA_A, F = (NAMES.index(name) for name in ("gamma_a", "f"))
@@ -60,15 +61,6 @@ def greased(models):
 
 def with_event(series, text):
     return replace(series, events={EVENT: Event.from_text(text)})
-
-
-def part(series, chosen):
-    return replace(
-        series,
-        operations=series.operations[chosen],
-        records={m: each[chosen] for m, each in series.records.items()},
-        outputs={m: each[chosen] for m, each in series.outputs.items()},
-    )
 
 
 @pytest.fixture(scope="module")

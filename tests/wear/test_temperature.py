@@ -16,6 +16,7 @@ from breaker.wear.series import Series
 from breaker.wear.state import State
 from breaker.wear.temperature import FRICTION, Felt, Warmth
 from breaker.wear.trend import Follower
+from tests.wear.parts import part
 
 P = len(NAMES)
 COUNT = 90
@@ -63,16 +64,6 @@ def seasons(models):
 @pytest.fixture(scope="module")
 def followed(follower, seasons):
     return follower.follow(follower.begin(seasons), seasons)
-
-
-def part(series, chosen):
-    return replace(
-        series,
-        operations=series.operations[chosen],
-        records={m: each[chosen] for m, each in series.records.items()},
-        outputs={m: each[chosen] for m, each in series.outputs.items()},
-        temperature=series.temperature[chosen],
-    )
 
 
 def test_a_season_is_no_wear(follower, followed, seasons):

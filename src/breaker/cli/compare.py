@@ -7,12 +7,11 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from breaker.cli.named import check_output, operations_of
+from breaker.cli.named import MOTIONS, add_choice, check_output, operations_of
 from breaker.cli.settings import settings_of
 
 __all__ = ["add"]
 
-_MOTIONS = ("closing", "opening")
 _SHARE = 5.0  # percent, of a change
 
 
@@ -32,10 +31,7 @@ def add(commands) -> argparse.ArgumentParser:
     compare.add_argument(
         "--today", metavar="TODAY", nargs="+", required=True, help="those of the second visit"
     )
-    compare.add_argument("--motion", choices=_MOTIONS, help="compare this motion alone")
-    compare.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
-    compare.add_argument("--breaker", metavar="NAME", help="which breaker of a folder's table")
-    compare.add_argument("--phase", metavar="NAME", help="which phase of a folder's table")
+    add_choice(compare)
     compare.add_argument(
         "--beyond",
         type=_percent,
@@ -111,7 +107,7 @@ def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int
     """
     endurance = config["endurance"]
     chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
-    motions = [options.motion] if options.motion else list(_MOTIONS)
+    motions = [options.motion] if options.motion else list(MOTIONS)
     visits = [
         operations_of(named, motions, chosen, options.channel)
         for named in (options.before, options.today)

@@ -8,12 +8,10 @@ import shlex
 import sys
 from collections.abc import Mapping, Sequence
 
-from breaker.cli.named import check_output, operations_of
+from breaker.cli.named import MOTIONS, add_choice, check_output, operations_of
 from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
-
-_MOTIONS = ("closing", "opening")
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -29,10 +27,7 @@ def add(commands) -> argparse.ArgumentParser:
     infer.add_argument(
         "files", metavar="FILE", nargs="+", help="a record, or a folder of records of one breaker"
     )
-    infer.add_argument("--motion", choices=_MOTIONS, help="infer this motion alone")
-    infer.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
-    infer.add_argument("--breaker", metavar="NAME", help="which breaker of a folder's table")
-    infer.add_argument("--phase", metavar="NAME", help="which phase of a folder's table")
+    add_choice(infer)
     infer.add_argument(
         "--size",
         nargs=2,
@@ -101,7 +96,7 @@ def _run(options: argparse.Namespace) -> int:
     limits = limits_of(config, options.config)
     endurance = config["endurance"]
     chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
-    motions = [options.motion] if options.motion else list(_MOTIONS)
+    motions = [options.motion] if options.motion else list(MOTIONS)
     operations, loose = operations_of(options.files, motions, chosen, options.channel)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.answers import document, in_words

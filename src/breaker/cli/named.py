@@ -1,14 +1,27 @@
 """The files and folders that a command names, as operations to be read, and its outputs."""
 
+import argparse
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-__all__ = ["check_output", "operations_of"]
+__all__ = ["MOTIONS", "add_choice", "check_output", "operations_of"]
+
+MOTIONS = ("closing", "opening")
+"""Those that records may be of; here, so that a command's options are known before its imports."""
 
 _STORE = (".zgroup", "zarr.json")  # one of which every Zarr store has
 _PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
+
+
+def add_choice(command: argparse.ArgumentParser) -> None:
+    """Add the options that choose among the records of a command's files, called after it."""
+    name = command.prog.split()[-1]
+    command.add_argument("--motion", choices=MOTIONS, help=f"{name} this motion alone")
+    command.add_argument("--channel", default="", metavar="NAME", help="the column of travel")
+    command.add_argument("--breaker", metavar="NAME", help="which breaker of a folder's table")
+    command.add_argument("--phase", metavar="NAME", help="which phase of a folder's table")
 
 
 def operations_of(
