@@ -1,8 +1,14 @@
 """From a breaker's travel curves to the physical state of its drive: the table of contents."""
 
+from breaker.workflow import ConfigurationError, configuration
 from snakemake.utils import min_version
 
 min_version("9.14")
+
+try:
+    configuration.read("config/config.yaml")  # Snakemake would run the code of a template
+except ConfigurationError as error:
+    raise WorkflowError(str(error)) from None
 
 
 configfile: "config/config.yaml"

@@ -51,45 +51,72 @@ def test_aliases_and_merges_as_they_are_meant_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        ("-n all --configfile {0}", "is a template"),
-        ("--configfiles fine.yaml {0} -- all", "is a template"),
-        ("--configfile={0} all", "is a template"),
+        ("-n all --configfile evil.yaml", "evil.yaml: is a template"),
+        ("--configfiles fine.yaml evil.yaml -- all", "evil.yaml: is a template"),
+        ("--configfile=evil.yaml all", "evil.yaml: is a template"),
+        ("--profil mine -- all", "evil.yaml: is a template"),
+        ("-n all --profile mine/profile.yaml", "evil.yaml: is a template"),
+        ("--profile code", "code/config.yaml: is a template"),
         (
             "--configfile fine.yaml all",
             "Put what is to be made before it: snakemake -c2 all --conf",
         ),
     ],
 )
-def test_the_files_of_a_command_are_looked_at(tmp_path, monkeypatch, command, words):
-    monkeypatch.chdir(tmp_path)
-    write(Path("fine.yaml"), "seed: 2")
-    write(Path("evil.yaml"), "__use_yte__: true")
+def test_the_files_of_a_command_are_looked_at(folder, command, words):
     with pytest.raises(SystemExit, match=words):
-        refuse(command.format("evil.yaml").split())
+        refuse(command.split())
     refuse(["-c2", "all", "--configfile", "fine.yaml"])
     refuse(["-n", "--config", "seed=2", "--", "all"])
 
 
-def test_the_defaults_are_looked_at(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("config").mkdir()
-    write(Path("config/config.yaml"), "__use_yte__: true")
-    with pytest.raises(SystemExit, match="is a template"):
+def test_a_profile_of_the_environment_is_looked_at(folder, monkeypatch):
+    monkeypatch.setenv("SNAKEMAKE_PROFILE", "mine")
+    with pytest.raises(SystemExit, match=r"evil.yaml: is a template"):
         refuse(["all"])
+    refuse(["all", "--profile", "none"])
+    refuse(["all", "--profile", "profiles/default"])
+    refuse(["all", "--configfile", "fine.yaml"])  # this is taken in place of the profile's
 
 
-def test_snakemake_runs_no_code_of_a_configuration(tmp_path):
-    """The profile is read first: Snakemake would run the code before any line of the Snakefile."""
-    ran = tmp_path / "ran"
-    file = write(tmp_path / "evil.yaml", f"__use_yte__: true\nseed: ?open({str(ran)!r}, 'w')")
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with configuration files and profiles, some with code."""
+    monkeypatch.chdir(tmp_path)
+    for path, text in {
+        "fine.yaml": "seed: 2",
+        "evil.yaml": "__use_yte__: true",
+        "mine/profile.yaml": "configfiles: [fine.yaml, evil.yaml]",
+        "code/config.yaml": "__use_yte__: true\ncores: ?1 + 1",
+        "profiles/default/config.yaml": "__use_yte__: true",
+    }.items():
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        Path(path).write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "runs"),
+    [
+        ("--configfile {0}/config/config.yaml", False),
+        ("--directory {0}", False),
+        ("--workflow-profile none --directory {0}", False),
+        ("--workflow-profile none --configfile {0}/config/config.yaml", True),
+    ],
+)
+def test_snakemake_stops_at_code_in_a_configuration(tmp_path, options, runs):
+    """Before it is run, but without the profile: Snakemake reads the files of a command first."""
+    ran, file = tmp_path / "ran", tmp_path / "config/config.yaml"
+    file.parent.mkdir()
+    write(file, f"__use_yte__: true\nseed: ?open({str(ran)!r}, 'w') and 1")
     done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "-n", "all", "--configfile", file],
+        [sys.executable, "-m", "snakemake", "-n", "all", *options.format(tmp_path).split()],
         cwd=ROOT,
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 1
-    assert f"{file}: is a template" in done.stderr
-    assert "Traceback" not in done.stderr
-    assert not ran.exists()
+    output = done.stdout + done.stderr
+    assert "config/config.yaml: is a template" in output
+    assert "Traceback" not in output
+    assert ran.exists() == runs

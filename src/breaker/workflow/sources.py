@@ -6,11 +6,11 @@ in a template (https://yte-template-engine.github.io) when it reads the file, so
 the files of a command before Snakemake does: ``profiles/default/config.yaml`` calls it.
 """
 
-import argparse
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from functools import lru_cache, reduce
+from itertools import takewhile
 from operator import getitem
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where 
 _LARGEST = 2**20  # bytes: fifty times as many as config/config.yaml has
 _DEEPEST = 20  # sections in sections; the defaults need six
 _MOST = 20_000  # entries, those of an alias wherever it stands: ten times those of the defaults
-_DEFAULTS = Path("config/config.yaml")
+_OWN_PROFILE = Path("profiles/default/config.yaml")
 _ORDER = (
     "\n--configfile takes all names that follow it. Put what is to be made before it: "
     "snakemake -c2 all --configfile config/my.yaml"
@@ -42,7 +42,11 @@ class ConfigurationError(ValueError):
 
 
 def refuse(command: Sequence[str]) -> None:
-    """End a command of Snakemake if one of its configuration files cannot be used.
+    """End a command of Snakemake if one of its configuration files or profiles cannot be used.
+
+    Snakemake's own parser finds them, however options are abbreviated, in variables of the
+    environment and in profiles too. It reads the workflow's profile, which calls this, before the
+    others.
 
     Args:
         command: The words after ``snakemake``.
@@ -50,14 +54,20 @@ def refuse(command: Sequence[str]) -> None:
     Raises:
         SystemExit: With the reason.
     """
-    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    parser.add_argument("--configfile", "--configfiles", nargs="+", action="extend", default=[])
-    named = parser.parse_known_args(command)[0].configfile
-    for path in [*filter(Path.exists, [_DEFAULTS]), *named]:
-        try:
+    # Here, as the command line does without Snakemake.
+    from snakemake.cli import get_argument_parser, get_profile_dir
+
+    command = list(takewhile("--".__ne__, command))  # targets follow; profiles add to what precedes
+    named = get_argument_parser().parse_args(command).profile or []
+    files = [str(get_profile_dir(name)[1]) for name in named if name != "none"]
+    profiles = [file for file in files if Path(file).resolve() != _OWN_PROFILE.resolve()]
+    try:
+        for path in profiles:
             parse(path)
-        except ConfigurationError as error:
-            raise SystemExit(f"{error}{'' if Path(path).exists() else _ORDER}") from None
+        for path in get_argument_parser(profiles).parse_args(command).configfile:
+            parse(path)
+    except ConfigurationError as error:
+        raise SystemExit(f"{error}{'' if Path(path).exists() else _ORDER}") from None
 
 
 def parse(path: str | Path) -> tuple[Any, yaml.Node | None]:
