@@ -262,6 +262,26 @@ bank: {shards: '5'}
 training: {closing: {device: on}}
     device is true
     YAML reads yes, no, on and off as true and false; quote a text.
+# values and keys of other types
+endurance: {curves: 2024-11-20, breaker: 12, phase: !!binary aGVsbG8=}
+    endurance.curves is "2024-11-20", but must be a text or null (none)
+    YAML reads 2024-11-20 as a date; quote it: "2024-11-20".
+    YAML reads 12 as a number; quote it: "12".
+    endurance.phase is "b'hello'", but must be a text
+    Write it without a tag (!!).
+motions: [2024-11-20 10:00:00, !!set {closing}]
+    motions[0] is "2024-11-20 10:00:00", but must be one of closing, opening
+    motions[1] is "{'closing'}", but must be one of closing, opening. Write it without a tag (!!).
+endurance: {events: {2024-11-20: [f], 12: [f], oil: 2024-11-20}}
+    endurance.events.2024-11-20 is not a known key: YAML reads a number or a date, not
+    endurance.events[12] is not a known key
+    endurance.events.oil is "2024-11-20", but must be a list
+speeds: {1: null, 2024-11-20: [touch, part]}
+    speeds[1] is not a known key
+    speeds.2024-11-20 is not a known key
+known: {null: [1, 2], L: !!omap [a: {1: 2}]}
+    known.None is not a known key
+    known.L is [["a", {}]], but must be a list of 2 entries
 # limits
 limits: [{name: a, motion: closing, upper: {touch: 1}}]
     limits[0].upper.touch is not a known key. Did you mean limits[0].upper.touch_time?
@@ -407,9 +427,8 @@ endurance: {curves: nowhere}
     must name a folder with a subfolder for each motion
 endurance: {breaker: A}
     endurance.breaker is A, but the stand-in is one breaker
-endurance: {curves: nowhere, events: {12: [f], ',': [f], Oil-ed: [f], 'gas, oil ed': [mu]}}
-    endurance.events has 12, which is no name of an event. Write a word, or quote it.
-    has ',', which is no name
+endurance: {curves: nowhere, events: {',': [f], Oil-ed: [f], 'gas, oil ed': [mu]}}
+    endurance.events has ',', which is no name of an event. Write a word.
     has 'oil ed' in 'Oil-ed' and in 'gas, oil ed'. Leave one out.
 wear_model: {friction_by_temperature: [0.0, -1.0]}
     wear_model.friction_by_temperature is [0.0, -1.0], but a standard deviation cannot be negative
@@ -560,7 +579,7 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
 
 def test_snakemake_shows_the_message_and_no_traceback(tmp_path):
     overlay = tmp_path / "mine.yaml"
-    overlay.write_text("sensor: {noise_sd: -0.1}\n")
+    overlay.write_text("sensor: {noise_sd: -0.1}\nendurance: {curves: 2024-11-20}\n")
     result = subprocess.run(
         [sys.executable, "-m", "snakemake", "--dry-run", "--configfile", overlay, "--", "all"],
         cwd=ROOT,
@@ -571,6 +590,7 @@ def test_snakemake_shows_the_message_and_no_traceback(tmp_path):
     output = result.stdout + result.stderr
     assert result.returncode == 1
     assert "mine.yaml, line 1: sensor.noise_sd is -0.1, but must be a number, at" in output
+    assert 'mine.yaml, line 2: endurance.curves is "2024-11-20", but must be a text' in output
     assert "Traceback" not in output
 
 

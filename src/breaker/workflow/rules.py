@@ -168,9 +168,9 @@ def _events(events: Mapping[str, Sequence[str]]) -> str | None:
     """Names of events, each of which must be there once, however it is written."""
     named, wrong = {}, []
     for key in events:
-        words = event_words(key) if isinstance(key, str) else ()
+        words = event_words(key)
         if not words:
-            wrong.append(f"has {key!r}, which is no name of an event. Write a word, or quote it.")
+            wrong.append(f"has {key!r}, which is no name of an event. Write a word.")
         for word in words:
             if word in named:
                 wrong.append(f"has {word!r} in {named[word]!r} and in {key!r}. Leave one out.")

@@ -11,6 +11,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import date
 from typing import Any
 
 import yaml
@@ -67,18 +68,32 @@ def problems(config: Mapping[str, Any], schema: _Schema) -> Iterator[tuple[Key, 
         >>> list(problems({"seed": "1"}, {"properties": {"seed": {"type": "integer"}}}))
         [(('seed',), 'is "1", but must be a whole number. It is given as a text; write 1.')]
     """
-    errors = _VALIDATOR(schema).iter_errors(config)
+    unnamed: list[Key] = []
+    errors = _VALIDATOR(schema).iter_errors(_named(config, (), unnamed))
+    for key in unnamed:
+        yield key, "is not a known key: YAML reads a number or a date, not a text. Quote it."
     for error in sorted(errors, key=lambda error: list(map(str, error.path))):
         key, known = tuple(error.absolute_path), error.schema.get("properties", {})
         patterns = error.schema.get("patternProperties", {})
         if error.validator == "additionalProperties":
             for name in error.instance:
-                if name not in known and not any(re.search(each, str(name)) for each in patterns):
+                if name not in known and not any(re.search(each, name) for each in patterns):
                     yield (*key, name), _unknown(key, name, schema, list(known))
         elif error.validator == "properties":
             yield key, f"is missing; it must be {_allowed(known[key[-1]])}."
         else:
             yield key, _wrong(error.instance, error.schema)
+
+
+def _named(part: Any, key: Key, unnamed: list[Key]) -> Any:
+    """Copy sections and lists without what has no text as its key, and add such keys to a list."""
+    if isinstance(part, list):
+        return [_named(each, (*key, i), unnamed) for i, each in enumerate(part)]
+    if not isinstance(part, Mapping):
+        return part
+    unnamed += [(*key, name) for name in part if not isinstance(name, str)]
+    texts = {name: value for name, value in part.items() if isinstance(name, str)}
+    return {name: _named(value, (*key, name), unnamed) for name, value in texts.items()}
 
 
 def _all_there(
@@ -121,10 +136,8 @@ def _unknown(key: Key, name: Any, root: _Schema, siblings: Sequence[str]) -> str
 
 def _wrong(value: Any, schema: _Schema) -> str:
     """Say which value is wrong, what is allowed, what the key means, and how to mend it."""
-    try:
-        shown = "empty" if value is None else json.dumps(value, ensure_ascii=False, default=str)
-    except TypeError:  # a section with a key that JSON does not know, such as a date
-        shown = str(value)
+    shown = json.dumps(value, ensure_ascii=False, default=str, skipkeys=True)
+    shown = "empty" if value is None else shown
     if len(shown) > 60:
         shown = shown[:57] + "..."
     meaning = f" ({schema['description'].rstrip('.')})" if "description" in schema else ""
@@ -167,9 +180,14 @@ def _hint(value: Any, schema: _Schema) -> str:
         return " YAML reads yes, no, on and off as true and false; quote a text."
     if isinstance(value, float) and value.is_integer() and "integer" in types:
         return f" Write {int(value)}."
+    if isinstance(value, int | float | date) and "string" in types:
+        kind = "date" if isinstance(value, date) else "number"
+        return f' YAML reads {value} as a {kind}; quote it: "{value}".'
+    if isinstance(value, bytes | set | tuple):
+        return " Write it without a tag (!!)."
     try:
         number = float(value.replace(",", "."))
-    except (AttributeError, ValueError):  # no text, or none of a number
+    except (AttributeError, TypeError, ValueError):  # no text, or none of a number
         return ""
     whole = number.is_integer() and "integer" in types
     if not (math.isfinite(number) and (whole or "number" in types)):
