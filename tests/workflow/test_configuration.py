@@ -281,7 +281,7 @@ speeds: {1: null, 2024-11-20: [touch, part]}
     speeds.2024-11-20 is not a known key
 known: {null: [1, 2], L: !!omap [a: {1: 2}]}
     known.None is not a known key
-    known.L is [["a", {}]], but must be a list of 2 entries
+    known.L is [["a", {"1": 2}]], but must be a list of 2 entries
 # limits
 limits: [{name: a, motion: closing, upper: {touch: 1}}]
     limits[0].upper.touch is not a known key. Did you mean limits[0].upper.touch_time?
