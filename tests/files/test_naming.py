@@ -19,6 +19,15 @@ CLEAR = [
     (["op_1_2024-11-20", "op_2_2024-11-20"], [1, 2]),
     (["record (1)", "record (2)"], [1, 2]),
     (["op_1", "op_2_after_service"], [1, 2]),
+    (["Nr. 2024"], [2024]),
+    (["#2024"], [2024]),
+    (["1999", "2000", "2061"], [1999, 2000, 2061]),
+    (["02000", "02001"], [2000, 2001]),
+    (["0999", "2000"], [999, 2000]),
+    (["nov_31", "nov_32"], [31, 32]),
+    (["12_marked"], [12]),
+    (["closing_may_0007"], [7]),
+    (["2024_12", "2024_13"], [12, 13]),
 ]
 UNCLEAR = [
     (["closing"], "has no number"),
@@ -42,6 +51,15 @@ UNCLEAR = [
     (["20-Nov-2024_7", "21-Nov-2024_7"], "part of a date or time"),
     (["20-11-24_7", "21-11-24_7"], "part of a date or time"),
     (["run_15h13", "run_15h14"], "part of a date or time"),
+    (["2023"], "looks like a year"),
+    (["2021", "2022", "2023"], "looks like a year"),
+    (["closing_1950", "closing_2060"], "looks like a year"),
+    (["nov2023"], "looks like a year"),
+    *(
+        ([name], "part of a date or time")
+        for name in ("nov20", "20nov", "mar-05_x", "5. März", "Oktober 20", "3_août", "sept_3")
+    ),
+    (["2023-03", "2023-04"], "part of a date or time"),
     (["1732115587", "1732115599"], "too large for a counter"),
     (["1732115587123"], "too large for a counter"),
     (["9" * 200], "too large for a counter"),
@@ -75,11 +93,20 @@ def test_no_name_that_is_added_changes_the_number_of_another_one():
     """Random folders of names of a few fields: a number that a name says stays or becomes a
     doubt."""
     rng = random.Random(0)
-    forms = ["op_{}", "{}_{}", "a{}-{}_{}", "{:04d}_{}kHz", "2024-11-{:02d}_{}", "x {} ({})"]
+    forms = [
+        "op_{}",
+        "{}_{}",
+        "a{}-{}_{}",
+        "{:04d}_{}kHz",
+        "2024-11-{:02d}_{}",
+        "nov{}",
+        "200{}",
+        "x {} ({})",
+    ]
     changed = 0
     for _ in range(500):
         stems = [
-            rng.choice(forms[: rng.randint(1, 6)]).format(*(rng.randint(1, 3) for _ in range(3)))
+            rng.choice(forms[: rng.randint(1, 8)]).format(*(rng.randint(1, 3) for _ in range(3)))
             for _ in range(8)
         ]
         before = numbers_in(stems[:4])

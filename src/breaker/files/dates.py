@@ -7,15 +7,18 @@ from typing import NamedTuple
 __all__ = ["Moment", "iso_date", "moments"]
 
 _MONTHS = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
-_MONTHS_OF = {name: i for i, name in enumerate(_MONTHS, start=1)} | {"mai": 5, "okt": 10, "dez": 12}
+_MONTHS_OF = {name: i for i, name in enumerate(_MONTHS, start=1)}
+_MONTHS_OF |= {"mär": 3, "mai": 5, "okt": 10, "dez": 12}  # German, and French where it differs
+_MONTHS_OF |= {"fév": 2, "avr": 4, "juin": 6, "juil": 7, "aoû": 8, "déc": 12}
+_NAME = rf"(?P<name>{'|'.join(_MONTHS_OF)})"
 _YEAR = r"(?P<year>(?:19|20)[0-9]{2})"
 _GAP = r"(?P<gap>[-_. /]?)"
 _DATES = [
     rf"{_YEAR}{_GAP}(?P<month>[0-9]{{2}})(?P=gap)(?P<day>[0-9]{{2}})",
     rf"(?P<day>[0-9]{{2}}){_GAP}(?P<month>[0-9]{{2}})(?P=gap){_YEAR}",
     rf"(?P<day>[0-9]{{1,2}})(?P<gap>[-_. /])(?P<month>[0-9]{{1,2}})(?P=gap){_YEAR}",
-    rf"(?P<day>[0-9]{{1,2}})[-_. ]?(?P<name>{'|'.join(_MONTHS_OF)})[a-z]*[-_. ]?{_YEAR}",
-    rf"{_YEAR}[-_. ]?(?P<name>{'|'.join(_MONTHS_OF)})[a-z]*[-_. ]?(?P<day>[0-9]{{1,2}})",
+    rf"(?P<day>[0-9]{{1,2}})[-_. ]?{_NAME}[a-z]*[-_. ]?{_YEAR}",
+    rf"{_YEAR}[-_. ]?{_NAME}[a-z]*[-_. ]?(?P<day>[0-9]{{1,2}})",
     # With two digits for the year only where no digit is near: 20-11-24, 24_11_20.
     r"(?P<day>[0-9]{2})(?P<gap>[-_. /])(?P<month>[0-9]{2})(?P=gap)(?P<short>[0-9]{2})",
     r"(?P<short>[0-9]{2})(?P<gap>[-_. /])(?P<month>[0-9]{2})(?P=gap)(?P<day>[0-9]{2})",
@@ -31,6 +34,18 @@ _MOMENTS = [
     re.compile(rf"(?<![0-9]){date}(?![0-9])", re.IGNORECASE)  # what follows is no time
     for date in _DATES
 ]
+# A day, or a month with its year: the name of the month is a word, as in 20-nov and March 5.
+_ENDS = "uary?|vier|ruary?|rier|ch|z|s|il|[eiy]|ust|t|let|(?:t?em|o)(?:ber|bre)"
+_WORD = rf"(?<![^\W\d_]){_NAME}(?:{_ENDS})?(?![^\W\d_])"
+_DAY = "(?:0?[1-9]|[12][0-9]|3[01])"
+_PARTS = [
+    re.compile(rf"(?<![0-9]){part}(?![0-9])", re.IGNORECASE)
+    for part in (
+        rf"{_DAY}[-_. ]*{_WORD}",
+        rf"{_WORD}[-_. ]*{_DAY}",
+        rf"{_YEAR}[-_.](?:0[1-9]|1[0-2])",
+    )
+]
 _TIMES = [
     re.compile(r"(?<![0-9])(?P<hour>[0-9]{2})([-_.:])(?P<minute>[0-9]{2})\2(?P<second>[0-9]{2})"),
     re.compile(r"(?<![0-9])(?P<hour>[0-9]{1,2})h(?P<minute>[0-9]{2})(?:m(?P<second>[0-9]{2}))?"),
@@ -42,7 +57,7 @@ class Moment(NamedTuple):
 
     Attributes:
         start, stop: Where it stands in the text.
-        when: What it says; None for a time without a date.
+        when: What it says; None for a time without a date, and for part of a date.
         timed: Whether it says the time of the day.
     """
 
@@ -61,7 +76,7 @@ def moments(text: str) -> list[Moment]:
     []
     """
     found: list[Moment] = []
-    for pattern in (*_MOMENTS, *_TIMES):
+    for pattern in (*_MOMENTS, *_TIMES, *_PARTS):
         for match in pattern.finditer(text):
             moment = _moment(match)
             apart = all(match.end() <= each.start or each.stop <= match.start() for each in found)
@@ -77,7 +92,7 @@ def _moment(match: re.Match) -> Moment | None:
     timed = "hour" in parts
     if "day" not in parts:
         fine = clock[0] < 24 and clock[1] < 60 and clock[2] < 60
-        return Moment(match.start(), match.end(), None, True) if fine else None
+        return Moment(match.start(), match.end(), None, timed) if fine else None
     year = int(parts["year"]) if "year" in parts else 2000 + int(parts["short"])
     day = int(parts["day"])
     month = _MONTHS_OF[parts["name"].lower()] if "name" in parts else int(parts["month"])

@@ -8,10 +8,11 @@ ambiguous, which is an error; but it never makes another number the counter.
 import re
 from collections.abc import Sequence
 from datetime import datetime
+from pathlib import Path
 
 from breaker.files.dates import moments
 
-__all__ = ["LARGEST_COUNTER", "numbers_in"]
+__all__ = ["LARGEST_COUNTER", "natural", "numbers_in"]
 
 LARGEST_COUNTER = 9_999_999
 """More than any drive operates; what is larger is a date, a stamp or a serial number."""
@@ -21,6 +22,11 @@ _UNIT = re.compile(r"[ _-]?(?:[kMG]?Hz|k?S?sps|[mk]V|[mk]A|[mcu]m|[mun]s|bar|deg
 _LABEL = re.compile(
     r"(?:^|[^a-z])(?:(?:ch|chan|channel|kanal|phase|pole|pol|v|ver|version|rev|sn|serial|l)[ _-]?"
     r"|breaker|cb)$",
+    re.IGNORECASE,
+)
+_COUNTS = re.compile(
+    r"(?:^|[^a-z])(?:op|oper|operation|nr|no|n|num|number|nummer|numero|count|counter|cycle|cycles|"
+    r"shot|test|trial|schaltung|schaltspiel|zyklus|versuch|essai)[ _.#°-]*$|[#№][ _-]*$",
     re.IGNORECASE,
 )
 
@@ -58,7 +64,10 @@ def _numbers_of_kind(stems: Sequence[str]) -> Sequence[int | str]:
         return [_ambiguous([str(int(run[0])) for run in each], len(varying)) for each in runs]
     counters = varying[0] if varying else columns[0]
     digits = [run[0] for run in counters]
-    if why := _no_counter(stems, counters) or _date_alone(digits):
+    why = _no_counter(stems, counters) or _date_alone(digits)
+    if not why and not _COUNTS.search(stems[0][: counters[0].start()]) and _are_years(digits):
+        why = "looks like a year"
+    if why:
         return [f"has the number {each}, which {why}" for each in digits]
     return [
         int(each)
@@ -77,7 +86,12 @@ def _ambiguous(numbers: list[str], varying: int) -> str:
 def _no_counter(stems: Sequence[str], runs: Sequence[re.Match]) -> str:
     """Say why a number counts no operations, by what stands around it in the first name that has
     that; empty if nothing speaks against it."""
-    dated = 0
+    # A counter beside other numbers looks like a time at times; a time does so always.
+    if all(
+        any(m.start <= run.start() and run.end() <= m.stop for m in moments(stem))
+        for stem, run in zip(stems, runs, strict=True)
+    ):
+        return "looks like part of a date or time"
     for stem, run in zip(stems, runs, strict=True):
         before, after = stem[: run.start()], stem[run.end() :]
         if _UNIT.match(after) or (after[:1].isalpha() or after[:1] in ("%", "°")):
@@ -86,9 +100,7 @@ def _no_counter(stems: Sequence[str], runs: Sequence[re.Match]) -> str:
             return f"belongs to {label[0].strip(' _-')!r} before it"
         if re.search("[0-9][.,]$", before) or re.match("[.,][0-9]", after):
             return "is part of a number with a point, a date or a version"
-        dated += any(m.start <= run.start() and run.end() <= m.stop for m in moments(stem))
-    # A counter beside other numbers looks like a time at times; a time does so always.
-    return "looks like part of a date or time" if dated == len(stems) else ""
+    return ""
 
 
 def _date_alone(digits: Sequence[str]) -> str:
@@ -103,6 +115,11 @@ def _date_alone(digits: Sequence[str]) -> str:
     return ""
 
 
+def _are_years(digits: Sequence[str]) -> bool:
+    """Whether all numbers of a column may be years: a counter that passes through 2000 does not."""
+    return all(len(each) == 4 and 1950 <= int(each) <= 2060 for each in digits)
+
+
 def _parses(digits: str, forms: str) -> bool:
     """Whether digits are a date of the last decades, or a time, in one of some forms."""
     for form in forms.split():
@@ -113,3 +130,15 @@ def _parses(digits: str, forms: str) -> bool:
         if "%H" in form or 2005 <= when.year <= 2060:
             return True
     return False
+
+
+def natural(path: str | Path) -> list[tuple[int, str]]:
+    """Return a key by which 9 comes before 10.
+
+    >>> sorted(["b 10", "b 9"], key=natural)
+    ['b 9', 'b 10']
+    """
+    return [
+        (int(part), "") if part.isdecimal() else (0, part)
+        for part in re.split("([0-9]+)", str(path))
+    ]
