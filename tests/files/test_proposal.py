@@ -77,7 +77,7 @@ def test_a_file_of_no_said_motion_may_hold_both(tmp_path, names):
         ("closing", 2),
         ("opening", 2),
     ]
-    assert "the motion of 2 files, so each has a row of both" in remarks[0]
+    assert "the motion of 2 files, so each has a row of closing and opening" in remarks[0]
 
 
 def test_any_mixture_gives_a_table_that_can_be_read(tmp_path):
@@ -120,7 +120,27 @@ def test_the_command_writes_it_once(tmp_path, capsys):
     assert "is there already" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["nowhere", "."])
-def test_a_folder_without_records_has_no_table(tmp_path, name, capsys):
-    assert main(["manifest", str(tmp_path / name)]) == 1
-    assert "no file of a record" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("name", "reason"), [("{}/nowhere", "no folder"), ("", "no folder ''"), ("{}", "no file of a")]
+)
+def test_a_folder_without_records_has_no_table(tmp_path, name, reason, capsys):
+    assert main(["manifest", name.format(tmp_path)]) == 1
+    assert reason in capsys.readouterr().err
+
+
+def test_the_configuration_says_which_motions_have_rows(tmp_path, capsys):
+    folder = folder_of(tmp_path, "closing/1.csv", "opening/2.csv", "3.csv")
+    config = tmp_path / "my.yaml"
+    arguments = ["manifest", str(folder), "--config", str(config)]
+    config.write_text("motions: [closing]")
+    assert main(arguments) == 0
+    shown = capsys.readouterr()
+    assert [row.split(",")[:2] for row in shown.out.splitlines()[1:]] == [
+        ["closing/1.csv", "closing"],
+        ["3.csv", "closing"],
+    ]
+    assert "left out: 1 files of another motion than closing" in shown.err
+    assert "1 files, so each has a row of closing: delete" in shown.err
+    config.write_text("motions: [closed]")
+    assert main(arguments) == 1
+    assert "The configuration has a problem" in capsys.readouterr().err

@@ -3,6 +3,8 @@
 import argparse
 import sys
 
+from breaker.cli.settings import settings_of
+
 __all__ = ["add"]
 
 
@@ -25,7 +27,8 @@ def add(commands) -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> int:
     from breaker.files import propose_manifest
 
-    text, remarks = propose_manifest(options.folder, options.channels)
+    motions = settings_of(options.config)["motions"]
+    text, remarks = propose_manifest(options.folder, options.channels, motions)
     if options.output:
         try:
             with open(options.output, "x", encoding="utf-8", newline="") as stream:

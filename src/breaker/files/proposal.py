@@ -12,11 +12,12 @@ from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
+from breaker.files.cells import MOTIONS
 from breaker.files.dates import moments
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
 from breaker.files.manifest import PROPOSED
-from breaker.files.naming import numbers_in
+from breaker.files.naming import natural, numbers_in
 
 __all__ = ["propose_manifest"]
 
@@ -50,7 +51,9 @@ class _File(NamedTuple):
     written: float
 
 
-def propose_manifest(folder: str | Path, channels: Sequence[str] = ()) -> tuple[str, list[str]]:
+def propose_manifest(
+    folder: str | Path, channels: Sequence[str] = (), motions: Sequence[str] = MOTIONS
+) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
     The motion comes from folders named after it, or else from the name; other folders are breakers.
@@ -61,28 +64,36 @@ def propose_manifest(folder: str | Path, channels: Sequence[str] = ()) -> tuple[
         folder: Folder of the curve files.
         channels: Columns of travel that each file has, side by side: a row for each, and each a
             phase of its own.
+        motions: Which motions have rows; a file of another one is left out.
 
     Returns:
         The text of the table, and what to check in it, in words.
 
     Raises:
-        FileNotFoundError: If there is no file of a record.
+        FileNotFoundError: If there is no such folder, or no file of a record of these motions.
     """
-    files, remarks = _files(Path(folder))
+    if not os.path.isdir(folder):
+        raise FileNotFoundError(
+            f"there is no folder {printable(folder)!r}; name that of the curve files"
+        )
+    every, remarks = _files(Path(folder))
+    files = [file for file in every if {*file.motions} & {*motions}]
+    if others := len(every) - len(files):
+        remarks.append(f"left out: {others} files of another motion than {' or '.join(motions)}")
     if not files:
         raise FileNotFoundError(
             "; ".join([f"{printable(folder)} has no file of a record", *remarks])
         )
     if unsaid := sum(not file.said for file in files):
         remarks.append(
-            f"no folder or name says the motion of {unsaid} files, so each has a row of both: "
-            "delete what it does not hold"
+            f"no folder or name says the motion of {unsaid} files, so each has a row of "
+            f"{' and '.join(motions)}: delete what it does not hold"
         )
     if any(file.when for file in files):
         remarks.append("dates are from the names, the day before the month where both can be")
     groups: dict[tuple[str, str], list[_File]] = {}
     for file in files:
-        for motion in file.motions:
+        for motion in {*file.motions} & {*motions}:
             groups.setdefault((file.breaker, motion), []).append(file)
     rows = []
     for (breaker, motion), group in sorted(groups.items()):
@@ -155,17 +166,10 @@ def _numbers(files: Sequence[_File]) -> tuple[list[int], str]:
     if all(isinstance(number, int) for number in said) and len(set(said)) == len(said):
         return said, ""
     dated = all(file.when for file in files)
-    keys = [(file.when if dated else file.written, _natural(file.path)) for file in files]
+    keys = [(file.when if dated else file.written, natural(file.path)) for file in files]
     order = sorted(range(len(files)), key=keys.__getitem__)
     words = "the dates in their names" if dated else "the times at which the files were written"
     return [order.index(i) + 1 for i in range(len(files))], words
-
-
-def _natural(path: str) -> list[tuple[int, str]]:
-    """A key by which 9 comes before 10."""
-    return [
-        (int(part), "") if part.isdecimal() else (0, part) for part in re.split("([0-9]+)", path)
-    ]
 
 
 def _text(rows: Sequence[tuple[str, int, str, _File]], channels: Sequence[str]) -> str:
