@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
+from scipy.special import chdtrc
 
 from breaker.decisions import MAY_BE, condition
 from breaker.mechanism import (
@@ -33,6 +34,7 @@ VERDICTS = ("unknown", "healthy", "in doubt", "not healthy")
 """Verdicts on a record, the worst last."""
 
 _LEVELS = (0.05, 0.5, 0.95, 0.99)
+_IMPROBABLE = 1e-3  # share of the prior's drives that lie farther out than one that it expects
 
 
 def with_quantities(answer: xr.Dataset, speeds: Sequence[Speed] = SPEEDS) -> xr.Dataset:
@@ -107,6 +109,11 @@ def with_trust(answer: xr.Dataset, model: Model, *, seed: int) -> xr.Dataset:
         square of the residual from the bare model that it makes up; and ``left_out`` and
         ``residual (operation, time)``, mm, both of them at the posterior's mean. All are 0 where
         the model is taken for right, but the residual.
+
+        How far each posterior lies from the prior, which has to hold the drive: ``prior_sds
+        (operation, output)``, of each parameter's median, in its sds; ``prior_p_value
+        (operation)``, the share of the prior's drives that are farther out than the medians;
+        ``far_from_prior (operation)``, whether that is below 0.001, as where a unit is wrong.
     """
     o, t = answer.travel.shape
     error, family = np.zeros((2, o, len(PHASES), len(_LEVELS)))
@@ -132,8 +139,14 @@ def with_trust(answer: xr.Dataset, model: Model, *, seed: int) -> xr.Dataset:
             family[i, k] = np.quantile(_rms(usual[:, part]), _LEVELS)
             rest = _rms(residual[i, part] - left_out[i, part])
             explained[i, k] = 1.0 - np.square(rest / _rms(residual[i, part]))
-    by = ("operation", "part", "quantile")
+    by, p = ("operation", "part", "quantile"), len(NAMES)
+    sds = np.full((o, len(model.names)), np.nan)
+    sds[:, :p], square = model.prior.distances(np.median(answer.draws.values[..., :p], axis=1))
+    improbable = chdtrc(p, square)
     return answer.assign(
+        prior_sds=(("operation", "output"), sds),
+        prior_p_value=("operation", improbable),
+        far_from_prior=("operation", improbable < _IMPROBABLE),
         model_error=(by, error, {"unit": "mm"}),
         family_error=(by, family, {"unit": "mm"}),
         explained=(by[:2], explained),

@@ -16,6 +16,7 @@ __all__ = ["document", "plainly"]
 
 _MEANINGS = {each.name: each.meaning for each in (*PARAMETERS, ONSET)}
 _FIT = (
+    *("prior_p_value", "far_from_prior"),
     *("p_value", "misfit", "far_onset", "missing", "masked", "noise", "outside_prior"),
     *("completed", "resolved", "why_unresolved", "effective_size", "pareto_k"),
     *("contact_time", "contact_sd", "contact_surprise", "latch_time"),
@@ -103,7 +104,8 @@ def _parameters(answer: xr.Dataset) -> list[dict]:
         "unit": answer.output_unit.values.tolist(),
         "meaning": [_MEANINGS[name] for name in names],
     }
-    arrays = {name: answer[name].values for name in ("median", "interval_50", "interval_95")}
+    names_of = ("median", "interval_50", "interval_95", "prior_sds")
+    arrays = {name: answer[name].values for name in names_of}
     return _named(names, about, arrays)
 
 

@@ -56,7 +56,7 @@ def _rows(motion: str, answer: xr.Dataset) -> pd.DataFrame:
 
 def _of_records(answer: xr.Dataset) -> pd.DataFrame:
     """What there is to say of each record beside what ``posterior.table`` says."""
-    columns = {"operation": answer.operation.values}
+    columns = {"operation": answer.operation.values, "prior_p_value": answer.prior_p_value.values}
     error = answer.model_error.sel(quantile=0.5)
     for part in answer["part"].values:
         columns[f"error_{part.replace(' ', '_')}"] = error.sel(part=part).values

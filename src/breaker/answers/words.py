@@ -140,7 +140,12 @@ def _errors(phases: Mapping[str, Mapping]) -> list[str]:
 def _ending(record: Mapping) -> list[str]:
     """Whether the answer can be trusted, what is doubtful, and the verdict."""
     fit = record["fit"]
-    said = [_fit(fit), *_doubts(fit), *(f"remark: {each}" for each in record["remarks"])]
+    said = [
+        _fit(fit),
+        *_far(record),
+        *_doubts(fit),
+        *(f"remark: {each}" for each in record["remarks"]),
+    ]
     if fit.get("latch_time") is not None:
         said.append(
             f"latch time {_number(fit['latch_time'])} ms, from the trigger to the first motion"
@@ -154,9 +159,24 @@ def _ending(record: Mapping) -> list[str]:
 def _fit(fit: Mapping) -> str:
     if fit["p_value"] is None:
         return "no draw of its posterior could be compared with the record"
-    found = "does NOT fit the model" if fit["misfit"] else "fits the model"
+    where = "the model" if fit["misfit"] or not fit["far_from_prior"] else "the prior"
+    found = f"{'does NOT fit' if fit['misfit'] or fit['far_from_prior'] else 'fits'} {where}"
     exact = ", exact posterior" if fit.get("resolved") else ""
     return f"{found} (posterior predictive p = {fit['p_value']:.2g}){exact}"
+
+
+def _far(record: Mapping) -> list[str]:
+    """How far a drive lies from the prior that should expect it, with what to do."""
+    fit = record["fit"]
+    if not fit["far_from_prior"]:
+        return []
+    sds = {name: each["prior_sds"] or 0.0 for name, each in record["parameters"].items()}
+    name = max(sds, key=lambda name: abs(sds[name]))
+    return [
+        f"FAR from the prior (p = {fit['prior_p_value']:.2g}): {name} is {sds[name]:+.1f} of its "
+        "sds from its median. Check the unit of each median, or widen the prior: breaker fit-prior "
+        "fits one"
+    ]
 
 
 def _doubts(fit: Mapping) -> list[str]:

@@ -1,11 +1,31 @@
 """The command `breaker`: what one wants of files without the workflow.
 
-Each command is a module with ``add``, its options, and a function that prints and returns the exit
-status: 0, or 1 where it failed.
+Each command is a module with ``add``, its options, and a function that writes, prints and returns
+the exit status: 0, or 1 where it failed.
 """
 
-import lazy_loader
+import sys
 
-__getattr__, __dir__, __all__ = lazy_loader.attach(
-    __name__, submod_attrs={"command": ["main", "run"]}
-)
+__all__ = ["main", "run"]
+
+
+def run() -> int:
+    """Run the command as a process of its own; see ``command.run``.
+
+    Imports take a second, in which an interrupt is to be one, too: so none stands above.
+    """
+    try:
+        from breaker.cli import command
+
+        return command.run()
+    except KeyboardInterrupt:
+        print("breaker: interrupted", file=sys.stderr)
+        return 130
+
+
+def __getattr__(name: str):
+    if name != "main":
+        raise AttributeError(name)
+    from breaker.cli.command import main
+
+    return main

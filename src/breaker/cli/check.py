@@ -3,6 +3,7 @@
 import argparse
 import logging
 
+from breaker.cli.named import a_path
 from breaker.cli.settings import settings_of
 
 __all__ = ["add"]
@@ -17,7 +18,7 @@ def add(commands) -> argparse.ArgumentParser:
         "motion is accepted.",
     )
     check.set_defaults(run=_run)
-    check.add_argument("folder", metavar="FOLDER", help="folder of the curve files")
+    check.add_argument("folder", type=a_path, metavar="FOLDER", help="folder of the curve files")
     return check
 
 

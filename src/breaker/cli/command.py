@@ -2,12 +2,14 @@
 
 import argparse
 import gc
+import io
 import os
 import sys
 from collections.abc import Sequence
 
 from breaker import __version__
 from breaker.cli import check, compare, fit_prior, infer, inspect, manifest
+from breaker.cli.named import a_path
 from breaker.cli.settings import PROJECT
 from breaker.workflow import ConfigurationError, missing_packages, set_threads
 
@@ -21,28 +23,55 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit status: 0; 1 where it failed; as of a command that a signal ended, 130 where it was
         interrupted and 141 where nobody reads its output to the end.
     """
+    _prepare_streams()
     options = _parser().parse_args(arguments)
     _show_progress()
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
+    status = 1
     try:
         status = options.run(options)
-        sys.stdout.flush()  # here, where a closed pipe is still caught
-        return status
     except KeyboardInterrupt:
-        print("breaker: interrupted", file=sys.stderr)
-        return 130
+        _complain("interrupted")
+        status = 130
     except BrokenPipeError:
+        status = 141
+    except ModuleNotFoundError as error:
+        _complain(missing_packages(error.name))
+    except MemoryError:
+        _complain(f"out of memory; {options.smaller}")
+    except (ConfigurationError, OSError, ValueError) as error:
+        _complain(str(error))
+    return _flushed(status)
+
+
+def _complain(text: str) -> None:
+    print(f"breaker: {text}", file=sys.stderr)
+
+
+def _prepare_streams() -> None:
+    """Make any text printable: signs that an output lacks are replaced, one that is closed takes
+    everything and keeps nothing.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def _flushed(status: int) -> int:
+    """The status, or another where what was printed could not be written."""
+    try:
+        sys.stdout.flush()
+        return status
+    except OSError as error:
         # Python writes what is left when it ends, and would complain: into nothing instead.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
-    except ModuleNotFoundError as error:
-        print(f"breaker: {missing_packages(error.name)}", file=sys.stderr)
-        return 1
-    except MemoryError:
-        print("breaker: out of memory; name fewer files, or lower endurance.draws", file=sys.stderr)
-        return 1
-    except (ConfigurationError, OSError, ValueError) as error:
-        print(f"breaker: {error}", file=sys.stderr)
+        if isinstance(error, BrokenPipeError):
+            return 141
+        if status == 0:
+            _complain(f"the text could not be printed: {error.strerror}")
         return 1
 
 
@@ -65,17 +94,37 @@ def _show_progress() -> None:
         os.environ.setdefault("TQDM_DISABLE", "1")
 
 
+class _Once(argparse.Action):
+    """Take the value of an option that can be given once: of two, one would be lost."""
+
+    def __call__(self, parser, namespace, values, option_string=None) -> None:
+        if option_string and getattr(namespace, self.dest, self.default) is not self.default:
+            parser.error(f"{option_string} is given twice; leave one of them out")
+        setattr(namespace, self.dest, values)
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose options are given once."""
+
+    def __init__(self, **settings) -> None:
+        super().__init__(**settings)
+        self.register("action", None, _Once)
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="breaker", description="From a breaker's travel curve to the state of its drive."
     )
     parser.add_argument("--version", action="version", version=f"breaker {__version__}")
+    parser.set_defaults(smaller="name fewer files, or lower endurance.draws")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for each in (inspect, manifest, check, infer, compare, fit_prior):  # in the order of --help
         command = each.add(commands)
         command.add_argument(
             "--config",
+            type=a_path,
             nargs="+",
+            action="extend",
             default=[],
             metavar="YAML",
             help=f"configuration files, laid over {PROJECT} if there is one, or the defaults",

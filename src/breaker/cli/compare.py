@@ -7,7 +7,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from breaker.cli.named import MOTIONS, add_choice, check_output, operations_of
+from breaker.cli.named import MOTIONS, a_path, add_choice, operations_of
+from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import settings_of
 
 __all__ = ["add"]
@@ -26,10 +27,20 @@ def add(commands) -> argparse.ArgumentParser:
     )
     compare.set_defaults(run=_run)
     compare.add_argument(
-        "before", metavar="BEFORE", nargs="+", help="records of the first visit, or their folder"
+        "before",
+        type=a_path,
+        metavar="BEFORE",
+        nargs="+",
+        help="records of the first visit, or their folder",
     )
     compare.add_argument(
-        "--today", metavar="TODAY", nargs="+", required=True, help="those of the second visit"
+        "--today",
+        type=a_path,
+        metavar="TODAY",
+        nargs="+",
+        action="extend",
+        required=True,
+        help="those of the second visit",
     )
     add_choice(compare)
     compare.add_argument(
@@ -40,7 +51,7 @@ def add(commands) -> argparse.ArgumentParser:
         help="change that matters (default: 5)",
     )
     compare.add_argument("--json", action="store_true", help="print one JSON document")
-    compare.add_argument("--plot", metavar="PNG", help="draw the comparison there")
+    compare.add_argument("--plot", type=a_path, metavar="PNG", help="draw the comparison there")
     return compare
 
 
@@ -57,8 +68,7 @@ def _percent(text: str) -> float:
 
 def _run(options: argparse.Namespace) -> int:
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the answer has the reasons
-    if options.plot:
-        check_output(options.plot, [*options.before, *options.today], picture=True)
+    check_outputs([(options.plot, "picture")], [*options.before, *options.today, *options.config])
     config = settings_of(options.config)
     if config["known"]:
         raise ValueError(
@@ -89,11 +99,13 @@ def _run(options: argparse.Namespace) -> int:
     settings = {"share": options.beyond, "seed": seed}
     settings |= {name: endurance[name] for name in ("discrepancy", "misfit_p_value")}
     document = visits_document(parts, curves, today, rejected, drive.about, settings)
-    print(json.dumps(document, ensure_ascii=False) if options.json else visits_in_words(document))
     if options.plot:
         from breaker.figures import visits
 
-        visits.visits(document).savefig(options.plot)
+        with whole(options.plot) as part:
+            visits.visits(document).savefig(part)
+    print(json.dumps(document) if options.json else visits_in_words(document))
+    if options.plot:
         print(f"drawn in {options.plot}", file=sys.stderr if options.json else sys.stdout)
     return 0
 

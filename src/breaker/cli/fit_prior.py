@@ -3,9 +3,9 @@
 import argparse
 import logging
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
-from breaker.cli.named import check_output
+from breaker.cli.named import a_path, each_once
+from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
@@ -23,18 +23,19 @@ def add(commands) -> argparse.ArgumentParser:
     fit_prior.set_defaults(run=_run)
     fit_prior.add_argument(
         "folders",
+        type=a_path,
         metavar="FOLDER",
         nargs="+",
         help="folder of the records of one breaker, or of several with a table operations.csv",
     )
-    fit_prior.add_argument("--output", metavar="YAML", help="write the lines there")
-    fit_prior.add_argument("--plot", metavar="PNG", help="draw the prior there")
+    fit_prior.add_argument("--output", type=a_path, metavar="YAML", help="write the lines there")
+    fit_prior.add_argument("--plot", type=a_path, metavar="PNG", help="draw the prior there")
     return fit_prior
 
 
 def _run(options: argparse.Namespace) -> int:
-    for path in filter(None, (options.output, options.plot)):
-        check_output(path, options.folders, picture=path == options.plot)
+    outputs = [(options.output, "lines"), (options.plot, "picture")]
+    check_outputs(outputs, [*options.folders, *options.config])
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
@@ -55,16 +56,19 @@ def _run(options: argparse.Namespace) -> int:
     limits = from_list(limits, [*models], speeds, of=["model"])
     checks = check_fitted(fitted, models, recorded.records, limits, config["seed"])
     text = overlay_text(overlay, recorded, checks)
+    if options.output:
+        write_lines(options.output, text)
+    if options.plot:
+        from breaker.figures import fitted_prior
+
+        with whole(options.plot) as part:
+            fitted_prior.fitted_prior(fitted.to_dataset()).savefig(part)
     print(report(recorded, fitted, checks))
     if options.output:
-        Path(options.output).write_text(text, encoding="utf-8")
         print(f"\nwritten to {options.output}")
     else:
         print(f"\nThe lines of configuration:\n\n{text}", end="")
     if options.plot:
-        from breaker.figures import fitted_prior
-
-        fitted_prior.fitted_prior(fitted.to_dataset()).savefig(options.plot)
         print(f"drawn in {options.plot}")
     return 0
 
@@ -73,7 +77,7 @@ def _fitted(folders: Sequence[str], config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
     from breaker.typical import fit_type, read_breakers, room_for_wear
 
-    recorded = read_breakers(folders, config["motions"], config["endurance"])
+    recorded = read_breakers(each_once(folders), config["motions"], config["endurance"])
     reference = next(iter(recorded.drive.models.values())).prior
     room = room_for_wear(config["rigs"]["wear"]["change"], reference)
     return recorded, fit_type(recorded.drive.models, recorded.records, room, config["seed"])

@@ -8,10 +8,13 @@ import shlex
 import sys
 from collections.abc import Mapping, Sequence
 
-from breaker.cli.named import MOTIONS, add_choice, check_output, operations_of
+from breaker.cli.named import MOTIONS, a_path, add_choice, operations_of
+from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
+
+_FACTORS = (0.01, 100.0)  # of a size, as in the configuration
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -25,7 +28,11 @@ def add(commands) -> argparse.ArgumentParser:
     )
     infer.set_defaults(run=_run)
     infer.add_argument(
-        "files", metavar="FILE", nargs="+", help="a record, or a folder of records of one breaker"
+        "files",
+        type=a_path,
+        metavar="FILE",
+        nargs="+",
+        help="a record, or a folder of records of one breaker",
     )
     add_choice(infer)
     infer.add_argument(
@@ -39,6 +46,7 @@ def add(commands) -> argparse.ArgumentParser:
     infer.add_argument(
         "--known",
         nargs="+",
+        action="extend",
         type=_fact,
         default=[],
         metavar="NAME=VALUE:SD",
@@ -46,34 +54,40 @@ def add(commands) -> argparse.ArgumentParser:
     )
     infer.add_argument(
         "--model",
+        type=a_path,
         action="append",
         default=[],
         metavar="FILE",
         help="start from a trained network; once for each motion",
     )
     infer.add_argument("--json", action="store_true", help="print one JSON document")
-    infer.add_argument("--output", metavar="CSV", help="write a table there, with all columns")
-    infer.add_argument("--plot", metavar="PNG", help="draw the answer there")
-    infer.add_argument("--draws", metavar="ZARR", help="write all draws there, for ArviZ")
+    for option, kind, what in (
+        ("--output", "CSV", "write a table there, with all columns"),
+        ("--plot", "PNG", "draw the answer there"),
+        ("--draws", "ZARR", "write all draws there, for ArviZ"),
+    ):
+        infer.add_argument(option, type=a_path, metavar=kind, help=what)
     return infer
 
 
 def _factor(text: str) -> float:
     """A factor of a size."""
-    value = _number(text)
-    if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
+    value, (least, most) = _number(text), _FACTORS
+    if not least <= value <= most:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number from {least:g} to {most:g}")
     return value
 
 
 def _fact(text: str) -> tuple[str, list[float]]:
     """Name, value and sd of ``NAME=VALUE:SD``."""
+    from breaker.mechanism import check_fact
+
     name, _, numbers = text.partition("=")
     value, sd = map(_number, numbers.partition(":")[::2])
-    if not (name and math.isfinite(value) and 0 < sd < math.inf):
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is not NAME=VALUE:SD with an sd above 0, such as L=10.8:0.2"
-        )
+    if not name or math.isnan(value) or math.isnan(sd):
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE:SD, such as L=10.8:0.2")
+    if complaint := check_fact(value, sd):
+        raise argparse.ArgumentTypeError(f"{text!r} {complaint}")
     return name, [value, sd]
 
 
@@ -88,11 +102,15 @@ def _number(text: str) -> float:
 def _run(options: argparse.Namespace) -> int:
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the answer has the reasons
     _refuse_old_form(options.files)
-    for path in filter(None, (options.output, options.plot, options.draws)):
-        kind = {"store": path == options.draws, "picture": path == options.plot}
-        check_output(path, options.files, **kind)
+    outputs = [(options.output, "table"), (options.plot, "picture"), (options.draws, "store")]
+    check_outputs(outputs, [*options.files, *options.model, *options.config])
     config = settings_of(options.config)
-    config["known"] = {**config["known"], **dict(options.known)}
+    known = dict(options.known)
+    if len(known) < len(options.known):
+        names = [name for name, _ in options.known]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"--known has {twice} twice; leave one of them out")
+    config["known"] = {**config["known"], **known}
     limits = limits_of(config, options.config)
     endurance = config["endurance"]
     chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
@@ -106,14 +124,17 @@ def _run(options: argparse.Namespace) -> int:
     drive = read_records(operations, config, networks, size=options.size, loose=loose)
     answers = _answers(drive, networks, config, limits)
     found = document(answers, drive.about, _settings(config))
-    print(json.dumps(found, ensure_ascii=False) if options.json else in_words(found))
     rejected = [each for each in found["records"] if not each["accepted"]]
+    nothing = len(rejected) == len(found["records"])
+    written = [] if nothing else _write(answers, drive.models, config, options)
+    print(json.dumps(found) if options.json else in_words(found))
     if rejected:
-        _say_remedy(rejected, nothing=len(rejected) == len(found["records"]))
-    if len(rejected) == len(found["records"]):
-        return 1
-    _write(answers, drive.models, config, options)
-    return 0
+        read = [each.file.values[each.accepted.values] for each in drive.curves.values()]
+        unread = {each["file"] for each in rejected}.difference(*read)
+        _say_remedy(rejected, [] if options.size else sorted(unread), nothing=nothing)
+    for text in written:  # beside a JSON document, not in it
+        print(text, file=sys.stderr if options.json else sys.stdout)
+    return int(nothing)
 
 
 def _refuse_old_form(files: Sequence[str]) -> None:
@@ -174,41 +195,45 @@ def _by_network(network, drive, config: Mapping, common: Mapping):
     return answer
 
 
-def _say_remedy(rejected: Sequence[Mapping], *, nothing: bool) -> None:
-    """Say on stderr that records were rejected, and how to find out how they can be read."""
+def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: bool) -> None:
+    """Say on stderr that records were rejected, and how to find out how those can be read that
+    could not be.
+    """
     what = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
-    file = shlex.quote(rejected[0]["file"])
-    print(
-        f"breaker: {what}. If a file is written in another way than the settings say:\n"
-        f"  breaker inspect {file} --output my.yaml\n"
-        f"and then: breaker infer ... --config my.yaml",
-        file=sys.stderr,
+    remedy = (
+        "If a file is written in another way than the settings say:\n"
+        f"  breaker inspect {shlex.quote(unread[0])} --output my.yaml\n"
+        "and then: breaker infer ... --config my.yaml"
+        if unread
+        else "What is given beside the records may leave no drive that moves so: leave out --size, "
+        "--known or the prior, one by one"
     )
+    print(f"breaker: {what}. {remedy}", file=sys.stderr)
 
 
-def _write(answers: Mapping, models: Mapping, config: Mapping, options) -> None:
-    """Write what the options ask for."""
+def _write(answers: Mapping, models: Mapping, config: Mapping, options) -> list[str]:
+    """Write what the options ask for, and return what was written, in words."""
+    written = []
     if options.output:
         from breaker.answers import table_of
 
-        table_of(answers).to_csv(options.output, index=False, float_format="%.6g")
-        _say_written(f"written to {options.output}", options)
+        with whole(options.output) as part:
+            table_of(answers).to_csv(part, index=False, float_format="%.6g")
+        written.append(f"written to {options.output}")
     if options.draws:
         from breaker.answers import tree
 
         found = tree(answers, models, seed=config["seed"])
-        found.to_zarr(options.draws, mode="w", zarr_format=2)
-        _say_written(f"draws written to {options.draws}", options)
+        with whole(options.draws) as part:
+            found.to_zarr(part, mode="w", zarr_format=2)
+        written.append(f"draws written to {options.draws}")
     if options.plot:
         from breaker.answers import shown
         from breaker.figures import answer
 
         seed = config["seed"]
         parts = {m: shown(each, models[m], seed=seed) for m, each in answers.items()}
-        answer.answer(parts).savefig(options.plot)
-        _say_written(f"drawn in {options.plot}", options)
-
-
-def _say_written(text: str, options) -> None:
-    """Beside a JSON document, only where it is not in the way."""
-    print(text, file=sys.stderr if options.json else sys.stdout)
+        with whole(options.plot) as part:
+            answer.answer(parts).savefig(part)
+        written.append(f"drawn in {options.plot}")
+    return written

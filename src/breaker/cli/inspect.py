@@ -2,9 +2,9 @@
 
 import argparse
 import logging
-from pathlib import Path
 
-from breaker.cli.named import check_output
+from breaker.cli.named import a_path
+from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.settings import PROJECT, settings_of
 
 __all__ = ["add"]
@@ -18,33 +18,38 @@ def add(commands) -> argparse.ArgumentParser:
         "are time and travel, and which motions they hold. Prints the lines of configuration that "
         "read it, after reading it with them.",
     )
-    inspect.set_defaults(run=_run)
-    inspect.add_argument("file", metavar="FILE", help="a record as it was exported")
+    inspect.set_defaults(run=_run, smaller="export the record with fewer channels")
+    inspect.add_argument("file", type=a_path, metavar="FILE", help="a record as it was exported")
     inspect.add_argument(
         "--channel", default="", metavar="NAME", help="the column of travel, if there are several"
     )
-    inspect.add_argument("--output", metavar="YAML", help="write the proposed lines there")
-    inspect.add_argument("--plot", metavar="PNG", help="draw the record there")
+    inspect.add_argument(
+        "--output", type=a_path, metavar="YAML", help="write the proposed lines there"
+    )
+    inspect.add_argument("--plot", type=a_path, metavar="PNG", help="draw the record there")
     return inspect
 
 
 def _run(options: argparse.Namespace) -> int:
-    for path in filter(None, (options.output, options.plot)):
-        check_output(path, [options.file], picture=path == options.plot)
+    outputs = [(options.output, "lines"), (options.plot, "picture")]
+    check_outputs(outputs, [options.file, *options.config])
     from breaker.inspection import inspect_file, overlay_of, report_of
 
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the report has the reasons
     sensor = settings_of(options.config)["sensor"]
     proposal = inspect_file(options.file, sensor, options.channel)
     overlay = overlay_of(proposal)
-    print(report_of(proposal))
-    print(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
     if options.output:
-        Path(options.output).write_text(overlay, encoding="utf-8")
-        print(f"written to {options.output}")
+        write_lines(options.output, overlay)
     if options.plot:
         from breaker.figures import record
 
-        record.record(proposal).savefig(options.plot)
+        with whole(options.plot) as part:
+            record.record(proposal).savefig(part)
+    print(report_of(proposal))
+    print(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
+    if options.output:
+        print(f"written to {options.output}")
+    if options.plot:
         print(f"drawn in {options.plot}")
     return 0 if any(each.record for each in proposal.motions) else 1

@@ -1,4 +1,4 @@
-"""The files and folders that a command names, as operations to be read, and its outputs."""
+"""The files and folders that a command names, as operations to be read."""
 
 import argparse
 import os
@@ -6,13 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-__all__ = ["MOTIONS", "add_choice", "check_output", "operations_of"]
+__all__ = ["MOTIONS", "a_path", "add_choice", "each_once", "operations_of"]
 
 MOTIONS = ("closing", "opening")
 """Those that records may be of; here, so that a command's options are known before its imports."""
 
-_STORE = (".zgroup", "zarr.json")  # one of which every Zarr store has
-_PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
+
+def a_path(text: str) -> str:
+    """A path in a command: any text but none, which would be the current folder."""
+    if not text:
+        raise argparse.ArgumentTypeError("an empty text names no file or folder")
+    return text
 
 
 def add_choice(command: argparse.ArgumentParser) -> None:
@@ -63,9 +67,21 @@ def operations_of(
         if not inside and len(named) == 1:
             raise FileNotFoundError(f"{each} has no file of a record, and no table {MANIFEST}")
         files += inside or [Path(each)]  # beside others it is rejected, and does not stop them
-    files = list(dict.fromkeys(files))
+    files = each_once(files)
     loose = [Operation(i, file, channel=channel) for i, file in enumerate(files, start=1)]
     return dict.fromkeys(motions, loose), True
+
+
+def each_once(paths: Sequence[str | Path]) -> list:
+    """Return files or folders each once, under whatever names it is there twice, and in one order:
+    that of a command must not matter, as draws depend on the number of a record.
+    """
+    from breaker.files import natural
+
+    found: dict[str, str | Path] = {}
+    for path in sorted(paths, key=natural):
+        found.setdefault(os.path.realpath(path), path)
+    return list(found.values())
 
 
 def _is_folder(name: str) -> bool:
@@ -100,35 +116,3 @@ def _listed(
         motion: [replace(each, channel=each.channel or channel) for each in rows]
         for motion, rows in found.items()
     }
-
-
-def check_output(
-    path: str, inputs: Sequence[str], *, store: bool = False, picture: bool = False
-) -> None:
-    """Refuse what cannot be written, before any work is done.
-
-    Args:
-        path: What is to be written.
-        inputs: Files and folders that are read.
-        store: Whether it is a Zarr store, a folder, which may replace one.
-        picture: Whether it is a picture, whose kind its ending says.
-
-    Raises:
-        OSError: If its folder is not there, it may not be written, or it is a folder of another
-            kind.
-        ValueError: If it is one of the records that are read, or a picture of no known ending.
-    """
-    target = Path(path)
-    folder = target.parent
-    if not folder.is_dir():
-        raise FileNotFoundError(f"there is no folder {folder}/ for {path}; make it first")
-    if target.exists() and any(os.path.exists(each) and target.samefile(each) for each in inputs):
-        raise ValueError(f"{path} is what is read, and would be replaced; name another file")
-    if picture and target.suffix.lower() not in _PICTURES and not target.is_dir():
-        raise ValueError(f"{path} is no name of a picture; end it in {' or '.join(_PICTURES[:3])}")
-    if target.is_dir() and not (store and any((target / name).is_file() for name in _STORE)):
-        raise IsADirectoryError(f"{path} is a folder, and is not replaced; name another")
-    if store and target.is_file():
-        raise FileExistsError(f"{path} is a file, and a store is a folder; name another")
-    if not os.access(target if target.exists() else folder, os.W_OK):
-        raise PermissionError(f"{path} may not be written; name another")

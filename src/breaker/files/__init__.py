@@ -22,6 +22,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "read_manifest",
         ],
         "names": ["label_of"],
+        "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
         "proposal": ["propose_manifest"],
         "recorders": ["open_comtrade"],

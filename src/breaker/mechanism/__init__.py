@@ -27,6 +27,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "QUANTITIES",
             "SOURCES",
             "Quantity",
+            "check_fact",
             "check_quantity",
             "evaluate",
             "quantities_of",

@@ -34,6 +34,7 @@ __all__ = [
     "QUANTITIES",
     "SOURCES",
     "Quantity",
+    "check_fact",
     "check_quantity",
     "evaluate",
     "quantities",
@@ -46,6 +47,9 @@ _GAP, _TIMES = 10.0, {"closing": np.sqrt(10.0 / 0.75), "opening": np.sqrt(1.0 / 
 _NEAR = 0.75  # powers of 2 within which a drive counts as of the reference drive's size
 _TRAVEL = Point(10.0, "%"), Point(90.0, "%")  # between which a travel time is taken
 
+
+_SHARPEST = 1e-3  # of its value, to which a fact can be known
+_LARGEST_FACT = 1e6
 
 SOURCES = ("model", "record")
 """What a quantity is read from: the model at inferred parameters, or a record itself."""
@@ -142,6 +146,23 @@ def quantities_of(
 
 QUANTITIES = quantities()
 """Quantities of a drive whose speeds are defined as usual, by name."""
+
+
+def check_fact(value: float, sd: float) -> str | None:
+    """Return why nobody knows a quantity so, with a remedy; None if that may be.
+
+    Example:
+        >>> check_fact(-10.0, 0.1)
+        'has the value -10, but must have one from 0 to 1e+06.'
+    """
+    if not 0 <= value <= _LARGEST_FACT:
+        return f"has the value {value:g}, but must have one from 0 to {_LARGEST_FACT:g}."
+    if not (sd > 0 and _SHARPEST * value <= sd <= _LARGEST_FACT):
+        return (
+            f"has the standard deviation {sd:g}, but must have one above 0, and at least a "
+            "thousandth of the value: nothing in a drive is known better."
+        )
+    return None
 
 
 def check_quantity(

@@ -123,6 +123,16 @@ class Prior:
         """Map standardised log space ``(..., p)`` to parameters ``(..., p)``."""
         return np.exp(np.log(self.medians) + self.log_sds * z)
 
+    def distances(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far parameters lie from the medians, ``(..., p) -> (..., p), (...)``.
+
+        In standard deviations of each parameter's logarithm, with what parameters share; and all
+        together, squared, which follows a chi-square of p degrees of freedom over the prior.
+        """
+        z = self.standardise(theta)
+        spread = np.sqrt(np.square(self._root).sum(axis=1))
+        return z / spread, np.square(self.independent(z)).sum(axis=-1)
+
     def independent(self, z: np.ndarray) -> np.ndarray:
         """Map standardised parameters ``(..., p)`` to independent ones, ``z = F w``."""
         return z @ np.linalg.inv(self._root).T if len(self.shared) else z

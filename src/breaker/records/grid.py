@@ -18,6 +18,7 @@ __all__ = ["Gridded", "check_missing", "cubic_weights", "grid_remarks", "on_grid
 
 _WHOLE = 1e-3  # samples, by which a step of the grid may be off whole ones
 _ON = 1e-6  # samples, from which a time is on a sample
+_FEWEST = 16  # samples of a motion, which is two for each parameter
 
 
 class Gridded(NamedTuple):
@@ -105,6 +106,11 @@ def cubic_weights(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def check_missing(gridded: Gridded, allowed: float) -> None:
     """Refuse a record that lacks more samples than a share of those that its rate gives."""
     count = int(gridded.sampled.sum())
+    if count < min(_FEWEST, gridded.sampled.size):
+        raise UnusableError(
+            f"only {count} of the {gridded.sampled.size} times of the model's grid have a sample: "
+            "check the rate, the size (--size, size.times) and the section sensor"
+        )
     missing = int(np.isnan(gridded.travel[gridded.sampled]).sum())
     if missing > allowed * count:
         raise UnusableError(

@@ -9,7 +9,15 @@ from functools import partial
 from typing import Any
 
 from breaker.files import SWITCHING, event_words, list_operations
-from breaker.mechanism import MOTIONS, NAMES, Limit, check_quantity, from_list, speeds_of
+from breaker.mechanism import (
+    MOTIONS,
+    NAMES,
+    Limit,
+    check_fact,
+    check_quantity,
+    from_list,
+    speeds_of,
+)
 from breaker.workflow.magnitudes import MAGNITUDES
 
 __all__ = ["RULES"]
@@ -146,9 +154,9 @@ def _known(
         if all(complaints):
             wrong.append("cannot be used. " + " ".join(complaints))
     wrong += [
-        f"has {name}: {[value, sd]}, but a standard deviation must be positive."
-        for name, (value, sd) in known.items()
-        if not (value >= 0 and sd > 0)
+        f"has {name}: {fact}, which {complaint}"
+        for name, fact in known.items()
+        if (complaint := check_fact(*fact))
     ]
     if known and posterior != "corrected":
         wrong.append(

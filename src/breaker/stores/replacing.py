@@ -1,0 +1,71 @@
+"""Write a file or a folder so that it appears whole or not at all, and what was there stays until
+then: on a full disk, after an error, after an interrupt.
+"""
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+__all__ = ["whole"]
+
+
+@contextmanager
+def whole(path: str | Path) -> Iterator[Path]:
+    """Yield a hidden name beside a path; what is written there takes its place at the end.
+
+    A link is followed: what it leads to is replaced. A file keeps its permissions.
+
+    Raises:
+        OSError: If it cannot be replaced; what was there stays.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     with whole(f"{folder}/a.txt") as part:
+        ...         _ = part.write_text("all of it")
+        ...     Path(folder, "a.txt").read_text()
+        'all of it'
+    """
+    target = Path(os.path.realpath(path))
+    part = _hidden(target)
+    try:
+        yield part
+        if part.is_dir():
+            _replace_folder(part, target)
+        else:
+            if target.exists():
+                shutil.copymode(target, part)
+            with open(part, "rb") as stream:
+                os.fsync(stream.fileno())  # some file systems find out now that they are full
+            os.replace(part, target)
+    finally:
+        _remove(part)
+
+
+def _replace_folder(part: Path, target: Path) -> None:
+    if not target.exists():
+        os.rename(part, target)
+        return
+    old = _hidden(target)
+    os.rename(target, old)
+    try:
+        os.rename(part, target)
+    except OSError:
+        os.rename(old, target)
+        raise
+    _remove(old)
+
+
+def _hidden(target: Path) -> Path:
+    """A new name beside a target, short as its own may have the greatest length."""
+    return target.with_name(f".{secrets.token_hex(4)}{target.suffix[:10]}")
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
