@@ -368,7 +368,16 @@ prior: {mu: {median: 1.0e+300, log_sd: 50}, k_a: {median: 1.0e-06}}
     prior.mu.median is 1e+300, but must be a number, at least 0.0001 and at most 1000
     prior.mu.log_sd is 50
     prior.k_a.median is 1e-06
-prior: {f: {median: 0.01}}
+prior: {f: {median: 750.0}, L: {median: 0.010}}
+    prior.f.median is 750, 1,000 times that of the reference drive at this size (0.75). Its unit
+    prior.L.median is 0.01, 0.001 times that of the reference drive at this size (10). Its unit is
+    mm. For a drive of another size, set size.
+prior: {k_b: {median: 2.5}, gamma_a: {median: 75.0}, gamma_b: {median: 30.0}}
+size: {lengths: 10.0, times: 4.0}
+    prior.k_b.median is 2.5, 1,000 times that of the reference drive at this size (0.0025)
+    prior.gamma_a.median is 75, 1,000 times
+    prior.gamma_b.median is 30, 1,000 times
+prior: {f: {median: 0.03}}
     prior leaves the contact pressed (f > k_a L) in
 prior: {gamma_b: {median: 900.0, log_sd: 0.5}}
     prior has drives with a rate of

@@ -7,11 +7,13 @@ would end in a traceback, without memory, or not at all.
 
 import math
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 from breaker.files import complete
-from breaker.mechanism import MOTIONS
+from breaker.mechanism import MOTIONS, PARAMETERS, Parameter, Size
+from breaker.shipped import DEFAULTS
+from breaker.workflow.sources import parse
 
 __all__ = ["MAGNITUDES"]
 
@@ -22,6 +24,7 @@ _WEIGHTS = 20_000_000  # of a part of a network: 80 MB
 _FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
 _TURNS = 1e6  # rate times length of a record: breaker.mechanism follows no more
 _FAR = 5.0  # prior sd at which a drive still has to be that slow
+_UNLIKE = 30.0  # times the reference drive: at most the root of 1,000, so that no slip fits
 _SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
 _LINKAGE = 0.1  # ms, least period that the simulation of a drive follows
 
@@ -62,6 +65,23 @@ def _files(sensor: Mapping[str, float], operations: int) -> str | None:
             f"files: more than {_ROWS:.0e} lines. Lower one of them."
         )
     return None
+
+
+@cache
+def _reference() -> Mapping[str, Mapping[str, float]]:
+    content, _ = parse(DEFAULTS)
+    return content["prior"]
+
+
+def _unlike(parameter: Parameter, median: float, size: Mapping[str, float]) -> str | None:
+    """A unit that is wrong by 1,000, or a drive of another size without its size."""
+    expected = _reference()[parameter.name]["median"] * Size(**size).factor(parameter.unit)
+    if 1 / _UNLIKE <= median / expected <= _UNLIKE:
+        return None
+    return (
+        f"is {median:g}, {median / expected:,.4g} times that of the reference drive at this size "
+        f"({expected:.3g}). Its unit is {parameter.unit}. For a drive of another size, set size."
+    )
 
 
 def _support(prior: Mapping[str, Mapping[str, float]]) -> str | None:
@@ -183,6 +203,7 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     *((names, partial(_jobs, names[1])) for names in _IN_JOBS),
     (("rig.sensor", "rig.operations"), _files),
     (("rig",), _moves),
+    *(((f"prior.{each.name}.median", "size"), partial(_unlike, each)) for each in PARAMETERS),
     (("prior",), _support),
     (("prior", "sensor"), _followed),
     (("sensor.onset_sd",), partial(_off_or_above, 0.001)),
