@@ -1,6 +1,7 @@
 """Curve files that are no text: read as the same columns, or refused, whatever is wrong."""
 
 import io
+import re
 import struct
 import subprocess
 import sys
@@ -14,11 +15,12 @@ import pytest
 import xarray as xr
 from packaging.requirements import Requirement
 
-from breaker.files import grids
+from breaker.files import grids, workbooks
 from breaker.files.guards import LARGEST, RejectedCurveError
 from breaker.files.listing import ENDINGS
 from breaker.files.settings import complete
 from breaker.files.sources import OTHER_KINDS, read_columns
+from breaker.inspection.contents import look_into
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
 
@@ -102,6 +104,53 @@ def test_a_bomb_and_endless_rows_are_refused(tmp_path):
     book.active.cell(row=1_048_576, column=16_384, value=1.0)
     book.save(far)
     assert "is empty" in rejection(far, "excel")
+
+
+ROW = b"<row><c><v>1</v></c></row>"
+
+
+@pytest.mark.parametrize(
+    ("sheet", "reason"),
+    [
+        (b"<row>" + 1_000_001 * b"<c/>" + b"</row>", "more than 1000000 cells and other elements"),
+        (b"<row>" + 100_001 * b"<b/>" + b"</row>", "more than 100000 formats and the like"),
+        (1100 * b'<row><c r="XFD1"><v>1</v></c></row>', "row 1024 ends at column 16384"),
+        (ROW.replace(b"<c", b'<c r="XFD1"') + 2000 * ROW, "too many cells or too long texts"),
+        (
+            600 * ROW.replace(b"><v>1", b' t="str"><v>' + 30_000 * b"x"),
+            "too many cells or too long texts",
+        ),
+        (b"<!DOCTYPE x>" + ROW, "defines texts in its part xl/worksheets/sheet1.xml"),
+    ],
+)
+@pytest.mark.parametrize("way", ["read", "inspected"])
+def test_a_workbook_that_would_take_the_memory_is_refused(tmp_path, sheet, reason, way):
+    file, plain = tmp_path / "a.xlsx", tmp_path / "plain.xlsx"
+    workbook(plain, {"a": [[1.0]]})
+    with zipfile.ZipFile(plain) as parts, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as odd:
+        for name in parts.namelist():
+            text = parts.read(name)
+            if name.endswith("sheet1.xml"):
+                text = re.sub(b"(<sheetData>).*(?=</sheetData>)", rb"\1" + sheet, text)
+            odd.writestr(name, text)
+    with pytest.raises(RejectedCurveError, match=f"{re.escape(str(file))}: .*{reason}"):
+        read(file, "excel") if way == "read" else look_into(file)
+
+
+def test_a_part_that_is_many_sheets_is_refused(tmp_path, monkeypatch):
+    workbook(tmp_path / "a.xlsx", {"a": [[1.0]], "b": [[1.0]]})
+    monkeypatch.setattr(workbooks, "_MOST_ELEMENTS", 500)
+    assert ": no line has" in rejection(tmp_path / "a.xlsx", "excel")
+    workbook(tmp_path / "a.xlsx", {str(i): [[1.0]] for i in range(60)})
+    assert "more than 500 cells and other" in rejection(tmp_path / "a.xlsx", "excel")
+
+
+@pytest.mark.parametrize("joined", [lambda x: x + x, lambda x: b"x" + x, lambda x: x + b"x"])
+def test_a_workbook_beside_something_is_refused(tmp_path, joined):
+    """Of two, the second would be read."""
+    file = written(tmp_path, "excel")
+    file.write_bytes(joined(file.read_bytes()))
+    assert "something before or after the workbook" in rejection(file, "excel")
 
 
 def test_an_old_workbook_is_refused_with_the_remedy(tmp_path):

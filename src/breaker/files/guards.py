@@ -8,6 +8,7 @@ from pathlib import Path
 __all__ = [
     "LARGEST",
     "RejectedCurveError",
+    "TooLargeError",
     "no_file",
     "printable",
     "read_bytes",
@@ -43,6 +44,10 @@ class RejectedCurveError(ValueError):
     def __init__(self, file: str | Path, reason: str, *, line: int | None = None) -> None:
         place = f"{file}, line {line}" if line else f"{file}"
         super().__init__(printable(f"{place}: {reason}"))
+
+
+class TooLargeError(ValueError):
+    """Content that would take too much memory or time, found where the file has no name."""
 
 
 def printable(text: str | Path) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from breaker import DISTRIBUTION
 from breaker.files.columns import Columns
 from breaker.files.grids import read_netcdf, read_zarr
-from breaker.files.guards import RejectedCurveError
+from breaker.files.guards import RejectedCurveError, TooLargeError
 from breaker.files.recorders import read_comtrade
 from breaker.files.text import read_text
 from breaker.files.workbooks import read_workbook
@@ -72,6 +72,8 @@ def understood(file: str | Path) -> Iterator[None]:
             yield
     except RejectedCurveError:
         raise
+    except TooLargeError as error:
+        raise RejectedCurveError(file, str(error)) from error
     except ModuleNotFoundError as error:
         reason = f'is {kind}, which needs {error.name}: pip install "{DISTRIBUTION}[{extra}]"'
         raise RejectedCurveError(file, reason) from error

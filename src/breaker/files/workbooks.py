@@ -1,18 +1,27 @@
 """Curve files that are Excel workbooks, by openpyxl (the extra ``excel``)."""
 
 import io
+import re
 import zipfile
 from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
 from breaker.files.columns import Columns, columns_of
-from breaker.files.guards import LARGEST, RejectedCurveError, read_bytes
+from breaker.files.guards import LARGEST, RejectedCurveError, TooLargeError, read_bytes
 
 __all__ = ["open_workbook", "read_workbook", "rows_of"]
 
 _BLOCK = 20_000  # rows at a time
 _GAP = 1_000  # blank rows in a row that end a sheet
+_LARGEST_SHEET = 2**24  # cells and signs
+
+# A row of n columns has 1 + 2 n elements. Those of formats take ten times as long to read as these.
+_MOST_ELEMENTS, _MOST_OTHERS = 1_000_000, 100_000
+_USUAL = re.compile(rb"<(?:\w+:)?(?:row|c|v|f|is|si|t|pt)[\s/>]")
+_SHEET = re.compile(rb"<(?:\w+:)?sheet\s")
+_ENTITIES = re.compile(rb"<\0?!\0?D\0?O\0?C\0?T")  # of UTF-16, too
+_REMEDY = "export the record alone, at a lower rate, or as CSV"
 
 
 def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
@@ -43,18 +52,47 @@ def open_workbook(file: str | Path):
     """Return a workbook, to be read row by row.
 
     Raises:
-        RejectedCurveError: If unpacked it is too large.
+        RejectedCurveError: If unpacked it is too large, or there is more than one.
         ModuleNotFoundError: If openpyxl is not installed.
     """
     import openpyxl
 
-    content = io.BytesIO(read_bytes(file))
-    with zipfile.ZipFile(content) as parts:
-        # Unpacking stops at the size that is stated, so a false one is no way around.
-        if (size := sum(part.file_size for part in parts.infolist())) > LARGEST:
-            reason = f"has {size / 2**20:.0f} MiB when unpacked; export the record alone"
+    content = read_bytes(file)
+    with zipfile.ZipFile(io.BytesIO(content)) as book:
+        _check_parts(file, content, book)
+    return openpyxl.load_workbook(
+        io.BytesIO(content), read_only=True, data_only=True, keep_links=False
+    )
+
+
+def _check_parts(file: str | Path, content: bytes, book: zipfile.ZipFile) -> None:
+    """Reject what is joined, and what takes much memory or time to read: mostly bytes do not."""
+    parts = book.infolist()
+    # Offsets are counted from where the last workbook begins; the end of each has 22 bytes.
+    end = content.rfind(b"PK\5\6") + 22 + len(book.comment)
+    if min((part.header_offset for part in parts), default=0) or end != len(content):
+        reason = "has something before or after the workbook, such as another one; save it again"
+        raise RejectedCurveError(file, reason)
+    # Unpacking stops at the size that is stated, so a false one is no way around.
+    if (size := sum(part.file_size for part in parts)) > LARGEST:
+        reason = f"has {size / 2**20:.0f} MiB when unpacked; export the record alone"
+        raise RejectedCurveError(file, reason)
+    elements = others = largest = sheets = 0
+    for part in parts:
+        text = book.read(part)
+        count = text.count(b"<") - text.count(b"</")
+        elements, largest = elements + count, max(largest, count)
+        sheets += len(_SHEET.findall(text))
+        # Several sheets may be the same part, which is read for each of them.
+        if elements > _MOST_ELEMENTS or sheets * largest > 3 * _MOST_ELEMENTS:
+            reason = f"has more than {_MOST_ELEMENTS} cells and other elements; {_REMEDY}"
             raise RejectedCurveError(file, reason)
-    return openpyxl.load_workbook(content, read_only=True, data_only=True, keep_links=False)
+        others += count - len(_USUAL.findall(text))
+        if others > _MOST_OTHERS:
+            reason = f"has more than {_MOST_OTHERS} formats and the like; copy the values alone"
+            raise RejectedCurveError(file, f"{reason} into a new workbook")
+        if _ENTITIES.search(text):
+            raise RejectedCurveError(file, f"defines texts in its part {part.filename}; {_REMEDY}")
 
 
 def _blocks(sheet, decimal: str) -> Iterator[tuple[list[int], list[list[str]]]]:
@@ -65,14 +103,26 @@ def _blocks(sheet, decimal: str) -> Iterator[tuple[list[int], list[list[str]]]]:
 
 
 def rows_of(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield number and cells, as texts, of the rows of a sheet that are not blank."""
-    last = 0
+    """Yield number and cells, as texts, of the rows of a sheet that are not blank.
+
+    Raises:
+        TooLargeError: If there are too many cells or signs; a row has all cells up to its last one.
+    """
+    last = size = rows = widest = 0
     for number, values in enumerate(sheet.iter_rows(values_only=True), start=1):
         if number - last > _GAP:
             return
         cells = [_text(value, decimal) for value in values]
-        if any(cells):
-            last = number
+        size += len(cells) + sum(map(len, cells))
+        while cells and not cells[-1]:
+            cells.pop()
+        if cells:
+            last, rows, widest = number, rows + 1, max(widest, len(cells))
+        # As columns, all rows are as wide as the widest.
+        if max(size, rows * widest) > _LARGEST_SHEET:
+            reason = f"has too many cells or too long texts in its sheet {sheet.title!r}: row "
+            raise TooLargeError(f"{reason}{number} ends at column {len(cells)}; {_REMEDY}")
+        if cells:
             yield number, cells
 
 
