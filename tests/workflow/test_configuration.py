@@ -214,7 +214,7 @@ network: {closing: {summary: {kind: deep_set, channels: [8]}}}
 network: {opening: {inference: {kind: coupling_flow, width: 64}}}
     width is not a known key. Did you mean network.opening.inference.flow_matching.width?
 network: {closing: {inference: {coupling_flow: {hidden: 64}}}}
-    hidden is 64, but must be a list of 1 to 16 entries, each a whole number, at least 1 and
+    hidden is 64, but must be a list of 1 to 4 entries, each a whole number, at least 1 and
 network: {closing: {summary: {deep_set: {missing: 1.0}}}}
     missing is 1.0, but must be a number, at least 0 and at most 0.95 (Largest share of missing
 # types
@@ -389,16 +389,14 @@ bank: {shards: 1000, curves_per_shard: 10000000}
 validation: {draws: 100000}
     validation.draws is 100000, which makes 1e+08 times validation.curves (1000): more than 2e+07
 endurance: {draws: 1000000000}
-    endurance.draws is 1000000000, but must be a whole number, at least 10 and at most 100000
+    endurance.draws is 1000000000, but must be a whole number, at least 10 and at most 25000
 rig: {operations: 1000000000}
     rig.operations is 1000000000, but must be a whole number, at least 2 and at most 100000
 rig: {operations: 90000}
 endurance: {operations_per_job: 1}
     rig.operations makes more than 2000 jobs. Lower it, or raise endurance.operations_per_job to 45
-rig: {sensor: {rate: 1000.0, length: 9000.0}}
-    rig.sensor makes 9.01e+06 samples of a record, (lead + length) times rate, but must not make
-rig: {operations: 100000, sensor: {length: 9000.0}}
-    rig.sensor makes 9.01e+04 samples of a record, and rig.operations (100000) as many files
+rig: {operations: 100000, sensor: {length: 1000.0}}
+    rig.operations is 100000, which makes 1e+09 times rig.sensor.rate (10) times rig.sensor.length
 rig: {parameters: {f: 0.4}}
     rig does not press its contact in new condition: f is 0.4, and k_a L 0.418 mm/ms^2. Raise f
 rig: {wear: {change: {k_a: 1.5}}}
@@ -409,10 +407,6 @@ rigs: {elements: {linkage: [0.0, 2.0]}}
     rigs.elements has linkage: [0, 2], times the strength 1, but a period must be 0 throughout
 sensor: {onset_sd: 1.0e-30}
     sensor.onset_sd is 1e-30, but must be 0 (off) or at least 0.001
-network: {closing: {summary: {time_series: {width: 2048, blocks: 16}}}}
-    network.closing.summary.time_series has 1.3e+08 weights in its residual blocks, more than
-network: {opening: {inference: {coupling_flow: {hidden: [2048, 2048, 2048]}}}}
-    network.opening.inference.coupling_flow has 3.6e+07 weights, more than 2e+07. Lower hidden
 endurance: {format: {encoding: base64}}
     endurance.format cannot be used: endurance.format.encoding: base64 is no encoding of text
 endurance: {format: {encoding: klingon}}
@@ -422,7 +416,7 @@ sensor: {samples: 19}
 known: {touch: [9.5, 0.1], L: [10.0, 0]}
     known cannot be used. touch is not a known quantity. Known of closing: mu, k_a
     Known of opening: mu, k_a
-    has L: [10.0, 0], but a standard deviation must be positive
+    has L: [10.0, 0], which has the standard deviation 0, but must have one above 0
 known: {mu: 2.4, L: [10.0], wipe: [-1, 0.1]}
     known.mu is 2.4, but must be a list of 2 entries, each a number
     known.L is [10.0], but must be a list of 2 entries

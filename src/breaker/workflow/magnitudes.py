@@ -11,16 +11,13 @@ from functools import cache, partial
 from typing import Any
 
 from breaker.files import complete
-from breaker.mechanism import MOTIONS, PARAMETERS, Parameter, Size
+from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
 
 __all__ = ["MAGNITUDES"]
 
 _JOBS = 2000  # of a rule: Snakemake plans them in a minute
-_SAMPLES = 200_000  # of a simulated record
-_ROWS = 200_000_000  # of all files of the stand-in and a motion: some 4 GB
-_WEIGHTS = 20_000_000  # of a part of a network: 80 MB
 _FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
 _TURNS = 1e6  # rate times length of a record: breaker.mechanism follows no more
 _FAR = 5.0  # prior sd at which a drive still has to be that slow
@@ -38,7 +35,7 @@ def _product(names: tuple[str, ...], most: float, *values: float) -> str | None:
     )
     return (
         f"is {values[0]:g}, which makes {product:.3g} times {listed}: more than {most:.3g}, for "
-        "which the memory is meant. Lower one of them."
+        "which memory and disk are meant. Lower one of them."
     )
 
 
@@ -50,21 +47,6 @@ def _jobs(
         return None
     least = math.ceil(most / _JOBS)
     return f"makes more than {_JOBS} jobs. Lower it, or raise {size_name} to {least} or more."
-
-
-def _files(sensor: Mapping[str, float], operations: int) -> str | None:
-    samples = (sensor["lead"] + sensor["length"]) * sensor["rate"]
-    if samples > _SAMPLES:
-        return (
-            f"makes {samples:.3g} samples of a record, (lead + length) times rate, but must not "
-            f"make more than {_SAMPLES}. Lower one of them."
-        )
-    if samples * operations > _ROWS:
-        return (
-            f"makes {samples:.3g} samples of a record, and rig.operations ({operations}) as many "
-            f"files: more than {_ROWS:.0e} lines. Lower one of them."
-        )
-    return None
 
 
 @cache
@@ -152,22 +134,6 @@ def _linkages(elements: Mapping[str, Any], strength: float = 1.0) -> str | None:
     )
 
 
-def _residual(what: str, network: Mapping[str, int]) -> str | None:
-    weights = 2 * network["width"] ** 2 * network["blocks"]
-    if weights <= _WEIGHTS:
-        return None
-    return f"has {weights:.1e} weights in {what}, more than {_WEIGHTS:.0e}. Lower width or blocks."
-
-
-def _couplings(network: Mapping[str, Any]) -> str | None:
-    hidden = network["hidden"]
-    pairs = zip(hidden, [*hidden[1:], 30 * network["bins"]], strict=True)  # to splines at the end
-    weights = network["transforms"] * sum(math.prod(pair) for pair in pairs)
-    if weights <= _WEIGHTS:
-        return None
-    return f"has {weights:.1e} weights, more than {_WEIGHTS:.0e}. Lower hidden or transforms."
-
-
 def _format(settings: Mapping[str, Any]) -> str | None:
     try:
         complete(settings)
@@ -178,15 +144,9 @@ def _format(settings: Mapping[str, Any]) -> str | None:
 
 _PRODUCTS = {
     ("bank.curves_per_shard", "bank.shards", "sensor.samples"): 1e9,
-    ("prior_predictive.curves", "sensor.samples"): 1e8,
-    ("discrepancy.drives", "sensor.samples"): 1e8,
-    **{(f"training.{motion}.batch", "sensor.samples"): 1e8 for motion in MOTIONS},
-    ("solver.draws", "solver.curves"): 1e6,
+    ("rig.operations", "rig.sensor.rate", "rig.sensor.length"): 2e8,
     ("validation.draws", "validation.curves"): 2e7,
-    ("correction.draws", "sensor.samples"): 5e7,
-    ("correction.round_draws", "sensor.samples"): 5e7,
     ("endurance.draws", "endurance.operations_per_job"): 2e7,
-    ("endurance.draws", "sensor.samples"): 5e7,
     ("wear_model.lines", "wear_model.horizon"): 2e7,
     ("lives.draws", "lives.operations"): 1e8,
 }
@@ -201,7 +161,6 @@ _IN_JOBS = (  # what, and how much of it is in a job
 MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     *((names, partial(_product, names, most)) for names, most in _PRODUCTS.items()),
     *((names, partial(_jobs, names[1])) for names in _IN_JOBS),
-    (("rig.sensor", "rig.operations"), _files),
     (("rig",), _moves),
     *(((f"prior.{each.name}.median", "size"), partial(_unlike, each)) for each in PARAMETERS),
     (("prior",), _support),
@@ -210,11 +169,5 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("rig.elements.linkage",), partial(_off_or_above, _LINKAGE)),
     (("rigs.elements", "rigs.strength"), _linkages),
     (("judged.foreign",), _linkages),
-    *(
-        ((f"network.{motion}.{part}",), partial(_residual, "its residual blocks"))
-        for motion in MOTIONS
-        for part in ("summary.time_series", "summary.deep_set", "inference.flow_matching")
-    ),
-    *((((f"network.{motion}.inference.coupling_flow"),), _couplings) for motion in MOTIONS),
     (("endurance.format",), _format),
 )

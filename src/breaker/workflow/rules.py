@@ -125,9 +125,8 @@ def _limits(
     if _speeds(speeds):
         return None
     names, wrong = [entry["name"] for entry in entries], []
-    for name in dict.fromkeys(names):
-        if names.count(name) > 1:
-            wrong.append(f"{name}: there are two limits of this name. Give one another name.")
+    for name in sorted({each for each in names if names.count(each) > 1}):
+        wrong.append(f"{name}: there are two limits of this name. Give one another name.")
     for entry in entries:
         try:
             Limit.from_settings(entry, speeds_of(speeds))
@@ -176,10 +175,9 @@ def _events(events: Mapping[str, Sequence[str]]) -> str | None:
     """Names of events, each of which must be there once, however it is written."""
     named, wrong = {}, []
     for key in events:
-        words = event_words(key)
-        if not words:
+        if not event_words(key):
             wrong.append(f"has {key!r}, which is no name of an event. Write a word.")
-        for word in words:
+        for word in event_words(key):
             if word in named:
                 wrong.append(f"has {word!r} in {named[word]!r} and in {key!r}. Leave one out.")
             named[word] = key
@@ -271,8 +269,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("lives.calibration_seed", "lives.seed"), partial(_other_seed, "lives.seed")),
     *(((f"lives.{name}",), _range) for name in ("ratio", "change", "drift", "scatter")),
     *(((f"judged.{name}",), _range) for name in ("quantum", "colour", "change", "faster")),
-    (("judged.foreign",), _from_to),
-    *(((f"rigs.{name}",), _from_to) for name in ("elements", "wear.change")),
+    *(((name,), _from_to) for name in ("judged.foreign", "rigs.elements", "rigs.wear.change")),
     (("rigs.wear",), _wear),
     *(
         ((name, "discrepancy.components"), _needs_components)
