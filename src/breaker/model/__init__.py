@@ -20,7 +20,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "prior": ["Prior"],
         "randomness": ["generator", "seed_integer"],
         "reference": ["configured_model", "reference_model"],
-        "saved": ["FORMATS", "ModelFileError", "SavedModel", "open_model", "write_model"],
+        "saved": ["ModelFileError", "SavedModel", "open_model", "write_model"],
         "sensor": ["Sensor", "grid"],
     },
 )

@@ -4,9 +4,6 @@ Weights, and what the model leaves out where it was trained for that; in the hea
 all settings that made it, and a checksum. A file may come from anywhere, so nothing in it is used
 before it is known to be finite and of the size that it should have. This module needs no torch: it
 reads and writes arrays, and knows nothing of networks.
-
-Formats before the present one are read too. They are of a model that is taken for right, so nothing
-is left out of it.
 """
 
 import hashlib
@@ -25,13 +22,9 @@ from breaker import __version__
 from breaker.mechanism import NAMES
 from breaker.model.discrepancy import Discrepancy
 
-__all__ = ["FORMATS", "ModelFileError", "SavedModel", "open_model", "write_model"]
+__all__ = ["ModelFileError", "SavedModel", "open_model", "write_model"]
 
-FORMATS = tuple(f"breaker posterior {number}" for number in (1, 2, 3))
-"""Formats that are read, the present one last. The first has one number of solver steps, for draws
-and density alike; the first two judge how unlike the prior's a record is at one scale of what the
-model leaves out, 0."""
-
+_FORMAT = "breaker posterior 3"
 _HEADER = ("format", "breaker_version", "settings", "checksum")
 _DISCREPANCY = "discrepancy."  # begins the names of its tensors
 _LONGEST_HEADER = 1_000_000  # bytes
@@ -56,13 +49,11 @@ class SavedModel:
     """An open model file.
 
     Attributes:
-        format: One of ``FORMATS``.
         settings: What made the model, every number finite.
         discrepancy: What the model leaves out, if it was trained for that.
         shapes: Shapes of the weights, by their names.
     """
 
-    format: str
     settings: dict
     discrepancy: Discrepancy | None
     shapes: Mapping[str, tuple[int, ...]]
@@ -94,15 +85,14 @@ def open_model(path: str | Path, remedy: str = "train it anew") -> Iterator[Save
         with safe_open(str(path), framework="numpy") as file:
             header = file.metadata() or {}
             settings = _settings(header)
-            # Files of earlier versions have none.
             if header.get("checksum") not in (None, _checksum(tensors, header)):
                 raise ModelFileError("its checksum is another: it was changed after it was written")
             names, left_out = set(file.keys()), None
             apart = {name for name in names if name.startswith(_DISCREPANCY)}
-            if header["format"] == FORMATS[-1] and apart:
+            if apart:
                 left_out, names = _discrepancy(file, apart, settings), names - apart
             shapes = {name: tuple(file.get_slice(name).get_shape()) for name in names}
-            yield SavedModel(header["format"], settings, left_out, shapes, file)
+            yield SavedModel(settings, left_out, shapes, file)
     except SafetensorError as error:
         raise ModelFileError(
             f"{path} is not a model file of breaker ({error}); {remedy}"
@@ -119,7 +109,7 @@ def write_model(
 ) -> None:
     """Write a model file. The same model gives the same bytes."""
     header = {
-        "format": FORMATS[-1],
+        "format": _FORMAT,
         "breaker_version": __version__,
         "settings": json.dumps(settings, sort_keys=True),
     }
@@ -147,11 +137,8 @@ def _checksum(tensors: str, header: Mapping[str, str]) -> str:
 
 def _settings(header: Mapping[str, str]) -> dict:
     """Settings in which every number is finite, and the sizes of layers are of use."""
-    if header.get("format") not in FORMATS:
-        raise ModelFileError(
-            f"its format is {header.get('format')!r}, this version of breaker reads "
-            f"{', '.join(map(repr, FORMATS))}"
-        )
+    if (found := header.get("format")) != _FORMAT:
+        raise ModelFileError(f"its format is {found!r}, this version of breaker reads {_FORMAT!r}")
     if unknown := sorted(header.keys() - {*_HEADER}):
         raise ModelFileError(f"its header has {', '.join(map(repr, unknown))}, which is not known")
     try:

@@ -11,14 +11,7 @@ from typing import TypeVar
 import torch
 from torch import Tensor, nn
 
-from breaker.model import (
-    FORMATS,
-    Discrepancy,
-    ModelFileError,
-    SavedModel,
-    open_model,
-    write_model,
-)
+from breaker.model import Discrepancy, ModelFileError, SavedModel, open_model, write_model
 
 __all__ = ["read", "write"]
 
@@ -39,7 +32,7 @@ def write(
 
 
 def read(kind: type[_Module], path: str | Path) -> _Module:
-    """Build a ``kind(settings, discrepancy=...)`` from a model file of any format.
+    """Build a ``kind(settings, discrepancy=...)`` from a model file.
 
     Raises:
         FileNotFoundError: If there is no such file.
@@ -64,8 +57,7 @@ def _build(kind: type[_Module], settings: Mapping, discrepancy: Discrepancy | No
 
 def _weights(saved: SavedModel, wanted: Mapping[str, Tensor]) -> dict[str, Tensor]:
     """The tensors of the file, if they are of the shapes and types wanted, and finite."""
-    places = _places(saved.format, wanted)
-    shapes = dict(places.values())
+    shapes = {name: tuple(each.shape) for name, each in wanted.items()}
     for name in sorted(saved.shapes.keys() | shapes.keys()):
         found, asked = (each.get(name, "none") for each in (saved.shapes, shapes))
         if found != asked:
@@ -74,20 +66,9 @@ def _weights(saved: SavedModel, wanted: Mapping[str, Tensor]) -> dict[str, Tenso
             )
     weights = {}
     for name, each in wanted.items():
-        array = saved.weight(places[name][0], str(each.dtype).removeprefix("torch."))
+        array = saved.weight(name, str(each.dtype).removeprefix("torch."))
         if name in _STEPS and not 1 <= array.item() <= _MOST_STEPS:
             raise ModelFileError(f"{name} is {array.item()}, but must be from 1 to {_MOST_STEPS}")
         # In memory of torch's own, aligned like that of a network in training.
-        own = torch.from_numpy(array).expand(each.shape)
-        weights[name] = own.clone(memory_format=torch.contiguous_format)
+        weights[name] = torch.from_numpy(array).clone(memory_format=torch.contiguous_format)
     return weights
-
-
-def _places(format_: str, wanted: Mapping[str, Tensor]) -> dict[str, tuple[str, tuple[int, ...]]]:
-    """Name and shape that each tensor has in a file of a format."""
-    places = {name: (name, tuple(each.shape)) for name, each in wanted.items()}
-    if format_ in FORMATS[:2]:  # of one scale, the only one that such a model is asked at
-        places |= {name: (name, ()) for name in ("farthest", "margin")}
-    if format_ == FORMATS[0]:  # the same steps for draws and density
-        places["density_solver_steps"] = ("solver_steps", ())
-    return places
