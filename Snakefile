@@ -1,12 +1,15 @@
 """From a breaker's travel curves to the physical state of its drive: the table of contents."""
 
+from pathlib import Path
+
 from breaker.workflow import ConfigurationError, configuration
 from snakemake.utils import min_version
 
 min_version("9.14")
 
-try:
-    configuration.read("config/config.yaml")  # Snakemake would run the code of a template
+try:  # Snakemake would run the code of a template; another --directory may have no defaults
+    if Path("config/config.yaml").exists():
+        configuration.read("config/config.yaml")
 except ConfigurationError as error:
     raise WorkflowError(str(error)) from None
 
