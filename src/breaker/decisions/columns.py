@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 import pandas as pd
 
-__all__ = ["ALARMS", "DECISIONS", "Column", "read_table", "table_of"]
-
 
 class Column(NamedTuple):
     """A column of a table.

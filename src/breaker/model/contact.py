@@ -15,8 +15,6 @@ import numpy as np
 
 from breaker.model.sensor import Sensor
 
-__all__ = ["Contact"]
-
 
 @dataclass(frozen=True)
 class Contact:

@@ -31,8 +31,6 @@ from breaker.mechanism import Size
 from breaker.model.prior import Prior
 from breaker.stores import open_store
 
-__all__ = ["Discrepancy", "Lag", "Modes", "modes", "open_discrepancy"]
-
 _CURVE = {
     "mean": ("time",),
     "slopes": ("parameter", "time"),

@@ -5,8 +5,6 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-__all__ = ["Gaussian", "GaussianHead", "ResidualMLP"]
-
 
 class ResidualMLP(nn.Module):
     """Linear layer in, residual blocks, linear layer out.
