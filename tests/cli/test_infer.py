@@ -312,7 +312,7 @@ def test_the_old_form_names_the_new_one(folder, capsys):
         ("--plot", "few", "is a folder, and is not replaced"),
         ("--draws", "few", "is a folder, and is not replaced"),
         ("--draws", "few.yaml", "is a file, and a store is a folder"),
-        ("--output", "a.csv", "is what is read, and would be replaced"),
+        ("--output", "a.csv", "it is what is read, and would be replaced"),
     ],
 )
 def test_what_cannot_be_written_is_told_before_the_work(folder, capsys, option, path, reason):

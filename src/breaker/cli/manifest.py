@@ -3,6 +3,8 @@
 import argparse
 import sys
 
+from breaker.cli.named import a_path
+from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.settings import settings_of
 
 __all__ = ["add"]
@@ -16,27 +18,29 @@ def add(commands) -> argparse.ArgumentParser:
         "What to check in it is printed beside it.",
     )
     manifest.set_defaults(run=_run)
-    manifest.add_argument("folder", metavar="FOLDER", help="folder of the curve files")
-    manifest.add_argument("--output", metavar="CSV", help="write the table there, if nothing is")
+    manifest.add_argument("folder", type=a_path, metavar="FOLDER", help="folder of the curve files")
     manifest.add_argument(
-        "--channels", nargs="+", default=[], metavar="NAME", help="columns of travel in each file"
+        "--output", type=a_path, metavar="CSV", help="write the table there, if nothing is"
+    )
+    manifest.add_argument(
+        "--channels",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="NAME",
+        help="columns of travel in each file",
     )
     return manifest
 
 
 def _run(options: argparse.Namespace) -> int:
+    check_outputs([(options.output, "lines")], [options.folder, *options.config])
     from breaker.files import propose_manifest
 
     motions = settings_of(options.config)["motions"]
     text, remarks = propose_manifest(options.folder, options.channels, motions)
     if options.output:
-        try:
-            with open(options.output, "x", encoding="utf-8", newline="") as stream:
-                stream.write(text)
-        except FileExistsError:
-            raise FileExistsError(
-                f"{options.output} is there already, and is not overwritten; name another file"
-            ) from None
+        write_lines(options.output, text)
     else:
         print(text, end="")
     for remark in remarks:

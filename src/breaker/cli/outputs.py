@@ -42,12 +42,10 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
         if name is None:
             continue
         target = Path(os.path.realpath(name))
-        if any(
-            {target, each} & {each, *each.parents} & {target, *target.parents} for each in earlier
-        ):
+        if any(target.is_relative_to(each) or each.is_relative_to(target) for each in earlier):
             raise ValueError(f"{name} is, or is in, another output of this command; name another")
         earlier.append(target)
-        _check_not_read(name, target, read)
+        _check_not_read(name, target, read, kind)
         _check_place(name, target, kind)
         if os.path.lexists(target):
             _check_own(name, target, kind)
@@ -70,16 +68,19 @@ def _check_place(name: str, target: Path, kind: str) -> None:
         raise ValueError(f"{name} is within a Zarr store, of which it is no part; name another")
 
 
-def _check_not_read(name: str, target: Path, read: Sequence[Path]) -> None:
+def _check_not_read(name: str, target: Path, read: Sequence[Path], kind: str) -> None:
     """Refuse what is read by this command, by whatever path or link, or would be by the next."""
     from breaker.files import ENDINGS, MANIFEST
 
     folders = {os.path.realpath(each / sub) for each in read for sub in ("", *MOTIONS)}
     parts = (part for each in read for part in _parts(each))
     if target.exists() and any(os.path.exists(part) and target.samefile(part) for part in parts):
-        raise ValueError(f"{name} is what is read, and would be replaced; name another file")
+        raise ValueError(
+            f"{name} is there already: it is what is read, and would be replaced; name another"
+        )
     ending = target.suffix.lower()
-    if str(target.parent) in folders and ending in ENDINGS and target.name != MANIFEST:
+    table = kind == "lines" and target.name == MANIFEST
+    if str(target.parent) in folders and ending in ENDINGS and not table:
         raise ValueError(
             f"{name} would be read as a record: {target.parent.name} is a folder of records, and "
             f"files there that end in {ending} are; name another place"

@@ -1,0 +1,156 @@
+"""What commands write: never what they read, whole or not at all, whatever becomes of the text."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from breaker.cli import main
+from tests.cli.command_lines import run, tabulate, try_batch
+
+LINES, SEED = 40, 43  # 1,000 of the same in `make test-faults`
+
+
+def test_random_command_lines_change_no_input():
+    table = tabulate(run(LINES, SEED))
+    assert table.loc["all", "lines"] == LINES
+    assert table.loc["all", "done"] > LINES / 6
+    assert table.loc["all", ["exception", "changed"]].tolist() == [0, 0]
+
+
+def test_without_the_check_random_command_lines_would_change_inputs(monkeypatch):
+    def refuse_nothing(*_):
+        return None
+
+    for name in ("infer", "inspect", "manifest", "compare", "fit_prior"):
+        monkeypatch.setattr(f"breaker.cli.{name}.check_outputs", refuse_nothing)
+    here = os.getcwd()
+    lines = try_batch((range(12), SEED))
+    assert os.getcwd() == here
+    assert sum(bool(line.changed) for line in lines) > 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["infer", "drive", "--output", "drive/closing/op_1.csv"],
+        ["infer", "drive", "--output", "link/closing/op_1.csv"],
+        ["infer", "drive", "--output", "hard.csv"],
+        ["infer", "drive/closing/op_1.csv", "--output", "drive/../hard.csv"],
+        ["infer", "drive", "--output", "drive/operations.csv"],
+        ["infer", "drive", "--output", "drive/closing/new.csv"],
+        ["infer", "a.csv", "--output", "few.yaml"],
+        ["infer", "a.csv", "--output", "open.csv"],  # a record that is not read
+        ["infer", "a.csv", "--model", "m.safetensors", "--output", "m.safetensors"],
+        ["infer", "a.csv", "--output", "same.csv", "--plot", "./same.csv"],
+        ["infer", "a.csv", "--draws", "new.zarr", "--plot", "new.zarr/a.png"],
+        ["infer", "a.csv", "--draws", "foreign.zarr"],
+        ["infer", "a.csv", "--output", "pipe"],
+        ["inspect", "a.csv", "--output", "config/config.yaml"],
+        ["inspect", "a.csv", "--output", "few.yaml"],
+        ["fit-prior", "drive", "--output", "drive/closing/op_1.csv"],
+        ["manifest", "drive", "--output", "drive/closing/op_9.csv"],
+        ["compare", "a.csv", "--today", "b 2.csv", "--plot", "picture.png"],  # a link to a record
+    ],
+)
+def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words):
+    for each in ("drive/closing", "config", "foreign.zarr"):
+        (folder / each).mkdir(parents=True)
+    (folder / "drive/closing/op_1.csv").write_bytes((folder / "a.csv").read_bytes())
+    (folder / "hard.csv").hardlink_to(folder / "drive/closing/op_1.csv")
+    (folder / "link").symlink_to("drive")
+    (folder / "picture.png").symlink_to("a.csv")
+    (folder / "config/config.yaml").write_text("endurance: {draws: 100}\n")
+    (folder / "m.safetensors").write_bytes(b"a model")
+    (folder / "foreign.zarr/.zgroup").write_text('{"zarr_format": 2}')
+    os.mkfifo(folder / "pipe")
+    files = [each for each in folder.rglob("*") if each.is_file()]
+    before = {each: each.read_bytes() for each in files}
+    assert main([*words, "--config", "few.yaml"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert err.startswith("breaker: ")
+    assert {each: each.read_bytes() for each in files} == before
+    assert {each for each in folder.rglob("*") if each.is_file()} == {*files}
+
+
+def test_results_replace_results_of_their_kind(folder):
+    words = ["infer", "a.csv", "--output", "t.csv", "--plot", "p.png", "--draws", "d.zarr"]
+    (folder / "t.csv").touch()
+    assert main([*words, "--config", "few.yaml"]) == 0
+    (folder / "d.zarr/old").touch()
+    (folder / "link.csv").symlink_to("t.csv")
+    first = (folder / "t.csv").read_bytes()
+    assert main([*words, "--config", "few.yaml"]) == 0
+    assert not (folder / "d.zarr/old").exists()
+    assert main(["infer", "b 2.csv", "--output", "link.csv", "--config", "few.yaml"]) == 0
+    assert (folder / "link.csv").is_symlink()
+    assert (folder / "t.csv").read_bytes() != first
+    assert not [each for each in folder.iterdir() if each.name.startswith(".")]
+
+
+def test_names_of_nothing_are_refused(folder, capsys):
+    for words in (["infer", ""], ["check", ""], ["manifest", ""], ["infer", "a.csv", "--plot", ""]):
+        with pytest.raises(SystemExit) as caught:
+            main(words)
+        assert caught.value.code == 2
+        assert "an empty text names no file" in capsys.readouterr().err
+
+
+# The largest file is limited to a few blocks, as on a disk that is full.
+FULL = "import resource as r; r.setrlimit(r.RLIMIT_FSIZE, (1500, 1500)); "
+START = "import sys; from breaker.cli import run; sys.exit(run())"
+
+
+def command(*words, before="", **settings):
+    """A command as a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-c", before + START, *words],
+        **{"stderr": subprocess.PIPE, "timeout": 120, "check": False, **settings},
+    )
+
+
+@pytest.mark.parametrize(("option", "name"), [("--output", "t.csv"), ("--draws", "d.zarr")])
+def test_on_a_full_disk_the_old_result_stays(folder, option, name):
+    words = ["infer", "a.csv", option, name, "--config", "few.yaml"]
+    assert main(words) == 0
+    before = {each: each.read_bytes() for each in folder.rglob("*") if each.is_file()}
+    done = command(*words, before=FULL)
+    assert done.returncode == 1
+    assert b"File too large" in done.stderr
+    assert b"Traceback" not in done.stderr
+    assert {each: each.read_bytes() for each in folder.rglob("*") if each.is_file()} == before
+
+
+@pytest.mark.parametrize("stdout", ["closed", "full", "ascii"])
+def test_files_are_there_whatever_becomes_of_the_text(folder, stdout):
+    words = ["infer", "a.csv", "--output", "t.csv", "--config", "few.yaml"]
+    if stdout == "closed":
+        done = command(*words, preexec_fn=lambda: os.close(1))
+    elif stdout == "full":
+        with open("/dev/full", "w") as full:
+            done = command(*words, stdout=full)
+    else:
+        environment = os.environ | {"PYTHONIOENCODING": "ascii"}
+        done = command(*words, "--json", env=environment, stdout=subprocess.PIPE)
+        assert json.loads(done.stdout)["records"][0]["accepted"]
+    assert done.returncode == (1 if stdout == "full" else 0)
+    assert b"Traceback" not in done.stderr
+    assert b"Exception" not in done.stderr
+    assert (folder / "t.csv").stat().st_size > 1000
+
+
+def test_an_interrupt_of_the_first_imports_is_no_traceback():
+    before = (
+        "import sys\n"
+        "class Interrupt:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'yaml': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupt()); "
+    )
+    done = command("infer", "a.csv", before=before)
+    assert done.returncode == 130
+    assert done.stderr == b"breaker: interrupted\n"
