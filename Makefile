@@ -13,6 +13,10 @@ LOCK := envs/requirements.lock
 PINNED := $(VENV)/.pinned
 INSTALLED := $(VENV)/.installed
 
+# The lock is complete, so whatever it does not name is not installed.
+LOCKED := $(BIN)/python -m pip install --quiet --require-hashes --no-deps
+TORCH := $(shell grep -o '^torch==[^ ]*' $(LOCK))
+
 # The interpreter behind $(PYTHON), which may be that of the very environment to be made anew.
 REAL := import os, sys; print(os.path.realpath(sys.executable))
 
@@ -47,6 +51,7 @@ test: lint
 
 test-faults: $(INSTALLED)
 	@echo "== damaged files before the reader: results/faults.csv, half an hour of two cores"
+	$(BIN)/python -m tests.cli.command_lines --cores $(CORES)
 	$(BIN)/python -m breaker.synthetic.fault_runs --cores $(CORES)
 
 lint: $(INSTALLED)
@@ -78,7 +83,15 @@ $(PINNED): $(LOCK)
 	  echo "On Debian and Ubuntu: apt install python3-venv" >&2; exit 1; }
 	@echo "== making $(VENV) from $(LOCK) (a few minutes, only when the lock has changed)"
 	base=$$($(PYTHON) -c '$(REAL)') && "$$base" -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --quiet --requirement $(LOCK)
+	@# What builds the few packages that come as source alone, so that pip fetches no other for it.
+	awk '/^setuptools==/,!/\\$$/' $(LOCK) | $(LOCKED) --requirement /dev/stdin
+	@# A wheel of torch in a folder that this machine tells pip to find links in is taken as it is:
+	@# such a wheel (mostly the one for the CPU alone) differs from machine to machine, so no lock can
+	@# know it, and who put it there answers for it. Without one, torch is of the lock, as all else.
+	$(BIN)/python -m pip install --quiet --no-index --no-deps $(TORCH) 2>/dev/null || true
+	$(LOCKED) --no-build-isolation --use-pep517 --requirement $(LOCK)
+	@# On Linux, torch of the lock asks for gigabytes more, which it pins itself; else for nothing.
+	$(BIN)/python -m pip install --quiet $(TORCH)
 	@touch $@
 
 numbers: $(INSTALLED)
@@ -90,7 +103,7 @@ ship: $(INSTALLED)
 
 lock: $(INSTALLED)
 	@echo "== pinning the newest versions that pyproject.toml allows"
-	$(BIN)/python -m pip install --upgrade --upgrade-strategy eager --editable '.[test]' setuptools
+	$(BIN)/python -m pip install --upgrade --upgrade-strategy eager --editable '.[test]' setuptools uv
 	$(BIN)/python envs/lock.py
 	@echo "== envs/ is renewed: look at the differences, run make test, commit"
 

@@ -5,6 +5,8 @@ Anything else in the environment is left out. Called by ``make lock``.
 """
 
 import re
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterable
 from importlib import metadata
@@ -15,12 +17,17 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
 
-__all__ = ["closure", "conda_environment", "direct", "pins", "requirements"]
+__all__ = ["CARDS", "closure", "conda_environment", "direct", "hashed", "versions"]
 
 FOLDER = Path(__file__).resolve().parent
 
+# What torch asks for on Linux beside its wheel for graphics cards, at versions that it pins itself.
+# Gigabytes that a wheel for the CPU alone and macOS do without, so they are in no lock.
+CARDS = re.compile(r"(cuda|nvidia)-.*|triton")
+
 LOCK_HEADER = """\
-# Every package of the environment at its tested version, for Linux and macOS, Python 3.11 or newer.
+# Every package of the environment at its tested version, for Linux and macOS, Python 3.11 or newer,
+# with the SHA-256 of each file of that release on the public index: pip refuses any other.
 # Written by `make lock`, together with breaker.yaml; not edited by hand. pip adds what torch itself
 # pins for a graphics card (on Linux, where its wheel is not the one for the CPU alone).
 """
@@ -28,6 +35,7 @@ LOCK_HEADER = """\
 CONDA_HEADER = """\
 # The environment of every rule for `snakemake --sdm conda`: the versions of requirements.lock,
 # by pip, as torch is. Written by `make lock`, together with requirements.lock; not edited by hand.
+# Without hashes: pip checks all or none, and could then not add what torch pins.
 channels:
   - conda-forge
   - nodefaults
@@ -38,29 +46,20 @@ dependencies:
 """
 
 
-def direct(pyproject: Path) -> dict[str, list[Requirement]]:
-    """Return the requirements that ``pyproject.toml`` states, by what they are for.
+def direct(pyproject: Path) -> list[Requirement]:
+    """Return the requirements that ``pyproject.toml`` states: to run, to test and to build.
 
     An extra may name others of the package itself; these are stated by themselves.
     """
     content = tomllib.loads(pyproject.read_text(encoding="utf-8"))
     project, build = content["project"], content["build-system"]["requires"]
-    extras = project["optional-dependencies"]
-    run = [extras.pop(name) for name in ("networks", "workflow")]
-    groups = {
-        "to run": [*project["dependencies"], *chain(*run)],
-        "to test": [*chain(*extras.values())],
-        "to build": build,
-    }
-    found = {name: [Requirement(text) for text in texts] for name, texts in groups.items()}
-    return {
-        name: [each for each in stated if each.name != project["name"]]
-        for name, stated in found.items()
-    }
+    extras = project["optional-dependencies"].values()
+    stated = map(Requirement, chain(project["dependencies"], *extras, build))
+    return [requirement for requirement in stated if requirement.name != project["name"]]
 
 
 def closure(names: Iterable[str]) -> set[str]:
-    """Return the packages and all that they need here, as canonical names.
+    """Return the packages and all that they need here but graphics cards, as canonical names.
 
     Raises:
         importlib.metadata.PackageNotFoundError: If one of them is not installed.
@@ -69,7 +68,7 @@ def closure(names: Iterable[str]) -> set[str]:
     waiting = [canonicalize_name(name) for name in names]
     while waiting:
         name = waiting.pop()
-        if name in found:
+        if name in found or CARDS.fullmatch(name):
             continue
         found.add(name)
         for requirement in map(Requirement, metadata.requires(name) or []):
@@ -78,32 +77,33 @@ def closure(names: Iterable[str]) -> set[str]:
     return found
 
 
-def pins(names: Iterable[str]) -> list[str]:
-    """Return ``name==version`` of installed packages, sorted, without local version labels."""
-    return [f"{name}=={Version(metadata.version(name)).public}" for name in sorted(names)]
+def hashed(names: Iterable[str]) -> str:
+    """Return the lock's lines for installed packages: each pinned, with the hashes of its files.
+
+    uv asks the public index alone for them, whatever pip is told to look into besides: a lock with
+    the files of one machine would be refused on the next. So local version labels go as well.
+    """
+    pins = "\n".join(f"{name}=={Version(metadata.version(name)).public}" for name in names)
+    options = ["--generate-hashes", "--no-deps", "--universal", "--no-header", "--no-annotate"]
+    command = [sys.executable, "-m", "uv", "--quiet", "pip", "compile", "-", *options]
+    return subprocess.run(command, input=pins, stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
-def requirements(groups: dict[str, list[str]]) -> str:
-    """Return the text of the lock from pins by group."""
-    parts = (f"\n# {name}\n" + "".join(f"{pin}\n" for pin in pins) for name, pins in groups.items())
-    return LOCK_HEADER + "".join(parts)
+def versions(lock: str) -> dict[str, str]:
+    """Return the versions by canonical name in the text of a lock."""
+    return dict(re.findall(r"^([^#\s]+)==(\S+)", lock, flags=re.MULTILINE))
 
 
 def conda_environment(lock: str) -> str:
     """Return the text of the conda environment for the text of a lock."""
-    names = re.findall(r"^[^#\s].*$", lock, flags=re.MULTILINE)
-    return CONDA_HEADER + "".join(f"      - {pin}\n" for pin in names)
+    pins = (f"      - {name}=={version}\n" for name, version in versions(lock).items())
+    return CONDA_HEADER + "".join(pins)
 
 
 def main() -> None:
     """Write both files."""
-    groups = {
-        name: {canonicalize_name(requirement.name) for requirement in stated}
-        for name, stated in direct(FOLDER.parent / "pyproject.toml").items()
-    }
-    stated = set().union(*groups.values())
-    groups["needed by these"] = closure(stated) - stated
-    lock = requirements({name: pins(names) for name, names in groups.items()})
+    stated = direct(FOLDER.parent / "pyproject.toml")
+    lock = LOCK_HEADER + "\n" + hashed(closure(requirement.name for requirement in stated))
     (FOLDER / "requirements.lock").write_text(lock, encoding="utf-8")
     (FOLDER / "breaker.yaml").write_text(conda_environment(lock), encoding="utf-8")
 
