@@ -389,3 +389,60 @@ def test_the_configuration_of_the_project_counts(folder, capsys):
     assert call("a.csv") == 1
     assert "no line has 'height'" in capsys.readouterr().out
     assert call("a.csv", "--channel", "travel") == 0
+
+
+# ---- nonsense that was taken for sense ----------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--size", "1", "1e-30"], "from 0.01 to 100"),
+        (["--size", "1e300", "1"], "from 0.01 to 100"),
+        (["--known", "L=-10:0.1"], "must have one from 0"),
+        (["--known", "L=10:1e-12"], "nothing in a drive is known better"),
+        (["--motion", "closing", "--motion", "opening"], "--motion is given twice"),
+        (["--output", "b.csv", "--output", "c.csv"], "--output is given twice"),
+    ],
+)
+def test_options_that_nobody_means(folder, capsys, words, message):
+    with pytest.raises(SystemExit):
+        main(["infer", "a.csv", *words])
+    assert message in capsys.readouterr().err
+
+
+def test_a_fact_stands_once(folder, capsys):
+    message = failed(capsys, "a.csv", "--known", "L=10:1", "mu=2:0.1", "--known", "L=11:1")
+    assert "--known has L twice" in message
+
+
+def test_a_size_at_which_the_grid_lies_between_samples(folder, capsys):
+    assert call("a.csv", "--size", "1", "0.01") == 1
+    out, err = capsys.readouterr()
+    assert "times of the model's grid have a sample" in " ".join(out.split())
+    assert "inspect" not in err
+    assert "leave out --size" in err
+
+
+def test_neither_order_nor_second_names_of_files_change_an_answer(folder, capsys):
+    (folder / "link.csv").symlink_to("b 2.csv")
+    orders = ["a.csv", "b 2.csv", "open.csv"], ["open.csv", "link.csv", "b 2.csv", "./a.csv"]
+    first, second = (answered(capsys, *files) for files in orders)
+    assert first == second
+
+
+def test_a_unit_slip_in_a_prior_does_not_fit(folder, capsys):
+    """Ten times are within what a configuration may say."""
+    (folder / "slip.yaml").write_text("prior: {f: {median: 7.5, log_sd: 0.1}}")
+    words = ["infer", "a.csv", "--config", "few.yaml", "slip.yaml"]
+    assert main([*words, "--json"]) == 0
+    (record,) = json.loads(capsys.readouterr().out)["records"]
+    assert record["fit"]["far_from_prior"]
+    assert abs(record["parameters"]["f"]["prior_sds"]) > 5.0
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert "FAR from the prior" in out
+    assert "fits the model" not in out
+    fit = answered(capsys, "a.csv")["records"][0]["fit"]
+    assert not fit["far_from_prior"]
+    assert fit["prior_p_value"] > 0.05
