@@ -36,7 +36,8 @@ def test_what_was_there_stays_after_an_error(tmp_path, error, folder):
             (part / "half" if folder else part).write_text("half")
             raise error
 
-    pytest.raises(type(error), fail)
+    with pytest.raises(type(error)):
+        fail()
     assert os.listdir(tmp_path) == ["a.zarr"]
     assert (os.listdir(target) == ["old"]) if folder else (target.read_text() == "old")
 
