@@ -1,6 +1,8 @@
 """Curve files that are no text: read as the same columns, or refused, whatever is wrong."""
 
 import io
+import json
+import os
 import re
 import struct
 import subprocess
@@ -9,13 +11,15 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+import numcodecs
 import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
 from packaging.requirements import Requirement
+from scipy.io import netcdf_file
 
-from breaker.files import grids, workbooks
+from breaker.files import grids, recorders, workbooks
 from breaker.files.guards import LARGEST, RejectedCurveError
 from breaker.files.listing import ENDINGS
 from breaker.files.settings import complete
@@ -112,19 +116,24 @@ ROW = b"<row><c><v>1</v></c></row>"
 @pytest.mark.parametrize(
     ("sheet", "reason"),
     [
-        (b"<row>" + 1_000_001 * b"<c/>" + b"</row>", "more than 1000000 cells and other elements"),
-        (b"<row>" + 100_001 * b"<b/>" + b"</row>", "more than 100000 formats and the like"),
-        (1100 * b'<row><c r="XFD1"><v>1</v></c></row>', "row 1024 ends at column 16384"),
+        (b"<row>" + 20_001 * b"<c/>" + b"</row>", "more than 20000 cells and other elements"),
+        (b"<row>" + 2_001 * b"<b/>" + b"</row>", "more than 2000 formats and the like"),
+        (150 * b'<row><c r="XFD1"><v>1</v></c></row>', "row 16 ends at column 16384"),
         (ROW.replace(b"<c", b'<c r="XFD1"') + 2000 * ROW, "too many cells or too long texts"),
         (
-            600 * ROW.replace(b"><v>1", b' t="str"><v>' + 30_000 * b"x"),
+            30 * ROW.replace(b"><v>1", b' t="str"><v>' + 30_000 * b"x"),
             "too many cells or too long texts",
         ),
         (b"<!DOCTYPE x>" + ROW, "defines texts in its part xl/worksheets/sheet1.xml"),
     ],
 )
 @pytest.mark.parametrize("way", ["read", "inspected"])
-def test_a_workbook_that_would_take_the_memory_is_refused(tmp_path, sheet, reason, way):
+def test_a_workbook_that_would_take_the_memory_is_refused(
+    tmp_path, monkeypatch, sheet, reason, way
+):
+    monkeypatch.setattr(workbooks, "_LARGEST_SHEET", 2**18)
+    monkeypatch.setattr(workbooks, "_MOST_ELEMENTS", 20_000)
+    monkeypatch.setattr(workbooks, "_MOST_OTHERS", 2_000)
     file, plain = tmp_path / "a.xlsx", tmp_path / "plain.xlsx"
     workbook(plain, {"a": [[1.0]]})
     with zipfile.ZipFile(plain) as parts, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as odd:
@@ -231,6 +240,17 @@ def test_comtrade_whose_parts_contradict_is_refused(tmp_path, change, reason):
         assert reason in rejection(file, "comtrade", "S")
 
 
+def test_a_text_of_too_many_values_is_refused(tmp_path, monkeypatch):
+    recorded(tmp_path / "a.cfg")
+    monkeypatch.setattr(recorders, "_MOST_VALUES", 60 * 13 - 1)
+    assert "60 samples; export it as BINARY" in rejection(tmp_path / "a.cfg", "comtrade", "S")
+    recorded(tmp_path / "a.cfg", kind="BINARY")
+    assert read(tmp_path / "a.cfg", "comtrade", "S").travel.size == 60
+    monkeypatch.setattr(recorders, "_MOST_CHANNELS", 2)
+    reason = ", line 2: counts more than 2 channels; export fewer"
+    assert reason in rejection(tmp_path / "a.cfg", "comtrade", "S")
+
+
 def test_damaged_comtrade_is_refused(tmp_path):
     file = tmp_path / "a.cfg"
     data = recorded(file)
@@ -304,6 +324,135 @@ def test_a_damaged_file_that_takes_for_ever_is_refused(tmp_path, monkeypatch):
     content = file.read_bytes()
     file.write_bytes(content[: len(content) // 2])
     assert "is a NetCDF file that cannot be read (OSError" in rejection(file, "netcdf")
+
+
+class Acting(numcodecs.abc.Codec):
+    """A codec that acts as pickle does: on what stands in the chunks."""
+
+    codec_id = "acting"
+    acted = False
+
+    def encode(self, buf):
+        return buf
+
+    def decode(self, buf, out=None):
+        Acting.acted = True
+        return buf
+
+
+@pytest.mark.parametrize("consolidated", [False, True])
+@pytest.mark.parametrize(
+    ("place", "stated"),
+    [
+        ("filters", [{"id": "acting"}]),
+        ("compressor", {"id": "acting"}),
+        ("filters", [{"id": "pickle"}]),
+    ],
+)
+def test_no_codec_of_a_store_acts(tmp_path, place, stated, consolidated):
+    """Metadata of one array and of all: whichever is used."""
+    file, plain = tmp_path / "a.zarr", tmp_path / "plain.zarr"
+    numcodecs.register_codec(Acting)
+    for store in (file, plain):
+        labelled().to_zarr(store, zarr_format=2, consolidated=consolidated)
+    part = file / ".zmetadata" if consolidated else file / "travel/.zarray"
+    found = json.loads(part.read_text())
+    (found["metadata"]["travel/.zarray"] if consolidated else found)[place] = stated
+    part.write_text(json.dumps(found))
+    for use in (lambda: read(file, "netcdf"), lambda: look_into(file)):
+        with pytest.raises(
+            RejectedCurveError, match=r"codec '(acting|pickle)', which is not known"
+        ):
+            use()
+    assert not Acting.acted
+    read(plain, "netcdf")
+
+
+SHARDS = {"name": "sharding_indexed", "configuration": {"chunk_shape": [1]}}
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"codecs": ["pickle"]}, "has the codec 'pickle'"),
+        ({"codecs": [{"name": "numcodecs.pickle"}]}, "has the codec 'numcodecs.pickle'"),
+        ({"codecs": [{"name": "sharding_indexed", "configuration": {"codecs": ["x"]}}]}, "'x'"),
+        ({"codecs": [{"name": "bytes", "configuration": {"id": "x"}}]}, "has the codec 'x'"),
+        ({"shape": [10**9]}, "chunks of 480 bytes, which with others are too many"),
+        ({"shape": 10**9}, "chunks of 480 bytes, which with others are too many"),
+        ({"chunk_grid": {"configuration": {"chunk_shape": [10**9]}}}, "of 8000000000 bytes"),
+        ({"shape": [20_000], "codecs": [SHARDS]}, "has 20000 chunks"),
+        ({"data_type": {"configuration": {"length_bytes": 10**7}}}, "chunks of 600000000 bytes"),
+    ],
+)
+@pytest.mark.parametrize("inline", [False, True])
+def test_a_store_that_states_what_may_do_harm_is_refused(tmp_path, change, reason, inline):
+    file = tmp_path / "a.zarr"
+    labelled().to_zarr(file, zarr_format=3, consolidated=False)
+    array = json.loads((file / "travel/zarr.json").read_text()) | change
+    part, found = file / "travel/zarr.json", array
+    if inline:
+        part = file / "zarr.json"
+        found = json.loads(part.read_text())
+        found["consolidated_metadata"] = {"metadata": {"shape": array}}
+    part.write_text(json.dumps(found))
+    assert reason in rejection(file, "netcdf")
+
+
+@pytest.mark.parametrize(
+    ("version", "encoding"),
+    [(2, {"filters": [numcodecs.Delta("<f8")]}), (3, {"shards": (30,), "chunks": (10,)})],
+)
+def test_codecs_that_are_harmless_are_read(tmp_path, version, encoding):
+    file = tmp_path / "a.zarr"
+    names = xr.DataArray(
+        np.array(["a", "bc"], dtype="<U2" if version == 2 else object), dims="name"
+    )
+    data = labelled().assign_coords(name=names)
+    data.to_zarr(
+        file, zarr_format=version, encoding={"travel": encoding}, consolidated=version == 2
+    )
+    np.testing.assert_allclose(read(file, "netcdf").travel, TRAVEL)
+
+
+@pytest.mark.parametrize("name", ["3.nc", "4.nc"])
+def test_more_values_than_a_record_has_are_refused(tmp_path, monkeypatch, name):
+    file = tmp_path / name
+    many = xr.Dataset({f"v{i}": ("time", np.zeros(2_100_000)) for i in range(10)})
+    encoding = {name: {"compression": "gzip"} for name in many} if name == "4.nc" else None
+    many = many.astype("float32" if name == "4.nc" else "int8")
+    many.to_netcdf(file, engine="h5netcdf" if encoding else "scipy", encoding=encoding)
+    for use in (lambda: read(file, "netcdf"), lambda: look_into(file)):
+        with pytest.raises(RejectedCurveError, match=r": has 21000000 values, .*; export the rec"):
+            use()
+
+
+def test_the_same_bytes_are_not_read_as_many_variables(tmp_path):
+    file, count = tmp_path / "a.nc", 20
+    with netcdf_file(file, "w") as writer:
+        writer.createDimension("time", 100_000)
+        for i in range(count):
+            writer.createVariable(f"v{i:02}", "f8", ("time",))
+    content = file.read_bytes()
+    begin = len(content) - 800_000 * count
+    head = content[:begin]
+    for i in range(count):
+        head = head.replace(
+            struct.pack(">ii", 800_000, begin + 800_000 * i), struct.pack(">ii", 800_000, begin)
+        )
+    file.write_bytes(head + content[begin : begin + 800_000])
+    assert "parts of it twice; export the record alone" in rejection(file, "netcdf")
+
+
+def test_what_is_within_a_store_is_looked_at_before_it_is_opened(tmp_path):
+    file = tmp_path / "a.zarr"
+    labelled().to_zarr(file, consolidated=False)
+    (file / "other").symlink_to(file / "travel")
+    assert "its part other is a link" in rejection(file, "netcdf")
+    (file / "other").unlink()
+    os.mkfifo(file / "other")
+    with pytest.raises(RejectedCurveError, match="its part other is a pipe"):
+        look_into(file)
 
 
 def test_a_file_is_no_store(tmp_path):

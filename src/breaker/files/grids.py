@@ -5,13 +5,13 @@ and Zarr.
 import io
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from breaker.files.columns import Columns
-from breaker.files.guards import RejectedCurveError, read_bytes, require_folder
+from breaker.files.guards import RejectedCurveError, TooLargeError, read_bytes
 from breaker.files.names import (
     BESIDE,
     check_unit,
@@ -20,19 +20,25 @@ from breaker.files.names import (
     wanted_columns,
 )
 from breaker.files.numbers import LARGEST_NUMBER
+from breaker.files.zarr_metadata import check_store
 
-__all__ = ["open_grid", "read_netcdf", "read_zarr"]
+__all__ = ["open_grid", "read_grid"]
 
 _LARGEST = 10_000_000  # samples
-_PATIENCE = 30  # s; a large file takes one
+_MOST = 20_000_000  # values of all variables
+_MOST_READS = 100_000  # of a NetCDF file of version 3, which has some ten for each variable
+_PATIENCE = 10  # s; a large file takes one
+_MEMORY = 2**30  # bytes of the process that reads version 4
+_TOO_LARGE = 3  # its status
+_REMEDY = "export the record alone"
 _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
 
-def read_netcdf(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read a variable of a NetCDF file, and its coordinate of time.
+def read_grid(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+    """Read a variable of a NetCDF file or a Zarr store, and its coordinate of time.
 
     Args:
-        file: A file of version 3 or 4.
+        file: A file of version 3 or 4, or a store.
         settings: The section ``endurance.format``, complete; columns are variables.
         channel: Variable of the travel, where it is not that of the settings.
 
@@ -45,27 +51,46 @@ def read_netcdf(file: str | Path, settings: Mapping, channel: str = "") -> Colum
         return _columns(file, dataset, settings, channel)
 
 
-def read_zarr(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read a variable of a Zarr store, and its coordinate of time; otherwise as a NetCDF file."""
-    require_folder(file)
-    return read_netcdf(file, settings, channel)
-
-
 def open_grid(file: str | Path):
     """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
 
     Raises:
-        RejectedCurveError: If the file cannot be read.
+        RejectedCurveError: If the file cannot be read, or a store states what may do harm.
+        TooLargeError: If there are more values than a record has.
         ModuleNotFoundError: If a package for this version is not installed.
     """
     import xarray as xr
 
     if Path(file).suffix.lower() == ".zarr":
+        check_store(file)
         return xr.open_zarr(file, **_UNTOUCHED)
     content = read_bytes(file)
     if content.startswith(b"\x89HDF"):
         content = _as_version_3(file, content)
-    return xr.open_dataset(io.BytesIO(content), engine="scipy", **_UNTOUCHED)
+    dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
+    _check_size(dataset.variables.values())
+    return dataset
+
+
+class _ReadOnce(io.BytesIO):
+    """A file of version 3: its variables may be the same bytes, over and over."""
+
+    def __init__(self, content: bytes) -> None:
+        super().__init__(content)
+        self._reads, self._bytes = _MOST_READS, 2 * len(content)
+
+    def read(self, size: int | None = -1) -> bytes:
+        found = super().read(size)
+        self._reads, self._bytes = self._reads - 1, self._bytes - len(found)
+        if min(self._reads, self._bytes) < 0:
+            raise TooLargeError(f"has too many variables, or parts of it twice; {_REMEDY}")
+        return found
+
+
+def _check_size(variables: Iterable) -> None:
+    """Refuse more values than a record has."""
+    if (size := sum(each.size for each in variables)) > _MOST:
+        raise TooLargeError(f"has {size} values, but no record has more than {_MOST}; {_REMEDY}")
 
 
 def _as_version_3(file: str | Path, content: bytes) -> bytes:
@@ -81,24 +106,34 @@ def _as_version_3(file: str | Path, content: bytes) -> bytes:
         reason = f"is a NetCDF file that cannot be read within {_PATIENCE} s; export it again"
         raise RejectedCurveError(file, reason) from error
     if done.returncode:
-        raise OSError(done.stderr.decode(errors="replace").strip().rpartition("\n")[2])
+        said = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        raise (TooLargeError if done.returncode == _TOO_LARGE else OSError)(said)
     return done.stdout
 
 
 def _convert() -> None:
     """Read version 4 from the standard input, and write its numbers as version 3 to the output."""
+    import resource
+
+    import h5netcdf  # noqa: F401 - before the memory is limited
     import xarray as xr
 
+    resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
     content = io.BytesIO(sys.stdin.buffer.read())
     with xr.open_dataset(content, engine="h5netcdf", **_UNTOUCHED) as dataset:
+        wanted = {
+            name: each
+            for name, each in dataset.variables.items()
+            if each.dtype.kind in "iuf" and each.size <= _LARGEST
+        }
+        _check_size(wanted.values())
         numbers = {
             name: (
                 each.dims,
                 each.values.astype(float),
                 {"units": str(each.attrs.get("units", ""))},
             )
-            for name, each in dataset.variables.items()
-            if each.dtype.kind in "iuf" and each.size <= _LARGEST
+            for name, each in wanted.items()
         }
         said = {str(name): str(value) for name, value in dataset.attrs.items()}
     sys.stdout.buffer.write(xr.Dataset(numbers, attrs=said).to_netcdf(engine="scipy"))
@@ -151,4 +186,8 @@ def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    _convert()
+    try:
+        _convert()
+    except (MemoryError, TooLargeError) as error:
+        sys.stderr.write(str(error) or f"needs more than {_MEMORY / 2**20:.0f} MiB; {_REMEDY}")
+        sys.exit(_TOO_LARGE)

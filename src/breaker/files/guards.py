@@ -105,12 +105,16 @@ def require_folder(folder: str | Path) -> None:
 
     Raises:
         RejectedCurveError: If it is no folder, or has anything but folders and regular files, more
-            of them than 10,000, or more than ``LARGEST`` together.
+            of them than 10,000, or more than ``LARGEST`` together, or a link to a folder.
     """
     if not os.path.isdir(folder):
         raise RejectedCurveError(folder, no_file(folder) or "is a file, not a folder")
     size = count = 0
     for place, folders, names in os.walk(folder):
+        if linked := [name for name in folders if os.path.islink(os.path.join(place, name))]:
+            raise RejectedCurveError(
+                folder, f"its part {linked[0]} is a link; put the folder there"
+            )
         for name in names:
             file = os.path.join(place, name)
             if why := no_file(file):

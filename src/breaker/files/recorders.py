@@ -24,6 +24,8 @@ from breaker.files.settings import TO_MS
 __all__ = ["open_comtrade", "read_comtrade"]
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
+_MOST_CHANNELS = 10_000
+_MOST_VALUES = 20_000_000  # of a text, where a line takes the time of ten
 _BYTES = {"BINARY": 2, "BINARY32": 4, "FLOAT32": 4}  # of an analog value
 
 
@@ -119,11 +121,16 @@ def _beside(file: str | Path) -> Path:
 
 
 def _check_counts(file: str | Path, head: str) -> None:
-    """Reject a configuration that counts more channels than it has lines: they are built first."""
+    """Reject a configuration that counts more channels than it has lines, or than any record has:
+    they are built first.
+    """
     lines = head.splitlines()
     counts = re.findall(r"[0-9]+", lines[1]) if len(lines) > 1 else []
     if not counts or any(len(count) > 6 or int(count) > len(lines) for count in counts):
         raise RejectedCurveError(file, "does not describe the channels that it counts", line=2)
+    if max(map(int, counts)) > _MOST_CHANNELS:
+        reason = f"counts more than {_MOST_CHANNELS} channels; export fewer"
+        raise RejectedCurveError(file, reason, line=2)
 
 
 def _check_data(file: str | Path, cfg, data: bytes) -> None:
@@ -135,6 +142,9 @@ def _check_data(file: str | Path, cfg, data: bytes) -> None:
         if not data.isascii() or b"_" in data:
             raise RejectedCurveError(file, "has data that are no plain numbers")
         there = sum(bool(line.strip(b" \t\r\x1a")) for line in data.split(b"\n"))
+        if there * (10 + cfg.analog_count + cfg.status_count) > _MOST_VALUES:
+            reason = f"has too large data for a text: {there} samples; export it as BINARY"
+            raise RejectedCurveError(file, f"{reason}, or fewer channels")
     elif kind in _BYTES:
         row = 8 + _BYTES[kind] * cfg.analog_count + 2 * math.ceil(cfg.status_count / 16)
         there = len(data) // row

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from breaker import DISTRIBUTION
 from breaker.files.columns import Columns
-from breaker.files.grids import read_netcdf, read_zarr
+from breaker.files.grids import read_grid
 from breaker.files.guards import RejectedCurveError, TooLargeError
 from breaker.files.recorders import read_comtrade
 from breaker.files.text import read_text
@@ -20,9 +20,9 @@ OTHER_KINDS = {
     ".xlsm": (read_workbook, "an Excel workbook", "excel"),
     ".cfg": (read_comtrade, "a COMTRADE record", "comtrade"),
     ".cff": (read_comtrade, "a COMTRADE record", "comtrade"),
-    ".nc": (read_netcdf, "a NetCDF file", "netcdf"),
-    ".nc4": (read_netcdf, "a NetCDF file", "netcdf"),
-    ".zarr": (read_zarr, "a Zarr store", "netcdf"),
+    ".nc": (read_grid, "a NetCDF file", "netcdf"),
+    ".nc4": (read_grid, "a NetCDF file", "netcdf"),
+    ".zarr": (read_grid, "a Zarr store", "netcdf"),
 }
 """What is no text, by ending: its reader, its name, and the extra of this package that it needs."""
 
