@@ -186,7 +186,6 @@ def changes(
 
     Args:
         trends: Whole trends by source, those that limits are read from.
-        operations: Numbers of the operations.
         measured: What ``follow_measured`` returns, if limits are on measured quantities.
     """
     when = attrgetter("noticed")

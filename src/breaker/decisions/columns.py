@@ -101,7 +101,6 @@ def read_table(file: str | Path, columns: Mapping[str, Column]) -> pd.DataFrame:
     """Read a table that was written as CSV; a name such as "007" or "NA" is as it was.
 
     Args:
-        file: The file.
         columns: ``DECISIONS`` or ``ALARMS``.
     """
     texts = {name: str for name, column in columns.items() if column.kind == "text"}

@@ -42,13 +42,10 @@ def over_scales(
     """Infer and correct operations at several scales of what the model leaves out.
 
     Args:
-        posterior: The network.
         curves: A few measured operations, as ``records.read_curves`` returns them.
-        scales: Scales.
         limits: Limits of any motion; those of the posterior's are judged.
         correction: The section ``correction`` of the configuration.
         draws: Draws from the posterior of each operation.
-        seed: Seed of the draws.
         misfit_p_value: Predictive p-value below which a record counts as misfit.
         truth: True parameters of a stand-in, ``(operation, parameter)``.
 

@@ -48,7 +48,6 @@ def remaining(
 
     Args:
         trends: Trends by source. A limit is read from the first that has it.
-        limits: The limits.
         operations: Numbers of the operations; nan where a trend has none.
 
     Returns:

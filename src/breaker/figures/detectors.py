@@ -29,7 +29,6 @@ def detectors(table: pd.DataFrame, *, lives: int, alarm_level: float) -> Figure:
 
     Args:
         table: What ``synthetic.compare_detectors`` returns.
-        lives: On how many lives.
         alarm_level: Level of the model from which it reports a change.
 
     Raises:

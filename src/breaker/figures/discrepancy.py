@@ -24,7 +24,6 @@ def discrepancy(learned: xr.Dataset, cost: xr.Dataset, *, motion: str, noise_sd:
     Args:
         learned: From :func:`breaker.synthetic.learn`, of one motion.
         cost: From :func:`breaker.synthetic.contraction_by_error`.
-        motion: Motion of the title.
         noise_sd: Noise of a sample, mm.
     """
     figure = style.new_figure(13.6, 9.4)

@@ -32,7 +32,6 @@ def evolution(inference: xr.Dataset, *, motion: str, truth: xr.DataArray | None 
             and ``accepted`` ``(operation)``; coordinates ``operation`` and ``output``. Where the
             posteriors were corrected, ``resolved (operation)`` gives one more flag: accepted
             operations whose exact posterior was not reached.
-        motion: Motion of the title.
         truth: True parameters of the stand-in, ``(operation, parameter)``; None for real
             measurements.
     """

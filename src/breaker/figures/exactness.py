@@ -39,7 +39,6 @@ def exactness(
             ``posterior.correct_validation``.
         examples: From ``validation.examples``; without any, their row is left out.
         summary: The row of ``posterior.summary``.
-        motion: Motion of the title.
         setting: What the title says of the setting, if anything.
     """
     count = examples.sizes["example"]

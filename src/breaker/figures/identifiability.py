@@ -31,7 +31,6 @@ def identifiability(reached: xr.Dataset, *, motion: str, setting: str = "") -> F
 
     Args:
         reached: From :func:`breaker.validation.reached`; outputs are drawn in its order.
-        motion: Motion of the title.
         setting: What the title says of the setting, if anything.
     """
     names = [str(name) for name in reached["output"].values]

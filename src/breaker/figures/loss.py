@@ -23,7 +23,6 @@ def loss(history: xr.Dataset, convergence: xr.Dataset | None = None, *, motion: 
             the finest solution, in posterior sd, ``density_difference (solver_steps)`` in nats;
             attributes ``chosen_steps``, ``chosen_density_steps`` and ``reference_steps``, those of
             the finest. None for a network without a solver.
-        motion: Motion of the title.
     """
     rows = ["loss", "validation", "rate"]
     figure = style.new_figure(11.5 if convergence is not None else 7.5, 7.0)

@@ -32,7 +32,6 @@ def networks(table: pd.DataFrame, *, motion: str) -> Figure:
 
     Args:
         table: Rows of ``validation.network_row``. What is nan in it is "not known" in the figure.
-        motion: Motion of the title.
     """
     figure, axes = style.panels(
         len(_MEASURES), columns=4, width=3.6, height=0.42 * len(table) + 1.4
@@ -123,7 +122,6 @@ def missing(
             network and of the exact posterior: 5 %, 50 % and 95 % over curves and the number of
             curves, ``(4, q)``; the number is 0 where there is none.
         names: Names of the ``q`` outputs.
-        motion: Motion of the title.
         share: Share of the samples that is missing.
     """
     q = len(names)

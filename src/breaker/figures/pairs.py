@@ -27,7 +27,6 @@ def pairs(
         posterior: Draws of the posterior, ``(d, q)``.
         truth: Values that made the curve, ``(q,)``.
         names: Names of the ``q`` outputs.
-        motion: Motion of the title.
         correlation: Correlation of the posterior draws, ``(q, q)``, from
             :func:`breaker.validation.correlation`.
     """

@@ -25,7 +25,6 @@ def prior_predictive(
         check: All operations held against these curves, :func:`breaker.validation.prior_check`.
         measured: A few operations: ``travel (operation, time)``, coordinates ``operation`` and
             ``time``.
-        motion: Motion of the title.
         shown: How many curves of the prior are drawn one by one, the first ones.
     """
     figure = style.new_figure(9.0, 5.8)
@@ -61,7 +60,6 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float
         predictive: ``measured``, ``median``, ``lower``, ``upper``, each ``(curve, time)`` in mm,
             the bounds pointwise 95 % of noisy predicted curves; ``share_inside (curve)``, the
             share of the samples inside; coordinate ``time`` in ms.
-        motion: Motion of the title.
         noise_sd: Noise sd of a sample, mm: the unit of the residuals.
     """
     data = predictive.rename(curve="panel", measured="record")
@@ -80,7 +78,6 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float
             in :func:`posterior_predictive`; over ``stage`` ``share_inside``, the share of the main
             motion inside the band, ``main_motion_end`` in ms, ``p_value`` and the flag ``misfit``;
             coordinates ``time`` in ms and ``operation (stage)``.
-        motion: Motion of the title.
         noise_sd: Noise sd of a sample, mm: the unit of the residuals.
     """
     data = predictive.rename(stage="panel", travel="record")

@@ -26,7 +26,6 @@ def sensitivity(table: pd.DataFrame, *, motion: str, misfit_p_value: float) -> F
 
     Args:
         table: From :func:`breaker.decisions.over_scales`.
-        motion: Motion of the title.
         misfit_p_value: Predictive p-value below which a record counts as misfit.
     """
     parameters = table[(table.kind == "parameter") & (table.name != "onset")]

@@ -33,7 +33,6 @@ def sbc(
     Args:
         calibration: From :func:`breaker.validation.judge_ranks`.
         names: Names of the ``q`` outputs.
-        motion: Motion of the title.
         subject: What was judged, for the title.
     """
     figure, axes = style.panels(len(names), sharex=True, sharey=True)
@@ -84,7 +83,6 @@ def contraction(
     Args:
         scores: From :func:`breaker.validation.scores`.
         names: Names of the ``q`` outputs.
-        motion: Motion of the title.
         limit: Mean contraction of the exact posterior, ``(q,)``, if known.
         setting: What the title says of the setting, if anything.
     """
@@ -125,7 +123,6 @@ def recovery(summary: Recovery, names: Sequence[str], *, motion: str) -> Figure:
     Args:
         summary: From :func:`breaker.validation.recovery`.
         names: Names of the ``q`` outputs.
-        motion: Motion of the title.
     """
     figure, axes = style.panels(len(names), height=3.2)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):

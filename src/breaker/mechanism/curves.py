@@ -223,7 +223,6 @@ def too_fast(theta: np.ndarray, times: np.ndarray, onset: float | np.ndarray = 0
     """Say which drives are too fast to follow to the end of a record, ``(..., p) -> (...)``.
 
     Args:
-        theta: Parameters.
         times: Times of the samples, ``(t,)``, ms, increasing.
         onset: Start of the motion, ms, one for all or ``(...)``.
     """

@@ -88,10 +88,6 @@ class Limit:
     def from_settings(cls, entry: Mapping[str, Any], speeds: tuple[Speed, ...] = SPEEDS) -> "Limit":
         """Build a limit from an entry of the list ``limits`` of the configuration.
 
-        Args:
-            entry: The entry.
-            speeds: How speeds are defined.
-
         Raises:
             ValueError: If it has no quantity, one that its motion does not have, or one whose two
                 bounds exclude each other.
@@ -212,9 +208,6 @@ def from_list(
     """Return the limits of the section ``limits`` that are of these motions, in its order.
 
     Args:
-        entries: The section.
-        motions: Motions.
-        speeds: How speeds are defined.
         of: What the quantities of these limits are read from, some of ``SOURCES``.
     """
     limits = (Limit.from_settings(each, speeds) for each in entries if each["motion"] in motions)

@@ -71,7 +71,6 @@ def prior_sds(
     """Return the prior sd of each output in the scale in which it is judged, ``(q,)``.
 
     Args:
-        names: Names of the outputs.
         prior: The section ``prior`` of the configuration.
         onset_sd: Standard deviation of the onset, ms.
     """

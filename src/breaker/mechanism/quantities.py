@@ -95,9 +95,6 @@ _SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathr
 def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
     """Return all quantities by name: the seven parameters and what follows from them.
 
-    Args:
-        speeds: How speeds are defined.
-
     Example:
         >>> quantities()["closing_speed"].meaning
         'mean speed of the drive from 6 mm before touch to touch'
@@ -119,7 +116,6 @@ def quantities_of(
 
     Args:
         motion: "closing" or "opening".
-        speeds: How speeds are defined.
         of: What they can be read from, any of these ``SOURCES``.
 
     Example:
@@ -160,9 +156,7 @@ def check_quantity(
     """Return why a motion does not have a quantity, with a remedy; None if it has it.
 
     Args:
-        name: Of the quantity.
         motion: "closing" or "opening".
-        speeds: How speeds are defined.
         of: What it is to be read from, one of ``SOURCES``.
 
     Example:
@@ -196,10 +190,8 @@ def evaluate(
     the formula, ``(f - k_a L) / (k_a + k_b)``: not positive where a contact does not stay pressed.
 
     Args:
-        names: Names of quantities.
         theta: Parameters, ``(n, p)``, of drives of any size.
         motion: "closing" or "opening".
-        speeds: How speeds are defined.
 
     Returns:
         float64; nan where a quantity does not exist (see the module).

@@ -23,8 +23,6 @@ def simulate(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
 
     Args:
         model: Joint model of the motion; the sensor's noise and zero are not used.
-        n: Number of operations.
-        rng: Generator of parameters and onsets.
 
     Returns:
         Dataset with dims ``curve`` (n), ``time`` (t), ``parameter`` (p): noise-free ``travel``

@@ -13,7 +13,6 @@ def linearise_beside(
     """Return what is known beside a record as ``Model.residuals_beside``, with its derivatives.
 
     Args:
-        model: Joint model.
         z: Standardised outputs, ``(q,)``.
         record: ``(t,)``, mm; nan where a sample is missing.
 

@@ -224,7 +224,6 @@ def modes(sensor, present: bytes) -> Modes:
     """Return the modes of a ``Sensor``'s discrepancy.
 
     Args:
-        sensor: The sensor.
         present: Which samples are there, the bytes of a bool array ``(t,)``.
     """
     there = np.frombuffer(present, dtype=np.bool_)

@@ -42,7 +42,6 @@ def linearise(
     """Simulate standardised outputs with the derivatives of their curves.
 
     Args:
-        model: Joint model of the motion.
         z: Standardised outputs, ``(n, q)``.
         by: Which derivatives; by all outputs unless given.
         records: Records ``(n, t)`` to leave out the samples of that are missing, NaN: derivatives
@@ -76,7 +75,6 @@ def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
     """Return the contraction of the exact posterior, linearised at outputs, ``(n, q) -> (n, q)``.
 
     Args:
-        model: Joint model of the motion.
         values: Outputs in physical units, ``(n, q)``.
     """
     _, slopes = linearise(model, model.standardise(values))
@@ -135,7 +133,6 @@ def information(
     """Return the Gaussian likelihoods of records about given parameters.
 
     Args:
-        model: Joint model of the motion.
         records: Records, ``(n, t)``, mm; NaN where a sample is missing.
         centre: Standardised parameters, ``(n, p)``.
         onset: Standardised onsets to start from, ``(n,)``; ignored where there is none.
@@ -206,7 +203,6 @@ def climb(
     """Find the posterior mode of each operation under a normal prior, and the information there.
 
     Args:
-        models: Joint model of each motion.
         records: Records of each, ``(n, t)``, mm.
         centre: Standardised parameters to start from, ``(n, p)``.
         onsets: Standardised onsets of each to start from, ``(n,)``.
@@ -241,7 +237,6 @@ def pool(
     steps. If it is not reached, the model hardly fits.
 
     Args:
-        models: Joint model of each motion.
         records: Records of each, ``(n, t)``, mm, of the same operations.
         centre: Standardised parameters to start from, ``(p,)``.
         onsets: Standardised onsets of each to start from, ``(n,)``.

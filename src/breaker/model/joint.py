@@ -66,7 +66,6 @@ class Model:
         """Build from ``{"prior", "sensor", "motion"}``, as in the configuration.
 
         Args:
-            settings: These settings.
             discrepancy: What the model leaves out of the motion; none if not given.
             scale: Scale of that.
         """

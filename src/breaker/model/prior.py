@@ -60,7 +60,6 @@ class Prior:
         """Return the prior of drives of a size, whose own is that of size 1.
 
         Args:
-            size: Their size.
             unknown: Standard deviation of the logarithms of both its factors.
         """
         shared = unknown * powers() if unknown else np.empty((0, len(NAMES)))

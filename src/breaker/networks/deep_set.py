@@ -35,7 +35,6 @@ class SetHighway(nn.Module):
     as many orders of magnitude as v.
 
     Args:
-        samples: Number of samples of the grid.
         components: Number c of components.
     """
 
@@ -101,7 +100,6 @@ class DeepSet(nn.Module):
     """Features of records with missing samples.
 
     Args:
-        samples: Length t of the grid.
         features: Number s of features.
         components: Number c of components of the highway.
         pair_width, pair_blocks: Size of the residual network of a pair.

@@ -133,7 +133,6 @@ def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generat
     Components are those of curves with what the model leaves out, at scales from 0 to the largest.
 
     Args:
-        posterior: The model.
         rows: Rows of the bank.
         rng: Generator of their noise. The records' distance from the bank's centre, and how far
             they leave its envelope, at their 0.9999 quantiles, are the farthest that the prior

@@ -69,13 +69,10 @@ def compare_visits(
     """Compare two visits.
 
     Args:
-        models: Joint model of each motion.
         records: Records of each, ``(r, t)``, mm; NaN where a sample is missing.
         today: Which of them are of the second visit, ``(r,)`` of bool; each visit has one of each
             motion at least.
         settings: The section ``correction`` of the configuration.
-        rng: Generator of draws.
-        draws: Number of draws.
         agreement_p_value: p-value below which motions have different parameters.
 
     Returns:

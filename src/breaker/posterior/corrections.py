@@ -101,7 +101,6 @@ def correct(
     """Correct the draws of one record.
 
     Args:
-        model: Joint model.
         record: Record on the sensor's grid, ``(t,)``, mm; nan where a sample is missing.
         draws: The network's draws, ``(d, q)``, physical units. Only their rough place and spread
             matter.

@@ -47,13 +47,10 @@ def infer_exactly(
     A record does not depend on those beside it, but on its number and the seed.
 
     Args:
-        model: Joint model of their motion.
         curves: Measured curves in the layout of ``records.read_curves``, on the model's grid;
             rejected ones stay in the result, as missing values with their reason, and so do those
             without any draws, such as a record without a sample.
         settings: The section ``correction`` of the configuration.
-        draws: Draws for each operation.
-        seed: Seed of the draws.
         misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
 
     Returns:

@@ -36,10 +36,8 @@ def correct_validation(
     """Correct the draws of simulated records.
 
     Args:
-        model: Joint model.
         data: What ``predictive.validate`` returns.
         settings: The section ``correction`` of the configuration.
-        seed: Seed of the correction.
 
     Returns:
         ``data`` with corrected ``draws`` and, over ``curve``, how each came about: ``resolved``,
@@ -64,10 +62,8 @@ def correct_operations(
     at the mode of the posterior instead.
 
     Args:
-        model: Joint model.
         inferred: What ``predictive.infer`` returns; operations without a posterior stay so.
         settings: The section ``correction`` of the configuration.
-        seed: Seed of the correction.
         misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
 
     Returns:
@@ -92,7 +88,6 @@ def models_of(model: Model, operations: xr.Dataset) -> list[Model]:
     """Return the model of each operation: one that knows when the contact switched, if it is known.
 
     Args:
-        model: Joint model of all of them.
         operations: Dataset over ``operation``, where known with ``contact_time`` and ``contact_sd``
             as of ``records.read_curves``.
 
@@ -115,7 +110,6 @@ def judged_contacts(
     """Hold the contact's time of each operation against its record.
 
     Args:
-        models: Joint model of each operation.
         operations: Dataset with their ``travel``, and ``remarks`` where there are any.
         values: Their draws, ``(n, d, q)``; nan where there are none.
 
@@ -240,7 +234,6 @@ def judge(posterior: Density, data: xr.Dataset, corrected: xr.Dataset) -> xr.Dat
     """Judge a network's draws by its own density against the exact posterior.
 
     Args:
-        posterior: The network.
         data: What ``predictive.validate`` returns: its draws, as many curves as are to be judged.
         corrected: What ``correct_validation`` made of the same curves; gives the evidence.
 

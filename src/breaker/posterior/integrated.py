@@ -18,7 +18,6 @@ class Density:
     """Density of the parameters of both visits, with all else integrated.
 
     Args:
-        visits: The records.
         y: Mode of all unknowns, ``(m,)``.
         precision: The curvature there: see ``Look``.
     """

@@ -29,10 +29,7 @@ def approximate(model: Model, record: np.ndarray, n: int, rng: np.random.Generat
     """Return draws about the mode of a record's posterior, ``(n, q)``, physical units.
 
     Args:
-        model: Joint model.
         record: On the sensor's grid, ``(t,)``, mm; NaN where a sample is missing.
-        n: Number of draws.
-        rng: Their generator.
     """
     highest, precision = mode(model, record)
     root = np.linalg.inv(np.linalg.cholesky(precision))  # root.T @ root is the covariance
@@ -47,7 +44,6 @@ def mode(
     """Return the mode of a record's posterior, and the negative curvature of its log there.
 
     Args:
-        model: Joint model.
         record: On the sensor's grid, ``(t,)``, mm; NaN where a sample is missing.
         start: Standardised outputs near it, ``(q,)``, if any are known.
 

@@ -26,8 +26,6 @@ def check(measured: np.ndarray, samples: int, motion: str, *, taken: float = 1.0
 
     Args:
         measured: Records, ``(o, t)``, mm.
-        samples: Samples of the sensor's grid.
-        motion: The network's motion, for the message.
         taken: Largest share of missing samples that it was trained with, where it has to take the
             records as they are; they are completed if not given.
 
@@ -139,7 +137,6 @@ def widening(whole: xr.Dataset, missing: xr.Dataset, names: Sequence[str]) -> np
     Args:
         whole, missing: ``draws (curve, draw, output)`` of the same curves, and ``resolved (curve)``
             if they were corrected.
-        names: Names of the outputs.
     """
     log = is_logarithmic(names)
     sds = []

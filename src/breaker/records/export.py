@@ -13,7 +13,6 @@ def write_curve(
     """Write a record: preamble, names, units, rows.
 
     Args:
-        file: Where to write.
         time: Times, ``(t,)``, ms; written in s.
         travel: Travel, ``(t,)``, mm, zero at the open position.
         motion: Motion named in the preamble.

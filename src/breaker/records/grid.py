@@ -128,7 +128,6 @@ def grid_remarks(
     """Say where a record does not cover the grid, and where its rate does not fit; "" if it does.
 
     Args:
-        gridded: The record on the grid.
         time: Times of the record's part, ``(n,)``, ms.
         times: The model's grid, ``(t,)``, ms.
         back: Whether the part ends because the travel goes back.

@@ -88,10 +88,8 @@ def measure(
         motion: "closing" or "opening".
         segment: What is known of that part.
         moves: Time of the first motion, ms.
-        noise: Noise at rest.
         quantum: Step of the reading, mm.
         contact: When the contact touched or parted, and the trigger came.
-        speeds: How speeds are defined.
 
     Returns:
         By name, all of ``mechanism.quantities_of``, the model's and those of records alone.
@@ -156,7 +154,6 @@ def variables(
     Args:
         found: What ``measure`` returns of each operation, False where there is no record.
         motion: "closing" or "opening".
-        speeds: How speeds are defined.
 
     Returns:
         ``measured``, ``measured_sd`` and ``measured_reason`` over ``operation`` and ``quantity``,

@@ -101,7 +101,6 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
     Of records in which it is, fewer than one in 1,000 has a remark.
 
     Args:
-        noise: Of the record.
         noise_sd: The model's, mm.
         step: Time between two samples of the record, ms.
         times: The model's grid, ``(t,)``, ms.

@@ -94,9 +94,7 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
     """Read the record of one operation as it is in its file.
 
     Args:
-        operation: Where it is.
         settings: The section ``endurance.format``, complete.
-        scale: Of these settings.
         motion: "closing" or "opening".
 
     Raises:

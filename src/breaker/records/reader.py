@@ -117,7 +117,6 @@ def read_curves(
         noise_sd: Standard deviation of the noise that the model takes for granted, mm; a record
             whose own is another has a remark. None compares nothing.
         zero_sd: The same of its zero, mm.
-        speeds: How speeds are defined.
 
     Returns:
         Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
@@ -246,9 +245,7 @@ def read_record(
     """Read the record of one operation.
 
     Args:
-        operation: Where it is.
         settings: The section ``endurance.format``, complete.
-        scale: Of these settings.
         times, motion, noise_sd, zero_sd: As for ``read_curves``.
 
     Raises:

@@ -15,7 +15,6 @@ def contraction_by_error(model: Model, n: int, seed: int) -> xr.Dataset:
     Args:
         model: Model of the motion, with what it leaves out.
         n: Draws from the prior; the same for all errors.
-        seed: Seed of the draws.
 
     Returns:
         Dataset over ``error`` (noise; zero, onset and left out each with all before it) and

@@ -63,7 +63,6 @@ class Watches:
     Args:
         lives: Lives with their truth.
         series: What is watched of each, ``(n,)`` or ``(n, q)``.
-        detector: What watches it.
     """
 
     def __init__(self, lives: xr.Dataset, series: Sequence[np.ndarray], detector: Detector) -> None:

@@ -81,7 +81,6 @@ class Dialect:
         """Write a record.
 
         Args:
-            file: Where to write.
             time: Times, ``(t,)``, ms; evenly spaced where the dialect has a rate instead.
             travel: Travel of the first channels, ``(t,)`` or ``(channels, t)``, mm, zero at the
                 open position; NaN where a sample is missing. Other channels end early.

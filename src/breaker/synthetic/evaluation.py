@@ -41,10 +41,7 @@ def follow_lives(
     """Simulate lives, infer their records and follow them.
 
     Args:
-        posteriors: The trained posterior of each motion.
-        numbers: Numbers of the lives.
         lives, wear_model: Sections of the configuration.
-        seed: Seed of the lives.
         widenings: Factors on the widths of trends to be tried, besides that of ``wear_model``.
 
     Returns:

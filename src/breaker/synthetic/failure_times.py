@@ -18,7 +18,6 @@ def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
     Args:
         truth: What ``truth_of`` returns; for limits on one of both, ``value`` or ``measured`` is
             enough.
-        limits: The limits.
 
     Example:
         >>> import numpy as np
@@ -57,7 +56,6 @@ def true_lives(
 
     Args:
         truth: What ``truth_of`` returns.
-        limits: The limits.
 
     Returns:
         Operations at which the level is first beyond each limit, and at which it would be if the

@@ -53,9 +53,6 @@ def write_exports(
 
     Args:
         drive: A drive of the default size, which is made larger.
-        seed: Seed of the scatter and the noise.
-        folder: Where to write.
-        operations: How many.
         force_sd: Standard deviation of the closing force between channels and operations, a share
             of it.
         apart: From closing to opening, ms; long enough for the drive to come to rest.

@@ -62,9 +62,7 @@ class Observer:
         """Return draws of the remaining life after an operation, ``(d,)``, inf where not in sight.
 
         Args:
-            now: The operation.
             normals: Standard normal draws, ``(d, 2 p)``.
-            farthest: Farthest remaining life.
             told: Whether the observer knows when and in what the wear changed.
         """
         known = self.operations <= now

@@ -36,9 +36,7 @@ def family_of(name: str, prior: Prior, rigs: Mapping, judged: Mapping, size: Siz
 
     Args:
         name: Of the set; "foreign" has the elements of ``judged.foreign`` on top.
-        prior: Prior of the parameters.
         rigs, judged: Sections of the configuration.
-        size: Size of the drives.
     """
     foreign = judged["foreign"] if name == "foreign" else {}
     elements = {**rigs["elements"], **foreign}
@@ -109,7 +107,6 @@ def judge_records(
     """Infer one record per motion of rigs exactly, and keep intervals beside the truth.
 
     Args:
-        name: Of the set of rigs.
         family: The family that they are drawn from.
         models: Model of each motion, without an error of its own.
         left_out: What each leaves out, at scale 1.

@@ -127,11 +127,8 @@ def judge_lives(
     """Follow lives of rigs, at every scale, and keep what is inferred beside the truth.
 
     Args:
-        name: Of the set of rigs.
         family: The family that they are drawn from.
         models: Model of each motion, without an error of its own.
-        learned: What they leave out.
-        numbers: Numbers of the lives.
         judged, wear_model: Sections of the configuration.
 
     Returns:

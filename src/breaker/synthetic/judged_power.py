@@ -96,8 +96,6 @@ def judge_power(
     Args:
         family: The rigs; they wear as in a life, without a change.
         models: Model of each motion, without an error of its own.
-        learned: What they leave out.
-        numbers: Numbers of the rigs.
         judged, wear_model: Sections of the configuration.
 
     Returns:

@@ -41,7 +41,6 @@ def score_lives(rows: pd.DataFrame, *, settle: int, every: int, operations: int)
         rows: What it returns.
         settle: Records before which no change is reported.
         every: Operations between two records.
-        operations: Of a life.
 
     Returns:
         A row per set, scale and ``score``: coverage of levels, drifts and remaining lives,

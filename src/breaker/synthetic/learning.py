@@ -32,11 +32,8 @@ def ensemble(
     """Draw drives, new and worn, and return how the model at their parameters differs from them.
 
     Args:
-        family: The drives.
         sensor: Grid and onset of the records.
         motions: Motions of each drive; each has its own onset, the same new and worn.
-        n: Number of drives.
-        rng: Generator of drives, wear and onsets.
 
     Returns:
         Dataset over ``condition`` (new, worn), ``motion``, ``drive``, ``time`` and ``parameter``:

@@ -79,7 +79,6 @@ def simulate_life(models: Mapping[str, Model], settings: Mapping, seed: int, num
         models: Joint model of each motion, with one prior.
         settings: The section ``lives`` of the configuration.
         seed: Seed of the set of lives.
-        number: Number of the life in it.
 
     Raises:
         RuntimeError: If none of many draws makes a life that ends at a limit.
@@ -159,7 +158,6 @@ def slope_error(
     that of a bend in one series of variance :math:`1 / W_{ii}`, other parameters known or not.
 
     Args:
-        models: Joint model of each motion.
         centre: Standardised parameters at the change, ``(p,)``.
         scatter: Scatter, standardised, ``(p,)``.
         change: Operation after which the slope changes.

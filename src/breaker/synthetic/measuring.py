@@ -83,13 +83,10 @@ def measure_drives(
     """Record each drive once, with contact timing, and read what an instrument would print.
 
     Args:
-        drives: The drives, of any sizes.
         motion: "closing" or "opening".
-        rng: Generator of the noise.
         rate: Samples in a ms of a drive of size 1.
         noise: Standard deviation of the noise, in strokes.
         quantum: Step of the reading, in strokes.
-        speeds: How speeds are defined.
 
     Returns:
         A row per drive and quantity: ``measured`` and ``measured_sd``, nan with a ``reason`` where

@@ -27,7 +27,6 @@ def crps(lives: ArrayLike, truth: ArrayLike, horizon: float) -> np.ndarray:
     Args:
         lives: Draws of the remaining life, from 0, inf beyond the horizon, ``(..., d)``.
         truth: True remaining lives, ``(...)``, from 0 to the horizon.
-        horizon: Farthest remaining life.
 
     Example:
         >>> float(crps([100.0, 200.0], 150.0, 1000.0))  # half of the mass at either side

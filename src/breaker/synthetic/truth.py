@@ -20,10 +20,7 @@ def truth_of(
     """Return the true parameters and quantities over the life, and how far the model is from them.
 
     Args:
-        rig: The rig.
-        motions: Motions to compare.
         times: Times at which they are compared, ``(t,)``, ms.
-        speeds: How speeds are defined.
 
     Returns:
         Dataset over ``operation``, ``parameter``, ``motion`` and ``quantity``, all without the

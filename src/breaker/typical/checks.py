@@ -57,11 +57,9 @@ def check_fitted(
     """Check a fitted prior.
 
     Args:
-        fitted: The prior.
         models: Joint model of each motion, with this prior.
         records: Records ``(n, t)``, mm, by breaker and motion.
         limits: Limits on the state of the drive, of these motions; none are not checked.
-        seed: Of draws.
     """
     rng = generator(seed, "fit-prior checks")
     theta = fitted.prior.sample(_DRAWS, rng)

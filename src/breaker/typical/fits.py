@@ -46,7 +46,6 @@ def fit_breaker(
     """Fit all records of a breaker at once, from several starts: the highest mode found.
 
     Args:
-        models: Joint model of each motion.
         records: Records of each, ``(n, t)``, mm; NaN where a sample is missing. A motion may be
             absent.
         starts: Standardised parameters, ``(s, p)``.

@@ -120,7 +120,6 @@ def fit_type(
         models: Joint model of each motion, of the type's size.
         records: Records ``(n, t)``, mm, by breaker and motion.
         room: Room for wear, log-sds of the models' prior, ``(p,)``.
-        seed: Of starts and draws.
 
     Raises:
         ValueError: If no breaker has parameters that fit its records.
@@ -149,7 +148,6 @@ def room_for_wear(change: Mapping[str, tuple[float, float]], prior: Prior) -> np
 
     Args:
         change: The section ``rigs.wear.change`` of the configuration: ranges of changes, shares.
-        prior: The prior.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)

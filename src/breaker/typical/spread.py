@@ -47,7 +47,6 @@ def find_spread(fits: Sequence[Fit], precision: np.ndarray, rng: np.random.Gener
     Args:
         fits: Of the breakers, at least one.
         precision: Of the reference prior, ``(p, p)``.
-        rng: Generator of the draws.
 
     Example:
         Five breakers, known well, that differ in nothing but the first parameter:

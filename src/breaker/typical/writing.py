@@ -35,8 +35,6 @@ def overlay_of(recorded: Recorded, fitted: FittedPrior, format_settings: Mapping
     """Return what the configuration has to hold for the type.
 
     Args:
-        recorded: The records.
-        fitted: The prior.
         format_settings: What of the section ``endurance.format`` the records need beside defaults.
     """
     drive, prior = recorded.drive, fitted.prior

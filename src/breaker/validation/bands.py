@@ -60,7 +60,6 @@ def simultaneous_band(n: int, draws: int, *, alpha: float = 0.05, panels: int = 
     (Bonferroni) holds for dependent panels: outputs that share curves are dependent.
 
     Args:
-        n: Number of ranks in a panel.
         draws: Number of draws behind each rank.
         alpha: Probability that calibrated ranks leave the band in any of the panels.
         panels: Number of panels that are read together.

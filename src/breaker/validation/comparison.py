@@ -114,7 +114,6 @@ def first_operations(drive: xr.Dataset, count: int = 20) -> np.ndarray:
     Args:
         drive: All operations of a motion: ``draws (posterior, operation, draw, output)`` and
             ``resolved (operation)``.
-        count: How many.
     """
     usable = np.flatnonzero(drive.resolved.values)[:count]
     draws = drive.draws.sel(posterior="corrected").isel(operation=usable)
@@ -165,7 +164,6 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
             posterior, linearised, at draws from the prior; ``amortised`` and ``corrected``
             posteriors of simulated curves; and, where known, ``drive``, posteriors of measured
             operations of the drive at hand.
-        names: Names of the outputs.
 
     Returns:
         ``mean``, ``lower`` and ``upper`` ``(source, output)``: mean, 5 % and 95 % over curves;

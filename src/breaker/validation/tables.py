@@ -87,7 +87,6 @@ def draws_per_second(posterior: "Posterior", measured: np.ndarray) -> float:
     """Return how many draws the posterior makes in a second of processor time.
 
     Args:
-        posterior: The model.
         measured: Records, ``(n, t)``, mm; a few of them are inferred, curve after curve.
     """
     rng = np.random.default_rng(0)  # what is drawn does not matter
@@ -109,8 +108,6 @@ def network_row(
     """Sum up one trained network.
 
     Args:
-        network: Its name.
-        posterior: The model.
         validation: What ``predictive.validate`` returns.
         judged: What ``posterior.summary`` returns.
         history: What ``Trainer.run`` returns, with the held-out log density.

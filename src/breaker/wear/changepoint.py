@@ -97,7 +97,6 @@ class Tracker:
         """Return the hypotheses before the first operation: the prior of levels and slopes.
 
         Args:
-            operation: Number of the first operation.
             passes: Covariance of what passes for levels and is none, ``(p, p)``.
         """
         p, k = self.size, len(self.scatters)

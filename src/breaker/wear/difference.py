@@ -125,7 +125,6 @@ class Difference:
         """Add what an operation says of the difference, whatever its parameters.
 
         Args:
-            operation: Its number.
             matrix, slope: Its information about parameters and difference, ``(p + n, p + n)`` and
                 ``(p + n,)``.
         """
@@ -146,7 +145,6 @@ class Difference:
 
         Args:
             learned: What was learned of drives.
-            operation: Number of the operation.
             drift: Apparent slope, standardised, per thousand operations, ``(p,)``: sets the scale
                 of the change.
 

@@ -45,7 +45,6 @@ class Event:
         'Greased, inspected: gamma_a, gamma_b start anew at operation 1,204'
 
         Args:
-            text: The cell.
             more: The section ``endurance.events`` of the configuration: by event, beside those of
                 ``EVENTS``, the names of parameters, ``ALL`` or ``TRANSDUCER``.
 
@@ -96,7 +95,6 @@ def after_event(event: Event, state: State, tracker: Tracker, learned: Learned |
     Args:
         event: What was done; before the first record it changes nothing.
         state: What is known before the operation, with hypotheses that predict it.
-        tracker: The model of wear.
         learned: What was learned of the difference of drives, if anything is held to differ.
     """
     if not (event.renews and state.seen):
@@ -131,7 +129,6 @@ def started_anew(
     """Return hypotheses about a segment that begins now, in no change that was noticed.
 
     Args:
-        tracker: The model of wear.
         old: Hypotheses that predict an operation.
         which: Parameters of which level and slope return to the prior.
         passes: Covariance of what passes for levels and is none, ``(p, p)``.

@@ -54,7 +54,6 @@ class Learned:
 
         Args:
             data: That store.
-            motions: Motions of the source.
             scale: Scale of the difference.
             rough_sd: Standard deviation of what its components leave out, mm.
             noise_sd: That of a sample's noise, mm.

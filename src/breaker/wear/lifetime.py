@@ -92,7 +92,6 @@ def remaining_life(
 
     Args:
         hypotheses: Hypotheses about the current segment.
-        limits: Limits, in any motion.
         prior: Prior that standardises the parameters.
         horizon: Future operations and draws.
 
@@ -176,7 +175,6 @@ def _first_beyond(
     """Return the first whole operation at which all parts of a limit hold, ``(d,)``, or inf.
 
     Args:
-        limit: The limit.
         along: Parameters ``(n, p)`` of chosen lines at operations ``(n,)``.
         nodes: Future operations along each line, ``(d, k)``, the first of them 0.
         excess: How far each part is beyond its limit there, ``(d, k, parts)``.

@@ -72,7 +72,6 @@ def follow_measured(
             quantity)``, as ``records.read_curves`` returns them.
         limits: Limits on measured quantities of these motions.
         settings: The section ``wear_model`` of the configuration.
-        seed: Seed of the draws of lines.
         events: What was done before operations, by their number: any parameter may move any
             quantity, so level and slope start anew, the level alone where it was the transducer.
 

@@ -76,7 +76,6 @@ def find_reference(
     """Pool the first operations, and ask whether motions agree.
 
     Args:
-        models: Joint model of each motion.
         records: Records of each, of the same operations, ``(n, t)``, mm.
         outputs: Means of the posteriors of each, standardised, ``(n, q)``, to start from.
         learned: What was learned of differences; None where the model is held to be right.

@@ -73,11 +73,8 @@ def dataset(
     """Put the rows of operations ``(o,)`` into one dataset.
 
     Args:
-        operations: Their numbers.
         rows: At least one.
-        limits: Limits of the remaining lives.
         last: Age of the last bin of run lengths, operations.
-        motions: Motions of the source.
     """
     edges = age_bins(last)
     coords = {

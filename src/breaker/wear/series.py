@@ -74,11 +74,9 @@ def series_of(
     """Return the series of measured operations.
 
     Args:
-        models: Joint model of each motion.
         data: What ``decisions.align`` returns of each motion, for the same operations.
         usable: Which of them have a posterior, ``(o,)``.
         events: What was done before operations, by their number.
-        temperatures: Likewise, °C.
     """
     records, outputs = {}, {}
     for motion, model in models.items():
@@ -107,7 +105,6 @@ def likelihood(
 
     Args:
         models: Joint model of each motion that has a usable record.
-        series: Records.
         i: Which operation of them.
         reference: Where the trend started; None before there is one.
         predicted: Predicted mean ``(p,)`` and covariance ``(p, p)`` of the standardised

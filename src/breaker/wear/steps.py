@@ -96,7 +96,6 @@ class Watch:
         """Learn from an operation.
 
         Args:
-            operation: Its number.
             said: What it says, ``(k,)``.
             level: p-value below which it counts towards a step.
 

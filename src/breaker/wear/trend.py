@@ -124,7 +124,6 @@ class Follower:
 
         Args:
             state: What is known before them.
-            series: The operations.
 
         Returns:
             The state after them, and a dataset over ``operation``: ``level``, ``slope``
@@ -158,7 +157,6 @@ class Follower:
 
         Args:
             state: What is known before it.
-            series: The operations.
             i: Index of the operation in the series.
             usable: Which operations have a usable record of each motion, ``(o,)``.
 

@@ -30,9 +30,7 @@ def trust_in(follower: Follower, state: State, rng: np.random.Generator) -> xr.D
     """Return how far a drive is from the model at the reference, and what each limit loses to it.
 
     Args:
-        follower: What follows the drive.
         state: Any state of its trend.
-        rng: Generator of the draws.
 
     Returns:
         Dataset over ``phase``, ``quantile`` and ``part``: ``drive (phase, quantile)``, the root
