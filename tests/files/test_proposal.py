@@ -123,9 +123,9 @@ def test_the_command_writes_it_once(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("name", "reason"), [("{}/nowhere", "no folder"), ("", "no folder ''"), ("{}", "no file of a")]
 )
-def test_a_folder_without_records_has_no_table(tmp_path, name, reason, capsys):
-    assert main(["manifest", name.format(tmp_path)]) == 1
-    assert reason in capsys.readouterr().err
+def test_a_folder_without_records_has_no_table(tmp_path, name, reason):
+    with pytest.raises(FileNotFoundError, match=reason):
+        propose_manifest(name.format(tmp_path))
 
 
 def test_the_configuration_says_which_motions_have_rows(tmp_path, capsys):
