@@ -3,6 +3,7 @@
 Workbooks, COMTRADE and labelled arrays say themselves what texts leave to guess.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -24,9 +25,10 @@ from breaker.files import (
 from breaker.inspection.layouts import (
     Layout,
     LayoutError,
-    guess_layout,
-    layout_of_rows,
+    check_size,
+    layout_of_lines,
 )
+from breaker.inspection.texts import guess_layout
 
 __all__ = ["look_into"]
 
@@ -49,9 +51,16 @@ def _workbook(file: str | Path) -> Layout:
     """That of the first sheet with numbers."""
     for sheet in open_workbook(file).worksheets:
         sheet.reset_dimensions()
+        lines = [_line(cells) for _, cells in rows_of(sheet, ".")]
         with suppress(LayoutError):
-            return layout_of_rows([cells for _, cells in rows_of(sheet, ".")], {"decimal": "."})
+            return layout_of_lines(file, lines, {"decimal": "."}, "\t")
     raise RejectedCurveError(file, "has no sheet with columns of numbers")
+
+
+def _line(cells: Sequence[str]) -> str:
+    """A row as a line of text, in which no cell has a delimiter or quotes another."""
+    whole = "\t".join(" ".join(cell.split()).replace('"', "″") for cell in cells)
+    return whole.rstrip("\t") + "\n"
 
 
 def _comtrade(file: str | Path) -> Layout:
@@ -61,6 +70,7 @@ def _comtrade(file: str | Path) -> Layout:
         settings = {"encoding": "latin-1"}
         record = open_comtrade(file, **settings)
     channels = record.cfg.analog_channels
+    check_size(file, len(record.time), 1 + len(channels))
     # Times are known whatever the settings: what they have by default.
     return Layout(
         settings=settings,
@@ -76,10 +86,12 @@ def _grid(file: str | Path) -> Layout:
     with open_grid(file) as dataset:
         longest = max(dataset.sizes, key=dataset.sizes.get, default=None)
         found = {
-            str(name): each.load()
+            str(name): each
             for name, each in dataset.variables.items()
             if each.dims == (longest,) and each.dtype.kind in "iuf"
         }
+        check_size(file, dataset.sizes.get(longest, 0), len(found))
+        columns = [each.values.astype(float) for each in found.values()]
         said = [f"{name}: {value}" for name, value in dataset.attrs.items()]
     if not found:
         raise RejectedCurveError(file, "has no variable of numbers along one dimension")
@@ -89,7 +101,7 @@ def _grid(file: str | Path) -> Layout:
         preamble=said,
         names=list(found),
         units=list(map(unit_of, units)),
-        columns=[each.values.astype(float) for each in found.values()],
+        columns=columns,
     )
 
 

@@ -1,10 +1,12 @@
-"""The layout of a text file of unknown origin, guessed: encoding, delimiter, head and columns.
+"""The layout of a table of unknown origin, guessed: its head and its columns.
 
 Guessing belongs here, to propose settings that are then shown and confirmed by reading. Records are
-read with explicit settings only.
+read with explicit settings only. The size of a table is bounded before its cells are built, and the
+head is guessed from the first lines and some of the others: a file may hold anything.
 """
 
 import csv
+import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,26 +14,27 @@ from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
-from charset_normalizer import from_bytes
+import pandas as pd
 
 from breaker.files import (
     LARGEST_NUMBER,
     MISSING,
+    RejectedCurveError,
     is_number,
-    read_bytes,
     split_unit,
-    strict_numbers,
     unit_of,
 )
 
-__all__ = ["Layout", "LayoutError", "guess_layout", "layout_of_rows"]
+__all__ = ["Layout", "LayoutError", "cells_of", "check_size", "kind_of", "layout_of_lines"]
 
-_CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
-_WORDS = re.compile("行程|位移|时间|時間|电流|速度|采样|変位|время|ход|путь")
-_DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
-_LOOKED_AT = 200  # lines from which the delimiter is guessed
+_SAMPLE = 1_000  # lines from which the kinds of columns are guessed
+_ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; reading looks there
+_MOST_COLUMNS = 300  # the widest exports have a tenth of it
+_MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
+_MOST_CELLS = 8_000_000
+_BLOCK = 20_000  # lines, of which cells are built at a time
 _TOGETHER = 5  # lines in a row that look like samples: there samples begin
-_LONGEST_NAME = 60  # signs
+_LONGEST_NAME = 60  # signs; no number is longer either
 _VALUE = re.compile(r"[-+]?\d+(?:[.,]\d+)?\s*\S{0,5}|.*[:=]")  # "10 kHz", "Rate:": of no column
 
 
@@ -49,7 +52,8 @@ class Layout:
         names: Name of each column, empty where it has none.
         units: Unit of each column as the settings call it; None where none is known.
         columns: Numbers of each column, ``(t,)``, NaN where a cell is empty or no number.
-        texts: All cells of columns without any number, by place.
+        texts: Cells of columns without any number, by place, of some of the samples.
+        every: How many samples lie from one of these cells to the next.
         kind: What kind of file it is.
     """
 
@@ -59,6 +63,7 @@ class Layout:
     units: list[str | None]
     columns: list[np.ndarray]
     texts: dict[int, list[str]] = field(default_factory=dict)
+    every: int = 1
     kind: str = "a text"
 
     def column(self, place: int) -> str | int:
@@ -70,106 +75,107 @@ class Layout:
         return place + 1
 
 
-def guess_layout(file: str | Path) -> Layout:
-    """Guess the layout of a text file.
-
-    Raises:
-        LayoutError: If there are no columns of numbers.
-        RejectedCurveError: If the file cannot be read.
-
-    Example:
-        >>> import tempfile
-        >>> rows = [f"{i / 10:.1f};{i / 7:.3f}".replace(".", ",") for i in range(50)]
-        >>> with tempfile.NamedTemporaryFile("w") as file:
-        ...     print("Rig 3", "Zeit;Weg", "[msec];mm", *rows, sep="\\n", file=file, flush=True)
-        ...     layout = guess_layout(file.name)
-        >>> layout.settings
-        {'encoding': 'utf-8', 'delimiter': ';', 'decimal': ','}
-        >>> layout.preamble, layout.names, layout.units
-        (['Rig 3'], ['Zeit', 'Weg'], ['ms', 'mm'])
-    """
-    content = read_bytes(file)
-    encoding = _encoding(content)
-    # Damaged signs do not hide the rest; reading says where they are.
-    lines = re.split(
-        r"\r\n|\n|\r", content.decode(encoding, errors="replace").removeprefix("\ufeff")
-    )
-    delimiter, decimal = _signs(lines)
-    settings = {"encoding": encoding, "delimiter": delimiter, "decimal": decimal}
-    return layout_of_rows([_cells(line, delimiter) for line in lines], settings)
-
-
-def layout_of_rows(rows: Sequence[Sequence[str]], settings: Mapping) -> Layout:
+def layout_of_lines(
+    file: str | Path, lines: Sequence[str], settings: Mapping, delimiter: str
+) -> Layout:
     """Guess the head and the columns of a table.
 
     Args:
-        rows: Cells of each line.
+        file: Named in messages.
+        lines: Lines of the table.
         settings: ``decimal``, and what else of the settings is known.
+        delimiter: Sign between cells.
 
     Raises:
         LayoutError: If there are no columns of numbers.
+        RejectedCurveError: If there are more columns or samples than a record has.
     """
-    decimal = settings["decimal"]
-    first = _first_sample(rows, decimal)
-    cells = list(zip_longest(*filter(any, rows[first:]), fillvalue=""))
-    columns = [strict_numbers(column, decimal, LARGEST_NUMBER["time"])[0] for column in cells]
-    named, units_at = _head(rows[:first], columns)
-    names = [] if named is None else rows[named]
+    for number, line in enumerate(lines, start=1):
+        if line.count(delimiter) >= _MOST_COLUMNS:
+            check_size(file, 1, len(cells_of(line, delimiter)), line=number)
+    first, numeric = _first_sample(file, lines, delimiter, settings["decimal"])
+    width = len(numeric)
+    above = [cells_of(line, delimiter) for line in lines[:first]]
+    samples = _filled(lines[first:], delimiter)
+    check_size(file, len(samples), width)
+    columns = _numbers(samples, delimiter, settings["decimal"], numeric)
+    every = max(1, len(samples) // _SAMPLE)
+    some = (cells_of(line, delimiter) for line in samples[::every])
+    cells = dict(enumerate(zip_longest(*some, fillvalue="")))
+    named, units_at = _head(above, columns)
+    names = [] if named is None else above[named]
     units = [split_unit(name)[1] for name in names]
     if units_at is not None:
-        units = [unit_of(cell) for cell in rows[units_at]]
+        units = [unit_of(cell) for cell in above[units_at]]
     head = {named, units_at}
     return Layout(
         settings=dict(settings),
-        preamble=["; ".join(filter(None, rows[i])) for i in range(first) if i not in head],
-        names=[*names, *[""] * len(columns)][: len(columns)],
-        units=[*units, *[None] * len(columns)][: len(columns)],
+        preamble=["; ".join(filter(None, above[i])) for i in range(first) if i not in head],
+        names=[*names, *[""] * width][:width],
+        units=[*units, *[None] * width][:width],
         columns=columns,
-        texts={i: list(cells[i]) for i in range(len(cells)) if np.isnan(columns[i]).all()},
+        texts={i: list(cells.get(i, ())) for i in range(width) if np.isnan(columns[i]).all()},
+        every=every,
     )
 
 
-def _encoding(content: bytes) -> str:
-    """Encoding of a text: by its mark, UTF-8 where it is that, else by what it would say."""
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return "utf-16"
-    try:
-        content.decode("utf-8")
-    except UnicodeDecodeError:
-        pass
-    else:
-        return "utf-8"
-    if (zeros := content[:2000].count(0)) > len(content[:2000]) / 4:
-        return "utf-16-le" if content[1:2000:2].count(0) > zeros / 2 else "utf-16-be"
-    # Lines of numbers tell nothing.
-    telling = b"\n".join(line for line in content.split(b"\n") if not line.isascii())
-    for code in _CODES:  # so few signs leave doubts, but words do not
-        if _WORDS.search(telling.decode(code, errors="ignore")):
-            return code
-    best = from_bytes(telling, cp_isolation=_CODES).best()
-    alike = best.could_be_from_charset if best else []
-    return next((code for code in _CODES if code in alike), "latin-1")
+def check_size(file: str | Path, samples: int, columns: int, *, line: int | None = None) -> None:
+    """Reject a table that is larger than any record, before its cells are built.
+
+    Raises:
+        RejectedCurveError: If it has more columns, samples or cells than a record.
+    """
+    if columns > _MOST_COLUMNS:
+        reason = f"has {columns:,} columns, but records have at most {_MOST_COLUMNS}"
+        raise RejectedCurveError(file, f"{reason}; export fewer channels", line=line)
+    most = min(_MOST_SAMPLES, _MOST_CELLS // max(1, columns))
+    if samples > most:
+        reason = f"has {samples:,} samples, but of {columns} columns at most {most:,} are read"
+        raise RejectedCurveError(file, f"{reason}; export fewer channels, or a shorter part")
 
 
-def _signs(lines: Sequence[str]) -> tuple[str, str]:
-    """Delimiter and decimal sign with which most cells, and the fewest others, are numbers."""
-    filled = [line for line in lines[len(lines) // 5 :] if line.strip()]
-    some = filled[:: max(1, len(filled) // _LOOKED_AT)]
-    quoted = any('"' in line for line in some)
-    pairs = [(d, sign) for d in _DELIMITERS for sign in ".," if d != sign or quoted]
+def _numbers(
+    lines: Sequence[str], delimiter: str, decimal: str, numeric: Sequence[bool]
+) -> list[np.ndarray]:
+    """Numbers of each column, ``(t,)``, NaN where a cell is empty or no number, and in all of a
+    column that is not numeric.
+    """
+    places = np.flatnonzero(numeric).tolist()
+    form = {
+        "sep": r"\s+" if delimiter == " " else delimiter,
+        "quoting": csv.QUOTE_NONE if delimiter == " " else csv.QUOTE_MINIMAL,
+        "decimal": decimal,
+        "header": None,
+        "names": range(len(numeric)),
+        "usecols": places,
+        "index_col": False,
+        "low_memory": False,
+    }
+    columns = np.full((len(numeric), len(lines)), np.nan)
+    for begin in range(0, len(lines), _BLOCK):
+        text = "".join(lines[begin : begin + _BLOCK])
+        try:
+            frame = pd.read_csv(io.StringIO(text), **form)
+        except pd.errors.ParserError:  # an odd quotation mark
+            frame = pd.read_csv(io.StringIO(text.replace('"', "")), **form)
+        for place in places:
+            columns[place, begin : begin + len(frame)] = _floats(frame[place], decimal)
+    return list(columns)
 
-    def fit(pair: tuple[str, str]) -> tuple[bool, int]:
-        rows = [_cells(line, pair[0]) for line in some]
-        # 12,045 is one number: no column has zeros before whole numbers, but perhaps the first.
-        padded = any(re.fullmatch(r"0\d+", cell) for row in rows for cell in row[1:])
-        cells = [cell for row in rows for cell in row if cell.lower() not in MISSING]
-        return not padded, sum(1 if is_number(cell, pair[1]) else -1 for cell in cells)
 
-    return max(pairs, key=fit)
+def _floats(cells: pd.Series, decimal: str) -> np.ndarray:
+    """Cells as numbers, ``(t,)``, NaN where one is none."""
+    if cells.dtype.kind not in "iuf":
+        cells = cells.astype(str)
+        if decimal == ",":  # a point may separate thousands
+            cells = cells.str.replace(".", "x", regex=False).str.replace(",", ".", regex=False)
+        cells = pd.to_numeric(cells, errors="coerce")
+    values = cells.to_numpy(dtype=float)
+    return np.where(np.abs(values) <= LARGEST_NUMBER["time"], values, np.nan)
 
 
-def _cells(line: str, delimiter: str) -> list[str]:
-    """Cells of a line; where " " is the delimiter, any blanks are one."""
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line; where " " is the delimiter, any blanks are one."""
     if delimiter == " ":
         return line.split()
     if '"' in line:
@@ -177,17 +183,31 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.split(delimiter)]
 
 
-def _first_sample(rows: Sequence[Sequence[str]], decimal: str) -> int:
-    """Line, from 0, of the first sample.
+def _filled(lines: Iterable[str], delimiter: str) -> list[str]:
+    """Lines with a cell that is not empty."""
+    blank = f'{delimiter}" \t\v\f\n'
+    return [line for line in lines if line.strip(blank)]
+
+
+def _first_sample(
+    file: str | Path, lines: Sequence[str], delimiter: str, decimal: str
+) -> tuple[int, list[bool]]:
+    """Line, from 0, of the first sample, and for each column whether it has numbers.
 
     Raises:
         LayoutError: If no column has numbers.
     """
-    kinds = [[_kind(cell, decimal) for cell in row] for row in rows]
-    body = [row for row in kinds[len(rows) // 5 :] if any(row)]
+
+    def kinds_of(some: Iterable[str]) -> list[list[int]]:
+        return [[kind_of(cell, decimal) for cell in cells_of(line, delimiter)] for line in some]
+
+    body = _filled(lines[len(lines) // 5 :], delimiter)
+    body = list(filter(any, kinds_of(body[:: max(1, len(body) // _SAMPLE)])))
     columns = list(zip_longest(*body, fillvalue=0))
     numeric = [i for i, kind in enumerate(columns) if kind.count(1) > 3 * kind.count(-1)]
     usual = np.median([row.count(1) for row in body]) if body else 0
+    top = lines[: _ABOVE[0]]
+    kinds = kinds_of(top[: 1 + np.searchsorted(np.cumsum(list(map(len, top))), _ABOVE[1])])
     fits = np.array(
         [
             0 < 2 * row.count(1) >= usual and not any(row[i] < 0 for i in numeric if i < len(row))
@@ -200,15 +220,17 @@ def _first_sample(rows: Sequence[Sequence[str]], decimal: str) -> int:
     runs = np.convolve(np.append(fits, [0] * _TOGETHER), np.ones(_TOGETHER), "valid")
     starts = np.flatnonzero((runs[: fits.size] >= _TOGETHER - 1) & (fits == 1))
     if not numeric or starts.size == 0:
-        raise LayoutError("no columns of numbers are found; is it a text file of measurements?")
-    return int(filled[starts[0]])
+        place = "" if len(kinds) == len(lines) else f" in the first {len(kinds):,} lines"
+        reason = f"no columns of numbers are found{place}; is it a text file of measurements?"
+        raise LayoutError(f"{file}: {reason}")
+    return int(filled[starts[0]]), [1 in kind for kind in columns]
 
 
-def _kind(cell: str, decimal: str) -> int:
-    """1 for a number, 0 for a missing sample, -1 for anything else."""
+def kind_of(cell: str, decimal: str) -> int:
+    """Return 1 for a number, 0 for a missing sample, -1 for anything else."""
     if cell.lower() in MISSING:
         return 0
-    return 1 if is_number(cell, decimal) else -1
+    return 1 if len(cell) <= _LONGEST_NAME and is_number(cell, decimal) else -1
 
 
 def _head(

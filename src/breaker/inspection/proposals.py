@@ -4,7 +4,9 @@ A proposal holds only what differs from the defaults. What a file does not tell,
 degree, is left to fill in; to try all else, a number stands in for it, and is not proposed.
 """
 
-from collections.abc import Mapping, Sequence
+import gc
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,10 +28,14 @@ from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock, find_clock
 from breaker.records import Record, Scale, noise_remarks, read_record
 
-__all__ = ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"]
+__all__ = ["NOT_READ", "InspectedMotion", "InspectionError", "Proposal", "inspect_file"]
+
+NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
 _STILL = 15.0  # ms at rest, at least, after which a motion is over; a slow rebound takes longer
 _NOISE = 1.25  # times the noise of the settings, from which another is proposed
+# Cells that are read, of a record once per motion, and those that a line counts for beside its own.
+_MOST, _LINE = 26_000_000, 17
 _RATE, _STROKE = 10.0, 15.0  # kHz and mm that stand in for what is not known
 
 
@@ -46,7 +52,7 @@ class InspectedMotion:
         operation: Where it is in the column.
         motion: "closing" or "opening".
         begins, arrives: Times, ms of the file, about: the first motion, and the rest after it.
-        record: The record; None if it was rejected.
+        record: The record; None if it was rejected or not read.
         said: Why it was, or what is doubtful about it; empty if nothing is.
     """
 
@@ -122,7 +128,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     ]
     guesses.append(guess_grid(max(m.arrives - m.begins for m in found), rate, sensor))
     changed = guesses[-1].settings
-    motions = _read(found, tried, sensor | changed)
+    motions = _read(found, layout, tried, sensor | changed)
     if "ratio" in lacking:
         settings["stroke"] = FORMAT["stroke"]
     else:
@@ -181,22 +187,37 @@ def _motions(
     return found
 
 
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Collect no garbage: to look for it among millions of cells takes longer than to read them."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
+@_uncollected()
 def _read(
-    motions: Sequence[InspectedMotion], settings: Mapping, sensor: Mapping
+    motions: Sequence[InspectedMotion], layout: Layout, settings: Mapping, sensor: Mapping
 ) -> list[InspectedMotion]:
-    """Motions as they are read."""
+    """Motions as they are read: the first, and as many others as take seconds together."""
+    cells = layout.columns[0].size * (len(layout.columns) + _LINE)
+    most = max(1, _MOST // cells)
     settings = complete(settings)
     scale = Scale.from_settings(settings)
     times = _times(sensor)
     read = []
-    for each in motions:
+    for each in motions[:most]:
         try:
             own = settings | {"travel_column": each.column}
             record = read_record(each.operation, own, scale, times, each.motion)
             read.append(replace(each, record=record))
         except RejectedCurveError as error:
             read.append(replace(each, said=str(error)))
-    return read
+    return read + [replace(each, said=NOT_READ) for each in motions[most:]]
 
 
 def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:

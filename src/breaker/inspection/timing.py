@@ -15,6 +15,7 @@ from breaker.inspection.layouts import Layout
 __all__ = ["Clock", "find_clock", "stated_rates"]
 
 _RATES = (0.95, 105.0)  # kHz, of recorders
+_LOOKED_AT = (200, 300)  # lines, and signs of each, where rates are looked for
 _NICE = 1e-3  # share by which a rate may be off a round number that it is then taken for
 
 _TIME_NAMES = re.compile(r"(?i)\b(time|zeit|temps|tiempo|tempo|t|ms|sec)\b|时间|時間|время|czas")
@@ -111,19 +112,23 @@ def _nice(rate: float) -> float:
 def _wall_clock(layout: Layout) -> Clock | None:
     """The rate by a column of times of the day, which settings cannot name."""
     for place, cells in layout.texts.items():
-        found = [match for cell in cells if (match := _CLOCK.search(cell))]
+        found = [(i, match) for i, cell in enumerate(cells) if (match := _CLOCK.search(cell))]
         if len(found) < max(20, 0.9 * len(cells)):
             continue
-        seconds = np.array(
-            [3600 * int(m[1]) + 60 * int(m[2]) + float(m[3].replace(",", ".")) for m in found]
-        )
-        lasts = 1e3 * (seconds[-1] - seconds[0]) % 86_400_000
+        (begin, first), (end, last) = found[0], found[-1]
+        steps, lasts = layout.every * (end - begin), 1e3 * (_seconds(last) - _seconds(first))
+        lasts %= 86_400_000
         what = f"column {layout.column(place)!r} has times of the day, which are not read"
-        if not (lasts > 0 and _RATES[0] <= (len(found) - 1) / lasts <= _RATES[1]):
+        if not (lasts > 0 and _RATES[0] <= steps / lasts <= _RATES[1]):
             return Clock(None, None, np.nan, (what,))
-        rate = _nice((len(found) - 1) / lasts)
+        rate = _nice(steps / lasts)
         return Clock(None, None, rate, (f"{what}; their mean rate is {rate:g} kHz",))
     return None
+
+
+def _seconds(time: re.Match) -> float:
+    """Seconds of the day."""
+    return 3600 * int(time[1]) + 60 * int(time[2]) + float(time[3].replace(",", "."))
 
 
 def stated_rates(preamble: Sequence[str]) -> list[float]:
@@ -135,7 +140,7 @@ def stated_rates(preamble: Sequence[str]) -> list[float]:
     [20.0]
     """
     named, other = set(), set()
-    for line in map(str.lower, preamble):
+    for line in (text[: _LOOKED_AT[1]].lower() for text in preamble[: _LOOKED_AT[0]]):
         of_rate, of_step = _RATE_WORDS.search(line), _STEP_WORDS.search(line)
         pairs = [(n, u) for n, u in _AFTER.findall(line)]
         pairs += [(n, u) for u, n in _BEFORE.findall(line)]

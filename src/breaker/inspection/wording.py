@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from breaker.files import FORMAT
-from breaker.inspection.proposals import InspectedMotion, Proposal
+from breaker.inspection.proposals import NOT_READ, InspectedMotion, Proposal
 
 __all__ = ["overlay_of", "report_of"]
 
@@ -133,7 +133,8 @@ def _row(each: InspectedMotion) -> Sequence[str]:
     place = [str(each.column), each.motion]
     record = each.record
     if record is None:
-        return [*place, f"{each.begins:.1f}", f"{each.arrives:.1f}", *[""] * 5, "REJECTED"]
+        end = "not read" if each.said == NOT_READ else "REJECTED"
+        return [*place, f"{each.begins:.1f}", f"{each.arrives:.1f}", *[""] * 5, end]
     return [
         *place,
         f"{record.moves:.1f}",

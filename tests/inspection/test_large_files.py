@@ -1,0 +1,104 @@
+"""Files larger than a record: they are answered or refused, in little memory."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from breaker.files.numbers import LARGEST_NUMBER, strict_numbers
+from breaker.inspection import proposals
+from breaker.inspection.contents import look_into
+from breaker.inspection.proposals import inspect_file
+from breaker.inspection.timing import stated_rates
+from breaker.inspection.wording import report_of
+
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+MOST = 400  # MiB, imports included; a small file takes a third of it
+
+LOOK = """
+import re, sys
+from pathlib import Path
+from breaker.inspection import inspect_file
+try:
+    inspect_file(sys.argv[1], {})
+except ValueError as error:
+    print(str(error)[:400])
+# Not ru_maxrss, which begins with that of the process that started this one.
+print(int(re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())[1]) // 1024)
+"""
+
+
+def numbers(count, last=""):
+    """Lines of numbers, with something behind the seventh."""
+    lines = [f"{i / 1e4:.4f},{i % 7}" for i in range(count)]
+    lines[6] += last
+    return "\n".join(lines)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (numbers(1000, "," * 5_000_000), "line 7: has 5,000,00. signs; export a table"),
+        ((",".join(["1.5"] * 1_000_000) + "\n") * 8, "line 1: has 4,000,000 signs; export a table"),
+        ((",".join(["1"] * 20_000) + "\n") * 100, "line 1: has 20,000 columns, .* fewer channels"),
+        ((",".join(["1"] * 600) + "\n") * 30_000, "line 1: has 600 columns, .* fewer channels"),
+        ((",".join(["1"] * 30) + "\n") * 300_000, "300,000 samples, but of 30 columns at most"),
+        ("a text\n" * 20_000 + numbers(1000), "no columns of numbers .* in the first 10,000 lines"),
+        ("\n" * 5_000_000, "has more than 2,000,000 lines; export a shorter part"),
+    ],
+    ids=["commas", "million", "columns", "wide", "cells", "preamble", "blank"],
+)
+def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, said):
+    file = tmp_path / "hostile.csv"
+    file.write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", LOOK, file], capture_output=True, text=True, check=True
+    )
+    *words, peak = done.stdout.splitlines()
+    assert re.search(f"hostile.csv.*{said}", words[0])
+    assert int(peak) < MOST
+
+
+def test_of_a_long_record_the_first_motions_are_read(tmp_path, monkeypatch):
+    time = np.arange(0.0, 200.0, 0.1)
+    travel = 16 / (1 + np.exp(50 - time)) - 16 / (1 + np.exp(150 - time))
+    file = tmp_path / "long.csv"
+    rows = [f"{t / 1e3:.4f},{s:.3f}" for t, s in zip(time, travel, strict=True)]
+    file.write_text("\n".join(["time,travel", "s,mm", *rows]), encoding="utf-8")
+    whole = inspect_file(file, SENSOR)
+    assert [each.record is None for each in whole.motions] == [False, False]
+    monkeypatch.setattr(proposals, "_MOST", 1)
+    short = inspect_file(file, SENSOR)
+    assert [each.record is None for each in short.motions] == [False, True]
+    assert (short.settings, short.sensor) == (whole.settings, whole.sensor)
+    assert re.search("opening .* not read", report_of(short))
+    assert "choose a column by --channel, or export a" in report_of(short)
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "decimal"), [(";", ","), (",", "."), (" ", "."), ("\t", ",")]
+)
+def test_numbers_are_those_of_the_strict_reader(tmp_path, delimiter, decimal):
+    """Whatever stands in some cells, or is missing at the end of a line."""
+    odd = ["1_0", "inf", "1e400", "0x10", "True", "--", "n/a", "1e", "٣", "+5.", "1e17", "x"]
+    odd += [] if delimiter == " " else ["", " 7 ", "1.000"]
+    rng, cells = np.random.default_rng(1), [f"{i / 7:.6f}" for i in range(200)]
+    cells = [cell.replace(".", decimal) for cell in cells]
+    for place, cell in zip(rng.choice(200, len(odd), replace=False), odd, strict=True):
+        cells[place] = cell
+    rows = [f"{i}{delimiter}{cell}" for i, cell in enumerate(cells)] + [f"{i}" for i in range(9)]
+    file = tmp_path / "odd.txt"
+    file.write_text("\n".join(rows), encoding="utf-8")
+    layout = look_into(file)
+    assert layout.settings["delimiter"] == delimiter
+    expected, _ = strict_numbers([*cells, *[""] * 9], decimal, LARGEST_NUMBER["time"])
+    np.testing.assert_allclose(layout.columns[1], expected, rtol=1e-15)
+
+
+def test_long_texts_above_the_samples_take_no_time():
+    """Each digit may begin a number: what is looked for takes the square of a line's length."""
+    assert stated_rates(["rate: " + "1," * 50_000 + "x", "Rate: 10 kHz"] * 3000) == [10.0]
