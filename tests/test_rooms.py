@@ -3,7 +3,6 @@
 import ast
 import importlib
 import subprocess
-import symtable
 import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -181,14 +180,12 @@ def clashes(code: Mapping[str, str]) -> list[str]:
 
 
 def lost(code: Mapping[str, str]) -> list[str]:
-    """Names that a table promises and its module does not define itself."""
+    """Names that a table promises and its module does not list in ``__all__``."""
     wrong = []
     for room, text in inits(code).items():
         for module, names in table(text).items():
-            source = code.get(f"src/breaker/{room}/{module}.py", "")
-            found = symtable.symtable(source, module, "exec").get_symbols()
-            own = {x.get_name() for x in found if x.is_assigned() and not x.is_imported()}
-            wrong += [f"{room}.{module} has no {name}" for name in names if name not in own]
+            listed = shown(code.get(f"src/breaker/{room}/{module}.py", ""))
+            wrong += [f"{room}.{module} has no {name}" for name in names if name not in listed]
     return wrong
 
 

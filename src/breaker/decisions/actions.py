@@ -10,6 +10,8 @@ from breaker.decisions.states import MAY_BE
 from breaker.decisions.steadiness import RANKS
 from breaker.decisions.wording import in_percent, span
 
+__all__ = ["ACTIONS", "code_of", "due_of", "in_words", "rank_of", "recent"]
+
 ACTIONS = {
     "none": "go on",
     "watch": "go on, and look at what wears or has changed",

@@ -11,6 +11,8 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike
 
+__all__ = ["alarm_table", "first", "latched", "latest", "spell_table"]
+
 
 def latest(there: ArrayLike) -> np.ndarray:
     """Index of the last operation at which something is there, by then, ``(o, ...)``; -1: none.

@@ -13,6 +13,15 @@ from breaker.decisions.alarms import spell_table
 from breaker.mechanism import NAMES
 from breaker.wear import IN_ROW
 
+__all__ = [
+    "changes",
+    "named",
+    "same_bend",
+    "step_table",
+    "with_changes",
+    "with_steps",
+]
+
 _SETTLED = 100  # operations after its alarm at which a change is described
 _SURE = 0.95  # probability from which a parameter is named, or a jump of everything,
 _MOST = 3  # and parameters that are named where it may be any of them

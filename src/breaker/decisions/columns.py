@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import pandas as pd
 
+__all__ = ["ALARMS", "DECISIONS", "Column", "read_table", "table_of"]
+
 
 class Column(NamedTuple):
     """A column of a table.

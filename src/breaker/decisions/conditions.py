@@ -11,6 +11,8 @@ import xarray as xr
 
 from breaker.mechanism import NAMES, Limit
 
+__all__ = ["align", "condition", "usable"]
+
 
 def align(parts: Sequence[xr.Dataset], operations: np.ndarray) -> xr.Dataset:
     """Return the operations of given numbers of one motion, from chunks that hold them.

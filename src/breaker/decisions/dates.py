@@ -5,6 +5,8 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
+__all__ = ["FARTHEST", "YEAR", "days_left", "days_per_operation", "on_date"]
+
 YEAR = 365.0
 """Days over which operations are counted, at least, where the records go back as far."""
 

@@ -6,6 +6,8 @@ from html import escape
 import pandas as pd
 import xarray as xr
 
+__all__ = ["opening"]
+
 # The report sets its description into a narrow column beside the graph of the rules. Here it takes
 # the whole width, and the graph comes below it.
 _STYLE = """<style>

@@ -17,6 +17,8 @@ from breaker.mechanism import Limit
 if TYPE_CHECKING:
     from breaker.posterior import Posterior
 
+__all__ = ["over_scales", "spread"]
+
 _LEVELS = {"median": 0.5, "lower": 0.05, "upper": 0.95}
 
 

@@ -12,6 +12,8 @@ import xarray as xr
 from breaker.decisions.changes import with_changes, with_steps
 from breaker.mechanism import Limit
 
+__all__ = ["complete", "join", "remaining"]
+
 
 def join(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """Put the chunks of a series into one dataset."""

@@ -16,6 +16,8 @@ import xarray as xr
 from breaker.decisions.alarms import latched, latest
 from breaker.decisions.wearing import drifts
 
+__all__ = ["MAY_BE", "STATES", "evidence", "health", "judge", "leaving"]
+
 MAY_BE = 0.05  # probability from which a limit may be exceeded
 
 STATES = ("unknown", "healthy", "drifting", "plan", "now")

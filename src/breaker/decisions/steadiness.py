@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+__all__ = ["RANKS", "Subject", "service_by", "subject"]
+
 RANKS = ("none", "watch", "doubtful", "plan", "check", "service")
 """How urgent a limit is, the most urgent last."""
 

@@ -13,6 +13,8 @@ from breaker.decisions.trust import beyond_family, trust_sentence, untold
 from breaker.decisions.wearing import drifts, rates
 from breaker.decisions.wording import about, and_so_on, span
 
+__all__ = ["verdict"]
+
 _NAMED = 4  # limits in a sentence
 
 

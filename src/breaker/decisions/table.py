@@ -20,6 +20,8 @@ from breaker.decisions.trust import trust_in_limits
 from breaker.decisions.wearing import drifts, wearing, with_measured
 from breaker.files import ABOUT, known_about
 
+__all__ = ["dated", "decide"]
+
 
 def decide(
     judged: xr.Dataset,

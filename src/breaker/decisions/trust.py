@@ -8,6 +8,8 @@ import xarray as xr
 
 from breaker.decisions.wording import in_percent
 
+__all__ = ["beyond_family", "trust_in_limits", "trust_sentence", "trust_table", "untold"]
+
 _SIZES = ["drive_5", "drive_median", "drive_95", "family_median", "family_99"]
 _WIDTHS = ["half_width", "half_width_if_right"]
 

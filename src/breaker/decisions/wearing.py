@@ -12,6 +12,8 @@ import xarray as xr
 
 from breaker.decisions.alarms import latched, latest
 
+__all__ = ["drifts", "rates", "wearing", "with_measured"]
+
 _SURE, _MAY_BE = 2.69, 1.645  # sds: 5 % for seven parameters together, and for one
 _LASTING = 100  # operations in a row after which what is no longer sure is dropped
 _HALF = 1.645  # sds in half a 90 % interval

@@ -2,6 +2,8 @@
 
 import math
 
+__all__ = ["about", "and_so_on", "in_percent", "span"]
+
 
 def about(value: float) -> str:
     """Write a number of operations or days that is an estimate, to three digits.

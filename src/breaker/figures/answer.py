@@ -11,6 +11,8 @@ from scipy.stats import gaussian_kde
 from breaker.figures import style
 from breaker.figures.words import literal
 
+__all__ = ["answer"]
+
 _COLOURS = {"closing": style.CORRECTED, "opening": style.AMORTISED}
 _SWITCHING = {"closing": "touch", "opening": "parting"}
 _CORNER = {"closing": (0.97, 0.08, "bottom"), "opening": (0.97, 0.95, "top")}  # without a curve

@@ -11,6 +11,8 @@ from breaker.figures import style
 from breaker.figures.truth import TRUTH, draw_truth, truth_key
 from breaker.figures.words import symbolic
 
+__all__ = ["change_words", "changepoint"]
+
 _CHANGE = "#7A35D0"
 _TITLE = "change points of the wear"
 _FOLLOWED = "followed: the level of each parameter, without the scatter of single operations"

@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 
+__all__ = ["detectors"]
+
 _OTHERS = (("s", style.AMORTISED), ("^", "#4E9A9A"), ("D", "#A0569B"), ("v", "#5B7FB8"))
 _PANELS = {
     "found_from_5": "(a) found, ratio from 5",

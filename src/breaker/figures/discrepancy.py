@@ -7,6 +7,8 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 
+__all__ = ["discrepancy"]
+
 _EXAMPLE = {"color": style.REFERENCE, "lw": 0.7, "alpha": 0.7}
 _COMPONENTS = 4  # drawn, the largest
 _ERRORS = {  # marker, colour and words of each, from the top of a row down

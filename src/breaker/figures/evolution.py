@@ -8,6 +8,8 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.figures.truth import draw_truth, truth_key
 
+__all__ = ["FLAGS", "evolution"]
+
 FLAGS = {
     "misfit": ("#9AA84F", "does not fit the model"),
     "outside_prior": (style.WARNING, "outside what the prior can produce"),

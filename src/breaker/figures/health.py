@@ -7,6 +7,8 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 
+__all__ = ["health"]
+
 _MARGINAL = "#EBC48A"
 _SOURCES = {"both": "from both motions", "record": "as measured"}
 _FOOT = -0.05  # where unusable operations are ticked, on the axis of probability

@@ -8,6 +8,8 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.validation import KNOWLEDGE, identifiability_words
 
+__all__ = ["DRIVE", "identifiability"]
+
 DRIVE = "#2AA36B"  # the drive at hand
 # Shift from the middle of the row downwards, marker and colour of each posterior.
 _POSTERIORS = {

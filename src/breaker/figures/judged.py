@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.mechanism import NAMES
 
+__all__ = ["judged"]
+
 _SETS = {
     "held_back": ("family, held back", style.CORRECTED),
     "foreign": ("with foreign elements", style.AMORTISED),

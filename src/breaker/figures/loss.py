@@ -6,6 +6,8 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 
+__all__ = ["loss"]
+
 
 @style.styled
 def loss(history: xr.Dataset, convergence: xr.Dataset | None = None, *, motion: str) -> Figure:

@@ -13,6 +13,8 @@ from breaker.figures import style
 from breaker.figures.validation import draw_ranks, rank_keys
 from breaker.validation import Calibration
 
+__all__ = ["missing", "networks"]
+
 # Column, that of its standard error, words, and how its axis runs: as the values do, from 0 (large
 # numbers), over the share from 0 to 1, or logarithmically.
 _MEASURES = (

@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.validation import pairs_words
 
+__all__ = ["pairs"]
+
 
 @style.styled
 def pairs(

@@ -8,6 +8,8 @@ from matplotlib.figure import Figure, SubFigure
 from breaker.figures import style
 from breaker.validation import PriorCheck, percent
 
+__all__ = ["endurance_predictive", "posterior_predictive", "prior_predictive"]
+
 _DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))
 _END = {"color": style.REFERENCE, "ls": (0, (4, 3)), "lw": 1.1}
 _BAND = style.band_key("pointwise 95 % band", style.MODEL, 0.3)

@@ -9,6 +9,8 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from breaker.figures import style
 
+__all__ = ["prognostics"]
+
 # Marker and colour, method by method; the first one is the model.
 _METHODS = (
     ("o", style.MODEL),

@@ -14,6 +14,8 @@ from breaker.inspection import (
     speed_along,
 )
 
+__all__ = ["record"]
+
 _MOTIONS = {"closing": "#2166AC", "opening": "#D98C21"}
 _REST = (50.0, 1.0)  # ms before the first motion, of which the noise is shown
 _MOST = 2  # first motions that are shown

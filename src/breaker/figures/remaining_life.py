@@ -7,6 +7,8 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 
+__all__ = ["remaining_life"]
+
 _TRUTH = {"color": style.MEASURED, "lw": 1.2, "ls": "--"}
 _WITHOUT = {"color": style.MEASURED, "lw": 1.2, "ls": ":"}
 _NOTICE = {"color": style.PRIOR, "lw": 0.9}

@@ -8,6 +8,8 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.figures.words import literal
 
+__all__ = ["sensitivity"]
+
 _SHADES = (
     "#C2185B",
     "#9DB2CF",

@@ -6,6 +6,8 @@ from matplotlib.lines import Line2D
 
 from breaker.figures.style import MEASURED
 
+__all__ = ["TRUTH", "draw_truth", "truth_key"]
+
 TRUTH = "truth"  # by which its marks are found
 _TRUTH = {"color": MEASURED, "ls": "", "marker": "o", "mfc": "none", "ms": 4.5, "mew": 0.8}
 _TRUTHS = 24  # marks

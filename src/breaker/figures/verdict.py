@@ -12,6 +12,8 @@ from breaker.decisions import STATES, about, span
 from breaker.figures import style
 from breaker.figures.words import literal, symbolic
 
+__all__ = ["COLOURS", "verdict"]
+
 _EACH = ("#5A5A5A", "#1B9E77", "#3F6FD1", "#E08A00", style.WARNING)
 COLOURS = dict(zip(STATES, _EACH, strict=True))
 """Colour of each state; the word always stands beside it."""

@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 
+__all__ = ["visits"]
+
 _WORDS = {"not told": "cannot be told"}
 _COLOURS = {"changed": style.WARNING, "not told": style.PRIOR, "did not change": style.CORRECTED}
 _LEFT = {"before": 0.72, "today": 0.98}  # of the texts beside the changes

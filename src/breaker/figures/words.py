@@ -4,6 +4,8 @@ import re
 
 from breaker.mechanism import ONSET, PARAMETERS
 
+__all__ = ["literal", "symbolic"]
+
 _SYMBOLS = {each.name: each.symbol for each in (*PARAMETERS, ONSET)}
 _NAMES = re.compile(rf"\b({'|'.join(_SYMBOLS)})\b")
 

@@ -5,6 +5,8 @@ from typing import Any
 
 from numba import njit
 
+__all__ = ["compiled"]
+
 
 def compiled(**options: Any) -> Callable[[Callable], Callable]:
     """Return a decorator that compiles a function, and keeps the machine code for later processes.

@@ -20,6 +20,8 @@ from numpy.typing import ArrayLike
 from breaker.mechanism.quantities import SOURCES, check_quantity, evaluate, quantities
 from breaker.mechanism.speeds import SPEEDS, Speed
 
+__all__ = ["Exceedance", "Limit", "from_list"]
+
 _LEAST = 1e-12  # least error of a measured value, in its unit
 
 

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 
 from breaker.mechanism.size import Size
 
+__all__ = ["SPEEDS", "Point", "Speed", "speeds_of"]
+
 EVENTS = {"closing": "touch", "opening": "parting"}
 _TEXT = re.compile(
     r"(?P<event>touch|parting)"

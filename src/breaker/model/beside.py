@@ -4,6 +4,8 @@ import numpy as np
 
 from breaker.model.joint import Model
 
+__all__ = ["linearise_beside"]
+
 _STEP = 1e-4  # of a derivative, prior sd
 
 

@@ -15,6 +15,8 @@ import numpy as np
 
 from breaker.model.sensor import Sensor
 
+__all__ = ["Contact"]
+
 
 @dataclass(frozen=True)
 class Contact:

@@ -31,6 +31,8 @@ from breaker.mechanism import Size
 from breaker.model.prior import Prior
 from breaker.stores import open_store
 
+__all__ = ["Discrepancy", "Lag", "Modes", "modes", "open_discrepancy"]
+
 _CURVE = {
     "mean": ("time",),
     "slopes": ("parameter", "time"),

@@ -32,6 +32,16 @@ import xarray as xr
 from breaker.mechanism import NAMES, sensitivity
 from breaker.model.joint import Model
 
+__all__ = [
+    "Information",
+    "climb",
+    "contraction_limit",
+    "information",
+    "limit_over_prior",
+    "linearise",
+    "pool",
+]
+
 _ROUNDS = 20  # of the pooled fit
 _REACHED = 1e-4  # prior sd: a step that ends it
 

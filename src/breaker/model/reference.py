@@ -14,6 +14,8 @@ from breaker.model.joint import Model
 from breaker.model.saved import open_model
 from breaker.shipped import model_file
 
+__all__ = ["configured_model", "reference_model"]
+
 
 def reference_model(motion: str, scale: float = 1.0) -> Model:
     """Return the joint model of the reference drive.

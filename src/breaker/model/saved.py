@@ -22,6 +22,8 @@ from breaker import __version__
 from breaker.mechanism import NAMES
 from breaker.model.discrepancy import Discrepancy
 
+__all__ = ["ModelFileError", "SavedModel", "open_model", "write_model"]
+
 _FORMAT = "breaker posterior 3"
 _HEADER = ("format", "breaker_version", "settings", "checksum")
 _DISCREPANCY = "discrepancy."  # begins the names of its tensors

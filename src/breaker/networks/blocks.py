@@ -5,6 +5,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
+__all__ = ["Gaussian", "GaussianHead", "ResidualMLP"]
+
 
 class ResidualMLP(nn.Module):
     """Linear layer in, residual blocks, linear layer out.

@@ -31,6 +31,8 @@ from zuko.transforms import (
 
 from breaker.networks.blocks import Gaussian, GaussianHead
 
+__all__ = ["CouplingFlow"]
+
 _BOUND = 5.0  # splines act on [-5, 5] whitened sds
 _SLOPE = 1e-3  # the smallest ratio of two bins, and the smallest slope at a knot
 

@@ -14,6 +14,8 @@ from torch import Tensor
 from breaker.model import distance, excess, principal_components
 from breaker.posterior.estimator import SCALES, Posterior
 
+__all__ = ["Batch", "Rows", "freeze_inputs", "split", "truth"]
+
 _ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
 _RIGHT = 0.4  # share of the records of a training for which the model is right
 

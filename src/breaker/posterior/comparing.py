@@ -21,6 +21,8 @@ from breaker.posterior.laplace import mode
 from breaker.posterior.visits import Look, Visits
 from breaker.posterior.weights import Importance, importance, resample
 
+__all__ = ["Compared", "compare_visits"]
+
 _P = len(NAMES)
 _STEPS, _REACHED, _SHORTEST = 100, 1e-3, 1e-6  # of the climb: most, nats, and prior sd
 _FARTHEST = 2.0  # prior sd, of a step

@@ -20,6 +20,8 @@ from breaker.networks import build
 from breaker.posterior.missing import check, completed, expected, lacking
 from breaker.posterior.model_files import read, write
 
+__all__ = ["SCALES", "Posterior"]
+
 SCALES = (0.0, 1.0, 2.0)
 """Scales of what the model leaves out at which a network's judgement of curves is frozen. Between
 them it is interpolated; a network takes scales up to the last."""

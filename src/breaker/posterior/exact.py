@@ -32,6 +32,8 @@ from breaker.posterior.laplace import approximate
 from breaker.posterior.missing import check
 from breaker.posterior.predictive import coordinates, summaries
 
+__all__ = ["infer_exactly"]
+
 
 def infer_exactly(
     model: Model,

@@ -18,6 +18,17 @@ from breaker.posterior.predictive import predictive_p_value, summaries
 from breaker.posterior.tables import ABSENT
 from breaker.posterior.weights import importance
 
+__all__ = [
+    "Density",
+    "correct_each",
+    "correct_operations",
+    "correct_validation",
+    "judge",
+    "judged_contacts",
+    "models_of",
+    "p_values",
+]
+
 _SURPRISING = 4.0  # sd of a contact's time about what its record leads to expect
 
 

@@ -10,6 +10,8 @@ from scipy.special import logsumexp
 from breaker.mechanism import NAMES, travel
 from breaker.posterior.visits import SHARES, Design, Visits, add, change_of
 
+__all__ = ["Density"]
+
 _P = len(NAMES)
 _ROWS = 200  # draws that are weighed at once: some MB
 

@@ -18,6 +18,8 @@ import xarray as xr
 from breaker.mechanism import is_logarithmic
 from breaker.model import Model, generator, simulate
 
+__all__ = ["check", "completed", "expected", "lacking", "remove", "widening"]
+
 _CURVES = 2000  # of which the moments of records are taken
 
 

@@ -13,6 +13,8 @@ from torch import Tensor, nn
 
 from breaker.model import Discrepancy, ModelFileError, SavedModel, open_model, write_model
 
+__all__ = ["read", "write"]
+
 _STEPS = ("solver_steps", "density_solver_steps")  # tensors
 _MOST_STEPS = 1000
 _Module = TypeVar("_Module", bound=nn.Module)

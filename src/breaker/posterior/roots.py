@@ -9,6 +9,8 @@ of a first answer.
 from collections.abc import Callable
 from math import inf
 
+__all__ = ["root_between"]
+
 _STEPS = 100
 
 

@@ -9,6 +9,17 @@ import xarray as xr
 
 from breaker.files import known_about
 
+__all__ = [
+    "ABSENT",
+    "beside",
+    "choose",
+    "quantiles",
+    "share_inside",
+    "summary",
+    "table",
+    "table_of_both",
+]
+
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 
 # How the correction of a record came about, and what stands where there was none.

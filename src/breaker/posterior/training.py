@@ -29,6 +29,9 @@ from breaker.model import seed_integer
 from breaker.posterior.batches import Rows
 from breaker.posterior.estimator import Posterior
 
+__all__ = ["Trainer", "choose_device", "fingerprint"]
+
+
 _SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
 
 

@@ -29,6 +29,8 @@ from scipy.special import ndtr
 from breaker.mechanism import NAMES
 from breaker.model import Model, Prior, linearise
 
+__all__ = ["SHARES", "Design", "Look", "Visits", "add", "change_of", "prior_beyond"]
+
 SHARES = np.array([0.03, 0.1, 0.3])
 """Of the drive's own error, by which it may have changed from visit to visit."""
 

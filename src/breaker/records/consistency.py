@@ -9,6 +9,8 @@ samples are right, so each finding is a remark. ``breaker.records.leaps`` finds 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+__all__ = ["inconsistencies"]
+
 _CALM = 12  # samples whose noise is compared
 _UNREST = 2.6  # times the noise of the record; so many samples exceed that once in 1,000 records
 _CHANCE = 1e-6  # probability that equal readings are chance

@@ -9,6 +9,8 @@ than any speed of the record allows, or stays where noise forbids it. Nothing is
 import numpy as np
 from scipy.ndimage import median_filter
 
+__all__ = ["doubtful_samples", "told"]
+
 _ABSURD = 1e6  # mm, beyond every stroke: arithmetic with more may overflow
 _BLOCK = 0.5  # ms, whose median stands for it
 _BURST = 5.0  # ms, longest burst that leaves no trace in the running median

@@ -15,6 +15,8 @@ from breaker.files import SWITCHING, Operation, label_of
 from breaker.records.errors import UnusableError
 from breaker.records.segments import Segment
 
+__all__ = ["Events", "events_of", "switching_of", "trigger_of"]
+
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms
 _CLEAR = 6.0  # sd of the noise, by which levels must differ

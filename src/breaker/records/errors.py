@@ -1,5 +1,7 @@
 """Why a record cannot be used, said by the step that finds it; the reader adds the file's name."""
 
+__all__ = ["UnusableError"]
+
 
 class UnusableError(ValueError):
     """A record that cannot be used, and the line of its file that shows it, if there is one."""

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+__all__ = ["write_curve"]
+
 _PREAMBLE = ("travel record", "motion: {motion}", "operation: {operation}", "zero: open position")
 
 

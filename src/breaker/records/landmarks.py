@@ -18,6 +18,8 @@ from numpy.typing import ArrayLike
 
 from breaker.records.segments import white_noise, without_bursts
 
+__all__ = ["NoMotionError", "first_motion", "main_motion", "raw_time"]
+
 _RISE = (0.03, 0.2)  # of the way, least and largest rise that is fitted,
 _CLEAR = 30.0  # and in between this many sd of the noise: low enough to see the start
 _ON = 2.25  # times that rise: at even force half as late again

@@ -11,6 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+__all__ = ["leap_remark"]
+
 _STEP = 0.1  # ms, to which samples of fast records are averaged
 _SIDE = 1.5  # ms, of each line
 _FEWEST = 4  # samples of a line

@@ -23,6 +23,8 @@ from breaker.records.scale import seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.uncertain import NotShownError, Trace, Uncertain
 
+__all__ = ["Contact", "Measured", "measure", "measure_curve", "variables"]
+
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
 _AFTER = 8.0  # times that, farthest rest after it,
 _LAST = 1 / 3  # of which this share counts

@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
+__all__ = ["REST", "Noise", "noise_at_rest", "noise_remarks"]
+
 REST = (50.0, 1.0)
 """Rest that tells the noise, ms before the first motion: its start may be gradual, and far before
 it an earlier motion may still ring."""

@@ -8,6 +8,8 @@ import xarray as xr
 from breaker.files import RejectedCurveError
 from breaker.stores import open_store
 
+__all__ = ["open_curves", "require_any"]
+
 
 def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
     """Read stores of consecutive operations as one dataset over ``operation``.

@@ -20,6 +20,8 @@ from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, SegmentError, find_segment
 from breaker.records.stroke import check_stroke, rest_of_open
 
+__all__ = ["Raw", "read_raw"]
+
 
 @dataclass(frozen=True)
 class Raw:

@@ -52,6 +52,14 @@ from breaker.records.raw import Raw, read_raw
 from breaker.records.scale import Scale
 from breaker.records.stroke import rest_remark
 
+__all__ = [
+    "Record",
+    "curves_of",
+    "read_curves",
+    "read_raws",
+    "read_record",
+]
+
 _MANY = 100  # files, from which the progress is shown
 # Of a record that is rejected.
 _UNITS = {

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import median_filter
 
+__all__ = ["Segment", "SegmentError", "find_segment", "white_noise", "without_bursts"]
+
 _FEWEST = 20  # samples of a record
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
 _CLEAR = 12.0  # sd of the noise, least range of a record in which something moves

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+__all__ = ["Settling", "settling"]
+
 _BLOCKS = 64  # means of neighbouring samples that are fitted
 _ROUNDS = 5
 _FARTHEST = 5.0  # change of a rate in a round

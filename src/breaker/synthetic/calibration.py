@@ -12,6 +12,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+__all__ = ["MISSED", "WIDENINGS", "calibrate"]
+
 MISSED = 0.1
 """Share of the predictions that a 90 % interval may miss."""
 

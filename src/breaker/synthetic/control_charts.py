@@ -22,6 +22,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import lfilter
 
+__all__ = ["KINDS", "chart", "directed", "mewma", "slope_test"]
+
 KINDS = ("threshold", "cusum", "ewma")
 _SLACK = 0.5  # of the cusum, sd
 _WEIGHT = 0.2  # of the newest residual in the ewma

@@ -8,6 +8,8 @@ import xarray as xr
 from breaker.mechanism import NAMES
 from breaker.model import Model, limit_over_prior
 
+__all__ = ["contraction_by_error"]
+
 
 def contraction_by_error(model: Model, n: int, seed: int) -> xr.Dataset:
     """Return what each error of a record costs: the limit of contraction, error by error.

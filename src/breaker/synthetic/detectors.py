@@ -20,6 +20,16 @@ from breaker.synthetic.lives import WINDOW
 from breaker.synthetic.prognostics import detections, share
 from breaker.synthetic.watching import Detector, Watch, level_for
 
+__all__ = [
+    "RATES",
+    "Watches",
+    "compare_detectors",
+    "of_records",
+    "raw_time_charts",
+    "score_alarms",
+    "watched",
+]
+
 RATES = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 """False alarms in 10,000 operations, to which levels are fitted."""
 

@@ -21,6 +21,8 @@ import numpy as np
 from breaker.mechanism import NAMES, UNIT, Size
 from breaker.synthetic.integrator import closed_rest, travel
 
+__all__ = ["STOPS", "Drive", "Elements", "Stop"]
+
 STOPS = ("closing_stop", "opening_stop")
 _STEP = 0.02  # ms, of a drive of size 1
 

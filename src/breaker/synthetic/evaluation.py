@@ -18,6 +18,8 @@ from breaker.synthetic.ideal import Observer
 from breaker.synthetic.lives import Life, simulate_life
 from breaker.wear import Follower, Series, State, confirmed, remaining_life
 
+__all__ = ["FRACTIONS", "LEVELS", "follow_lives"]
+
 FRACTIONS = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Shares of the way from the change to the failure at which predictions are scored."""
 

@@ -8,6 +8,8 @@ import xarray as xr
 from breaker.decisions import first
 from breaker.mechanism import Limit
 
+__all__ = ["failures", "true_lives"]
+
 
 def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
     """Return the operations at which a drive's level is first beyond each limit, nan if never.

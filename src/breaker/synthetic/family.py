@@ -19,6 +19,8 @@ from breaker.mechanism import NAMES, UNIT, Size
 from breaker.model import Prior
 from breaker.synthetic.drive import Drive, Elements, Stop
 
+__all__ = ["Family"]
+
 _TRIES = 10_000  # draws until a drive has to hold
 
 

@@ -25,6 +25,8 @@ from breaker.synthetic.drive import Drive
 from breaker.synthetic.rigs import Rig
 from breaker.workflow import load
 
+__all__ = ["CHANNELS", "HIGH_VOLTAGE", "write_exports"]
+
 HIGH_VOLTAGE = Size(lengths=10.35, times=4.46)
 """Size beside the default drive: 150 mm, and 3.5 m/s where it is fastest."""
 

@@ -18,6 +18,8 @@ from breaker.model import Model, Prior
 from breaker.synthetic.lives import KINDS, Life, bend_error, record_information, record_weight
 from breaker.wear import lives_of
 
+__all__ = ["Observer"]
+
 _NODES, _REACH = 40, 5.0  # of the ratio, and sds to either side of where it is likeliest
 _PER = 1000.0  # operations in the unit of slopes
 

@@ -17,6 +17,8 @@ from breaker.records import write_curve
 if TYPE_CHECKING:
     from breaker.synthetic.dialects import Dialect
 
+__all__ = ["WRITERS"]
+
 _SPELT = {"ms": "msec", "deg": "°"}
 
 

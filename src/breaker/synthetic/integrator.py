@@ -9,6 +9,8 @@ import numpy as np
 
 from breaker.mechanism import compiled
 
+__all__ = ["closed_rest", "travel"]
+
 _fast = compiled()
 
 _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there

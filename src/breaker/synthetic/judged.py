@@ -20,6 +20,8 @@ from breaker.posterior import correct, predictive_p_value
 from breaker.synthetic.drive import Drive
 from breaker.synthetic.family import Family
 
+__all__ = ["READ", "Reading", "family_of", "judge_records", "mode_of", "record_of"]
+
 READ = {
     "closing": ("touch_time", "closing_speed"),
     "opening": ("part_time", "opening_speed"),

@@ -21,6 +21,8 @@ from breaker.synthetic.judged import READ, Reading, mode_of, record_of
 from breaker.synthetic.lives import slope_error
 from breaker.wear import Follower, Learned, Series, State
 
+__all__ = ["FRACTIONS", "RigLife", "followers", "judge_lives", "start_of"]
+
 FRACTIONS = (0.25, 0.5, 0.75)
 """Shares of the way from the change to the end of life at which predictions are judged."""
 

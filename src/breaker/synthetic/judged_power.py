@@ -20,6 +20,8 @@ from breaker.synthetic.judged import Reading, record_of
 from breaker.synthetic.judged_lives import RigLife, followers, start_of
 from breaker.wear import Follower, Series, State
 
+__all__ = ["FAULTS", "bounce_time", "factors_of", "judge_power"]
+
 FAULTS = (
     "closing damper halved",
     "opening damper halved",

@@ -10,6 +10,8 @@ from breaker.synthetic.judged_power import FAULTS
 from breaker.synthetic.lives import WINDOW
 from breaker.synthetic.prognostics import false_alarms_per, share
 
+__all__ = ["score_lives", "score_power", "score_records"]
+
 _MISFIT = 1e-3  # p-value below which a record counts as one that the model cannot produce
 _CLEAR = 5.0  # ratio from which a change should be found
 _ENDS = ("value", "lower_95", "upper_95", "n")

@@ -23,6 +23,8 @@ from breaker.mechanism import NAMES, travel
 from breaker.model import Sensor
 from breaker.synthetic.family import Family
 
+__all__ = ["ensemble", "learn"]
+
 _EXAMPLES = 20  # drives whose differences are kept to be drawn
 
 

@@ -18,6 +18,8 @@ import numpy as np
 from breaker.mechanism import NAMES, Limit, evaluate, travel
 from breaker.model import Model, generator, information
 
+__all__ = ["KINDS", "WINDOW", "Life", "simulate_life"]
+
 WINDOW = 0.03  # share of the life within which a change should be found
 
 KINDS = {"f": -1.0, "k_a": -1.0, "gamma_a": 1.0, "L": 1.0, "k_b": -1.0}

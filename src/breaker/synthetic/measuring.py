@@ -14,6 +14,8 @@ from breaker.mechanism import SPEEDS, Point, Speed, evaluate, quantities_of
 from breaker.records import Contact, measure_curve
 from breaker.synthetic.drive import Drive
 
+__all__ = ["measure_drives", "own_quantities"]
+
 _FINE = 0.01  # ms at size 1, between samples of a motion without noise
 _LONG, _RESTS = 150.0, 1000.0  # ms at size 1, all of a motion, and when it is over
 _LEAD, _LENGTH = 10.0, 80.0  # ms at size 1, of a record before and after the first motion

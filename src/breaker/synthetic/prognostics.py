@@ -14,6 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import binomtest, chi2
 
+__all__ = [
+    "Detections",
+    "crps",
+    "detections",
+    "false_alarms_per",
+    "prognostic_horizon",
+    "share",
+]
+
 # ---- predictions -----------------------------------------------------------------------------
 
 

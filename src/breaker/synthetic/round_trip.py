@@ -18,6 +18,8 @@ from breaker.model import Model
 from breaker.records import read_curves
 from breaker.synthetic.dialects import DIALECTS, Dialect
 
+__all__ = ["Through", "at_rate", "through_files"]
+
 _MARGIN = 8.0  # ms that a record is longer than the grid, at each end
 _SPREAD = 4.0  # ms over which the first motion falls anywhere
 

@@ -18,6 +18,8 @@ from breaker.synthetic.prognostics import (
 )
 from breaker.wear import quantiles_of
 
+__all__ = ["score"]
+
 OBSERVERS = {"ideal": "an ideal observer", "told": "one that is told of the change"}
 """Observers beside the model, in words."""
 

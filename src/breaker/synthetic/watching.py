@@ -14,6 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+__all__ = ["Detector", "Watch", "Watched", "level_for"]
+
 Detector = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """From positions ``(n,)`` and values ``(n, q)`` to the statistic ``(n,)``, NaN in a warm-up.
 

@@ -13,6 +13,8 @@ from breaker.model import Model, distance, generator, principal_components
 from breaker.posterior import share_inside
 from breaker.typical.fitted import FittedPrior
 
+__all__ = ["Check", "Finding", "check_fitted"]
+
 _DRAWS = 1000
 _FAR = 3.0  # prior sd
 _COMPONENTS = 10

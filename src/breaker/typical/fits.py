@@ -13,6 +13,8 @@ import numpy as np
 from breaker.mechanism import NAMES
 from breaker.model import Model, information
 
+__all__ = ["Fit", "fit_breaker"]
+
 _ROUNDS = 30
 _REACHED = 1e-3  # prior sd: a step that ends a fit
 

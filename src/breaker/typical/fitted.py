@@ -12,6 +12,8 @@ from breaker.model import Model, Prior, generator
 from breaker.typical.fits import Fit, fit_breaker
 from breaker.typical.spread import Spread, find_spread
 
+__all__ = ["FittedPrior", "fit_type", "room_for_wear"]
+
 _STARTS = 4  # of a fit: the medians, and draws
 _DESIGN = 0.6  # share of a breaker's posterior variance taken for an error that its type shares
 _ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone

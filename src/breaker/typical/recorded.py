@@ -12,6 +12,8 @@ from breaker.files import MANIFEST, Operation, list_operations, printable, read_
 from breaker.model import reference_model
 from breaker.posterior import DriveRecords, read_drive
 
+__all__ = ["Recorded", "read_breakers"]
+
 _MOST = 20  # records of a breaker and a motion: more of them say no more of what breakers share
 
 

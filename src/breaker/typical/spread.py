@@ -16,6 +16,8 @@ import numpy as np
 from breaker.mechanism import NAMES
 from breaker.typical.fits import Fit
 
+__all__ = ["Spread", "find_spread"]
+
 # All in log-sds of the reference prior, which is about one size of breaker: some of its variance is
 # between types, some between breakers of a type.
 _USUAL, _FREEDOM = 0.4, 3.0  # scale and freedom of the half-Student prior of tau

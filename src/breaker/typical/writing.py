@@ -11,6 +11,8 @@ from breaker.typical.checks import Check
 from breaker.typical.fitted import FittedPrior
 from breaker.typical.recorded import Recorded
 
+__all__ = ["overlay_of", "overlay_text", "report"]
+
 _WIDTH = 100  # signs of a line
 _ABOUT = {
     "size": ["# Size of the drive beside the default drive."],

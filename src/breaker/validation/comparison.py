@@ -14,6 +14,19 @@ import xarray as xr
 from breaker.mechanism import ONSET, PARAMETERS, is_logarithmic
 from breaker.posterior import quantiles
 
+__all__ = [
+    "KNOWLEDGE",
+    "compare",
+    "exactness_words",
+    "examples",
+    "first_operations",
+    "identifiability_words",
+    "over_curves",
+    "percent",
+    "plus_minus",
+    "reached",
+]
+
 KNOWLEDGE = (
     (0.8, "known from this motion"),
     (0.5, "partly known"),

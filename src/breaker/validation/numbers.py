@@ -16,6 +16,8 @@ from breaker.mechanism import PARAMETERS
 from breaker.validation.calibration import family_p_value
 from breaker.validation.diagnostics import correlation, prior_check
 
+__all__ = ["numbers_of_all", "numbers_of_decisions", "numbers_of_motion", "numbers_of_validation"]
+
 _NAMES = [each.name for each in PARAMETERS]
 
 

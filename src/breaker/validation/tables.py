@@ -13,6 +13,8 @@ from breaker.validation.diagnostics import scores
 if TYPE_CHECKING:
     from breaker.posterior import Posterior
 
+__all__ = ["draws_per_second", "network_row", "quality", "quality_words"]
+
 _CURVES, _DRAWS = 10, 500  # of the timing
 
 

@@ -28,6 +28,8 @@ from breaker.mechanism import NAMES
 from breaker.wear.hypotheses import FIRST, Hypotheses, merged
 from breaker.wear.lines import evidence, thin, update
 
+__all__ = ["KINDS", "PER", "Tracker"]
+
 KINDS = (*NAMES, "several", "all")
 """Kinds of change of a drive: of the slope of one parameter, of every slope, of everything."""
 

@@ -28,6 +28,8 @@ from breaker.mechanism import NAMES
 from breaker.wear.changepoint import PER
 from breaker.wear.learned import Learned
 
+__all__ = ["Apparent", "Difference", "Readout", "split_off"]
+
 _RIDGE = 1e-6  # of the information about parameters, for directions that no record determines
 _LEAST = 1e-3  # square of the least drift, in lives of usual wear per thousand operations
 

@@ -19,6 +19,8 @@ from breaker.wear.learned import Learned
 from breaker.wear.state import State
 from breaker.wear.temperature import FRICTION, lines
 
+__all__ = ["ALL", "TRANSDUCER", "Event", "after_event", "started_anew"]
+
 ALL, TRANSDUCER = "all", "transducer"
 """What an event may start anew beside single parameters: all of them, and what records show."""
 

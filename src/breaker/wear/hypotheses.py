@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+__all__ = ["FIRST", "Hypotheses", "confirmed", "merged"]
+
 FIRST = -1
 """Kind of a segment that no change began: the first, or the first after a known event."""
 

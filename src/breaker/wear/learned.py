@@ -11,6 +11,8 @@ from breaker.mechanism import NAMES
 from breaker.model import Discrepancy, Model, information
 from breaker.records import main_motion
 
+__all__ = ["PHASES", "Learned", "by_phase", "phases"]
+
 PHASES = ("start", "main motion", "end")
 """Phases of a motion in which a difference is sized."""
 

@@ -20,6 +20,8 @@ from breaker.model import Prior
 from breaker.wear.changepoint import PER
 from breaker.wear.hypotheses import Hypotheses
 
+__all__ = ["Horizon", "Remaining", "draw_lines", "lives_of", "quantiles_of", "remaining_life"]
+
 _FARTHEST = 5.0  # prior sd, as far as lines are followed
 _NODES = np.array([0.0, 1 / 16, 1 / 4, 1.0])  # of a line, where it is simulated first,
 _CLOSER = 2  # and how often nearer to where it meets a limit

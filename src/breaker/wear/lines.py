@@ -10,6 +10,8 @@ import numpy as np
 
 from breaker.mechanism import compiled
 
+__all__ = ["SPACING", "evidence", "thin", "update"]
+
 _fast = compiled()
 SPACING = 0.2  # of neighbouring starts, share of their age,
 _FINE, _LIKELY = 0.05, -9.0  # and where both have such a log weight below the best, or more

@@ -29,6 +29,8 @@ from breaker.wear.hypotheses import confirmed
 from breaker.wear.lifetime import Horizon, Remaining, draw_lines
 from breaker.wear.rows import QUANTILES, limit_coords, start_quantiles
 
+__all__ = ["follow_measured"]
+
 _SHARE = 0.1  # prior sd of a level, units of its quantity
 _SHARED = 1.0  # sds of one record's error, that of reading which all records of a drive share
 _SPREADS = 100.0  # of the first values, least unit

@@ -24,6 +24,8 @@ from breaker.model import Model, information, pool
 from breaker.wear.difference import Apparent, split_off
 from breaker.wear.learned import Learned
 
+__all__ = ["Reference", "agreement", "find_reference", "onset_of", "pooled"]
+
 _ROUNDS = 30  # of the fit of parameters and difference
 _REACHED = 1e-4  # prior sd: a step that ends it
 _RESEMBLES = 1.4  # factor between informations of operations that are compared

@@ -14,6 +14,8 @@ from breaker.wear.learned import PHASES
 from breaker.wear.lifetime import Horizon, Remaining
 from breaker.wear.state import State
 
+__all__ = ["QUANTILES", "age_bins", "dataset", "limit_coords", "row", "start_quantiles"]
+
 QUANTILES = (0.05, 0.5, 0.95)
 """Quantiles of everything that is stored."""
 

@@ -11,6 +11,8 @@ from breaker.model import Model, climb
 from breaker.wear.events import Event
 from breaker.wear.reference import Reference, onset_of
 
+__all__ = ["Series", "likelihood", "series_of"]
+
 _ROOM = 0.02  # share of a parameter by which an operation may differ from the prediction
 _ALIKE = 5.0  # K, within which operations are compared without regard to their temperature
 _MOVES = 2  # Gauss-Newton steps to where an operation's likelihood is taken

@@ -12,6 +12,8 @@ from breaker.wear.reference import Reference
 from breaker.wear.steps import Watch
 from breaker.wear.temperature import Warmth
 
+__all__ = ["State"]
+
 _DIMS = {
     "log_weight": ("hypothesis",),
     "mean": ("hypothesis", "state"),

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtrc
 
+__all__ = ["IN_ROW", "VARIANCE", "Watch"]
+
 IN_ROW = 3
 """Operations beyond the level that make a step, where they agree."""
 

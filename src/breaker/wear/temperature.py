@@ -18,6 +18,8 @@ import numpy as np
 from breaker.mechanism import NAMES
 from breaker.wear.hypotheses import Hypotheses
 
+__all__ = ["FRICTION", "Felt", "Warmth", "coefficient", "feel", "lines"]
+
 FRICTION = NAMES.index("gamma_a")
 _PLACE = 2 * len(NAMES)  # of the coefficient in a state
 _UNIT = 10.0  # K, of the coefficient

@@ -34,6 +34,8 @@ from breaker.wear.state import State
 from breaker.wear.steps import VARIANCE, Watch
 from breaker.wear.temperature import Felt, Warmth, coefficient, feel, lines
 
+__all__ = ["Follower"]
+
 
 @dataclass(frozen=True, eq=False)
 class Follower:

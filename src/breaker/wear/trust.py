@@ -20,6 +20,8 @@ from breaker.wear.reference import Reference
 from breaker.wear.state import State
 from breaker.wear.trend import Follower
 
+__all__ = ["trust_in"]
+
 _DRAWS = 400
 _QUANTILES = (0.05, 0.5, 0.95, 0.99)
 _HALF = 1.6449  # sds of a normal in half its 90 % interval
