@@ -21,8 +21,20 @@ _VARIABLES = (
     "NUMEXPR_NUM_THREADS",
 )
 _PACKAGES = (
-    *("charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba", "numpy", "pandas"),
-    *("safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml", "zarr", "zuko"),
+    *("charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba", "numcodecs"),
+    *(
+        "numpy",
+        "pandas",
+        "safetensors",
+        "scipy",
+        "snakemake",
+        "torch",
+        "tqdm",
+        "xarray",
+        "yaml",
+        "zarr",
+        "zuko",
+    ),
 )
 _NETWORKS = {"torch", "zuko"}
 
