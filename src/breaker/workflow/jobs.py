@@ -22,19 +22,8 @@ _VARIABLES = (
 )
 _PACKAGES = (
     *("charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba", "numcodecs"),
-    *(
-        "numpy",
-        "pandas",
-        "safetensors",
-        "scipy",
-        "snakemake",
-        "torch",
-        "tqdm",
-        "xarray",
-        "yaml",
-        "zarr",
-        "zuko",
-    ),
+    *("numpy", "pandas", "safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml"),
+    *("zarr", "zuko"),
 )
 _NETWORKS = {"torch", "zuko"}
 
