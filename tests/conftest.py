@@ -9,6 +9,8 @@ import numba
 import pytest
 import yaml
 
+from breaker.mechanism.parameters import MOTIONS
+from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
@@ -35,3 +37,8 @@ def prior(defaults):
 @pytest.fixture(scope="session")
 def sensor(defaults):
     return Sensor.from_settings(defaults["sensor"])
+
+
+@pytest.fixture(scope="session")
+def models(prior, sensor):
+    return {motion: Model(prior, sensor, motion) for motion in MOTIONS}

@@ -6,19 +6,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.model.joint import Model
+from breaker.mechanism.parameters import NAMES
 from breaker.model.randomness import generator
 from breaker.synthetic.ideal import Observer
 from breaker.synthetic.lives import Life, simulate_life
 from breaker.wear.lifetime import quantiles_of
 
 NORMALS = generator(3, "test", "normals").standard_normal((60, 2 * len(NAMES)))
-
-
-@pytest.fixture(scope="module")
-def models(defaults):
-    return {motion: Model.from_settings({**defaults, "motion": motion}) for motion in MOTIONS}
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.limits import Limit
-from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.mechanism.parameters import NAMES
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.model.sensor import Sensor
@@ -18,11 +18,6 @@ from breaker.synthetic.lives import WINDOW, simulate_life, slope_error
 P = len(NAMES)
 SEED, NUMBERS = 3, range(8)
 SIGNS = {"f": -1, "k_a": -1, "gamma_a": 1, "L": 1, "k_b": -1}
-
-
-@pytest.fixture(scope="module")
-def models(defaults):
-    return {motion: Model.from_settings({**defaults, "motion": motion}) for motion in MOTIONS}
 
 
 @pytest.fixture(scope="module")

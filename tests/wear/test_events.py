@@ -10,7 +10,6 @@ from scipy.stats import norm
 from breaker.files.cells import event_words
 from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.wear.events import Event
 from breaker.wear.series import Series
@@ -26,11 +25,6 @@ EVENT, AT = 501, 50  # operation, and its place
 WEAR = 5.0  # of gamma_a before the event, standardised in 1,000 operations
 LOSS = -1.0  # of f
 FAR = from_list([{"name": "far", "motion": "closing", "upper": {"L": 30.0}}], MOTIONS)
-
-
-@pytest.fixture(scope="module")
-def models(prior, sensor):
-    return {motion: Model(prior, sensor, motion) for motion in MOTIONS}
 
 
 @pytest.fixture(scope="module")

@@ -8,17 +8,11 @@ from scipy.stats import chi2, kstest
 
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.fisher import information
-from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.wear.reference import Reference, agreement, find_reference, pooled
 
 P, N = len(NAMES), 40
 TRUTH = np.array([0.9, 0.1, 0.2, -0.6, -1.2, -1.1, -0.7])
-
-
-@pytest.fixture(scope="module")
-def models(prior, sensor):
-    return {motion: Model(prior, sensor, motion) for motion in MOTIONS}
 
 
 def simulate(model, z, n, rng):

@@ -9,7 +9,6 @@ from scipy.stats import norm
 
 from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.wear.events import Event
 from breaker.wear.series import Series
@@ -25,11 +24,6 @@ EFFECT = -5.0  # percent of gamma_a for 10 K
 SLOPE = 0.4  # of gamma_a, standardised in 1,000 operations
 SCATTER = 0.002  # share of a parameter; one of the model's candidates
 FAR = from_list([{"name": "far", "motion": "closing", "upper": {"L": 30.0}}], MOTIONS)
-
-
-@pytest.fixture(scope="module")
-def models(prior, sensor):
-    return {motion: Model(prior, sensor, motion) for motion in MOTIONS}
 
 
 @pytest.fixture(scope="module")

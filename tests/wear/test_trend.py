@@ -8,7 +8,6 @@ from scipy.stats import chi2, norm
 from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.fisher import climb
-from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.stores import describe, save
 from breaker.wear.changepoint import KINDS
@@ -29,11 +28,6 @@ SCATTER = 0.001  # share of a parameter; one of the model's candidates
 
 def one(index, value):
     return value * (np.arange(P) == index)
-
-
-@pytest.fixture(scope="module")
-def models(prior, sensor):
-    return {motion: Model(prior, sensor, motion) for motion in MOTIONS}
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.quantities import evaluate
 from breaker.model.discrepancy import Discrepancy
-from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.wear.learned import Learned, by_phase
 from breaker.wear.series import Series
@@ -20,11 +19,6 @@ LIMITS = [
     {"name": "slow", "motion": "closing", "upper": {"touch_time": 12.0}, "lower": {"f": 0.7}},
     {"name": "wide", "motion": "opening", "upper": {"L": 11.5}},
 ]
-
-
-@pytest.fixture(scope="module")
-def models(prior, sensor):
-    return {motion: Model(prior, sensor, motion) for motion in MOTIONS}
 
 
 @pytest.fixture(scope="module")
