@@ -17,7 +17,6 @@ from tests.networks_fixtures import (
     one_thread,  # noqa: F401
     perturb,
 )
-from tests.posterior.test_known_posterior import SD, banana, divergence
 
 pytestmark = MARKS
 
@@ -230,70 +229,3 @@ def test_sizes_that_make_no_coupling_raise():
         CouplingFlow(1, FEATURES, **SIZES)
     with pytest.raises(ValueError, match="at least one hidden layer"):
         CouplingFlow(2, FEATURES, **SIZES | {"hidden": []})
-
-
-# ---- a known posterior --------------------------------------------------------------------------
-
-TRAINED = {"transforms": 2, "bins": 8, "hidden": [32, 32]}
-
-
-@pytest.fixture(scope="module")
-def trained():
-    """A network trained on the banana of ``test_known_posterior``, in a few seconds."""
-    network = built(CouplingFlow, 2, 2, **TRAINED)
-    features, theta = (torch.from_numpy(v).float() for v in banana(20_000, 1))
-    rng = torch.Generator().manual_seed(2)
-    optimiser = torch.optim.AdamW(network.parameters(), lr=1e-2, weight_decay=0.0)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 1e-2, total_steps=600)
-    for _ in range(600):
-        rows = torch.randint(len(theta), (512,), generator=rng)
-        optimiser.zero_grad()
-        network.loss(theta[rows], features[rows], rng, rng).mean().backward()
-        optimiser.step()
-        schedule.step()
-    return network.double()
-
-
-def gap(network, kind=CouplingFlow):
-    return divergence(network, built(kind, 2, 2, **TRAINED), rows=4000, steps=1)
-
-
-def test_a_trained_network_has_the_density_of_a_known_posterior(trained):
-    """A divergence is not negative, and below 0.05 nats here, where the best Gaussian leaves 0.55.
-
-    Estimates may be off by 3.3 standard errors, a false-alarm probability of 1e-3.
-    """
-    estimate, error = gap(trained)
-    assert -3.3 * error < estimate < 0.05 + 3.3 * error
-    assert error < 0.015
-    for fault in FAULTS:
-        wrong, wrong_error = gap(trained, fault)
-        assert not -3.3 * wrong_error < wrong < 0.05 + 3.3 * wrong_error
-    base = built(CouplingFlow, 2, 2, **TRAINED).double()
-    base.head.load_state_dict(trained.head.state_dict())
-    of_base, base_error = gap(base)
-    assert of_base > 0.5 * math.log(1 + 8 * SD**2) - 3.3 * base_error
-
-
-def test_draws_of_a_trained_network_are_those_of_a_known_posterior(trained):
-    """Residuals of the banana's two equations are independent standard normal numbers.
-
-    The network errs a little, so that bounds are 0.1 beyond what 4,000 exact draws give with a
-    false-alarm probability of 1e-3 (five numbers, 3.8 standard errors of at most sqrt(2/4000)).
-    Planted fault: draws of the base alone.
-    """
-    x, d = 0.6, 4000
-    features, noise = torch.tensor([[x, x**2]], dtype=torch.float64), normal(1, d, 2, seed=4)
-    with torch.no_grad():
-        draws = trained.sample(noise, features, steps=1)[0].numpy()
-        of_base = trained.base(features).restore(noise)[0].numpy()
-
-    def worst(draws):
-        first = (draws[:, 0] - x) / SD
-        second = (draws[:, 1] - 2 * draws[:, 0] ** 2) / SD
-        moments = np.cov(first, second)
-        off = [first.mean(), second.mean(), *(moments - np.eye(2))[np.triu_indices(2)]]
-        return np.abs([*off, np.corrcoef(first**2, second)[0, 1]]).max()
-
-    assert worst(draws) < 0.1 + 3.8 * math.sqrt(2 / d)
-    assert worst(of_base) > 0.1 + 3.8 * math.sqrt(2 / d)
