@@ -317,20 +317,3 @@ def test_posterior_is_calibrated_with_samples_missing(trained):
     middle = draws.mean(axis=1, keepdims=True)
     assert off(middle + 0.85 * (draws - middle)) > 4
     assert off(draws_of(trained, np.where(np.isnan(records), 0.0, records), 100)) > 4
-
-
-def test_posterior_is_wider_with_fewer_samples_as_it_should_be(trained):
-    """The sd of 2,000 draws is exact to 1.6 %; the network may err by as much as 5 % more."""
-    rng = np.random.default_rng(6)
-    theta = rng.standard_normal((1, 2))
-    whole = TOY.corrupt(theta @ WAVES, rng)
-    order = rng.permutation(13)
-    found, exact = [], []
-    for m in (13, 9, 6):
-        record = whole.copy()
-        record[:, order[m:]] = np.nan
-        found.append(draws_of(trained, record, 2000)[0].std(axis=0, ddof=1))
-        exact.append(np.sqrt(np.diag(exact_posterior(record[0], ~np.isnan(record[0]))[1])))
-    np.testing.assert_allclose(found, exact, rtol=0.05 + 3.3 * 0.016)
-    assert (np.diff(exact, axis=0) > 0).all()
-    assert (np.array(found)[2] > 1.05 * np.array(found)[0]).all()

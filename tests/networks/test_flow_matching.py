@@ -264,20 +264,6 @@ def test_draws_converge_with_the_order_of_the_midpoint_rule():
     assert orders[1] < 1.3
 
 
-def test_density_is_consistent_with_draws_as_steps_grow():
-    """The density at points that do not move converges with order two as well."""
-    network, features = curved(), normal(2, FEATURES, seed=2)
-    steps = np.array([8, 16, 32])
-    with torch.no_grad():
-        points = network.sample(normal(2, 10, DIMS), features, steps=64)
-        exact = network.log_prob(points, features, steps=128)
-        errors = [
-            float((network.log_prob(points, features, steps=int(k)) - exact).abs().max())
-            for k in steps
-        ]
-    assert 1.8 < slope(steps, errors) < 2.2
-
-
 def mass(network, features, *, steps):
     """Integral of a density of two dimensions over eight base sds each side, ``(n,)``."""
     with torch.no_grad():

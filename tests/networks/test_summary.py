@@ -191,13 +191,6 @@ def test_highway_starts_as_the_linear_map_it_is_given(network, records):
     np.testing.assert_allclose(outputs, (records - centre) @ components, rtol=0, atol=1e-12)
 
 
-def test_rows_do_not_see_each_other(network, records):
-    together = network(torch.from_numpy(records))
-    for i, record in enumerate(records):
-        alone = network(torch.from_numpy(record[None]))
-        torch.testing.assert_close(together[i : i + 1], alone, rtol=0, atol=1e-13)
-
-
 def test_gradients_reach_every_weight_and_scales_stay_frozen():
     """After one step, for layers that start at zero let nothing through at first."""
     network = built(TimeSeriesNetwork, SAMPLES, **SIZES)

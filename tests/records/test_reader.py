@@ -225,20 +225,9 @@ def edit(file, change, line):
     file.write_text("\n".join(lines), encoding="utf-8")
 
 
-def swap_with_the_one_before(lines, at):
-    lines[at - 1], lines[at - 2] = lines[at - 2], lines[at - 1]
-
-
-def repeat_the_one_before(lines, at):
-    lines.insert(at - 1, lines[at - 2])
-
-
 # Line numbers as a text editor counts them. The samples begin in line 7.
 BAD_LINES = {
     "text": (766, replace_cell(1, "OVERFLOW"), "'travel' is 'OVERFLOW', which is not a number"),
-    "swapped": (300, swap_with_the_one_before, "the time does not increase"),
-    "repeated": (300, repeat_the_one_before, "the time does not increase"),
-    "clock reset": (400, replace_cell(0, "0.0"), "the time does not increase"),
     "jitter": (300, replace_cell(0, "0.02933"), "the time steps are uneven before this line"),
 }
 
@@ -362,19 +351,6 @@ def test_a_wrong_unit_is_told_by_its_magnitude(file, prior, times, name):
     assert message.endswith("endurance.format." + reason)
 
 
-def test_the_wrong_direction_is_told(file, prior, times):
-    written(file, prior, "opening")
-    assert re.fullmatch(
-        rf"{re.escape(str(file))}: "
-        r"the travel goes from 1\d\.\d to -?0\.\d mm, which is no closing; "
-        r"is it in the wrong folder, or endurance\.format\.sign wrong\?",
-        rejection(file, FORMAT, times, "closing"),
-    )
-    written(file, prior, "closing")
-    assert "which is no opening" in rejection(file, FORMAT, times, "opening")
-    assert "endurance.format.sign" in rejection(file, {**FORMAT, "sign": -1}, times, "closing")
-
-
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_a_wrong_zero_is_told(file, prior, times, motion):
     time, x = record(prior, motion)
@@ -385,30 +361,11 @@ def test_a_wrong_zero_is_told(file, prior, times, motion):
     read_curve(file, {**FORMAT, "zero": 3.0}, times, motion)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_a_breaker_that_does_not_move_is_told(file, prior, times, motion):
-    rng = generator(5, "test rest")
-    time = STEP * np.arange(760)
-    x = 0.05 * rng.standard_normal(time.size)
-    write_curve(file, time, x, motion=motion, operation=1)
-    assert rejection(file, FORMAT, times, motion).startswith(f"{file}: nothing moves: the travel")
-
-
 def test_a_stuck_breaker_and_its_unit_are_both_possible(file, prior, times):
     time, x = record(prior, "closing", noise=0.0)
     write_curve(file, time, 0.1 * x, motion="closing", operation=1)
     message = rejection(file, FORMAT, times)
     assert "did the breaker not move, or is endurance.format.travel_unit 'cm'?" in message
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_a_record_that_begins_in_the_motion_is_told(file, prior, times, motion):
-    time, x = record(prior, motion, moves=10.0, stop=90.0)
-    for late in (0.5, 1.0, 2.0, 4.0, 6.0):
-        keep = time >= 10.0 + late
-        write_curve(file, time[keep], x[keep], motion=motion, operation=1)
-        message = rejection(file, FORMAT, times, motion)
-        assert re.search("begins too late|too short: .* before the motion|whole motion", message)
 
 
 @pytest.mark.parametrize("rate", [1.0, 2.2, 3.0, 4.0, 7.3, 9.6, 100.0])
