@@ -99,6 +99,18 @@ def test_numbers_are_those_of_the_strict_reader(tmp_path, delimiter, decimal):
     np.testing.assert_allclose(layout.columns[1], expected, rtol=1e-15)
 
 
+@pytest.mark.parametrize("bad", ['"x', '"1;2', "1;2;3;4;5", "\0"])
+def test_lines_that_are_short_long_or_quoted_oddly_hide_no_others(tmp_path, bad):
+    """The third column is empty but for the last lines, which are read in a block of their own."""
+    rows = [f"{i};{i / 7:.3f}" for i in range(20_000)] + [f"{i};1;2" for i in range(20_000)]
+    rows[100] = bad
+    file = tmp_path / "odd.txt"
+    file.write_text("\n".join(rows), encoding="utf-8")
+    time, _, third = look_into(file).columns[:3]
+    assert np.isfinite(time).sum() >= 39_999
+    assert np.isfinite(third[-20_000:]).sum() >= 19_999
+
+
 def test_long_texts_above_the_samples_take_no_time():
     """Each digit may begin a number: what is looked for takes the square of a line's length."""
     assert stated_rates(["rate: " + "1," * 50_000 + "x", "Rate: 10 kHz"] * 3000) == [10.0]

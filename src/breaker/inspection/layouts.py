@@ -151,15 +151,16 @@ def _numbers(
         "index_col": False,
         "low_memory": False,
     }
+    whole = delimiter.join("0" * len(numeric)) + "\n"  # a block may have short lines only
     columns = np.full((len(numeric), len(lines)), np.nan)
     for begin in range(0, len(lines), _BLOCK):
-        text = "".join(lines[begin : begin + _BLOCK])
+        text = whole + "".join(lines[begin : begin + _BLOCK])
         try:
             frame = pd.read_csv(io.StringIO(text), **form)
         except pd.errors.ParserError:  # an odd quotation mark
             frame = pd.read_csv(io.StringIO(text.replace('"', "")), **form)
         for place in places:
-            columns[place, begin : begin + len(frame)] = _floats(frame[place], decimal)
+            columns[place, begin : begin + len(frame) - 1] = _floats(frame[place][1:], decimal)
     return list(columns)
 
 
