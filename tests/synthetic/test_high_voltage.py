@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import yaml
 
-from breaker.cli import main
 from breaker.files.manifest import Operation
 from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of
@@ -80,20 +79,6 @@ def test_inspection_leads_to_accepted_records_of_all_phases(exports, overlay, de
             wanted = [truth[channel, motion, n] for n in range(1, OPERATIONS + 1)]
             errors.append(curves.first_motion.values - wanted)
     assert np.abs(errors).max() < 0.3 * TIMES
-
-
-def test_a_folder_is_checked_with_its_table(exports, overlay, capsys):
-    folder, _ = exports
-    arguments = ["--channels", *CHANNELS, "--output", str(folder / "operations.csv")]
-    assert main(["manifest", str(folder), *arguments]) == 0
-    capsys.readouterr()
-    assert main(["check", str(folder), "--config", str(overlay)]) == 0
-    out = capsys.readouterr().out
-    for channel in CHANNELS:
-        for motion in ("closing", "opening"):
-            assert f"{channel} {motion}" in out
-    assert out.count(f"{OPERATIONS}         {OPERATIONS}             0         0") == 12
-    assert "Rejected" not in out
 
 
 def test_the_files_are_of_the_layout(exports):

@@ -12,7 +12,7 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
-from breaker.synthetic.round_trip import at_rate, through_files
+from breaker.synthetic.round_trip import through_files
 
 CURVES = 60
 # Each record's chi-square has t degrees of freedom at the truth. Two-sided, over all records of a
@@ -90,7 +90,9 @@ def test_dialects_take_turns(prior, sensor):
 @pytest.mark.parametrize("rate", [2.5, 5.0, 25.0, 100.0])
 def test_other_rates(prior, sensor, rate):
     model, rng = Model(prior, sensor, "opening"), generator(8, "test rates", int(10 * rate))
-    measured, truth, _ = through_files(model, 20, rng, [at_rate(DIALECTS["wide"], rate)])
+    wide = DIALECTS["wide"]
+    other = replace(wide, rate=rate, settings={**wide.settings, "rate": rate})
+    measured, truth, _ = through_files(model, 20, rng, [other])
     assert tail(sensor, "opening", measured, truth).min() > FALSE_ALARM / (2 * 20)
 
 

@@ -6,7 +6,6 @@ motion, decimation, units, zero and steps) introduces an error.
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +17,7 @@ from breaker.model import Model
 from breaker.records import read_curves
 from breaker.synthetic.dialects import DIALECTS, Dialect
 
-__all__ = ["Through", "at_rate", "through_files"]
+__all__ = ["Through", "through_files"]
 
 _MARGIN = 8.0  # ms that a record is longer than the grid, at each end
 _SPREAD = 4.0  # ms over which the first motion falls anywhere
@@ -37,15 +36,6 @@ class Through(NamedTuple):
     measured: np.ndarray
     truth: np.ndarray
     dialect: np.ndarray
-
-
-def at_rate(dialect: Dialect, rate: float) -> Dialect:
-    """Return a dialect of an instrument with another rate, kHz.
-
-    >>> at_rate(DIALECTS["wide"], 20.0).settings["rate"]
-    20.0
-    """
-    return replace(dialect, rate=rate, settings={**dialect.settings, "rate": rate})
 
 
 def through_files(
