@@ -61,49 +61,30 @@ def test_no_sample_of_a_rig_is_masked(motion, rate):
 # ---- planted damage -----------------------------------------------------------------------------
 
 
-def spike(x, at, rng, stroke):
-    x[at] += rng.choice([-1, 1]) * 0.5 * stroke
-    return [at]
+# How many samples in a row, and what they read instead of x, mm.
+DAMAGE = {
+    "spike": (1, lambda x, stroke: x + 0.5 * stroke),
+    "dip": (1, lambda x, stroke: x - 0.5 * stroke),
+    "pair": (2, lambda x, stroke: x + 0.4 * stroke),
+    "burst of 0.8 ms": (8, lambda x, stroke: x + 0.57 * stroke),
+    "broken wire for 3 ms": (30, lambda x, stroke: 1.7 * stroke),
+    "absurd": (3, lambda x, stroke: [1e246, -1e300, np.inf]),
+    "far": (1, lambda x, stroke: -0.8 * stroke),
+}
 
 
-def pair(x, at, rng, stroke):
-    x[at : at + 2] += 0.4 * stroke
-    return range(at, at + 2)
-
-
-def burst(x, at, rng, stroke):
-    """0.8 ms at 10 kHz."""
-    x[at : at + 8] += 0.57 * stroke
-    return range(at, at + 8)
-
-
-def dropped(x, at, rng, stroke):
-    """3 ms at the value of a broken wire."""
-    x[at : at + 30] = 1.7 * stroke
-    return range(at, at + 30)
-
-
-def absurd(x, at, rng, stroke):
-    x[at : at + 3] = 1e246, -1e300, np.inf
-    return range(at, at + 3)
-
-
-def far(x, at, rng, stroke):
-    x[at] = -0.8 * stroke
-    return [at]
-
-
-@pytest.mark.parametrize("damage", [spike, pair, burst, dropped, absurd, far])
+@pytest.mark.parametrize("damage", DAMAGE)
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("stroke", STROKES)
 def test_damage_is_masked_and_nothing_else(prior, damage, motion, stroke):
     """At rest before the motion, in it, and after it."""
-    rng = generator(3, "damage", damage.__name__, motion, str(stroke))
+    rng, (samples, reading) = generator(3, "damage", motion, str(stroke)), DAMAGE[damage]
     time = np.arange(0.0, 76.0, 0.1)
     exact = travel(prior.sample(20, rng), time, motion, onset=10.0).travel
     for x, at in zip(exact, rng.integers(40, 700, 20), strict=True):
         record = measured(x, stroke, rng)
-        wrong = damage(record, at, rng, stroke)
+        wrong = range(at, at + samples)
+        record[wrong] = reading(record[wrong], stroke)
         found = np.flatnonzero(doubts(record, 10.0))
         # A sample at the edge of a block may happen to be where the travel is.
         assert set(found) <= set(wrong)

@@ -75,16 +75,6 @@ def test_it_does_not_depend_on_the_grid(prior, step, start):
         assert found - start == pytest.approx(moves, abs=0.15 + 0.15 * step)
 
 
-def test_shift_and_sign_and_rest_do_not_matter():
-    rng = generator(1, "test shift")
-    time = 0.1 * np.arange(400)
-    rise = 0.35 * np.maximum(time - 12.34, 0.0) ** 2 + 0.05 * rng.standard_normal(time.size)
-    found = first_motion(time, rise, 1.0)
-    assert found == pytest.approx(12.34, abs=0.3)
-    assert first_motion(time, 18.0 - rise, -1.0) == pytest.approx(found, abs=1e-9)
-    assert first_motion(time + 5000.0, rise, 1.0) - 5000.0 == pytest.approx(found, abs=1e-6)
-
-
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_a_record_at_rest_has_none(direction):
     rng = generator(2, "test rest")
