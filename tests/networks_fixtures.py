@@ -208,7 +208,7 @@ def simulated(posterior, n, *, seed=11):
     return values, exact, posterior.sensor.corrupt(exact, generator(seed, "test noise"))
 
 
-def certain_of(posterior, values, draws):
+def certain_of(values, draws):
     """Draws ``(n, draws, q)`` that all are the values ``(n, q)``."""
     return np.repeat(values[:, None], draws, axis=1)
 
@@ -231,6 +231,40 @@ def noise_of(posterior, o, d):
 def normal(*shape, seed=1):
     """Standard normal numbers in float64."""
     return torch.from_numpy(np.random.default_rng(seed).standard_normal(shape))
+
+
+def gradients_of(network, loss, *, steps, rate=0.05):
+    """Gradients of the last of some steps, by name: all of them reach their weights by then.
+
+    Layers that start at zero let nothing through at first.
+    """
+    optimiser = torch.optim.SGD(network.parameters(), lr=rate)
+    for _ in range(steps):
+        optimiser.zero_grad()
+        loss().backward()
+        gradients = {name: weight.grad for name, weight in network.named_parameters()}
+        optimiser.step()
+    assert [name for name, grad in gradients.items() if grad is None or not grad.any()] == []
+    return gradients
+
+
+def silu(x):
+    return x / (1.0 + np.exp(-x))
+
+
+def arrays(module):
+    """Weights of a module by name, as arrays."""
+    return {name: weight.detach().numpy() for name, weight in module.state_dict().items()}
+
+
+def residual_by_hand(x, module, blocks):
+    """What a ``ResidualMLP`` makes of one row."""
+    w = arrays(module)
+    h = w["enter.weight"] @ x + w["enter.bias"]
+    for k in range(blocks):
+        inside = silu(w[f"inner.{k}.weight"] @ silu(h) + w[f"inner.{k}.bias"])
+        h = h + w[f"outer.{k}.weight"] @ inside + w[f"outer.{k}.bias"]
+    return w["leave.weight"] @ silu(h) + w["leave.bias"]
 
 
 class WrongSign(FlowMatching):

@@ -8,7 +8,6 @@ from breaker.mechanism import kernels
 from breaker.model.randomness import generator
 
 TERMS = 24
-NOTHING = kernels.Margin(0.0, 0.0, 0.0, 0.0, False)
 
 
 def system(mode):

@@ -12,7 +12,14 @@ from breaker.model.sensor import Sensor
 from breaker.networks.deep_set import DeepSet, SetHighway
 from breaker.networks.flow_matching import FlowMatching
 from breaker.posterior.batches import Rows
-from tests.networks_fixtures import MARKS, built, one_thread, perturb  # noqa: F401
+from tests.networks_fixtures import (
+    MARKS,
+    built,
+    gradients_of,
+    one_thread,  # noqa: F401
+    perturb,
+    residual_by_hand,
+)
 
 pytestmark = MARKS
 
@@ -133,19 +140,6 @@ def test_components_without_signal_do_no_harm():
 # ---- the whole network --------------------------------------------------------------------------
 
 
-def silu(x):
-    return x / (1.0 + np.exp(-x))
-
-
-def residual_by_hand(x, module, blocks):
-    w = {name: weight.detach().numpy() for name, weight in module.state_dict().items()}
-    h = w["enter.weight"] @ x + w["enter.bias"]
-    for k in range(blocks):
-        inside = silu(w[f"inner.{k}.weight"] @ silu(h) + w[f"inner.{k}.bias"])
-        h = h + w[f"outer.{k}.weight"] @ inside + w[f"outer.{k}.bias"]
-    return w["leave.weight"] @ silu(h) + w["leave.bias"]
-
-
 def features_by_hand(record, network, components, bank):
     """Features of one record, from the pairs that are there, one after the other."""
     pairs = []
@@ -179,16 +173,9 @@ def test_gradients_are_finite_and_reach_every_weight(components, records):
     network = built(DeepSet, SAMPLES, **SIZES)
     network.freeze(*tensors(components[0], 2.0, components[1]), noise_sd=0.2, offset_sd=0.3)
     buffers = {name: value.clone() for name, value in network.named_buffers()}
-    optimiser = torch.optim.SGD(network.parameters(), lr=0.05)
     x = torch.from_numpy(records).float()
     x[0] = torch.nan
-    for _ in range(2):
-        optimiser.zero_grad()
-        network(x).square().mean().backward()
-        gradients = {name: weight.grad for name, weight in network.named_parameters()}
-        optimiser.step()
-    idle = [name for name, grad in gradients.items() if grad is None or not grad.any()]
-    assert idle == []
+    gradients = gradients_of(network, lambda: network(x).square().mean(), steps=2)
     assert all(grad.isfinite().all() for grad in gradients.values())
     for name, value in network.named_buffers():
         torch.testing.assert_close(value, buffers[name], rtol=0, atol=0)

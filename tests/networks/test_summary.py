@@ -8,7 +8,17 @@ from breaker.networks import build
 from breaker.networks.blocks import ResidualMLP
 from breaker.networks.flow_matching import FlowMatching
 from breaker.networks.summary import TimeSeriesNetwork
-from tests.networks_fixtures import MARKS, NETWORK, built, one_thread, perturb  # noqa: F401
+from tests.networks_fixtures import (
+    MARKS,
+    NETWORK,
+    arrays,
+    built,
+    gradients_of,
+    one_thread,  # noqa: F401
+    perturb,
+    residual_by_hand,
+    silu,
+)
 
 pytestmark = MARKS
 
@@ -39,17 +49,8 @@ def records():
     return np.random.default_rng(1).standard_normal((6, SAMPLES))
 
 
-def arrays(module):
-    """Weights of a module by name, as arrays."""
-    return {name: weight.detach().numpy() for name, weight in module.state_dict().items()}
-
-
 def sigmoid(x):
     return 1.0 / (1.0 + np.exp(-x))
-
-
-def silu(x):
-    return x * sigmoid(x)
 
 
 def convolved(series, weight, bias, stride):
@@ -102,14 +103,6 @@ def blocks_of_time_by_hand(steps, skip, w):
     return np.concatenate([gru_by_hand(block, w) for block in blocks])
 
 
-def residual_by_hand(x, w, blocks):
-    h = w["enter.weight"] @ x + w["enter.bias"]
-    for k in range(blocks):
-        inside = silu(w[f"inner.{k}.weight"] @ silu(h) + w[f"inner.{k}.bias"])
-        h = h + w[f"outer.{k}.weight"] @ inside + w[f"outer.{k}.bias"]
-    return w["leave.weight"] @ silu(h) + w["leave.bias"]
-
-
 def steps_by_hand(series, network):
     """What the convolutions make of one scaled series, ``(steps, channels)``."""
     w = arrays(network.convolutions)
@@ -126,13 +119,13 @@ def network_by_hand(record, network, skipped=skip_gru_by_hand):
         gru_by_hand(steps, arrays(network.gru)),
         skipped(steps, SIZES["skip"], arrays(network.skip_gru)),
     ]
-    return residual_by_hand(np.concatenate(parts), arrays(network.join), SIZES["blocks"])
+    return residual_by_hand(np.concatenate(parts), network.join, SIZES["blocks"])
 
 
 def test_residual_network_by_hand():
     network = perturb(built(ResidualMLP, 3, 5, 4, blocks=2).double(), 0.5)
     x = np.random.default_rng(2).standard_normal((2, 6, 3))
-    expected = [[residual_by_hand(row, arrays(network), 2) for row in rows] for rows in x]
+    expected = [[residual_by_hand(row, network, 2) for row in rows] for rows in x]
     result = network(torch.from_numpy(x)).detach().numpy()
     np.testing.assert_allclose(result, expected, rtol=0, atol=1e-13)
 
@@ -192,19 +185,11 @@ def test_highway_starts_as_the_linear_map_it_is_given(network, records):
 
 
 def test_gradients_reach_every_weight_and_scales_stay_frozen():
-    """After one step, for layers that start at zero let nothing through at first."""
     network = built(TimeSeriesNetwork, SAMPLES, **SIZES)
     network.freeze(torch.full((SAMPLES,), 0.5), torch.tensor(3.0), torch.ones(SAMPLES, 9) / 20)
     buffers = {name: value.clone() for name, value in network.named_buffers()}
-    optimiser = torch.optim.SGD(network.parameters(), lr=0.1)
     x = torch.from_numpy(np.random.default_rng(7).standard_normal((32, SAMPLES))).float()
-    for _ in range(2):
-        optimiser.zero_grad()
-        network(x).square().mean().backward()
-        gradients = {name: weight.grad for name, weight in network.named_parameters()}
-        optimiser.step()
-    idle = [name for name, grad in gradients.items() if grad is None or not grad.any()]
-    assert idle == []
+    gradients_of(network, lambda: network(x).square().mean(), steps=2, rate=0.1)
     assert set(buffers) == {"centre", "scale"}
     for name, value in network.named_buffers():
         torch.testing.assert_close(value, buffers[name], rtol=0, atol=0)

@@ -103,7 +103,7 @@ def test_bands_hold_95_percent_of_new_records(onset):
     rng = generator(5, "test records")
     zero = sensor.zero_sd * rng.standard_normal((n, 1))
     seen, new = (exact + zero + sensor.noise_sd * rng.standard_normal(exact.shape) for _ in "ab")
-    band = predict(posterior.model, seen, certain_of(posterior, values, 400), seed=1)
+    band = predict(posterior.model, seen, certain_of(values, 400), seed=1)
     half = exact.size // 2
     low, high = binom.ppf(5e-4, half, 0.945) / half, binom.isf(5e-4, half, 0.955) / half
     assert low <= inside(new, band) / exact.size <= high
@@ -118,7 +118,7 @@ def test_bands_hold_95_percent_of_new_records(onset):
 def test_band_width_is_that_of_noise_and_zero(posterior):
     """By its own moments: half width 1.96 sd, with the zero's part that the record leaves open."""
     values, exact, records = simulated(posterior, 3)
-    band = predict(posterior.model, records, certain_of(posterior, values, 2000), seed=1)
+    band = predict(posterior.model, records, certain_of(values, 2000), seed=1)
     sensor, t = posterior.sensor, exact.shape[1]
     prior_precision, data_precision = sensor.zero_sd**-2, t * sensor.noise_sd**-2
     variance = 1 / (prior_precision + data_precision)
@@ -139,7 +139,7 @@ def test_band_width_is_that_of_noise_and_zero(posterior):
 
 def test_prediction_follows_its_seed(posterior):
     values, _, records = simulated(posterior, 2)
-    draws = certain_of(posterior, values, 30)
+    draws = certain_of(values, 30)
     one, again, other = (predict(posterior.model, records, draws, seed=seed) for seed in (1, 1, 2))
     xr.testing.assert_identical(one, again)
     assert not np.any(one["median"].values == other["median"].values)

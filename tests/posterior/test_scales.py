@@ -340,7 +340,7 @@ def test_bands_follow_the_errors_that_a_repetition_shares(drawn):
     replicates. Planted fault: the shared errors not followed, so that bands are about the mean.
     """
     posterior, values, curves, records = (each[:3] if k else each for k, each in enumerate(drawn))
-    band = predict(posterior.model, records, certain_of(posterior, values, 2000), seed=1)
+    band = predict(posterior.model, records, certain_of(values, 2000), seed=1)
     whole, noise = covariance(posterior.sensor, 1.0), posterior.sensor.noise_sd**2
     shared = whole - noise * np.eye(len(whole))
     gain = np.linalg.solve(whole, shared).T

@@ -12,8 +12,6 @@ from breaker.synthetic import control_charts
 from breaker.synthetic.control_charts import KINDS, chart, directed, mewma, slope_test
 from breaker.synthetic.watching import Watch, level_for
 
-NEVER = np.inf  # a level
-
 
 def line(n, rng, *, slope=0.02, noise=0.3):
     return 10 + slope * np.arange(n) + noise * rng.standard_normal(n)
