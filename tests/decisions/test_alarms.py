@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions.alarms import alarm_table, first, latched, latest
+from breaker.decisions.alarms import alarm_table, first, latched
 
 NAN = np.nan
 MOTIONS_OF = {"slow": "closing", "wide": "opening"}
@@ -23,14 +23,8 @@ def test_latched_against_its_history():
     assert latched(on[:0], off[:0]).shape == (0, 3)
 
 
-def test_latest():
-    assert latest(np.array([[0, 1], [1, 0], [0, 0]])).tolist() == [[-1, 0], [1, 0], [1, 0]]
-
-
-def test_first():
-    assert first([False, True, True], [10, 15, 20]) == 15.0
+def test_first_of_none():
     assert np.isnan(first([False, False], [10, 15]))
-    assert np.isnan(first([], []))
 
 
 def judged(exceeded, probability):

@@ -129,25 +129,9 @@ def test_what_is_missing_stays_missing(judged):
         ]
 
 
-def test_limits_and_their_words(judged):
-    assert judged.limit.values.tolist() == ["slow", "tired", "wide"]
-    assert judged.words.values.tolist() == [
-        "touch_time above 10 ms",
-        "touch_time above 9.8 ms and f below 0.77 mm/ms²",
-        "L above 10 mm",
-    ]
-
-
 def test_a_result_does_not_depend_on_the_chunks(judged, chunks):
     data = {motion: align(chunks[motion][:1], np.array([2])) for motion in MOTIONS}
     xr.testing.assert_identical(condition(data, LIMITS), judged.sel(operation=[2]))
-
-
-def test_one_motion_only(chunks):
-    data = {"opening": align(chunks["opening"], np.array([2, 3]))}
-    found = condition(data, LIMITS[2:])
-    assert found.limit.values.tolist() == ["wide"]
-    assert np.isfinite(found.probability).all()
 
 
 def test_limits_on_measured_quantities(chunks):

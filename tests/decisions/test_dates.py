@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.decisions.dates import days_left, days_per_operation, on_date
+from breaker.decisions.dates import days_per_operation, on_date
 
 NAN = np.nan
 
@@ -48,9 +48,3 @@ def test_dates_of_operations_to_come():
     assert first == [""]  # before the first year there is
     last = on_date(np.array([600.0]), np.array([500]), ["9999-12-01"], np.array([9.0]))
     assert last == [""]
-
-
-def test_days_left():
-    left = np.array([0.0, 10.0, np.inf, NAN, 10.0])
-    pace = np.array([NAN, 2.0, 2.0, 2.0, NAN])
-    np.testing.assert_array_equal(days_left(left, pace), [0.0, 20.0, np.inf, NAN, NAN])

@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions import DECISIONS, opening, read_table
+from breaker.decisions import opening
 
 
 class Read(HTMLParser):
@@ -37,12 +37,3 @@ def test_headline_sentences_picture_and_the_last_decision():
     assert read.images == ["data:image/png;base64,cGljdHVyZQ=="]
     assert read.found["td"] == ["2", "a < b", "310"]  # what is empty is left out
     assert not {"b", "script"} & set(read.found)
-
-
-def test_names_of_a_stored_table_are_shown_as_they_are(tmp_path):
-    given = {"operation": [7], "breaker": ["007"], "limit": ["NA"], "operations_left": [310.0]}
-    pd.DataFrame(given).to_csv(tmp_path / "decisions.csv", index=False)
-    page = xr.Dataset(attrs=dict.fromkeys(("headline", "wearing", "left", "trust"), "text"))
-    read = Read()
-    read.feed(opening(page, read_table(tmp_path / "decisions.csv", DECISIONS), b""))
-    assert read.found["td"] == ["007", "7", "NA", "310"]

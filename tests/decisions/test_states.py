@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from breaker.decisions.series import remaining
-from breaker.decisions.states import STATES, evidence, health, judge
+from breaker.decisions.states import evidence, health, judge
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from tests.decisions.made_up import (
     ALARM,
@@ -15,7 +14,6 @@ from tests.decisions.made_up import (
     NUMBERS,
     QUIET,
     condition_of,
-    page_of,
     trend_of,
 )
 
@@ -70,6 +68,7 @@ def test_since_is_of_the_present_spell_of_each_limit():
     np.testing.assert_array_equal(stored.since, [80, NAN, 40])
     assert stored.attrs == ALARM
     assert "told" not in stored
+    assert {"marginal", "trend_probability", "words", "source", "of"} < {*stored.variables}
 
 
 def test_a_known_event_ends_a_spell_unless_it_goes_on_for_sure():
@@ -178,17 +177,3 @@ def test_a_drive_is_as_its_worst_limit_and_drifts_if_a_parameter_surely_wears():
     nothing[2:, 2] = 0.01
     drive = judged_of(nothing, trend).drive_state.values.tolist()
     assert drive == ["unknown", "unknown", "unknown", "drifting"]
-
-
-def test_all_is_stored_under_its_name():
-    page = page_of(QUIET, trend_of(MOTIONS, NUMBERS))
-    stored = health(page.judged, ALARM)
-    each = {"probability", "marginal", "trend_probability", "exceeded", "state"}
-    for name in each:
-        assert stored[name].dims == ("operation", "limit")
-    assert stored.exceeded.dtype == bool
-    for name in ("since", "words", "source", "of"):
-        assert stored[name].dims == ("limit",)
-    assert stored.drive_state.dims == ("operation",)
-    assert set(stored.state.values.ravel()) < set(STATES)
-    assert isinstance(stored, xr.Dataset)

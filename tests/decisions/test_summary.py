@@ -115,16 +115,3 @@ def test_a_drive_beyond_the_family_is_named_in_the_headline():
     page = page_of(QUIET, trend_of(MOTIONS, NUMBERS), trust=unlike)
     assert "Intervals cannot be relied on" in page.verdict.headline
     assert "unlike the family: closing start" in page.last.trust
-
-
-def test_nothing_is_made_up_of_nothing():
-    trend = trend_of(MOTIONS, NUMBERS)
-    for name in ("remaining", "toward", "beyond", "value", "slope", "slope_interval"):
-        trend[name][:] = NAN
-    page = page_of(np.full((4, 3), NAN), trend).verdict
-    assert (
-        page.headline == "Check the records: no limit can be told from them yet. As of operation 4."
-    )
-    assert (page.attrs["left"], page.attrs["wearing"]) == ("Left: unknown.", "Wearing: unknown.")
-    assert set(page.state.values) == {"unknown"}
-    assert np.isnan(page.way).all()

@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from breaker.decisions.actions import ACTIONS
-from breaker.decisions.columns import DECISIONS
 from breaker.decisions.table import dated
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from tests.decisions.made_up import (
@@ -14,7 +13,6 @@ from tests.decisions.made_up import (
     NUMBERS,
     QUIET,
     changed,
-    condition_of,
     curves_of,
     page_of,
     trend_of,
@@ -143,19 +141,6 @@ def test_what_wears_is_named_with_its_direction():
     assert rows.state.tolist() == ["healthy", *["drifting"] * 3]
 
 
-def test_columns_are_always_the_same():
-    """Without dates and more, with them, and where nothing is known."""
-    known = {"date": ["2024-01-01", "", "", "2024-03-01"], "breaker": ["Q0"] * 4}
-    trend = trend_of(MOTIONS, NUMBERS)
-    for curves in (None, {"closing": curves_of(NUMBERS, **known)}):
-        rows = page_of(QUIET, trend, curves=curves).rows
-        assert list(rows.columns) == list(DECISIONS)
-        assert rows.operation.dtype == "Int64"
-        assert rows.operations_left.dtype == float
-        texts = [name for name, column in DECISIONS.items() if column.kind == "text"]
-        assert all(isinstance(each, str) for name in texts for each in rows[name])
-
-
 def test_what_was_not_used_says_why():
     closing = curves_of(NUMBERS[:3], accepted=[False, True, True], resolved=[False, False, True])
     opening = curves_of(NUMBERS, resolved=[False, True, True, True])
@@ -234,8 +219,8 @@ def test_nothing_is_made_up_of_nothing():
     for name in ("remaining", "toward", "beyond", "value", "slope", "slope_interval"):
         trend[name][:] = NAN
     curves = {"closing": curves_of(NUMBERS, accepted=[False] * 4)}
-    rows = page_of(np.full((4, 3), NAN), trend, curves=curves).rows
-    assert set(rows.state) == {"unknown"}
+    _, _, rows, page = page_of(np.full((4, 3), NAN), trend, curves=curves)
+    assert set(rows.state) == set(page.state.values) == {"unknown"}
     assert set(rows.action) == {"check"}
     assert set(rows.to_do) == {"check the records: no limit can be told from them yet"}
     assert set(rows.not_used) == {"closing: rejected"}
@@ -243,4 +228,7 @@ def test_nothing_is_made_up_of_nothing():
         assert set(rows[name]) == {""}
     for name in ("operations_left", "days_left", "service_by"):
         assert rows[name].isna().all()
-    assert condition_of(QUIET).sizes["operation"] == 4
+    told = "Check the records: no limit can be told from them yet. As of operation 4."
+    assert page.headline == told
+    assert (page.attrs["left"], page.attrs["wearing"]) == ("Left: unknown.", "Wearing: unknown.")
+    assert np.isnan(page.way).all()
