@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from breaker.mechanism import curves
-from breaker.mechanism.curves import blocks, check, rest_position, travel
+from breaker.mechanism.curves import check, rest_position, travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
 from tests.mechanism_references import changed, contact_force, integrate, propagate, system
@@ -46,18 +46,19 @@ def test_integration_agrees(prior, sensor, motion):
             assert np.abs(fault.switching - switching).max() > 1e-8
 
 
-def test_matrix_exponentials_agree(prior, sensor):
+@pytest.mark.parametrize(("k_b", "atol"), [(None, 1e-11), (1e2, 1e-8), (1e3, 1e-8), (1e5, 1e-8)])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_matrix_exponentials_agree(prior, sensor, motion, k_b, atol):
     """To round-off, with the event as a condition: at the switching time the contact is at the
-    gap, or its force is zero."""
+    gap, or its force is zero. With a stiff contact spring nothing fails and nothing is lost."""
     theta, _ = draws(prior, 20, "propagate")
+    theta = theta if k_b is None else changed(theta[:3], k_b=k_b)
     times = sensor.times
-    for motion in MOTIONS:
-        found = travel(theta, times, motion)
-        for row, position, switching in zip(theta, *found[:2], strict=True):
-            expected, state, _ = propagate(row, times, motion, switching)
-            np.testing.assert_allclose(position, expected, rtol=0, atol=1e-11)
-            margin = state[2] - row[-1] if motion == "closing" else contact_force(row, state)
-            assert margin == pytest.approx(0.0, abs=1e-11)
+    for row, position, event in zip(theta, *travel(theta, times, motion)[:2], strict=True):
+        expected, state, _ = propagate(row, times, motion, event)
+        np.testing.assert_allclose(position, expected, rtol=0, atol=atol)
+        margin = state[2] - row[-1] if motion == "closing" else contact_force(row, state)
+        assert margin == pytest.approx(0.0, abs=atol)
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -121,15 +122,6 @@ def test_onset_shifts_the_motion(prior, sensor, motion):
     )
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_record_that_ends_before_the_motion(prior, motion):
-    theta, _ = draws(prior, 3, "early")
-    result = travel(theta, np.array([-5.0, -1.0, 2.0]), motion, onset=2.0)
-    assert np.all(result.travel == rest_position(theta, motion)[:, None])
-    assert np.all(np.isinf(result.switching))
-    assert not result.reopening.any()
-
-
 def test_rest_positions(prior):
     """Eqs. (6) and (7): the open state is zero; in the closed one all forces cancel."""
     theta, _ = draws(prior, 5, "rest")
@@ -186,19 +178,6 @@ def test_contact_force_not_positive_at_the_start_parts_at_once(prior, sensor, sh
     for row, position in zip(theta, result.travel, strict=True):
         expected, _, _ = propagate(row, sensor.times - 0.7, "opening", 0.0)
         np.testing.assert_allclose(position, expected, rtol=0, atol=1e-11)
-
-
-@pytest.mark.parametrize("k_b", [1e2, 1e3, 1e5])
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_stiff_contact_spring_is_exact(prior, motion, k_b):
-    """Nothing fails and nothing is lost, against matrix exponentials."""
-    theta = changed(draws(prior, 3, "stiff")[0], k_b=k_b)
-    times = np.linspace(0.0, 58.0, 16)
-    for row, position, event in zip(theta, *travel(theta, times, motion)[:2], strict=True):
-        expected, state, _ = propagate(row, times, motion, event)
-        np.testing.assert_allclose(position, expected, rtol=0, atol=1e-8)
-        margin = state[2] - row[-1] if motion == "closing" else contact_force(row, state)
-        assert margin == pytest.approx(0.0, abs=1e-8)
 
 
 # ---- touching only just ----------------------------------------------------------------------
@@ -264,19 +243,6 @@ def test_touch_by_a_maximum_alone(prior):
 # ---- reopening -------------------------------------------------------------------------------
 
 
-def lowest_force(theta, times, switching):
-    """Lowest contact force after the touch of a closing, by matrix exponentials."""
-    f, gap = theta[5], theta[6]
-    _, state, _ = propagate(theta, times, "closing", switching)
-    start = np.array([state[0], state[1], gap, 0.0, 1.0])
-    later = np.linspace(0.0, times[-1] - switching, 2000)
-    step = expm(system(theta, "closed", f) * later[1])
-    path = [start]
-    for _ in later[1:]:
-        path.append(step @ path[-1])
-    return contact_force(theta, np.array(path)).min()
-
-
 @pytest.fixture(scope="module")
 def flagged(prior, sensor):
     """Closings of 20,000 prior draws whose contact reopens, and as many of the others."""
@@ -289,9 +255,8 @@ def flagged(prior, sensor):
 def test_reopening_is_where_the_force_falls_to_zero(flagged, sensor):
     for theta, expected in zip(flagged, (True, False), strict=True):
         for row in theta[:20]:
-            position, switching, reopens = integrate(row, sensor.times, "closing")
+            position, _, reopens = integrate(row, sensor.times, "closing")
             assert reopens == expected
-            assert (lowest_force(row, sensor.times, switching) <= 0) == expected
             # It is flagged, not modelled: the curve goes on as if the contact stayed closed.
             curve = travel(row[None], sensor.times, "closing").travel[0]
             np.testing.assert_allclose(curve, position, rtol=0, atol=1e-8)
@@ -303,14 +268,6 @@ def test_reopening_is_where_the_force_falls_to_zero(flagged, sensor):
 @pytest.fixture
 def small_blocks(monkeypatch):
     monkeypatch.setattr(curves, "_ROWS", 8)
-
-
-@pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 24, 25])
-def test_blocks_are_all_rows_once(small_blocks, n):
-    parts = list(blocks(n))
-    assert [k for rows in parts for k in range(n)[rows]] == list(range(n))
-    assert all(rows.stop - rows.start <= 8 for rows in parts)
-    assert [rows.stop - rows.start for rows in blocks(n, 17)] == [1] * n
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 0.0, -1.0])

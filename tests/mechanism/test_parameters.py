@@ -1,8 +1,5 @@
 """Names, order and scale of what is inferred."""
 
-import numpy as np
-import pytest
-
 from breaker.mechanism.parameters import (
     MOTIONS,
     NAMES,
@@ -11,7 +8,6 @@ from breaker.mechanism.parameters import (
     is_logarithmic,
     outputs,
     prior_sds,
-    split,
 )
 
 
@@ -27,22 +23,6 @@ def test_onset_is_the_last_output_where_it_is_on():
     assert outputs(False) == PARAMETERS
     assert outputs(True) == (*PARAMETERS, ONSET)
     assert ONSET.unit == "ms"
-
-
-def test_labels_carry_units():
-    labels = [parameter.label for parameter in PARAMETERS]
-    assert labels[0] == r"$\mu$"
-    assert labels[-1] == "$L$ (mm)"
-    assert len(set(labels)) == len(labels)
-
-
-@pytest.mark.parametrize("shape", [(7,), (5, 7), (2, 3, 7)])
-def test_split_is_along_the_last_axis(shape):
-    theta = np.arange(np.prod(shape), dtype=float).reshape(shape)
-    parts = split(theta)
-    assert len(parts) == 7
-    for k, part in enumerate(parts):
-        np.testing.assert_array_equal(part, theta[..., k])
 
 
 def test_scale_of_the_outputs(defaults):

@@ -1,8 +1,5 @@
 """Quantities of motions against integrated curves read on a dense grid."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -144,6 +141,7 @@ def test_registry():
         assert set(quantity.of) <= set(SOURCES)
     for parameter in PARAMETERS:
         assert QUANTITIES[parameter.name].label == parameter.label
+    assert QUANTITIES["mu"].label == r"$\mu$"
     assert QUANTITIES["touch_time"].label == r"$t_\mathrm{touch}$ (ms)"
 
 
@@ -161,7 +159,6 @@ def test_complaints():
 
 
 def test_what_only_one_of_model_and_record_has():
-    assert "latch_time is not of the model" in check_quantity("latch_time", "closing")
     assert check_quantity("latch_time", "closing", of="record") is None
     for name in (*NAMES, "wipe"):
         assert check_quantity(name, "opening", of="record") == (
@@ -174,8 +171,6 @@ def test_what_only_one_of_model_and_record_has():
 def test_errors():
     with pytest.raises(ValueError, match=r"speed is not a known quantity\. Known of closing: mu"):
         evaluate(["f", "speed"], MEDIANS[None], "closing")
-    with pytest.raises(ValueError, match="part_time is a quantity of opening, not of closing"):
-        evaluate(["part_time"], MEDIANS[None], "closing")
     with pytest.raises(ValueError, match="unknown motion"):
         evaluate([], MEDIANS[None], "sideways")
     # Also where nothing is simulated.
@@ -183,8 +178,3 @@ def test_errors():
         evaluate(["f"], changed(L=np.nan), "closing")
     with pytest.raises(ValueError, match=r"shape \(n, 7\)"):
         evaluate(["f"], MEDIANS, "closing")
-
-
-def test_names_are_known_without_compiled_code():
-    code = "import sys; from breaker.mechanism import quantities; sys.exit('numba' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
