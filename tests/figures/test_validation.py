@@ -8,6 +8,7 @@ from breaker.mechanism.parameters import outputs
 from breaker.model.randomness import generator
 from breaker.validation import correlation, judge_draws, recovery, scores
 from tests.figures.drawn import assert_nothing_overlaps, bands, line_of, segments, words
+from tests.validation.made import exact_posteriors
 
 NAMES = [output.name for output in outputs(onset=True)]
 THREE = ["mu", "f", "onset"]
@@ -17,10 +18,10 @@ FOUR = ["mu", "k_a", "f", "onset"]
 def inferred(names, curves=200, draws=40, *, narrow=()):
     """Draws and truth from exact normal posteriors in logarithms; some outputs too narrow."""
     rng = generator(4, "test", "figures")
-    truth = rng.standard_normal((curves, len(names)))
-    mean = (truth + rng.standard_normal(truth.shape)) / 2
-    width = np.sqrt(0.5) * np.array([0.5 if name in narrow else 1.0 for name in names])
-    values = mean[:, None] + width * rng.standard_normal((curves, draws, len(names)))
+    ones, half = np.ones(len(names)), np.full(len(names), 0.5)
+    width = np.array([0.5 if name in narrow else 1.0 for name in names])
+    known = {"prior_sd": ones, "contraction": half, "width": width}
+    values, truth = exact_posteriors(rng, curves, draws, **known)
     return np.exp(0.2 * values), np.exp(0.2 * truth)
 
 

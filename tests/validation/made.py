@@ -10,6 +10,21 @@ NAMES = [output.name for output in outputs(onset=True)]
 CURVES, JUDGED, DRAWS = 40, 30, 60
 
 
+def exact_posteriors(rng, n, draws, *, prior_sd, contraction, bias=0.0, width=1.0):
+    """Draws ``(n, d, q)`` and truth ``(n, q)`` of outputs that are normal, as their prior is.
+
+    With prior variance v and contraction c the exact posterior of an observation of variance
+    v (1 - c) / c has mean c x and variance v (1 - c). ``bias`` is in its sds, ``width`` their
+    factor.
+    """
+    truth = prior_sd * rng.standard_normal((n, len(prior_sd)))
+    error = prior_sd * np.sqrt((1 - contraction) / contraction)
+    mean = contraction * (truth + error * rng.standard_normal(truth.shape))
+    sd = prior_sd * np.sqrt(1 - contraction)
+    noise = rng.standard_normal((n, draws, len(prior_sd)))
+    return mean[:, None] + sd * (bias + width * noise), truth
+
+
 def posteriors(names=NAMES, curves=CURVES):
     """Amortised and corrected draws of simulated curves, in files' layout."""
     rng = generator(21, "test", "exactness")

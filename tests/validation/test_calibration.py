@@ -15,6 +15,7 @@ from breaker.validation.calibration import (
     judge_ranks,
     ranks,
 )
+from tests.validation.made import exact_posteriors
 
 
 def uniform_ranks(n, draws, columns, purpose):
@@ -28,24 +29,10 @@ def leaves(ranks, draws, band):
     return np.any(below | above, axis=0)
 
 
-def gaussian(n, draws, *, bias=0.0, width=1.0, purpose="gaussian"):
-    """Draws (n, d, 1) and truth (n, 1) of a normal mean with normal prior, all variances one.
-
-    The exact posterior is normal with mean x / 2 and variance 1 / 2. ``bias`` is in posterior sd,
-    ``width`` a factor of its sd.
-    """
-    rng = generator(2, "test", purpose)
-    truth = rng.standard_normal((n, 1))
-    mean = (truth + rng.standard_normal((n, 1))) / 2
-    sd = np.sqrt(0.5)
-    noise = rng.standard_normal((n, draws, 1))
-    return mean[:, None] + sd * (bias + width * noise), truth
-
-
-def test_ranks_count_the_draws_below_the_truth():
-    draws = np.array([[[1.0, 5.0], [2.0, 4.0], [3.0, 6.0]]])
-    assert ranks(draws, [[2.5, 7.0]]).tolist() == [[2, 3]]
-    assert ranks(draws, [[0.5, 4.5]]).tolist() == [[0, 1]]
+def gaussian(n, draws, **fault):
+    """Draws (n, d, 1) and truth (n, 1) of a normal mean with normal prior, all variances one."""
+    rng, half = generator(2, "test", "gaussian"), np.array([0.5])
+    return exact_posteriors(rng, n, draws, prior_sd=np.ones(1), contraction=half, **fault)
 
 
 def test_ecdf_difference_by_hand():

@@ -11,6 +11,7 @@ from breaker.validation.diagnostics import (
     recovery,
     scores,
 )
+from tests.validation.made import exact_posteriors
 
 PRIOR_SD = np.array([0.2, 0.4, 0.3])
 CONTRACTION = np.array([0.9, 0.3, 0.6])
@@ -18,19 +19,12 @@ LOG = np.array([True, True, False])
 CENTRE = np.array([0.05, 10.0, 1.0])
 
 
-def posteriors(n=1000, draws=200, *, bias=0.0, width=1.0):
-    """Draws (n, d, 3) and truth (n, 3): normal in log for two outputs, in plain units for one.
-
-    With prior variance v and contraction c the exact posterior of a normal observation of
-    variance v (1 - c) / c has mean c x and variance v (1 - c). ``bias`` is in posterior sd.
-    """
+def posteriors(n=1000, draws=200, **fault):
+    """Draws (n, d, 3) and truth (n, 3): normal in log for two outputs, in plain units for one."""
     rng = generator(3, "test", "posteriors")
-    truth = PRIOR_SD * rng.standard_normal((n, 3))
-    noise_sd = PRIOR_SD * np.sqrt((1 - CONTRACTION) / CONTRACTION)
-    mean = CONTRACTION * (truth + noise_sd * rng.standard_normal((n, 3)))
-    sd = PRIOR_SD * np.sqrt(1 - CONTRACTION)
-    draws = mean[:, None] + sd * (bias + width * rng.standard_normal((n, draws, 3)))
-    return to_units(draws), to_units(truth)
+    known = {"prior_sd": PRIOR_SD, "contraction": CONTRACTION}
+    both = exact_posteriors(rng, n, draws, **known, **fault)
+    return [to_units(each) for each in both]
 
 
 def to_units(values):
@@ -72,13 +66,6 @@ def test_scores_show_what_is_wrong(fault, z_mean, z_sd):
     np.testing.assert_allclose(judged.z_sd, z_sd, atol=z_sd * (4.5 / np.sqrt(2 * n) + 2 / d))
     expected = 1 - fault.get("width", 1.0) ** 2 * (1 - CONTRACTION)
     np.testing.assert_allclose(judged.mean_contraction, expected, atol=0.02)
-
-
-def test_scores_by_hand():
-    draws = np.exp([[[1.0], [3.0]]])  # mean 2, variance 2 in logarithms
-    judged = scores(draws.repeat(2, axis=0), np.exp([[1.0], [1.0]]), prior_sd=[2.0], log=[True])
-    np.testing.assert_allclose(judged.z[:, 0], 1 / np.sqrt(2))
-    np.testing.assert_allclose(judged.contraction[:, 0], 0.5)
 
 
 def test_contraction_is_not_clipped():
