@@ -18,7 +18,8 @@ instruments write 9.9e37 for the resistance of an open contact."""
 MISSING = frozenset(["", "nan", "na", "n/a", "#n/a", "-", "--", "---"])
 """What stands in the cell of a missing sample, in lower case."""
 
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+# Never tries fewer digits than there are: that would take the square of their number.
+_NUMBER = re.compile(r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?")
 _HINTS = {
     r"[-+]?0[xX].*": "export decimal numbers, not hexadecimal ones",
     r"[-+]?[0-9][0-9.,]*(?:[_'’\s][0-9.,]+)+": "export without separators of thousands",

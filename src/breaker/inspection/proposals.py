@@ -4,9 +4,7 @@ A proposal holds only what differs from the defaults. What a file does not tell,
 degree, is left to fill in; to try all else, a number stands in for it, and is not proposed.
 """
 
-import gc
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -187,19 +185,6 @@ def _motions(
     return found
 
 
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Collect no garbage: to look for it among millions of cells takes longer than to read them."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
-
-
-@_uncollected()
 def _read(
     motions: Sequence[InspectedMotion], layout: Layout, settings: Mapping, sensor: Mapping
 ) -> list[InspectedMotion]:

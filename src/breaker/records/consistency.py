@@ -15,6 +15,7 @@ _CALM = 12  # samples whose noise is compared
 _UNREST = 2.6  # times the noise of the record; so many samples exceed that once in 1,000 records
 _CHANCE = 1e-6  # probability that equal readings are chance
 _MOST = 64  # readings, more than which are not compared
+_ODD = np.uint64(0x9E3779B97F4A7C15)  # whose powers are far apart
 _REST = 50  # samples at the ends of a record, in which a counter is steady
 _LONG = 50.0  # ms before the motion that count as its rest
 _WANDERS = 30.0  # squared sd; white noise exceeds that once in three million records
@@ -65,9 +66,13 @@ def _equal(time: np.ndarray, travel: np.ndarray) -> str:
     if length > min(_MOST, travel.size // 4):
         return ""
     length = int(np.ceil(length))
-    windows = np.ascontiguousarray(sliding_window_view(travel, length))
-    order = np.argsort(windows.view(f"V{windows.itemsize * length}").ravel(), kind="stable")
-    same = np.flatnonzero((windows[order[1:]] == windows[order[:-1]]).all(axis=1))
+    # Stretches side by side would take much memory: equal ones have equal sums, modulo 2^64.
+    readings = np.unique(travel, return_inverse=True)[1].astype(np.uint64) + _ODD
+    sums = np.convolve(readings, np.cumprod(np.full(length, _ODD)), "valid")
+    order = np.argsort(sums, kind="stable")
+    same = np.flatnonzero(sums[order[1:]] == sums[order[:-1]])
+    windows = sliding_window_view(travel, length)
+    same = same[[np.array_equal(windows[order[i]], windows[order[i + 1]]) for i in same]]
     if same.size == 0:
         return ""
     again = same[order[same].argmin()]
