@@ -47,6 +47,7 @@ def condition_of(probability, operations=None):
 def trend_of(motions, operations, **changed):
     """A trend at rest: no drift, nothing near. ``changed`` are values by the name of a limit."""
     limits = [limit for limit in LIMITS if limit.motion in motions]
+    names = [limit.name for limit in limits]
     o, parts = len(operations), [(each.name, part) for each in limits for part in each.parts]
     full = {
         "remaining": np.full((o, len(limits), 3), INF),
@@ -55,10 +56,10 @@ def trend_of(motions, operations, **changed):
     }
     for name, values in changed.items():
         for limit, each in values.items():
-            full[name][:, [one.name for one in limits].index(limit)] = each
+            full[name][:, names.index(limit)] = each
     dims = {"remaining": ("operation", "limit", "quantile")}
     value = np.array([9.0, 9.5, 10.0, 9.0, 9.5, 10.0, 0.75, 0.8, 0.85, 9.0, 10.0, 11.0])
-    value = value.reshape(4, 3)[[i for i, each in enumerate(PARTS) if each in limits_names(limits)]]
+    value = value.reshape(4, 3)[[i for i, each in enumerate(PARTS) if each in names]]
     p = len(NAMES)
     return xr.Dataset(
         {name: (dims.get(name, ("operation", "limit")), each) for name, each in full.items()}
@@ -116,10 +117,6 @@ def changed(trend, alarm, start, interval, **kinds):
 
 
 PARTS = [limit.name for limit in LIMITS for _ in limit.parts]
-
-
-def limits_names(limits):
-    return [limit.name for limit in limits]
 
 
 def curves_of(operations, **flags):

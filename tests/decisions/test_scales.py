@@ -9,19 +9,12 @@ from breaker.mechanism import NAMES, Limit
 from breaker.model.randomness import generator
 from breaker.posterior.exactness import correct_operations
 from breaker.posterior.predictive import infer
+from tests.corrections import SETTINGS
 from tests.networks_fixtures import MARKS, bank_of, frozen, left_out, one_thread  # noqa: F401
 
 pytestmark = MARKS
 
-CORRECTION = {
-    "round_draws": 400,
-    "rounds": 15,
-    "efficiency": 0.4,
-    "fit_size": 80,
-    "draws": 400,
-    "smallest_size": 100,
-    "largest_k": 0.7,
-}
+CORRECTION = SETTINGS | {"round_draws": 400, "draws": 400, "smallest_size": 100}
 LIMITS = [
     Limit("wide", "closing", (("L", 10.0, True),)),
     Limit("slow", "opening", (("opening_speed", 1.4, False),)),

@@ -5,6 +5,7 @@ import pytest
 
 from breaker.files.manifest import Operation
 from breaker.files.settings import complete
+from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.records.edges import events_of, switching_of, trigger_of
 from breaker.records.errors import UnusableError
@@ -133,8 +134,6 @@ def test_stated_times_in_another_time_are_refused(wrong):
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
     """Times on the grid: the file's own, less that of the grid's zero."""
-    from breaker.mechanism.curves import travel
-
     exact = travel(prior.medians[None], TIME, motion, onset=MOVES)
     switches = MOVES + exact.switching[0]
     contact = np.where((switches <= TIME) == (motion == "closing"), "0.1", "12.0")
