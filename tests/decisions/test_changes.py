@@ -94,6 +94,7 @@ def test_decisions_and_first_page_report_a_step():
     _, _, rows, page = page_of(QUIET, stepped(), notice=5)
     assert rows.action.tolist() == ["none", "none", "watch", "none"]
     assert page.attrs["headline"] == "Healthy: go on. As of operation 1,230."
+    assert page.attrs["left"] == "Left: no trend leads to a limit."
 
 
 def test_a_step_does_not_hide_what_is_worse():

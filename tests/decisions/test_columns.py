@@ -41,15 +41,6 @@ def test_kinds_survive_a_file(tmp_path):
     assert read.to_do.tolist() == ["a, b", "c"]
 
 
-@pytest.mark.parametrize("columns", [DECISIONS, ALARMS])
-def test_an_empty_table_has_all_columns(columns):
-    table = table_of({}, columns)
-    assert list(table) == list(columns)
-    kinds = {"text": object, "count": "Int64", "number": float}
-    for name, column in columns.items():
-        assert table[name].dtype == kinds[column.kind] or column.kind == "text"
-
-
 def test_strange_columns_are_refused():
     with pytest.raises(ValueError, match="no column is called 'toothed'"):
         table_of({"toothed": [1]}, ALARMS)

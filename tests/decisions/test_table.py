@@ -135,10 +135,12 @@ def test_what_wears_is_named_with_its_direction():
         i = NAMES.index(name)
         trend["slope"][1:, i] = slope
         trend["slope_interval"][1:, i] = [slope - 0.5, slope + 0.5]
-    rows = page_of(QUIET, trend).rows
+    _, _, rows, page = page_of(QUIET, trend)
     assert rows.wearing.tolist() == ["", *["both: f falls, L rises"] * 3]
     assert rows.action.tolist() == ["none", *["watch"] * 3]
     assert rows.state.tolist() == ["healthy", *["drifting"] * 3]
+    told = "Wearing, in 1,000 operations: both: f -1.5 %, L +0.9 %."
+    assert page.attrs["wearing"] == told
 
 
 def test_what_was_not_used_says_why():

@@ -67,11 +67,3 @@ def test_a_contact_that_never_touches_has_no_mark():
 def test_motions_without_a_posterior_are_left_out():
     nothing = part("opening").isel(operation=[])
     assert len(answer({"closing": part("closing"), "opening": nothing}).axes) == 2 + len(NAMES)
-
-
-def test_the_settings_of_matplotlib_are_left_as_they_were():
-    import matplotlib as mpl
-
-    before = dict(mpl.rcParams)
-    answer({"closing": part("closing")})
-    assert dict(mpl.rcParams) == before

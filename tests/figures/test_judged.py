@@ -55,7 +55,4 @@ def test_the_same_scale_has_the_same_fill(figure):
     fills = [line.get_markerfacecolor() for line in marks]
     assert fills[2:] == ["white", "white"]
     assert "white" not in fills[:2]
-
-
-def test_nothing_overlaps(figure):
     assert_nothing_overlaps(figure)

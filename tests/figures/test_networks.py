@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-import pytest
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex
 
@@ -129,11 +128,10 @@ def test_missing_samples_show_ranks_and_widths():
     assert_nothing_overlaps(figure)
 
 
-@pytest.mark.parametrize("names", [NAMES[:7]])
-def test_missing_samples_without_an_exact_posterior(names):
+def test_missing_samples_without_an_exact_posterior():
     judged = judge_ranks(np.tile(np.arange(20)[:, None], (1, 7)), 19)
     ratios = [over_curves(np.full((5, 7), value)) for value in (1.2, np.nan)]
-    figure = missing(judged, *ratios, names, motion="opening", share=0.125)
+    figure = missing(judged, *ratios, NAMES[:7], motion="opening", share=0.125)
     assert "12.5 % of the samples" in figure.get_suptitle()
     assert "(0 curves)" in words(figure)
     assert_nothing_overlaps(figure)

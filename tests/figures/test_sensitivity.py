@@ -69,6 +69,7 @@ def test_what_is_not_resolved_is_empty_and_said(figure):
     text = words(figure)
     for part in ("s = 0: the model is right", "s = 1", "not resolved", "misfit below"):
         assert part in text
+    assert_nothing_overlaps(figure)
 
 
 def test_the_truth_is_a_line_at_each_operation(table):
@@ -80,10 +81,6 @@ def test_the_truth_is_a_line_at_each_operation(table):
     np.testing.assert_allclose(lines[:, 0, 1], 0.3)
     np.testing.assert_allclose(lines[..., 0].mean(axis=1), [0, 1, 2])
     assert "truth of the stand-in" in words(figure)
-    assert_nothing_overlaps(figure)
-
-
-def test_nothing_overlaps(figure):
     assert_nothing_overlaps(figure)
 
 

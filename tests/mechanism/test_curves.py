@@ -116,10 +116,6 @@ def test_onset_shifts_the_motion(prior, sensor, motion):
         assert result.switching[k] == pytest.approx(shifted.switching[0], abs=1e-12)
         rests = sensor.times <= start
         assert np.all(result.travel[k, rests] == rest_position(theta[k], motion))
-    same = travel(theta, sensor.times, motion, onset=1.5).travel
-    np.testing.assert_array_equal(
-        same, travel(theta, sensor.times, motion, onset=np.full(20, 1.5)).travel
-    )
 
 
 def test_rest_positions(prior):

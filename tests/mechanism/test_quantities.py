@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
-from breaker.mechanism.quantities import QUANTITIES, SOURCES, check_quantity, evaluate
+from breaker.mechanism.quantities import QUANTITIES, check_quantity, evaluate
 from breaker.model.randomness import generator
 from tests.mechanism_references import changed as with_values
 from tests.mechanism_references import integrate
@@ -127,18 +127,7 @@ def test_no_rows():
 # ---- names -----------------------------------------------------------------------------------
 
 
-def test_registry():
-    assert tuple(QUANTITIES)[:7] == NAMES
-    assert set(QUANTITIES) == {
-        *(*NAMES, *CLOSING, *OPENING, "stroke", "travel_time"),
-        "latch_time",
-    }
-    for name, quantity in QUANTITIES.items():
-        assert quantity.name == name
-        assert quantity.meaning
-        assert quantity.motions
-        assert set(quantity.motions) <= set(MOTIONS)
-        assert set(quantity.of) <= set(SOURCES)
+def test_labels():
     for parameter in PARAMETERS:
         assert QUANTITIES[parameter.name].label == parameter.label
     assert QUANTITIES["mu"].label == r"$\mu$"

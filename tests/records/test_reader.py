@@ -320,14 +320,6 @@ def test_any_rate_is_read(file, prior, times, rate, motion):
     assert ("one sample every" in curves.remarks.item()) != whole
 
 
-@pytest.mark.parametrize("samples", [1, 2, 5])
-def test_a_record_of_a_few_samples_is_rejected(file, prior, times, samples):
-    written(file, prior)
-    lines = file.read_text(encoding="utf-8").split("\n")[: HEAD + samples]
-    file.write_text("\n".join(lines), encoding="utf-8")
-    assert rejection(file, FORMAT, times).startswith(f"{file}: ")
-
-
 # ---- many files ---------------------------------------------------------------------------------
 
 

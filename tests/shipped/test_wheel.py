@@ -75,14 +75,6 @@ def test_wheel_and_source_distribution_have_every_file_of_the_package(built):
         assert names >= {f"src/{name}" for name in packaged()} | {"LICENSE", "pyproject.toml"}
 
 
-def test_the_wheel_says_what_it_is(described):
-    assert described["Name"] == "breaker-drive"
-    assert described["Version"] == breaker.__version__
-    assert described["License-Expression"] == "MIT"
-    assert described["Description-Content-Type"] == "text/markdown"
-    assert described.get_payload().startswith("# breaker")
-
-
 def test_the_command_needs_neither_torch_nor_snakemake(described):
     needed = [Requirement(each) for each in described.get_all("Requires-Dist")]
     core = {each.name for each in needed if each.marker is None}
