@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions.series import remaining
+from breaker.decisions.series import complete, remaining
 from breaker.decisions.states import judge
 from breaker.decisions.summary import verdict
 from breaker.decisions.table import decide
@@ -61,7 +61,7 @@ def trend_of(motions, operations, **changed):
     value = np.array([9.0, 9.5, 10.0, 9.0, 9.5, 10.0, 0.75, 0.8, 0.85, 9.0, 10.0, 11.0])
     value = value.reshape(4, 3)[[i for i, each in enumerate(PARTS) if each in names]]
     p = len(NAMES)
-    return xr.Dataset(
+    made = xr.Dataset(
         {name: (dims.get(name, ("operation", "limit")), each) for name, each in full.items()}
         | {
             "value": (("operation", "part", "quantile"), np.tile(value, (o, 1, 1))),
@@ -77,15 +77,6 @@ def trend_of(motions, operations, **changed):
             "step_size": (("operation", "phase"), np.full((o, 3 * len(motions)), NAN)),
             "start_interval": (("operation", "quantile"), np.full((o, 3), NAN)),
             "kind_probability": (("operation", "kind"), np.full((o, len(KINDS)), NAN)),
-            "change_alarm": ("change", np.zeros(0)),
-            "change_start": ("change", np.zeros(0)),
-            "change_interval": (("change", "bound"), np.zeros((0, 2))),
-            "change_kind": (("change", "kind"), np.zeros((0, len(KINDS)))),
-            "change_moved": (("change", "parameter"), np.zeros((0, p))),
-            "change_parameters": ("change", np.zeros(0, dtype=str)),
-            "jump_noticed": ("jump", np.zeros(0, dtype=int)),
-            "jump_from": ("jump", np.zeros(0, dtype=int)),
-            "jump_words": ("jump", np.zeros(0, dtype=str)),
         },
         {
             "operation": operations,
@@ -100,8 +91,8 @@ def trend_of(motions, operations, **changed):
             "kind": KINDS,
             "phase": [f"{m} {each}" for m in motions for each in ("start", "main motion", "end")],
         },
-        {"source": "both" if len(motions) == 2 else motions[0], "horizon": 10000},
     )
+    return complete(made, SETTINGS, "both" if len(motions) == 2 else motions[0])
 
 
 def changed(trend, alarm, start, interval, **kinds):

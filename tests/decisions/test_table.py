@@ -38,22 +38,10 @@ LEADS = {"toward": {"wide": 0.97}}
             "check wide: it may be exceeded already (7 %); 0 to 900 operations left",
         ),
         (
-            {"beyond": {"wide": 0.07}},
-            0.01,
-            ("healthy", "check", "wide"),
-            "check wide: it may be exceeded already (7 %)",
-        ),
-        (
             LEADS,
             0.01,
             ("drifting", "watch", "wide"),
             "watch wide: a trend leads there beyond the horizon",
-        ),
-        (
-            {"beyond": {"slow": 0.99, "wide": 0.99}},
-            0.01,
-            ("now", "service", "slow"),
-            "service now: slow exceeded since operation 1, wide since 1",
         ),
         (
             {},

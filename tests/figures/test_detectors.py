@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from breaker.figures.detectors import detectors
-from tests.figures.drawn import assert_nothing_overlaps
+from tests.figures.drawn import assert_nothing_overlaps, written
 
 RATES = np.array([0.0, 0.5, 1.0, 2.0, 4.0])
 NAMES = ("model", "CUSUM, closing", "EWMA, opening", "multivariate EWMA", "slope test")
@@ -32,8 +32,8 @@ def test_lines_ring_and_names():
     figure = detectors(data, lives=50, alarm_level=0.9)
     assert_nothing_overlaps(figure)
     assert "50 simulated lives" in figure.get_suptitle()
-    written = [text.get_text() for text in figure.axes[2].texts]
-    assert written == ["model", "raw times,\nseveral charts", "multivariate EWMA", "slope test"]
+    names = written(figure.axes[2])
+    assert names == ["model", "raw times,\nseveral charts", "multivariate EWMA", "slope test"]
     found, weak, delay = figure.axes
     for axis, column, unit in (
         (found, "found_from_5", 100),
@@ -53,8 +53,7 @@ def test_lines_ring_and_names():
 def test_what_is_never_noticed_has_no_delay_and_its_name_on_top():
     figure = detectors(table(never=("slope test", "EWMA, opening")), lives=5, alarm_level=0.9)
     assert np.isnan(figure.axes[2].lines[4].get_ydata()).all()
-    written = [text.get_text() for text in figure.axes[2].texts]
-    assert written[-2:] == ["slope test", "raw times,\nseveral charts"]
+    assert written(figure.axes[2])[-2:] == ["slope test", "raw times,\nseveral charts"]
     assert_nothing_overlaps(figure)
 
 

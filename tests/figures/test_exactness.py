@@ -8,7 +8,7 @@ from breaker.figures import style
 from breaker.figures.exactness import exactness
 from breaker.posterior.tables import summary
 from breaker.validation import comparison
-from tests.figures.drawn import assert_nothing_overlaps, segments, words
+from tests.figures.drawn import assert_nothing_overlaps, line_of, segments, words, written
 from tests.validation.made import CURVES, JUDGED, NAMES, judgement, posteriors
 
 
@@ -51,7 +51,7 @@ def share_at(line, value):
 
 
 def test_shares_are_those_of_the_data(usual):
-    judged, corrected, figure, *_ = usual
+    judged, corrected, figure, _, row = usual
     at_least, k, gap = ([*axis.lines] for axis in figure.axes[:3])
     for lines, name, unit in ((at_least, "efficiency", 100), (k, "pareto_k", 1)):
         pairs = ((judged, style.AMORTISED), (corrected, style.CORRECTED))
@@ -64,13 +64,8 @@ def test_shares_are_those_of_the_data(usual):
     assert k[2].get_xdata()[0] == 0.7
     divergence = judged.divergence.values
     assert share_at(gap[0], np.median(divergence)) == pytest.approx(50, abs=2)
-
-
-def test_the_mean_gap_and_its_error_are_drawn(usual):
-    *_, figure, _, row = usual
     axis = figure.axes[2]
-    mean = next(line for line in axis.lines if line.get_color() == style.MEASURED)
-    assert mean.get_xdata()[0] == pytest.approx(row["gap_nats"])
+    assert line_of(axis, style.MEASURED).get_xdata()[0] == pytest.approx(row["gap_nats"])
     band = axis.collections[0].get_datalim(axis.transData)
     ends = row["gap_nats"] - row["gap_se"], row["gap_nats"] + row["gap_se"]
     assert (band.x0, band.x1) == pytest.approx(ends)
@@ -94,8 +89,7 @@ def test_a_curve_far_away_does_not_dwarf_the_others(usual):
 def bars(axis):
     """Height, colour, label below and number above of each bar."""
     labels = [label.get_text() for label in axis.get_xticklabels()]
-    numbers = [text.get_text() for text in axis.texts]
-    rows = zip(axis.patches, labels, numbers, strict=True)
+    rows = zip(axis.patches, labels, written(axis), strict=True)
     return [(bar.get_height(), to_hex(bar.get_facecolor()).upper(), *rest) for bar, *rest in rows]
 
 
@@ -135,7 +129,7 @@ def test_posteriors_are_drawn_where_they_are(usual):
         places = {}
         for posterior, colour in colours.items():
             each = one.sel(posterior=posterior)
-            dots = next(line for line in axis.lines if line.get_color() == colour)
+            dots = line_of(axis, colour)
             np.testing.assert_allclose(dots.get_xdata(), each["median"])
             places[posterior] = np.asarray(dots.get_ydata())
             lines = segments(axis, colour)
@@ -143,7 +137,7 @@ def test_posteriors_are_drawn_where_they_are(usual):
             for drawn_at, interval in zip(lines, ("interval_95", "interval_50"), strict=True):
                 np.testing.assert_allclose(drawn_at[..., 0], each[interval])
                 np.testing.assert_allclose(drawn_at[..., 1], places[posterior][:, None] + [0, 0])
-        truth = next(line for line in axis.lines if line.get_color() == style.MEASURED)
+        truth = line_of(axis, style.MEASURED)
         np.testing.assert_allclose(truth.get_xdata(), one.truth)
         # One row an output, from the top down, the two posteriors on either side of its middle.
         rows = np.arange(len(NAMES))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.figures.visits import visits
+from tests.figures.drawn import written
 
 
 def row(name, change, verdict, **more):
@@ -43,17 +44,17 @@ def figure():
 
 def test_every_known_row_is_named_with_its_numbers(figure):
     left, _, right = figure.axes
-    texts = [text.get_text() for text in left.texts]
+    texts = written(left)
     assert "f (mm)" in texts
     assert "touch_time (mm)" in texts
     assert "stroke (mm)" not in texts
-    assert "0.90" in [text.get_text() for text in right.texts]
-    assert r"Changed: \$f\$ a lot" in [text.get_text() for text in figure.subfigs[0].texts]
+    assert "0.90" in written(right)
+    assert r"Changed: \$f\$ a lot" in written(figure.subfigs[0])
 
 
 def test_changes_beyond_the_axis_are_pointed_to(figure):
     axis = figure.axes[1]
-    assert "-70 %" in [text.get_text() for text in axis.texts]
+    assert "-70 %" in written(axis)
     assert axis.get_xlim() == (-40.0, 40.0)
     crosses = [line for line in axis.lines if line.get_marker() == "x"]
     assert np.ravel([line.get_xdata() for line in crosses]).tolist() == [2.5]

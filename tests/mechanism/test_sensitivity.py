@@ -11,17 +11,12 @@ import pytest
 from breaker.mechanism import curves
 from breaker.mechanism.curves import rest_position, sensitivity, travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.model.randomness import generator
+from tests.mechanism.test_curves import draws
 from tests.mechanism_references import contact_force, propagate
 
 STEP = 1e-40  # no difference is taken, so none is lost
 MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, ONSET = range(8)
 CLOSE = 1e-6  # mm: rounding of 1e-13 mm over the step of 1e-5, and its square times 1e3 mm
-
-
-def draws(prior, n, *purpose):
-    rng = generator(1, "test", "sensitivities", *purpose)
-    return prior.sample(n, rng), 0.3 * rng.standard_normal(n)
 
 
 def complex_step(theta, onset, times, motion, switching, k, *, moved_event=True):
