@@ -66,8 +66,8 @@ def test_a_known_event_is_told_once_and_ends_what_is_told_of_a_change():
 
 def test_motions_that_changed_are_named():
     """Each with the phase that changed most."""
-    assert stepped(sizes=(0.7, 0.2, 0.1, 0.0, 1.234, 0.1)).jump_words.item() == (
-        "closing: the start of the motion changed at operation 1,200 (0.7 mm), "
+    assert stepped(sizes=(1.1, 0.2, 0.1, 0.0, 1.234, 0.1)).jump_words.item() == (
+        "closing: the start of the motion changed at operation 1,200 (1.1 mm), "
         "opening: the main motion changed at operation 1,200 (1.2 mm)"
     )
 
