@@ -160,9 +160,13 @@ def test_a_motion_that_falls_silent_is_not_healthy_for_ever():
 
 
 def test_decisions_name_what_is_known_of_an_operation_in_any_motion():
-    """A date of closing 1, and of opening 3, which closing has no record of."""
-    closing = {"date": ["2024-11-20", "", ""], "event": ["", "", ""], "breaker": ["Q0"] * 3}
-    opening = {"date": ["2024-11-21", "", "2024-11-23"], "temperature": [NAN, 21.5, NAN]}
+    """A date of closing 1, and of opening 3, which closing has no record of; all events of an
+    operation, and the mean of its temperatures, as trends have them.
+    """
+    closing = {"date": ["2024-11-20", "", ""], "event": ["inspected", "greased", ""]}
+    closing |= {"breaker": ["Q0"] * 3, "temperature": [10.0, 12.0, NAN]}
+    opening = {"date": ["2024-11-21", "", "2024-11-23"], "event": ["remounted", "greased", ""]}
+    opening |= {"temperature": [14.0, NAN, 21.5]}
     curves = {
         "closing": curves_of([1, 2, 4], **closing),
         "opening": curves_of([1, 2, 3], **opening),
@@ -170,17 +174,8 @@ def test_decisions_name_what_is_known_of_an_operation_in_any_motion():
     rows = page_of(QUIET, trend_of(MOTIONS, NUMBERS), curves=curves).rows
     assert rows.date.tolist() == ["2024-11-20", "", "2024-11-23", ""]
     assert rows.breaker.tolist() == ["Q0", "Q0", "", "Q0"]
-    assert rows.temperature.tolist()[1] == 21.5
-
-
-def test_events_and_temperatures_are_those_that_trends_have():
-    """All events of an operation, and the mean of its temperatures."""
-    closing = {"event": ["inspected", "greased"], "temperature": [10.0, 12.0]}
-    opening = {"event": ["remounted", "greased"], "temperature": [14.0, NAN]}
-    curves = {"closing": curves_of([1, 2], **closing), "opening": curves_of([1, 2], **opening)}
-    rows = page_of(QUIET, trend_of(MOTIONS, NUMBERS), curves=curves).rows
     assert rows.event.tolist() == ["inspected, remounted", "greased", "", ""]
-    assert rows.temperature.tolist()[:2] == [12.0, 12.0]
+    assert rows.temperature.tolist()[:3] == [12.0, 12.0, 21.5]
 
 
 def test_dates_turn_operations_into_days():

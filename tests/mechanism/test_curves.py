@@ -308,15 +308,6 @@ def test_drives_that_are_too_fast_are_refused_by_row(small_blocks, prior, sensor
         check(theta, sensor.times, "closing", onsets)
 
 
-def test_arguments_are_left_alone(prior, sensor):
-    theta, onset = draws(prior, 3, "left alone")
-    times = sensor.times.copy()
-    copies = theta.copy(), times.copy(), onset.copy()
-    travel(theta, times, "opening", onset=onset)
-    for value, copy in zip((theta, times, onset), copies, strict=True):
-        np.testing.assert_array_equal(value, copy)
-
-
 def test_no_operation_is_no_curve(sensor):
     result = travel(np.empty((0, 7)), sensor.times, "closing")
     assert result.travel.shape == (0, sensor.samples)

@@ -3,7 +3,6 @@
 from breaker.mechanism.parameters import (
     MOTIONS,
     NAMES,
-    ONSET,
     PARAMETERS,
     is_logarithmic,
     outputs,
@@ -19,14 +18,10 @@ def test_order_and_units():
     assert MOTIONS == ("closing", "opening")
 
 
-def test_onset_is_the_last_output_where_it_is_on():
-    assert outputs(False) == PARAMETERS
-    assert outputs(True) == (*PARAMETERS, ONSET)
-    assert ONSET.unit == "ms"
-
-
 def test_scale_of_the_outputs(defaults):
+    assert outputs(False) == PARAMETERS
     names = [output.name for output in outputs(True)]
+    assert names == [*NAMES, "onset"]
     assert is_logarithmic(names).tolist() == [True] * 7 + [False]
     sds = prior_sds(names, defaults["prior"], defaults["sensor"]["onset_sd"])
     assert sds.tolist() == [0.20, 0.15, 0.20, 0.20, 0.40, 0.10, 0.05, 0.3]

@@ -72,47 +72,32 @@ def test_columns_and_rows_do_not_depend_on_each_other(prior):
 # ---- what does not exist ---------------------------------------------------------------------
 
 
-def test_contact_that_never_touches():
-    """At rest at f / k_a = 8 mm, short of the gap."""
-    row = evaluate(CLOSING, changed(f=8 * 0.045), "closing")[0]
-    assert row[0] == pytest.approx((8 * 0.045 - 0.45) / 0.085)
-    assert np.all(np.isnan(row[1:]))
-
-
-def test_contact_that_touches_but_is_not_held():
-    """It swings to the gap, but there is no closed position to travel beyond."""
-    wipe, time, speed, over = evaluate(CLOSING, changed(f=0.44), "closing")[0]
-    assert wipe < 0
-    assert 10 < time < 60
-    assert speed > 0
-    assert np.isnan(over)
-
-
-def test_opening_without_a_closed_state():
-    row = evaluate(OPENING, changed(f=0.44), "opening")[0]
-    assert row[0] < 0
-    assert np.all(np.isnan(row[1:]))
-
-
-def test_six_millimetres_never_travelled():
-    """The drive is at 5.6 mm at the touch; at the parting at 5.3 mm, of which it passes 0 by 0.6.
-
-    With 1 mm more of gap it travels the 6 mm.
-    """
-    for names, motion, gap in ((CLOSING, "closing", 3.0), (OPENING, "opening", 2.0)):
-        row = evaluate(names, changed(L=gap), motion)[0]
-        assert np.isnan(row).tolist() == [False, False, True, False]
-        assert np.all(np.isfinite(evaluate(names, changed(L=gap + 1), motion)))
-
-
-def test_drive_still_on_its_way_at_the_end():
-    """So slow that at 60 ms it is millimetres from rest, on its way there."""
-    row = evaluate(("part_time", "rebound"), changed(gamma_a=2.5), "opening")[0]
-    assert np.isfinite(row[0])
-    assert np.isnan(row[1])
-    row = evaluate(("touch_time", "over_travel"), changed(gamma_a=2.5), "closing")[0]
-    assert np.isfinite(row[0])
-    assert np.isnan(row[1])
+@pytest.mark.parametrize(
+    ("motion", "change", "missing"),
+    [
+        # At rest at f / k_a = 8 mm, short of the gap.
+        ("closing", {"f": 8 * 0.045}, [1, 2, 3]),
+        # It swings to the gap, but there is no closed position to travel beyond, or to open from.
+        ("closing", {"f": 0.44}, [3]),
+        ("opening", {"f": 0.44}, [1, 2, 3]),
+        # At 5.6 mm at the touch; at 5.3 mm at the parting, and then 0.6 mm beyond 0: never 6 mm.
+        ("closing", {"L": 3.0}, [2]),
+        ("opening", {"L": 2.0}, [2]),
+        # With 1 mm more of gap it travels them.
+        ("closing", {"L": 4.0}, []),
+        ("opening", {"L": 3.0}, []),
+        # So slow that at 60 ms it is millimetres from rest, on its way there.
+        ("closing", {"gamma_a": 2.5}, [3]),
+        ("opening", {"gamma_a": 2.5}, [3]),
+    ],
+)
+def test_what_does_not_exist_is_nan(motion, change, missing):
+    """The wipe is that of the formula, also where it is negative."""
+    theta = changed(**change)
+    row = evaluate(CLOSING if motion == "closing" else OPENING, theta, motion)[0]
+    assert np.flatnonzero(np.isnan(row)).tolist() == missing
+    _, k_a, k_b, _, _, f, gap = theta[0]
+    assert row[0] == pytest.approx((f - k_a * gap) / (k_a + k_b))
 
 
 def test_drive_that_comes_to_rest_without_passing_it():

@@ -63,24 +63,17 @@ def brute_force(point, curve, switching, rests, motion):
     at = np.interp(switching, TIMES, curve)
     if point.unit == "ms":
         return switching + point.amount, np.interp(switching + point.amount, TIMES, curve)
+    if (point.unit, point.amount) == ("mm", 0):
+        return switching, at
+    share = point.amount / 100
+    level = at + sign * point.amount
     if point.unit == "%":
-        level = rests[0] + point.amount / 100 * (rests[1] - rests[0])
-        first = int(np.argmax(sign * curve >= sign * level))
-    else:
-        level = at + sign * point.amount
-        if point.amount == 0:
-            return switching, at
-        before = point.amount < 0
-        when = switching > TIMES if before else switching < TIMES
-        passed = sign * curve >= sign * level
-        if before:
-            passed = ~passed & when
-            first = TIMES.size - int(np.argmax(passed[::-1])) if passed.any() else -1
-        else:
-            first = int(np.argmax(passed & when))
-        if first < 0:
-            return np.nan, level
-    return TIMES[first] - 0.5e-3, level
+        level = rests[0] + share * (rests[1] - rests[0])
+    beyond = sign * curve >= sign * level
+    passed = TIMES[1:][~beyond[:-1] & beyond[1:]] - 0.5e-3
+    if point.unit == "mm":
+        passed = passed[passed < switching][::-1] if share < 0 else passed[passed > switching]
+    return passed[0] if passed.size else np.nan, level
 
 
 @pytest.mark.parametrize("motion", ["closing", "opening"])

@@ -133,14 +133,14 @@ def test_stated_times_in_another_time_are_refused(wrong):
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
-    """Times on the grid: the file's own, less that of the grid's zero."""
+    """Times on the grid: the file's own, less that of the grid's zero; columns in any order."""
     exact = travel(prior.medians[None], TIME, motion, onset=MOVES)
     switches = MOVES + exact.switching[0]
     contact = np.where((switches <= TIME) == (motion == "closing"), "0.1", "12.0")
     trigger = (TIME >= 7.0) * 2.5
     rows = zip(TIME, exact.travel[0], contact, trigger, strict=True)
-    lines = ["time,travel,main,coil", "ms,mm,V,A"]
-    lines += [f"{t:.2f},{x:.4f},{c},{i}" for t, x, c, i in rows]
+    lines = ["main,travel,coil,time", "V,mm,A,ms"]
+    lines += [f"{c},{x:.4f},{i},{t:.2f}" for t, x, c, i in rows]
     (tmp_path / "a.csv").write_text("\n".join(lines))
     settings = {"time_unit": "ms", "contact_column": "main", "trigger_column": "coil"}
     operations = [

@@ -23,6 +23,7 @@ from breaker.stores import describe, save
 
 STEP, EVERY = 0.1, 4  # ms between samples of a file; samples for one of the model's grid
 HEAD = 6  # lines before the first sample of what write_curve writes
+BARE = FORMAT | {"skip_rows": 0, "units_row": False}  # a line of names, and numbers
 TO_MS = {"s": 1e3, "ms": 1.0, "us": 1e-3}
 TO_MM = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
 
@@ -35,23 +36,12 @@ def record(prior, motion, *, moves=10.0, stop=76.0, step=STEP, noise=0.05, seed=
     return time, np.round(exact + noise * rng.standard_normal(time.size), 3)
 
 
-def export(file, settings, time, x, *, more=()):
-    """Write a record as the settings describe it; ``more`` names the first columns in order."""
+def export(file, settings, time, x):
+    """Write a record as the settings describe it."""
     reading = settings["sign"] * x / TO_MM[settings["travel_unit"]] + settings["zero"]
-    columns = {
-        settings["time_column"]: time / TO_MS[settings["time_unit"]],
-        settings["travel_column"]: reading,
-    }
-    columns |= {name: np.full(time.size, 7.0) for name in more if name not in columns}
-    order = [*more, *(name for name in columns if name not in more)]
-    units = {settings[f"{kind}_column"]: settings[f"{kind}_unit"] for kind in ("time", "travel")}
-    lines = [settings["delimiter"].join(order)]
-    if settings["units_row"]:
-        lines.append(settings["delimiter"].join(units.get(name, "-") for name in order))
-    for row in zip(*(columns[name].tolist() for name in order), strict=True):
-        cells = [f"{value:.10g}".replace(".", settings["decimal"]) for value in row]
-        lines.append(settings["delimiter"].join(cells))
-    file.write_text("\n".join([*lines, ""]), encoding=settings["encoding"])
+    rows = np.stack([time / TO_MS[settings["time_unit"]], reading], axis=1)
+    head = f"{settings['time_column']},{settings['travel_column']}"
+    np.savetxt(file, rows, "%.10g", ",", header=head, comments="", encoding="utf-8")
 
 
 @pytest.fixture
@@ -136,7 +126,7 @@ DIALECTS = {
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("name", DIALECTS)
 def test_settings_say_how_a_file_is_written(file, prior, times, name, motion):
-    settings = {**FORMAT, "skip_rows": 0, **DIALECTS[name]}
+    settings = BARE | DIALECTS[name]
     time, x = record(prior, motion)
     export(file, settings, time, x)
     read, start = read_curve(file, settings, times, motion)
@@ -144,53 +134,26 @@ def test_settings_say_how_a_file_is_written(file, prior, times, name, motion):
     np.testing.assert_allclose(read, x[first : first + EVERY * times.size : EVERY], atol=2e-6)
 
 
-def test_other_columns_and_another_order_do_no_harm(file, prior, times):
-    settings = {**FORMAT, "skip_rows": 0, "units_row": True}
-    time, x = record(prior, "closing")
-    export(file, settings, time, x)
-    plain, _ = read_curve(file, settings, times, "closing")
-    export(file, settings, time, x, more=("current", "travel", "trip coil", "time"))
-    assert file.read_text(encoding="utf-8").startswith("current,travel,trip coil,time\n-,mm,-,s\n")
-    np.testing.assert_array_equal(read_curve(file, settings, times, "closing")[0], plain)
-
-
 # ---- bad lines: file, line and reason ----------------------------------------------------------
 
 
-def replace_cell(column, text):
-    def change(lines, at):
-        cells = lines[at - 1].split(",")
-        cells[column] = text
-        lines[at - 1] = ",".join(cells)
-
-    return change
+def cell(column, text):
+    """A change of a line: one of its two cells."""
+    return lambda line: ",".join(np.where(np.arange(2) == column, text, line.split(",")))
 
 
-def put(text):
-    def change(lines, at):
-        lines[at - 1] = text
-
-    return change
-
-
-def delete(count):
-    def change(lines, at):
-        del lines[at - 1 : at - 1 + count]
-
-    return change
-
-
-def edit(file, change, line):
-    """Change a line of a file; lines are counted as a text editor does."""
+def edit(file, change, at):
+    """Change a line of a file, or delete it for None; lines are counted as a text editor does."""
     lines = file.read_text(encoding="utf-8").split("\n")
-    change(lines, line)
+    line = change(lines[at - 1])
+    lines[at - 1 : at] = [] if line is None else [line]
     file.write_text("\n".join(lines), encoding="utf-8")
 
 
 def test_a_bad_line_is_named(file, prior, times):
     """A clock that jitters; a text is named with those of many files below."""
     written(file, prior)
-    edit(file, replace_cell(0, "0.02933"), 300)
+    edit(file, cell(0, "0.02933"), 300)
     reason = "the time steps are uneven before this line"
     assert rejection(file, FORMAT, times).startswith(f"{file}, line 300: {reason}")
 
@@ -198,12 +161,12 @@ def test_a_bad_line_is_named(file, prior, times):
 # ---- missing samples ----------------------------------------------------------------------------
 
 GAPS = {
-    "empty travel": replace_cell(1, ""),
-    "nan": replace_cell(1, " NaN"),
-    "no time": replace_cell(0, ""),
-    "short line": lambda lines, at: put(lines[at - 1].split(",")[0])(lines, at),
-    "empty line": put(""),
-    "no line": delete(1),
+    "empty travel": cell(1, ""),
+    "nan": cell(1, " NaN"),
+    "no time": cell(0, ""),
+    "short line": lambda line: line.split(",")[0],
+    "empty line": lambda line: "",
+    "no line": lambda line: None,
 }
 
 
@@ -232,7 +195,7 @@ def test_too_many_missing_samples_are_told(file, prior, times):
     at = HEAD + 1 + round((start + times[0]) / STEP)
     fifth = FORMAT | {"missing": 0.2}
     for k in range(31):  # of 151: at most 30.2
-        edit(file, replace_cell(1, ""), at + EVERY * (70 + k))
+        edit(file, cell(1, ""), at + EVERY * (70 + k))
         if k == 29:
             assert np.isnan(read_curve(file, fifth, times, "closing")[0]).sum() == 30
     assert rejection(file, fifth, times) == (
@@ -249,7 +212,7 @@ def test_a_first_motion_that_is_not_seen_is_told(file, prior, times, motion):
     for gap in ((0, 50), (-10, 14), (-100, 5)):
         written(file, prior, motion)
         for line in range(*gap):
-            edit(file, replace_cell(1, ""), HEAD + 101 + line)
+            edit(file, cell(1, ""), HEAD + 101 + line)
         message = rejection(file, FORMAT, times, motion)
         assert re.search("the first motion is not seen|begins too late$", message)
 
@@ -259,7 +222,7 @@ def test_a_first_motion_that_is_not_seen_is_told(file, prior, times, motion):
 
 def misread(settings, **wrong):
     """Settings with which a good file is written, and wrong ones with which it is read."""
-    return {**FORMAT, "skip_rows": 0, "units_row": False, **settings}, wrong
+    return BARE | settings, wrong
 
 
 MAGNITUDES = {
@@ -330,8 +293,9 @@ def folder(tmp_path, prior):
     for each in files[:4]:
         motion = "opening" if each.number == 3 else "closing"
         written(each.file, prior, motion, seed=each.number)
-    edit(files[1].file, replace_cell(1, "?"), 50)
-    edit(files[3].file, delete(EVERY), HEAD + 400)
+    edit(files[1].file, cell(1, "?"), 50)
+    for _ in range(EVERY):
+        edit(files[3].file, GAPS["no line"], HEAD + 400)
     return files
 
 
