@@ -9,15 +9,7 @@ from breaker.decisions.alarms import alarm_table
 from breaker.decisions.changes import changes, named, same_bend, step_table, with_steps
 from breaker.decisions.series import complete
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from tests.decisions.made_up import (
-    KINDS,
-    LIMITS,
-    QUIET,
-    SETTINGS,
-    changed,
-    page_of,
-    trend_of,
-)
+from tests.decisions.made_up import KINDS, LIMITS, QUIET, SETTINGS, changed, page_of, trend_of
 
 NUMBERS = 10 * np.arange(120, 124)  # 1,200 to 1,230
 ENDED = "closing: the end of the stroke changed at operation 1,200 (0.42 mm)"

@@ -6,16 +6,7 @@ import pytest
 from breaker.decisions.series import remaining
 from breaker.decisions.states import evidence, health, judge
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from tests.decisions.made_up import (
-    ALARM,
-    INF,
-    LIMITS,
-    NAN,
-    NUMBERS,
-    QUIET,
-    condition_of,
-    trend_of,
-)
+from tests.decisions.made_up import ALARM, INF, LIMITS, NAN, NUMBERS, QUIET, condition_of, trend_of
 
 
 def judged_of(own, trend, alarm=ALARM):

@@ -7,16 +7,7 @@ import pytest
 from breaker.decisions.actions import ACTIONS
 from breaker.decisions.table import dated
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from tests.decisions.made_up import (
-    INF,
-    NAN,
-    NUMBERS,
-    QUIET,
-    changed,
-    curves_of,
-    page_of,
-    trend_of,
-)
+from tests.decisions.made_up import INF, NAN, NUMBERS, QUIET, changed, curves_of, page_of, trend_of
 
 LEADS = {"toward": {"wide": 0.97}}
 

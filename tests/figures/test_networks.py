@@ -10,14 +10,7 @@ from breaker.figures.networks import missing, networks
 from breaker.mechanism.parameters import outputs
 from breaker.model.randomness import generator
 from breaker.validation import judge_ranks, over_curves
-from tests.figures.drawn import (
-    assert_nothing_overlaps,
-    bands,
-    line_of,
-    segments,
-    words,
-    written,
-)
+from tests.figures.drawn import assert_nothing_overlaps, bands, line_of, segments, words, written
 
 NAMES = [output.name for output in outputs(onset=True)]
 

@@ -5,12 +5,7 @@ import pytest
 
 from breaker.model.randomness import generator
 from breaker.records.errors import UnusableError
-from breaker.records.grid import (
-    check_missing,
-    cubic_weights,
-    grid_remarks,
-    on_grid,
-)
+from breaker.records.grid import check_missing, cubic_weights, grid_remarks, on_grid
 
 GRID = np.linspace(-2.0, 58.0, 151)
 RATES = [1.0, 2.2, 3.0, 4.0, 7.3, 9.6, 100.0]

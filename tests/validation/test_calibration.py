@@ -9,12 +9,7 @@ from scipy.stats import binom
 
 from breaker.model.randomness import generator
 from breaker.validation.bands import calibration_p_values, ecdf_difference, simultaneous_band
-from breaker.validation.calibration import (
-    coverage,
-    family_p_value,
-    judge_ranks,
-    ranks,
-)
+from breaker.validation.calibration import coverage, family_p_value, judge_ranks, ranks
 from tests.validation.made import exact_posteriors
 
 

@@ -5,12 +5,7 @@ import pytest
 
 from breaker.model.randomness import generator
 from breaker.posterior.tables import share_inside
-from breaker.validation.diagnostics import (
-    correlation,
-    pointwise_band,
-    recovery,
-    scores,
-)
+from breaker.validation.diagnostics import correlation, pointwise_band, recovery, scores
 from tests.validation.made import exact_posteriors
 
 PRIOR_SD = np.array([0.2, 0.4, 0.3])
