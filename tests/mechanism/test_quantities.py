@@ -98,6 +98,8 @@ def test_what_does_not_exist_is_nan(motion, change, missing):
     assert np.flatnonzero(np.isnan(row)).tolist() == missing
     _, k_a, k_b, _, _, f, gap = theta[0]
     assert row[0] == pytest.approx((f - k_a * gap) / (k_a + k_b))
+    stroke = evaluate(["stroke"], theta, motion).item()
+    assert np.isnan(stroke) if row[0] < 0 else stroke == pytest.approx(gap + row[0])
 
 
 def test_drive_that_comes_to_rest_without_passing_it():
