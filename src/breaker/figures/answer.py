@@ -19,6 +19,7 @@ _CORNER = {"closing": (0.97, 0.08, "bottom"), "opening": (0.97, 0.95, "top")}  #
 _POINTS = 200  # of a density
 _PRIOR = 1.0  # times the width of the posterior, to which the prior is shown on either side
 _COLUMNS = 4
+_BAND = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
 
 
 @style.styled
@@ -52,10 +53,8 @@ def _title(parts: Mapping[str, xr.Dataset]) -> str:
     files = {_name(file) for data in parts.values() for file in data.file.values}
     if len(files) == 1:
         return f"Drive as inferred from {files.pop()}"
-    counts = [
-        f"{data.sizes['operation']} {motion}{'s' * (data.sizes['operation'] > 1)}"
-        for motion, data in parts.items()
-    ]
+    sizes = {motion: data.sizes["operation"] for motion, data in parts.items()}
+    counts = [f"{size} {motion}{'s' * (size > 1)}" for motion, size in sizes.items()]
     return f"Drive as inferred from {' and '.join(counts)}"
 
 
@@ -89,8 +88,7 @@ def _record(axis: Axes, data: xr.Dataset, motion: str) -> None:
 
 def _residual(axis: Axes, data: xr.Dataset) -> None:
     """The first record less the model alone, and what the model leaves out."""
-    band = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
-    axis.fill_between(data.time, data.family_lower, data.family_upper, **band)
+    axis.fill_between(data.time, data.family_lower, data.family_upper, **_BAND)
     axis.plot(data.time, data.left_out, color=style.WARNING, lw=1.2)
     axis.plot(data.time, data.residual, "o", color=style.MEASURED, ms=2, mew=0)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
@@ -107,17 +105,15 @@ def _density_panel(axis: Axes, parts: Mapping[str, xr.Dataset], name: str) -> No
     left = max(min(ends[0], low), low - _PRIOR * (high - low))
     right = min(max(ends[1], high), high + _PRIOR * (high - low))
     at = np.linspace(left, right, _POINTS)
-    band = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
-    axis.fill_between(at, gaussian_kde(prior)(at), **band)
+    axis.fill_between(at, gaussian_kde(prior)(at), **_BAND)
     for motion, data in parts.items():
         for i, values in enumerate(data.values_shown.transpose("operation", "draw").values):
             look = {"lw": 1.8} if i == 0 else {"lw": 0.6, "alpha": 0.6}
             axis.plot(at, gaussian_kde(_finite(values))(at), color=_COLOURS[motion], **look)
     unit = first.shown_unit.item()
     axis.set_title(literal(first.shown_meaning.item()), loc="left", fontsize=9)
-    axis.set(xlabel=f"{first.shown_symbol.item()}{'' if unit == '1' else f' ({unit})'}")
-    axis.set(yticks=[], xlim=(left, right))
-    axis.set_ylim(bottom=0.0)
+    label = f"{first.shown_symbol.item()}{'' if unit == '1' else f' ({unit})'}"
+    axis.set(xlabel=label, yticks=[], xlim=(left, right), ylim=(0.0, None))
 
 
 def _finite(values: xr.DataArray | np.ndarray) -> np.ndarray:

@@ -16,6 +16,9 @@ __all__ = ["change_words", "changepoint"]
 _CHANGE = "#7A35D0"
 _TITLE = "change points of the wear"
 _FOLLOWED = "followed: the level of each parameter, without the scatter of single operations"
+_NOT_FOLLOWED = (
+    "Not followed together: closing and opening have different parameters at the beginning."
+)
 _STEP = {"color": style.MEASURED, "ls": ":", "lw": 1.6}
 _LINES, _WIDTH = 12, 46  # lines beside the panels that describe steps and changes; characters
 
@@ -37,12 +40,12 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
             measurements.
 
     Without an operation, the figure says so.
-
-    Raises:
-        ValueError: If there is no such source.
     """
     if trend.sizes["operation"] == 0:
-        return _not_followed(source)
+        figure = style.new_figure(14.4, 2.2)
+        style.heading(figure, source, _TITLE)
+        figure.text(0.5, 0.4, _NOT_FOLLOWED, ha="center", fontsize=12)
+        return figure
     names = [str(name) for name in trend["parameter"].values]
     rows = -(-(len(names) + 1) // 4)  # one place more, for the words
     figure = style.new_figure(14.4, 2.6 * rows + 4.9)
@@ -65,21 +68,11 @@ def changepoint(trend: xr.Dataset, *, source: str, truth: xr.DataArray | None = 
     ages.set_xlabel("")
     ages.tick_params(labelbottom=False)
     _tell(words, trend)
-    count = trend.sizes["change"]
-    found = ("no change found", "1 change found")[count] if count < 2 else f"{count} changes found"
-    steps = trend.sizes["jump"]
-    found += ("", ", 1 step")[steps] if steps < 2 else f", {steps} steps"
+    changes, steps = trend.sizes["change"], trend.sizes["jump"]
+    found = f"{changes or 'no'} change{'s' * (changes > 1)} found"
+    found += f", {steps} step{'s' * (steps > 1)}" if steps else ""
     style.heading(figure, source, _TITLE, f"{_FOLLOWED}\n{found}")
     style.legend_below(figure, _handles(trend, truth is not None), columns=5)
-    return figure
-
-
-def _not_followed(source: str) -> Figure:
-    """Return a figure that states why a source has no trend."""
-    figure = style.new_figure(14.4, 2.2)
-    style.heading(figure, source, _TITLE)
-    text = "Not followed together: closing and opening have different parameters at the beginning."
-    figure.text(0.5, 0.4, text, ha="center", fontsize=12)
     return figure
 
 
@@ -145,9 +138,8 @@ def _probability(axis: Axes, trend: xr.Dataset) -> None:
     axis.plot(alarms, np.full(alarms.shape, 1.1), "v", color=style.WARNING, ms=8, mec="white")
     steps = trend["jump_noticed"].values
     axis.plot(steps, np.full(steps.shape, 1.32), "D", color=style.MEASURED, ms=7, mec="white")
-    axis.set(
-        ylim=(-0.05, 1.45 if steps.size else 1.2), yticks=[0.0, 0.5, 1.0], ylabel="probability"
-    )
+    axis.set(ylim=(-0.05, 1.45 if steps.size else 1.2), yticks=[0.0, 0.5, 1.0])
+    axis.set_ylabel("probability")
     axis.set_title("changed since the last alarm?", loc="left")
 
 
@@ -168,42 +160,26 @@ def _tell(axis: Axes, trend: xr.Dataset) -> None:
     lines = [line for each in told[:shown] for line in each] or [("No change found.", "normal")]
     if shown < len(told):
         lines.append((f"and {len(told) - shown} more", "normal"))
+    place = {"xycoords": "axes fraction", "textcoords": "offset points", "va": "top"}
     for i, (text, weight) in enumerate(lines):
-        axis.annotate(
-            text,
-            (0.0, 1.0),
-            xycoords="axes fraction",
-            xytext=(0, -13.5 * i),
-            textcoords="offset points",
-            va="top",
-            weight=weight,
-            fontsize=9,
-        )
+        below = (0, -13.5 * i)
+        axis.annotate(text, (0.0, 1.0), xytext=below, weight=weight, fontsize=9, **place)
 
 
 def _handles(trend: xr.Dataset, with_truth: bool) -> list:
-    handles = [
+    dots = "median of a single operation (pulled to the prior)"
+    changes, steps = trend.sizes["change"], trend.sizes["jump"]
+    return [
+        "median" in trend and style.dot_key(dots, ms=4, alpha=0.4),
         style.line_key("level by the trend", lw=1.6),
         style.band_key("90 % interval of the level", style.REFERENCE, 0.3),
-    ]
-    if "median" in trend:
-        dots = "median of a single operation (pulled to the prior)"
-        handles.insert(0, style.dot_key(dots, ms=4, alpha=0.4))
-    if with_truth:
-        handles.append(truth_key())
-    if trend.sizes["change"]:
-        handles += [
-            style.line_key("change", _CHANGE, lw=1.0),
-            style.band_key("90 % interval of the change", _CHANGE, 0.15),
-        ]
-    if trend.sizes["jump"]:
-        handles.append(style.line_key("step", _STEP["color"], ls=_STEP["ls"], lw=_STEP["lw"]))
-        handles.append(style.dot_key("step noticed", style.MEASURED, "D", ms=7))
-    handles += [
+        with_truth and truth_key(),
+        changes and style.line_key("change", _CHANGE, lw=1.0),
+        changes and style.band_key("90 % interval of the change", _CHANGE, 0.15),
+        steps and style.line_key("step", **_STEP),
+        steps and style.dot_key("step noticed", style.MEASURED, "D", ms=7),
         style.line_key("operations since the last change", style.WARNING, lw=1.5),
         style.band_key("its 90 % interval", style.WARNING, 0.2),
         style.line_key(f"alarm level {trend.attrs['alarm_level']:g}", ls="--", lw=1.0),
+        trend["alarm"].values.any() and style.dot_key("alarm", style.WARNING, "v", ms=8),
     ]
-    if bool(trend["alarm"].any()):
-        handles.append(style.dot_key("alarm", style.WARNING, "v", ms=8))
-    return handles

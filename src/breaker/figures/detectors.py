@@ -70,10 +70,8 @@ def _looks(names: list[str]) -> dict[str, dict]:
 
 def _values(rows: pd.DataFrame, column: str) -> np.ndarray:
     """Percent, or operations; where fewer than half are noticed, nothing is drawn."""
-    values = rows[column].to_numpy(float)
-    return (
-        100 * values if column.startswith("found") else np.where(np.isinf(values), np.nan, values)
-    )
+    values = rows[column].replace(np.inf, np.nan).to_numpy(float)
+    return 100 * values if column.startswith("found") else values
 
 
 def _prepare(axis: Axes, column: str) -> None:
@@ -83,11 +81,9 @@ def _prepare(axis: Axes, column: str) -> None:
     if column.startswith("found"):
         axis.set(ylim=(-3, 103), ylabel="found within 3 % of life (%)")
         return
-    axis.set_yscale("log")
-    axis.set_ylim(15, 1200)
+    axis.set(yscale="log", ylim=(15, 1200), ylabel="operations, median")
     axis.set_yticks([20, 50, 100, 200, 500, 1000], ["20", "50", "100", "200", "500", "1000"])
     axis.set_yticks([], minor=True)
-    axis.set_ylabel("operations, median")
 
 
 def _label(axis: Axes, table: pd.DataFrame, looks: Mapping[str, Mapping]) -> None:

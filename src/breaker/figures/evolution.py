@@ -56,12 +56,8 @@ def _flags(inference: xr.Dataset) -> dict[str, np.ndarray]:
     """Return which operations are flagged ``(operation,)``, flag by flag, in the order of FLAGS."""
     accepted = inference["accepted"].values.astype(bool)
     resolved = inference["resolved"].values.astype(bool) if "resolved" in inference else accepted
-    return {
-        "misfit": inference["misfit"].values.astype(bool),
-        "outside_prior": inference["outside_prior"].values.astype(bool),
-        "unresolved": accepted & ~resolved,
-        "rejected": ~accepted,
-    }
+    known = {name: inference[name].values.astype(bool) for name in ("misfit", "outside_prior")}
+    return known | {"unresolved": accepted & ~resolved, "rejected": ~accepted}
 
 
 def _bands(axis: Axes, one: xr.Dataset, name: str) -> None:
@@ -88,9 +84,8 @@ def _handles(flags: dict[str, np.ndarray], with_truth: bool) -> list:
         style.dot_key("posterior median", ms=4),
         style.band_key("50 % interval", style.REFERENCE, 0.55),
         style.band_key("95 % interval", style.REFERENCE, 0.22),
+        with_truth and truth_key(),
     ]
-    if with_truth:
-        handles.append(truth_key())
     for flag, flagged in flags.items():
         mark, words = FLAGS[flag]
         if count := int(flagged.sum()):

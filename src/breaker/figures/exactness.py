@@ -16,10 +16,7 @@ _LARGEST_K = 0.7  # of Pareto's tail, from which importance weights do not settl
 _BODY = 0.97  # share of the curves that the panel of the gap has room for
 _ABOVE = {"loc": "lower left", "bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}
 _PAD = 44.0  # points between a panel of the first row and its title, for the words in between
-_ROWS = {
-    "amortised": (-0.17, style.AMORTISED),
-    "corrected": (0.17, style.CORRECTED),
-}  # shift, colour
+_ROWS = {"amortised": (-0.17, style.AMORTISED), "corrected": (0.17, style.CORRECTED)}
 
 
 @style.styled
@@ -41,7 +38,6 @@ def exactness(
             ``posterior.correct_validation``.
         examples: From ``validation.examples``; without any, their row is left out.
         summary: The row of ``posterior.summary``.
-        setting: What the title says of the setting, if anything.
     """
     count = examples.sizes["example"]
     figure = style.new_figure(14.0, 10.2 if count else 5.0)
@@ -52,6 +48,8 @@ def exactness(
     _tail(axes[1], judged, corrected)
     _gap(axes[2], judged, summary)
     _rounds(axes[3], corrected)
+    for axis in axes:
+        axis.legend(**_ABOVE)
     for place in below:
         grid = place.subplots(1, count, sharey=True, squeeze=False)
         for i, axis in enumerate(grid.flat):
@@ -63,15 +61,14 @@ def exactness(
 
 
 def _efficiency(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset, summary: Mapping) -> None:
-    for data, colour, words, median in (
-        (judged, style.AMORTISED, "network", summary["efficiency_median"]),
-        (corrected, style.CORRECTED, "correction", summary["corrected_efficiency_median"]),
+    for data, colour, words, key in (
+        (judged, style.AMORTISED, "network", "efficiency_median"),
+        (corrected, style.CORRECTED, "correction", "corrected_efficiency_median"),
     ):
-        label = f"{words}: median {percent(median)}"
+        label = f"{words}: median {percent(summary[key])}"
         _shares(axis, 100 * data["efficiency"].values, colour, label, above=True)
     axis.set(xlabel="efficiency (%)", ylabel="curves at or above (%)", xlim=(0, 100))
     axis.set_title("efficiency of the weights", pad=_PAD)
-    axis.legend(**_ABOVE)
 
 
 def _tail(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset) -> None:
@@ -87,7 +84,6 @@ def _tail(axis: Axes, judged: xr.Dataset, corrected: xr.Dataset) -> None:
     axis.axvspan(_LARGEST_K, high, color=style.WARNING, alpha=0.08, lw=0)
     axis.set(xlabel="Pareto k", ylabel="curves at or below (%)", xlim=(low, high))
     axis.set_title("tail of the weights", pad=_PAD)
-    axis.legend(**_ABOVE)
 
 
 def _gap(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
@@ -105,7 +101,6 @@ def _gap(axis: Axes, judged: xr.Dataset, summary: Mapping) -> None:
     axis.set_xlim(right=1.2 * max(x for x in shown if np.isfinite(x)))
     axis.set(xlabel="divergence (nats)", ylabel="curves at or below (%)")
     axis.set_title("gap to the exact posterior", pad=_PAD)
-    axis.legend(**_ABOVE)
 
 
 def _rounds(axis: Axes, corrected: xr.Dataset) -> None:
@@ -126,7 +121,6 @@ def _rounds(axis: Axes, corrected: xr.Dataset) -> None:
     axis.grid(axis="x", visible=False)
     axis.set(xlabel="rounds of adaptation", ylabel="curves")
     axis.set_title("rounds of the correction", pad=_PAD)
-    axis.legend(**_ABOVE)
 
 
 def _shares(
@@ -163,21 +157,12 @@ def _example(axis: Axes, one: xr.Dataset) -> None:
     axis.tick_params(axis="y", labelsize=11)
     axis.grid(axis="y", visible=False)
     axis.set_xlabel("difference from the corrected median (corrected sd)")
-    _example_title(axis, one)
-
-
-def _example_title(axis: Axes, one: xr.Dataset) -> None:
     resolved, k = bool(one["resolved"]), float(one["pareto_k"])
-    words = [
-        f"efficiency {percent(float(one['efficiency']))}",
-        f"k {k:.2f}" if np.isfinite(k) else "k not known",
-        *([] if resolved else ["not resolved"]),
-    ]
-    axis.set_title(
-        f"{one['place'].item()} efficiency: simulated curve {int(one['curve']) + 1}\n"
-        + ", ".join(words),
-        color="black" if resolved else style.WARNING,
-    )
+    words = f"{one['place'].item()} efficiency: simulated curve {int(one['curve']) + 1}\n"
+    words += f"efficiency {percent(float(one['efficiency']))}, "
+    words += f"k {k:.2f}" if np.isfinite(k) else "k not known"
+    words += "" if resolved else ", not resolved"
+    axis.set_title(words, color="black" if resolved else style.WARNING)
 
 
 def _handles() -> list:

@@ -34,9 +34,8 @@ def fitted_prior(data: xr.Dataset) -> Figure:
         axis.set_ylabel("density" if axis.get_subplotspec().is_first_col() else "")
     count = "one breaker" if breakers == 1 else f"{breakers} breakers"
     alone = "\nits spread from breaker to breaker is a guess" if breakers == 1 else ""
-    title = figure.suptitle(f"Prior of a type of breaker, from {count}{alone}")
-    if alone:
-        title.set_color(style.WARNING)
+    look = {"color": style.WARNING if alone else "black"}
+    figure.suptitle(f"Prior of a type of breaker, from {count}{alone}", **look)
     handles = [
         style.band_key("fitted prior", style.CORRECTED, 0.35),
         style.line_key("default prior, scaled to the size", style.PRIOR, "--", lw=1.6),
@@ -49,12 +48,8 @@ def fitted_prior(data: xr.Dataset) -> Figure:
 def _panel(axis: Axes, one: xr.Dataset) -> None:
     """Draw one parameter; densities are per unit of the logarithm, the fitted's highest 1."""
     median, log_sd = one["median"], one["log_sd"]
-    low, high = (
-        float((np.log(median) + side * _WIDE * log_sd).reduce(end))
-        for side, end in ((-1.0, np.min), (1.0, np.max))
-    )
-    low = min(low, float(np.log(one["low"]).min()))
-    high = max(high, float(np.log(one["high"]).max()))
+    low = min(float(each.min()) for each in (np.log(median) - _WIDE * log_sd, np.log(one["low"])))
+    high = max(float(each.max()) for each in (np.log(median) + _WIDE * log_sd, np.log(one["high"])))
     x = np.linspace(low, high, _POINTS)
     heights = {}
     for kind in ("fitted", "default"):
@@ -63,16 +58,12 @@ def _panel(axis: Axes, one: xr.Dataset) -> None:
     top = max(each.max() for each in heights.values())
     axis.fill_between(np.exp(x), heights["fitted"] / top, color=style.CORRECTED, alpha=0.35, lw=0)
     axis.plot(np.exp(x), heights["default"] / top, color=style.PRIOR, ls="--", lw=1.6)
-    rows = -_rows(one.sizes["breaker"])
+    count = one.sizes["breaker"]
+    rows = -(np.arange(count) + 1.0) / (count + 0.5) * (1.0 / _SHARE - 1.0)
     values = (one["low"], one["middle"], one["high"])
-    style.draw_intervals(axis, rows, *values, color=style.MODEL, lw=1.2)
+    style.draw_intervals(axis, rows, values, color=style.MODEL, lw=1.2)
     axis.set_ylim(rows.min() - 0.1, 1.05)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
     named = len(rows) <= _NAMED
     words = [literal(name) for name in one["breaker"].values] if named else []
     axis.set_yticks(rows if named else [], words)
-
-
-def _rows(count: int) -> np.ndarray:
-    """Heights of the breakers' rows below the densities."""
-    return (np.arange(count) + 1.0) / (count + 0.5) * (1.0 / _SHARE - 1.0)

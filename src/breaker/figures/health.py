@@ -105,19 +105,16 @@ def _differs(one: xr.Dataset) -> bool:
 
 def _handles(health: xr.Dataset) -> list:
     levels = health.attrs
-    handles = [
+    differ = any(_differs(health.sel(limit=limit)) for limit in health["limit"].values)
+    independent = "single operations, as if parts were independent"
+    missing = health["probability"].isnull().values.any()
+    return [
         style.dot_key("single operations", style.MODEL, ms=5, alpha=0.6),
         style.line_key("the level, by which it is judged", style.MODEL, lw=1.8),
+        differ and style.dot_key(independent, _MARGINAL, "D", ms=5),
         style.line_key(f"exceeded from {levels['raise']:g} on", style.WARNING, "--", lw=1.0),
         style.line_key(f"until {levels['clear']:g} again", ls="--", lw=1.0),
+        health["exceeded"].values.any() and style.band_key("exceeded", style.WARNING, 0.13),
+        health["since"].notnull().values.any() and style.line_key("exceeded since", style.WARNING),
+        missing and style.dot_key("operation not usable", marker="|", ms=8),
     ]
-    if any(_differs(health.sel(limit=limit)) for limit in health["limit"].values):
-        label = "single operations, as if parts were independent"
-        handles.insert(2, style.dot_key(label, _MARGINAL, "D", ms=5))
-    if bool(health["exceeded"].any()):
-        handles.append(style.band_key("exceeded", style.WARNING, 0.13))
-    if bool(health["since"].notnull().any()):
-        handles.append(style.line_key("exceeded since", style.WARNING))
-    if bool(health["probability"].isnull().any()):
-        handles.append(style.dot_key("operation not usable", marker="|", ms=8))
-    return handles

@@ -33,7 +33,6 @@ def identifiability(reached: xr.Dataset, *, motion: str, setting: str = "") -> F
 
     Args:
         reached: From :func:`breaker.validation.reached`; outputs are drawn in its order.
-        setting: What the title says of the setting, if anything.
     """
     names = [str(name) for name in reached["output"].values]
     figure = style.new_figure(14.6, 0.56 * len(names) + 2.8)
@@ -44,7 +43,7 @@ def identifiability(reached: xr.Dataset, *, motion: str, setting: str = "") -> F
         if source in reached["source"].values:
             one = reached.sel(source=source)
             values = (one["lower"], one["mean"], one["upper"])
-            style.draw_intervals(axis, rows + shift, *values, color=color, marker=marker, lw=1.4)
+            style.draw_intervals(axis, rows + shift, values, color=color, marker=marker, lw=1.4)
     labels = [f"{style.parameter(name).meaning}   {style.parameter(name).symbol}" for name in names]
     axis.set_yticks(rows, labels)
     axis.tick_params(axis="y", labelsize=10, length=0)

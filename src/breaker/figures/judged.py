@@ -66,7 +66,10 @@ def _coverage(axis: Axes, rows: pd.DataFrame, title: str, names: Sequence) -> No
         some = some.reindex(names)
         places = np.arange(len(names)) + _STEP * (k - (len(looks) - 1) / 2)
         color = _SETS[name][1]
-        _marks(axis, places, some, color, "white" if not scale else color)
+        axis.vlines(places, 100.0 * some.lower_95, 100.0 * some.upper_95, color=color, lw=1.0)
+        axis.plot(
+            places, 100.0 * some.value, "o", color=color, mfc=color if scale else "white", ms=5
+        )
     words = [
         style.parameter(name).symbol if name in NAMES else str(name).replace("_", "\n")
         for name in names
@@ -83,15 +86,7 @@ def _power(axis: Axes, rows: pd.DataFrame) -> None:
     places = np.arange(len(some))
     axis.barh(places, 100.0 * some.value, color=style.MODEL, alpha=0.6, height=0.6)
     axis.hlines(places, 100.0 * some.lower_95, 100.0 * some.upper_95, color=style.REFERENCE)
-    axis.set_yticks(
-        places, [f"{name} ({n})" for name, n in zip(some.quantity, some.n, strict=True)]
-    )
+    axis.set_yticks(places, some.quantity + " (" + some.n.astype(str) + ")")
     axis.invert_yaxis()
     axis.set(xlim=(0.0, 101.0), xlabel="reported within 3 records (%)")
     axis.set_title("faults at one operation", loc="left")
-
-
-def _marks(axis: Axes, places: np.ndarray, rows: pd.DataFrame, color: str, fill: str) -> None:
-    """Draw shares with their intervals."""
-    axis.vlines(places, 100.0 * rows.lower_95, 100.0 * rows.upper_95, color=color, lw=1.0)
-    axis.plot(places, 100.0 * rows.value, "o", color=color, mfc=fill, ms=5)

@@ -47,9 +47,8 @@ def loss(history: xr.Dataset, convergence: xr.Dataset | None = None, *, motion: 
 
 def _training(axis: Axes, history: xr.Dataset, *, solves: bool) -> None:
     values = history["training_loss"].values
-    axis.plot(
-        history["step"], values, color=style.PRIOR, lw=0.6, label="one batch, weights of the moment"
-    )
+    label = "one batch, weights of the moment"
+    axis.plot(history["step"], values, color=style.PRIOR, lw=0.6, label=label)
     # The first steps, from far away, would dwarf all that follows.
     start = min(values.size - 1, values.size // 20)
     low, high = values[start:].min(), values[start:].max()
@@ -71,9 +70,8 @@ def _validation(axis: Axes, history: xr.Dataset) -> None:
     axis.plot([best], value[:1], "*", color=style.WARNING, ms=13, label=label)
     density, error = (history.attrs[f"held_out_log_density{end}"] for end in ("", "_se"))
     axis.axhspan(-density - error, -density + error, color=style.PRIOR, alpha=0.4, lw=0)
-    axis.axhline(
-        -density, color=style.REFERENCE, lw=1.0, ls="--", label="held-out curves, ± 1 s.e."
-    )
+    label = "held-out curves, ± 1 s.e."
+    axis.axhline(-density, color=style.REFERENCE, lw=1.0, ls="--", label=label)
     axis.set(title="validation: negative log density", ylabel="nats per curve")
     axis.legend(loc="upper right")
 
@@ -94,11 +92,8 @@ def _convergence(axis: Axes, convergence: xr.Dataset) -> None:
         values = convergence[f"{name}_difference"].values
         axis.plot(steps, values, marker, color=colour, ms=5, label=label)
     marks = []
-    for key, dashes, words in (
-        ("chosen_steps", ":", "draws"),
-        ("chosen_density_steps", "--", "density"),
-    ):
-        chosen = int(convergence.attrs[key])
+    for key, dashes, words in (("steps", ":", "draws"), ("density_steps", "--", "density")):
+        chosen = int(convergence.attrs[f"chosen_{key}"])
         axis.axvline(chosen, color=style.WARNING, lw=1.2, ls=dashes)
         label = f"chosen for the {words}: {chosen}"
         marks.append(style.line_key(label, style.WARNING, dashes, lw=1.2))

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter, StrMethodFormatter
 
 from breaker.figures import style
@@ -35,21 +34,17 @@ def networks(table: pd.DataFrame, *, motion: str) -> Figure:
     Args:
         table: Rows of ``validation.network_row``. What is nan in it is "not known" in the figure.
     """
-    figure, axes = style.panels(
-        len(_MEASURES), columns=4, width=3.6, height=0.42 * len(table) + 1.4
-    )
+    figure, axes = style.panels(len(_MEASURES), width=3.6, height=0.42 * len(table) + 1.4)
     names = table.network.str.replace("_", " ").to_numpy()
     rows = np.arange(len(table))[::-1]
     poor = ~table.calibrated.to_numpy(dtype=bool)
     for i, (axis, (column, error, words, run)) in enumerate(zip(axes, _MEASURES, strict=True)):
         values = table[column].to_numpy(dtype=float)
         if error is not None:
-            axis.errorbar(
-                values, rows, xerr=2 * table[error], fmt="none", color=style.REFERENCE, lw=1
-            )
-        marks = [
-            style.WARNING if column == "calibration_p" and bad else style.AMORTISED for bad in poor
-        ]
+            error = {"xerr": 2 * table[error], "fmt": "none"}
+            axis.errorbar(values, rows, color=style.REFERENCE, lw=1, **error)
+        warned = poor & (column == "calibration_p")
+        marks = np.where(warned, style.WARNING, style.AMORTISED)
         axis.scatter(values, rows, c=marks, s=36, zorder=3)
         if column == "gap_nats":
             axis.axvline(0.0, color=style.REFERENCE, lw=0.9, ls="--")
@@ -60,10 +55,9 @@ def networks(table: pd.DataFrame, *, motion: str) -> Figure:
     density = table.held_out_log_density.fillna(-np.inf).to_numpy()
     best = names[density.argmax()] if np.isfinite(density).any() else "not known"
     style.heading(figure, motion, "networks side by side", f"highest held-out log density: {best}")
+    warned = poor.any() and style.dot_key("not calibrated", style.WARNING, ms=6)
     handles = [style.line_key("two standard errors", lw=1), style.line_key("no gap", ls="--")]
-    if poor.any():
-        handles.append(style.dot_key("not calibrated", style.WARNING, ms=6))
-    style.legend_below(figure, handles)
+    style.legend_below(figure, [*handles, warned])
     return figure
 
 
@@ -135,11 +129,14 @@ def missing(
     left.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)  # beside all lines
 
     rows = np.arange(q)[::-1]
-    for ratios, mark, shift in (
-        (amortised, style.AMORTISED, 0.14),
-        (exact, style.CORRECTED, -0.14),
+    handles = rank_keys(calibration)[1:]
+    for ratios, mark, shift, whose in (
+        (amortised, style.AMORTISED, 0.14, "network"),
+        (exact, style.CORRECTED, -0.14, "exact posterior"),
     ):
-        style.draw_intervals(right, rows + shift, *ratios[:3], color=mark, lw=2, alpha=0.5)
+        style.draw_intervals(right, rows + shift, ratios[:3], color=mark, lw=2, alpha=0.5)
+        label = f"{whose}: median, 5 to 95 % ({ratios[3].min():.0f} curves)"
+        handles.append(style.line_key(label, mark, marker="o", lw=2))
     right.axvline(1.0, color=style.REFERENCE, lw=0.9, ls="--")
     right.set_yticks(rows, style.symbols(names))
     right.set(xlabel="posterior sd with missing samples / with all", ylim=(-0.6, q - 0.4))
@@ -148,15 +145,5 @@ def missing(
     text, failed = f"{100 * share:g} % of the samples missing at random", calibration.outside.any()
     outcome = calibration.words(style.symbols(names))
     style.heading(figure, motion, text, outcome, failed=bool(failed))
-    widths = [
-        _widths(style.AMORTISED, "network", amortised),
-        _widths(style.CORRECTED, "exact posterior", exact),
-    ]
-    style.legend_below(figure, [*rank_keys(calibration)[1:], *widths])
+    style.legend_below(figure, handles)
     return figure
-
-
-def _widths(mark: str, whose: str, ratios: np.ndarray) -> Line2D:
-    """Legend of the ratios: how they are drawn, and of how many curves."""
-    label = f"{whose}: median, 5 to 95 % ({ratios[3].min():.0f} curves)"
-    return style.line_key(label, mark, marker="o", lw=2)

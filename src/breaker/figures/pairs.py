@@ -45,8 +45,7 @@ def pairs(
                 _scatter(axis, prior[:, chosen], posterior[:, chosen], truth[chosen])
             else:
                 _coefficient(axis, correlation[row, column])
-    _limits(grid, prior, posterior, truth)
-    _labels(grid, names)
+    _frame(grid, np.concatenate([prior, posterior, truth[None]]), names)
     outcome = pairs_words(posterior, truth, correlation, style.symbols(names))
     style.heading(figure, motion, "prior, posterior and truth of one simulated curve", outcome)
     style.legend_below(figure, _handles(), columns=4 if q > 6 else 2)
@@ -78,21 +77,15 @@ def _coefficient(axis: Axes, value: float) -> None:
     axis.text(0.5, 0.5, f"{value:+.2f}".replace("-", "−"), weight=weight, **place, **look)
 
 
-def _limits(grid: np.ndarray, prior: np.ndarray, posterior: np.ndarray, truth: np.ndarray) -> None:
-    """Give each output one range, in all its panels, that holds everything drawn."""
-    everything = np.concatenate([prior, posterior, truth[None]])
-    low, high = everything.min(axis=0), everything.max(axis=0)
+def _frame(grid: np.ndarray, drawn: np.ndarray, names: Sequence[str]) -> None:
+    """Give each output one range, that of all drawn; label the lowest row and first column only."""
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
     room = 0.03 * (high - low)
-    for i in range(len(grid)):
-        grid[i, i].set_xlim(low[i] - room[i], high[i] + room[i])
-        for column in range(i):
-            grid[i, column].set_ylim(low[i] - room[i], high[i] + room[i])
-
-
-def _labels(grid: np.ndarray, names: Sequence[str]) -> None:
-    """Label the lowest row and the first column only."""
     last = len(names) - 1
     for i, name in enumerate(names):
+        grid[i, i].set_xlim(low[i] - room[i], high[i] + room[i])
+        for axis in grid[i, :i]:
+            axis.set_ylim(low[i] - room[i], high[i] + room[i])
         grid[last, i].set_xlabel(style.parameter(name).label)
         if i:
             grid[i, 0].set_ylabel(style.parameter(name).label)
@@ -101,8 +94,7 @@ def _labels(grid: np.ndarray, names: Sequence[str]) -> None:
         axis.tick_params(labelbottom=row == last, labelleft=0 == column < row, labelsize=8)
         if row == column:
             axis.set_yticks([])
-    figure = grid[0, 0].figure
-    figure.align_labels()
+    grid[0, 0].figure.align_labels()
 
 
 def _handles() -> list:

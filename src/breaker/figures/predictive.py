@@ -67,8 +67,9 @@ def posterior_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float
     data = predictive.rename(curve="panel", measured="record")
     shares = enumerate(data["share_inside"].values, start=1)
     titles = [f"simulated record {i}: {percent(share)} in the band" for i, share in shares]
-    text = "posterior predictive check on simulated records"
-    return _checks(data, titles, text, "simulated record", motion=motion, noise_sd=noise_sd)
+    figure = _checks(data, titles, "simulated record", noise_sd)
+    style.heading(figure, motion, "posterior predictive check on simulated records")
+    return figure
 
 
 @style.styled
@@ -84,10 +85,11 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float
     """
     data = predictive.rename(stage="panel", travel="record")
     titles = [_stage_words(data.isel(panel=i)) for i in range(data.sizes["panel"])]
-    text, key = "posterior predictive check of the endurance test", "record of the endurance test"
+    figure = _checks(data, titles, "record of the endurance test", noise_sd)
     flagged = int(data["misfit"].sum())
     outcome = f"{flagged or 'none'} of {len(titles)} flagged as not fitting the model"
-    return _checks(data, titles, text, key, outcome, motion=motion, noise_sd=noise_sd)
+    style.heading(figure, motion, "posterior predictive check of the endurance test", outcome)
+    return figure
 
 
 def _stage_words(one: xr.Dataset) -> str:
@@ -99,34 +101,20 @@ def _stage_words(one: xr.Dataset) -> str:
     )
 
 
-def _checks(
-    data: xr.Dataset,
-    titles: list[str],
-    text: str,
-    key: str,
-    outcome: str = "",
-    *,
-    motion: str,
-    noise_sd: float,
-) -> Figure:
+def _checks(data: xr.Dataset, titles: list[str], key: str, noise_sd: float) -> Figure:
     """Draw one panel with residuals below it for each of ``titles``, two in a row."""
     if not noise_sd > 0:
         raise ValueError(f"residuals need a noise sd above zero, got {noise_sd}")
     rows = -(-len(titles) // 2)
     figure = style.new_figure(11.0, 4.6 * rows + 0.9)
     places = figure.subfigures(rows, 2, squeeze=False).flat
-    below: list[Axes] = []
-    for place, title, i in zip(places, titles, range(len(titles)), strict=False):
-        one = data.isel(panel=i)
-        below.append(_check(place, one, title, noise_sd))
+    numbered = zip(places, enumerate(titles), strict=False)
+    below = [_check(place, data.isel(panel=i), title, noise_sd) for place, (i, title) in numbered]
     limit = max(abs(bound) for axis in below for bound in axis.get_ylim())
     for axis in below:
         axis.set_ylim(-limit, limit)
-    style.heading(figure, motion, text, outcome)
-    handles = [style.dot_key(key, style.MEASURED, ms=4), _MEDIAN, _BAND]
-    if "main_motion_end" in data:
-        handles.append(style.line_key("end of the main motion", **_END))
-    style.legend_below(figure, handles)
+    end = "main_motion_end" in data and style.line_key("end of the main motion", **_END)
+    style.legend_below(figure, [style.dot_key(key, style.MEASURED, ms=4), _MEDIAN, _BAND, end])
     return figure
 
 

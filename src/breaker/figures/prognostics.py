@@ -65,9 +65,8 @@ def prognostics(scores: xr.Dataset) -> Figure:
     _observers(width, scores["fraction"], scores["ideal_width"])
     width.set_ylim(bottom=0.0)
     lives = scores.sizes["life"]
-    figure.suptitle(
-        f"Prognostics: changes and remaining life against the truth\n{lives} simulated lives"
-    )
+    words = "Prognostics: changes and remaining life against the truth"
+    figure.suptitle(f"{words}\n{lives} simulated lives")
     observers = [str(name) for name in scores["observer"].values]
     style.legend_below(figure, _handles(methods, observers), columns=4)
     return figure
@@ -82,7 +81,16 @@ def _delays(axis: Axes, scores: xr.Dataset) -> None:
         shown = np.where(np.isnan(delay), strip[i], delay)
         over = 2.3 if i == 0 else 2.0
         axis.plot(ratio, shown, marker, color=mark, ms=4, mew=0, alpha=0.5, zorder=over)
-        _medians(axis, scores, ratio, delay, (marker, mark), strip[i])
+        # The median in each bin; a missed change is later than all.
+        late = np.where(np.isnan(delay), np.inf, delay)
+        at, medians = [], []
+        for low, high in zip(scores["bin_lower"].values, scores["bin_upper"].values, strict=True):
+            inside = (ratio >= low) & (ratio < high)
+            if inside.any():
+                at.append(np.exp(np.log(ratio[inside]).mean()))
+                medians.append(np.quantile(late[inside], 0.5, method="higher"))
+        shown = np.where(np.isinf(medians), strip[i], medians)
+        axis.plot(at, shown, marker, color=mark, ls="-", lw=1.6, ms=9, mec="white", zorder=3)
     axis.axhspan(*_MISSED, color=style.PRIOR, alpha=0.2, lw=0, zorder=0.5)
     axis.axhline(_FOUND, color=style.REFERENCE, lw=0.9, ls="--")
     axis.set_xscale("log")
@@ -95,27 +103,6 @@ def _delays(axis: Axes, scores: xr.Dataset) -> None:
     axis.xaxis.set_minor_formatter(NullFormatter())
     axis.set(xlabel="slope change / its standard error", ylabel="delay (% of life)")
     axis.set_title("(a) how long until a change is found", loc="left")
-
-
-def _medians(
-    axis: Axes,
-    scores: xr.Dataset,
-    ratio: np.ndarray,
-    delay: np.ndarray,
-    look: tuple[str, str],
-    strip: float,
-) -> None:
-    """Draw a method's median delay in each bin of the ratio; a missed change is later than all."""
-    late = np.where(np.isnan(delay), np.inf, delay)
-    at, medians = [], []
-    for lower, upper in zip(scores["bin_lower"].values, scores["bin_upper"].values, strict=True):
-        inside = (ratio >= lower) & (ratio < upper)
-        if inside.any():
-            at.append(np.exp(np.log(ratio[inside]).mean()))
-            medians.append(np.quantile(late[inside], 0.5, method="higher"))
-    shown = np.where(np.isinf(medians), strip, medians)
-    marker, mark = look
-    axis.plot(at, shown, marker, color=mark, ls="-", lw=1.6, ms=9, mec="white", zorder=3)
 
 
 def _found(axis: Axes, scores: xr.Dataset) -> None:
@@ -131,9 +118,9 @@ def _found(axis: Axes, scores: xr.Dataset) -> None:
         axis.axhspan(_SHARE, 100.0, xmin=i / count, xmax=(i + 1) / count, **_TARGET, zorder=0.5)
     labels = [_bin(*ends) for ends in zip(lower, upper, strict=True)]
     axis.set_xticks(place, labels)
-    axis.set(xlim=(-0.5, count - 0.5), ylim=(-4.0, 103.0))
+    axis.set(xlim=(-0.5, count - 0.5), ylim=(-4.0, 103.0), ylabel="lives (%)")
+    axis.set_xlabel("slope change / its standard error")
     axis.grid(axis="x", visible=False)
-    axis.set(xlabel="slope change / its standard error", ylabel="lives (%)")
     axis.set_title(f"(b) found within {_FOUND:g} % of life", loc="left")
 
 
@@ -152,8 +139,8 @@ def _coverage(axis: Axes, scores: xr.Dataset) -> None:
     axis.plot(at, covered, "o-", color=style.CORRECTED, ms=8, mec="white")
     _observers(axis, scores["fraction"], 100 * scores["ideal_coverage"])
     lowest = min(np.nanmin(low, initial=75.0), 100 * float(scores["ideal_coverage"].min()))
-    axis.set(xlim=(0, 100), ylim=(lowest - 3.0, 101.0))
-    axis.set(xlabel="way from change to failure (%)", ylabel="truth inside (%)")
+    axis.set(xlim=(0, 100), ylim=(lowest - 3.0, 101.0), ylabel="truth inside (%)")
+    axis.set_xlabel("way from change to failure (%)")
     axis.set_title("(c) remaining life: coverage of the 90 % interval", loc="left")
 
 
@@ -174,13 +161,12 @@ def _handles(methods: list[str], observers: list[str]) -> list:
         style.line_key(name, mark, marker=marker, **look)
         for name, (marker, mark) in zip(methods, _METHODS, strict=False)
     ]
-    return [
-        *handles,
+    handles += [
         Patch(**_TARGET, label="target"),
         style.line_key(f"{_FOUND:g} % of life; nominal coverage", ls="--", lw=0.9),
         style.line_key("remaining life", style.CORRECTED, marker="o", ms=8, mec="white"),
-        *(
-            style.line_key(f"of {name}", mark, ":", marker=marker, ms=7, mfc="none", lw=1.0)
-            for name, (marker, mark) in zip(observers, _IDEAL, strict=True)
-        ),
     ]
+    look = {"ls": ":", "ms": 7, "mfc": "none", "lw": 1.0}
+    for name, (marker, mark) in zip(observers, _IDEAL, strict=True):
+        handles.append(style.line_key(f"of {name}", mark, marker=marker, **look))
+    return handles

@@ -7,12 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.inspection import (
-    InspectedMotion,
-    Proposal,
-    seen_touch,
-    speed_along,
-)
+from breaker.inspection import InspectedMotion, Proposal, seen_touch, speed_along
 
 __all__ = ["record"]
 
@@ -60,8 +55,8 @@ def _raw(proposal: Proposal) -> Figure:
         axis.plot(layout.columns[each.place], color=style.MEASURED, lw=0.8)
     axis.set(xlabel="sample", ylabel=f"{layout.column(travel.place)} ({travel.unit or 'no unit'})")
     axis.margins(x=0)
-    heading = f"Record of {proposal.file.name}: no motion could be read"
-    figure.suptitle(heading, color=style.WARNING)
+    words = f"Record of {proposal.file.name}: no motion could be read"
+    figure.suptitle(words, color=style.WARNING)
     return figure
 
 
@@ -133,13 +128,8 @@ def _noise(axis: Axes, each: InspectedMotion) -> None:
     one = each.record
     before = (one.time >= one.moves - _REST[0]) & (one.time <= one.moves - _REST[1])
     rest = (before & (one.doubts == "")).nonzero()[0]
-    axis.axhspan(
-        one.segment.before - one.noise.sd,
-        one.segment.before + one.noise.sd,
-        color=style.PRIOR,
-        alpha=0.3,
-        lw=0,
-    )
+    low, high = one.segment.before - one.noise.sd, one.segment.before + one.noise.sd
+    axis.axhspan(low, high, color=style.PRIOR, alpha=0.3, lw=0)
     axis.plot(one.time[rest], one.whole[rest], ".", color=style.MEASURED, ms=3)
     axis.set(xlabel="time of the record (ms)", ylabel=style.TRAVEL)
     said = [f"steps of {one.quantum:.2g} mm"] if one.quantum else []
@@ -148,13 +138,11 @@ def _noise(axis: Axes, each: InspectedMotion) -> None:
 
 
 def _keys(first: Sequence[InspectedMotion], masked: bool, touch: bool) -> list:
-    keys = []
-    for motion in dict.fromkeys(each.motion for each in first):
-        keys.append(style.band_key(f"{motion}, to its rest", _MOTIONS[motion], 0.15))
-    keys.append(style.line_key("first motion", lw=1.2))
-    keys.append(style.line_key("rest position", ls="--", lw=1.2))
-    if touch:
-        keys.append(style.line_key("bend of the speed, near the touch", ls=":"))
-    if masked:
-        keys.append(style.dot_key("doubtful sample", style.WARNING, "x"))
-    return keys
+    motions = dict.fromkeys(each.motion for each in first)
+    return [
+        *(style.band_key(f"{each}, to its rest", _MOTIONS[each], 0.15) for each in motions),
+        style.line_key("first motion", lw=1.2),
+        style.line_key("rest position", ls="--", lw=1.2),
+        touch and style.line_key("bend of the speed, near the touch", ls=":"),
+        masked and style.dot_key("doubtful sample", style.WARNING, "x"),
+    ]

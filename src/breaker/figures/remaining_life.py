@@ -47,7 +47,12 @@ def remaining_life(left: xr.Dataset) -> Figure:
         one = left.sel(limit=limit)
         told = one["told"].transpose("operation", "quantile").values
         truths = _truths(one) if known else []
-        _panel(axis, one, told, truths)
+        finite = told[np.isfinite(told[:, 1]), 1]
+        largest = max(each.max(initial=0.0) for each in (finite, *(line[1] for line in truths)))
+        top = 1.25 * max(largest, 1.5 * one.attrs["notice"])
+        _draw(axis, one, told, truths, top)
+        axis.set_ylim(0.0, top)
+        axis.yaxis.set_major_formatter("{x:,.0f}")
         _end(axis, one, told, truths)
     style.heading(figure, left.attrs["source"], "operations left until a limit is exceeded")
     style.legend_below(figure, _handles(left, known), columns=4 if len(titles) == 1 else 3)
@@ -66,16 +71,6 @@ def _truths(one: xr.Dataset) -> list[tuple[np.ndarray, np.ndarray, dict]]:
         before = operation[operation < one["changed"].item()]
         lines.append((before, without - before, _WITHOUT))
     return lines
-
-
-def _panel(axis: Axes, one: xr.Dataset, told: np.ndarray, truths: list) -> None:
-    """Draw the whole life, up to the largest median or truth."""
-    finite = told[np.isfinite(told[:, 1]), 1]
-    largest = max([finite.max(initial=0.0), *(left.max(initial=0.0) for _, left, _ in truths)])
-    top = 1.25 * max(largest, 1.5 * one.attrs["notice"])
-    _draw(axis, one, told, truths, top)
-    axis.set_ylim(0.0, top)
-    axis.yaxis.set_major_formatter("{x:,.0f}")
 
 
 def _draw(axis: Axes, one: xr.Dataset, told: np.ndarray, truths: list, top: float) -> None:
@@ -109,8 +104,7 @@ def _end(axis: Axes, one: xr.Dataset, told: np.ndarray, truths: list) -> None:
     last = int(np.searchsorted(operation, over[0])) if over.size else len(operation) - 1
     last = min(last + count // 3, len(operation) - 1)
     near = slice(max(0, last - count), last + 1)
-    true_near = _reached(one)[near].any()
-    if not (true_near or (told[near, 1] < top).any()):
+    if not (_reached(one)[near].any() or (told[near, 1] < top).any()):
         return
     places = axis.get_subplotspec().subgridspec(1, 2, width_ratios=_WIDTHS)
     axis.set_subplotspec(places[0])
@@ -131,17 +125,14 @@ def _reached(one: xr.Dataset) -> np.ndarray:
 
 
 def _handles(left: xr.Dataset, known: bool) -> list:
-    handles = [
+    told, without = left["told"].values, "truth without the change, until it happens"
+    apart = known and left["failure_without"].notnull().values.any()
+    return [
         style.line_key("told, median", style.CORRECTED, lw=1.8),
         style.band_key("told, 90 % interval", style.CORRECTED, 0.25),
+        known and style.line_key("truth", **_TRUTH),
+        apart and style.line_key(without, **_WITHOUT),
+        np.isnan(told).any() and style.band_key("no trend leads to the limit", style.PRIOR, 1.0),
+        (told == 0).any() and style.band_key("exceeded", style.WARNING, 1.0),
+        style.line_key(f"notice: {left.attrs['notice']:,g} operations", **_NOTICE),
     ]
-    if known:
-        handles.append(style.line_key("truth", **_TRUTH))
-        if bool(left["failure_without"].notnull().any()):
-            handles.append(style.line_key("truth without the change, until it happens", **_WITHOUT))
-    if bool(left["told"].isnull().any()):
-        handles.append(style.band_key("no trend leads to the limit", style.PRIOR, 1.0))
-    if bool((left["told"] == 0).any()):
-        handles.append(style.band_key("exceeded", style.WARNING, 1.0))
-    notice = style.line_key(f"notice: {left.attrs['notice']:,g} operations", **_NOTICE)
-    return [*handles, notice]

@@ -10,12 +10,7 @@ from breaker.figures.words import literal
 
 __all__ = ["sensitivity"]
 
-_SHADES = (
-    "#C2185B",
-    "#9DB2CF",
-    "#4F78AE",
-    "#12294D",
-)  # of the scales, the model that is right first
+_SHADES = ("#C2185B", "#9DB2CF", "#4F78AE", "#12294D")  # of scales; first, the model is right
 _MARKERS = ("s", "o", "D", "^")
 _WIDTH = 0.6  # of the group of an operation
 _FOOT = 1e-12  # p-values below it are drawn there
@@ -37,8 +32,7 @@ def sensitivity(table: pd.DataFrame, *, motion: str, misfit_p_value: float) -> F
     figure, axes = style.panels(count, columns=4, width=3.5, height=2.8)
     for axis, name in zip(axes, names, strict=False):
         _intervals(axis, parameters[parameters.name == name])
-        symbol, meaning = style.parameter(name).symbol, style.parameter(name).meaning
-        axis.set_title(f"{symbol}   {meaning}", loc="left")
+        style.label_parameter(axis, name)
         axis.set_ylabel("prior sd from its median")
     _p_values(axes[len(names)], parameters[parameters.name == names[0]], misfit_p_value)
     for axis, name in zip(axes[len(names) + 1 :], of_limits, strict=True):
@@ -97,24 +91,20 @@ def _dots(axis: Axes, rows: pd.DataFrame, column: str) -> None:
 
 def _marks(axis: Axes, x: np.ndarray, y: pd.Series, resolved: pd.Series, look: dict) -> None:
     """Full where the exact posterior was reached, empty where it was not."""
-    for there, face in ((resolved.values.astype(bool), look["color"]), (None, "white")):
-        chosen = ~resolved.values.astype(bool) if there is None else there
+    there = resolved.values.astype(bool)
+    for chosen, face in ((there, look["color"]), (~there, "white")):
         axis.plot(x[chosen], y.values[chosen], ls="", ms=4, mfc=face, mec=look["color"], **look)
 
 
 def _handles(table: pd.DataFrame) -> list:
     scales = np.sort(table.scale.unique())
     words = {0.0: "s = 0: the model is right"}
-    handles = [
-        style.line_key(
-            words.get(s, f"s = {s:g}"), _look(i)["color"], marker=_look(i)["marker"], ms=5
-        )
-        for i, s in enumerate(scales)
+    labels = [words.get(scale, f"s = {scale:g}") for scale in scales]
+    handles = [style.line_key(label, ms=5, **_look(i)) for i, label in enumerate(labels)]
+    return [
+        *handles,
+        not table.resolved.all() and style.dot_key("not resolved", mfc="white", ms=5),
+        "truth_z" in table and style.line_key("truth of the stand-in", style.MEASURED),
+        style.band_key("90 % of the prior", style.PRIOR, 0.2),
+        style.line_key("misfit below", style.WARNING, ":", lw=0.9),
     ]
-    if not table.resolved.all():
-        handles.append(style.dot_key("not resolved", mfc="white", ms=5))
-    if "truth_z" in table:
-        handles.append(style.line_key("truth of the stand-in", style.MEASURED))
-    handles.append(style.band_key("90 % of the prior", style.PRIOR, 0.2))
-    handles.append(style.line_key("misfit below", style.WARNING, ":", lw=0.9))
-    return handles

@@ -127,39 +127,22 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def panels(
-    count: int,
-    *,
-    columns: int = 4,
-    width: float = 3.2,
-    height: float = 2.7,
-    sharex: bool = False,
-    sharey: bool = False,
+    count: int, *, columns: int = 4, width: float = 3.2, height: float = 2.7, **shared: bool
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with ``count`` panels in rows, spare places left empty.
 
-    ``width`` and ``height`` are inches per panel.
+    ``width`` and ``height`` are inches per panel; ``shared`` is ``sharex`` and ``sharey``.
     """
     columns = min(columns, count)
     rows = -(-count // columns)
     figure = new_figure(width * columns, height * rows + 0.9)
-    grid = figure.subplots(rows, columns, sharex=sharex, sharey=sharey, squeeze=False)
+    grid = figure.subplots(rows, columns, squeeze=False, **shared)
     axes = list(grid.flat)
     for spare in axes[count:]:
         spare.remove()
     for above in axes[max(0, count - columns) : count]:
         above.xaxis.set_tick_params(labelbottom=True)  # the panel under it may be missing
     return figure, axes[:count]
-
-
-def source_words(source: str) -> str:
-    """Return the beginning of a title, by where the values come from.
-
-    Raises:
-        ValueError: If there is no such source.
-    """
-    if source not in _SOURCES:
-        raise ValueError(f"no source is called {source!r}; there are {', '.join(_SOURCES)}")
-    return _SOURCES[source]
 
 
 def heading(
@@ -172,16 +155,18 @@ def heading(
     Raises:
         ValueError: If there is no such source.
     """
-    lines = [f"{source_words(source)}: {text}", *outcome.splitlines()]
+    if source not in _SOURCES:
+        raise ValueError(f"no source is called {source!r}; there are {', '.join(_SOURCES)}")
+    lines = [f"{_SOURCES[source]}: {text}", *outcome.splitlines()]
     width = int(_LETTERS * figure.get_figwidth())
     title = "\n".join(fill(line, width) for line in lines)
     figure.suptitle(title, color=WARNING if failed else "black")
 
 
 def legend_below(figure: Figure, handles: Sequence, *, columns: int | None = None) -> None:
-    """Put one legend for all panels below them."""
-    count = len(handles) if columns is None else columns
-    figure.legend(handles=handles, loc="outside lower center", ncols=count)
+    """Put one legend for all panels below them, of those handles that are there."""
+    there = [handle for handle in handles if handle]
+    figure.legend(handles=there, loc="outside lower center", ncols=columns or len(there))
 
 
 def line_key(label: str, color: str = REFERENCE, ls: str = "-", **look: object) -> Line2D:
@@ -200,17 +185,10 @@ def band_key(label: str, color: str, alpha: float) -> Patch:
 
 
 def draw_intervals(
-    axis: Axes,
-    rows: ArrayLike,
-    low: ArrayLike,
-    middle: ArrayLike,
-    high: ArrayLike,
-    *,
-    color: str,
-    marker: str = "o",
-    **look: float,
+    axis: Axes, rows: ArrayLike, ends: Sequence, *, color: str, marker: str = "o", **look: float
 ) -> None:
-    """Draw a horizontal interval and its middle in each row; ``look`` is that of the lines."""
+    """Draw low ends, middles and high ends in rows; ``look`` is that of the lines."""
+    low, middle, high = ends
     axis.hlines(rows, low, high, color=color, **look)
     axis.plot(middle, rows, marker, color=color, mec="white", mew=0.8, ms=7)
 
@@ -242,13 +220,8 @@ def limit_panels(
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with one panel per limit of ``data``, over the operations.
 
-    Args:
-        data: With a coordinate ``limit``.
-        titles: What stands beside the name of each limit.
-        ylabel: Label of each y axis.
-        height: Height of a panel, inches.
-        above: Lines kept free between title and panel.
-        sharey: Whether all panels have the same y axis.
+    ``titles`` stand beside the names of the limits, ``above`` lines are kept free below them, and
+    ``height`` is inches per panel.
     """
     count = len(titles)
     columns, width = (2, 6.4) if count > 1 else (1, 10.0)
@@ -265,12 +238,7 @@ def limit_panels(
 
 
 def spans(operation: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
-    """Return where runs of operations begin and end, halfway to the neighbours.
-
-    Args:
-        operation: Numbers of the operations, rising, ``(o,)``.
-        inside: Which of them are in a run, ``(o,)``.
-    """
+    """Return where runs of the operations ``(o,)`` inside begin and end, halfway to neighbours."""
     ends = edges(operation)
     turns = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
     return [(ends[i], ends[j]) for i, j in turns.reshape(-1, 2)]

@@ -35,7 +35,6 @@ def sbc(
     Args:
         calibration: From :func:`breaker.validation.judge_ranks`.
         names: Names of the ``q`` outputs.
-        subject: What was judged, for the title.
     """
     figure, axes = style.panels(len(names), sharex=True, sharey=True)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
@@ -86,20 +85,18 @@ def contraction(
         scores: From :func:`breaker.validation.scores`.
         names: Names of the ``q`` outputs.
         limit: Mean contraction of the exact posterior, ``(q,)``, if known.
-        setting: What the title says of the setting, if anything.
     """
     figure, axes = style.panels(len(names), sharex=True, sharey=True)
-    limits = [None] * len(names) if limit is None else list(limit)
-    for i, (axis, name, exact) in enumerate(zip(axes, names, limits, strict=True)):
+    for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         dots = {"ms": 2.5, "mew": 0, "alpha": 0.45, "rasterized": True}
         axis.plot(scores.contraction[:, i], scores.z[:, i], "o", color=style.colour(name), **dots)
         for level in (-_Z_LIMIT, _Z_LIMIT):
             axis.axhline(level, color=style.REFERENCE, lw=0.9, ls=":")
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
         words = f"mean {scores.mean_contraction[i]:.2f}"
-        if exact is not None:
-            axis.axvline(exact, color=style.MEASURED, lw=1.2, ls="--")
-            words += f", exact {exact:.2f}"
+        if limit is not None:
+            axis.axvline(limit[i], color=style.MEASURED, lw=1.2, ls="--")
+            words += f", exact {limit[i]:.2f}"
         symbol = style.parameter(name).symbol
         axis.set_title(f"{symbol}   {words}\nz-score sd {scores.z_sd[i]:.2f}")
     largest = max(4.2, 1.05 * abs(scores.z).max())
@@ -107,13 +104,12 @@ def contraction(
     style.label_outer(axes, "contraction", "z-score")
     outcome = contraction_words(scores, style.symbols(names), limit)
     style.heading(figure, motion, f"z-score against contraction{setting}", outcome)
+    label = "mean contraction of the exact posterior"
     handles = [
         style.dot_key("one simulated curve", ms=4),
         style.line_key("z-score ±3", ls=":", lw=0.9),
+        limit is not None and style.line_key(label, style.MEASURED, "--", lw=1.2),
     ]
-    if limit is not None:
-        label = "mean contraction of the exact posterior"
-        handles.append(style.line_key(label, style.MEASURED, "--", lw=1.2))
     style.legend_below(figure, handles)
     return figure
 

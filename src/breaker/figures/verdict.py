@@ -59,7 +59,8 @@ def verdict(data: xr.Dataset) -> Figure:
     _sentences(figure.add_subplot(grid[0, :]), sentences)
     left = figure.add_subplot(grid[1, 0])
     right = figure.add_subplot(grid[1, 1], sharey=left)
-    last = _last(data["remaining"].values)
+    known = data["remaining"].values[np.isfinite(data["remaining"].values)]
+    last = 10.0 ** np.ceil(np.log10(max(1000.0, 1.5 * known.max(initial=0.0))))
     right.set(xscale="log", xlim=(_SOON, last))
     for row, state in enumerate(states):
         one = data.isel(limit=row)
@@ -68,8 +69,7 @@ def verdict(data: xr.Dataset) -> Figure:
         left.annotate(state, (1.045, row), **look)
         _remaining(right, row, one, last)
     _frame(left, right, data)
-    handles = _handles(states)
-    style.legend_below(figure, handles, columns=min(3, len(handles)))
+    style.legend_below(figure, _handles(states), columns=min(3, 1 + len(set(states))))
     return figure
 
 
@@ -100,15 +100,10 @@ def _way(axis: Axes, row: int, way: np.ndarray, mark: str) -> None:
     shown = float(np.clip(middle, *_WAY))
     axis.barh(row, shown, 2 * _HALF, color=mark, alpha=0.35, lw=0)
     _interval(axis, row, (low, middle, high), _WAY, mark)
-    axis.annotate(
-        f"{middle:.0f} %".replace("-", "−"),
-        (shown, row),
-        xytext=(0, 12),
-        textcoords="offset points",
-        ha="center",
-        fontsize=9,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
-    )
+    words = f"{middle:.0f} %".replace("-", "−")
+    look = {"fontsize": 9, "bbox": {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.5}}
+    above = {"xytext": (0, 12), "textcoords": "offset points", "ha": "center"}
+    axis.annotate(words, (shown, row), **above, **look)
 
 
 def _interval(
@@ -143,12 +138,6 @@ def _remaining(axis: Axes, row: int, one: xr.Dataset, last: float) -> None:
 def _beside(axis: Axes) -> dict:
     """How to write beside a panel, at a row of it."""
     return {"xycoords": axis.get_yaxis_transform(), "va": "center", "annotation_clip": False}
-
-
-def _last(remaining: np.ndarray) -> float:
-    """Return the power of ten at which the axis of remaining life ends."""
-    known = remaining[np.isfinite(remaining)]
-    return 10.0 ** np.ceil(np.log10(max(1000.0, 1.5 * known.max(initial=0.0))))
 
 
 def _frame(left: Axes, right: Axes, data: xr.Dataset) -> None:

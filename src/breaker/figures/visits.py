@@ -46,7 +46,7 @@ def visits(document: Mapping) -> Figure:
         _texts(axes, of_part, share, prior)
         axes[0].set_title(" and ".join(each["motions"]), loc="left")
         axes[1].set_xlabel("change since the first visit (%; over-travel, rebound: of the stroke)")
-    figure.legend(handles=_keys(share), loc="outside lower center", ncols=5)
+    style.legend_below(figure, _keys(share))
     return figure
 
 
@@ -106,11 +106,9 @@ def _counted(records: Mapping) -> str:
 
 
 def _keys(share: float) -> list:
-    return [
-        *(
-            style.line_key(_WORDS.get(each, each), colour, marker="o", lw=2.4)
-            for each, colour in _COLOURS.items()
-        ),
-        style.dot_key("as measured", style.MEASURED, marker="x"),
-        style.band_key(f"within {share:g} %", style.PRIOR, 0.15),
+    keys = [
+        style.line_key(_WORDS.get(each, each), colour, marker="o", lw=2.4)
+        for each, colour in _COLOURS.items()
     ]
+    measured = style.dot_key("as measured", style.MEASURED, marker="x")
+    return [*keys, measured, style.band_key(f"within {share:g} %", style.PRIOR, 0.15)]
