@@ -20,12 +20,9 @@ from breaker.posterior import correct, predictive_p_value
 from breaker.synthetic.drive import Drive
 from breaker.synthetic.family import Family
 
-__all__ = ["READ", "Reading", "family_of", "judge_records", "mode_of", "record_of"]
+__all__ = ["READ", "Reading", "family_of", "judge_records", "mode_of", "record_of", "records_of"]
 
-READ = {
-    "closing": ("touch_time", "closing_speed"),
-    "opening": ("part_time", "opening_speed"),
-}
+READ = {"closing": ("touch_time", "closing_speed"), "opening": ("part_time", "opening_speed")}
 """Quantities of each motion that are judged beside the seven parameters."""
 
 _DRAWS = 500  # of each posterior
@@ -92,9 +89,18 @@ def record_of(
 
 def mode_of(model: Model, record: np.ndarray) -> np.ndarray:
     """Return the standardised parameters at a record's posterior mode, roughly, ``(p,)``."""
-    return pool(
-        {model.motion: model}, {model.motion: record[None]}, np.zeros(len(NAMES)), _nominal(model)
-    )
+    motion, start = model.motion, np.zeros(len(NAMES))
+    return pool({motion: model}, {motion: record[None]}, start, {motion: np.zeros(1)})
+
+
+def records_of(
+    drives: Sequence[Drive], models: Mapping[str, Model], reading: Reading, rng: np.random.Generator
+) -> dict[str, np.ndarray]:
+    """Return a record of each drive, in every motion, ``(o, t)``."""
+    return {
+        motion: np.stack([record_of(drive, model.sensor, motion, reading, rng) for drive in drives])
+        for motion, model in models.items()
+    }
 
 
 def judge_records(
@@ -109,7 +115,6 @@ def judge_records(
     """Infer one record per motion of rigs exactly, and keep intervals beside the truth.
 
     Args:
-        family: The family that they are drawn from.
         models: Model of each motion, without an error of its own.
         left_out: What each leaves out, at scale 1.
         numbers: Numbers of the rigs; each has a generator of its own.
@@ -154,27 +159,18 @@ def _infer(
         values = np.column_stack([draws, evaluate(READ[motion], draws, motion)])
         ends = np.nanquantile(values, _ENDS, axis=0)
     truth = np.append(theta, evaluate(READ[motion], theta[None], motion))
-    names = (*NAMES, *READ[motion])
+    names, common = (*NAMES, *READ[motion]), {"resolved": resolved, "p_value": p_value}
     return [
-        {
-            **{"quantity": quantity, "truth": true},
-            **dict(zip(("lower", "median", "upper"), place, strict=True)),
-            **{"resolved": resolved, "p_value": p_value},
-        }
-        for quantity, true, place in zip(names, truth, ends.T, strict=True)
+        {"quantity": name, "truth": true, "lower": low, "median": middle, "upper": high} | common
+        for name, true, low, middle, high in zip(names, truth, *ends, strict=True)
     ]
 
 
 def _normal_draws(model: Model, record: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Draws of the normal approximation of a posterior, widened, ``(d, q)``, physical units."""
-    mode, onset = mode_of(model, record), _nominal(model)[model.motion]
-    there = information(model, record[None], mode[None], onset)
+    mode = mode_of(model, record)
+    there = information(model, record[None], mode[None], np.zeros(1))
     cov = _WIDER * np.linalg.inv(np.eye(len(mode)) + there.matrix[0])
     draws = rng.multivariate_normal(mode, cov, _DRAWS)
     onsets = there.onset + 0.7 * rng.standard_normal(_DRAWS)
     return model.destandardise(np.column_stack([draws, onsets])[:, : len(model.names)])
-
-
-def _nominal(model: Model) -> dict[str, np.ndarray]:
-    """Onset of one record, from which its own is searched."""
-    return {model.motion: np.zeros(1)}

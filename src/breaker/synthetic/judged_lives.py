@@ -17,11 +17,11 @@ from breaker.mechanism import NAMES, Limit, evaluate
 from breaker.model import Discrepancy, Model, generator
 from breaker.synthetic.drive import Drive
 from breaker.synthetic.family import Family
-from breaker.synthetic.judged import READ, Reading, mode_of, record_of
+from breaker.synthetic.judged import READ, Reading, mode_of, records_of
 from breaker.synthetic.lives import slope_error
 from breaker.wear import Follower, Learned, Series, State
 
-__all__ = ["FRACTIONS", "RigLife", "followers", "judge_lives", "start_of"]
+__all__ = ["FRACTIONS", "RigLife", "followers", "judge_lives"]
 
 FRACTIONS = (0.25, 0.5, 0.75)
 """Shares of the way from the change to the end of life at which predictions are judged."""
@@ -99,8 +99,7 @@ class RigLife:
         """
         candidates = []
         ends = self.theta(np.array([self.change, self.operations]))
-        around = ends[0] * (1.0 + scatter * np.eye(len(NAMES)))
-        around = np.vstack([ends, around])
+        around = np.vstack([ends, ends[0] * (1.0 + scatter * np.eye(len(NAMES)))])
         for motion, quantities in READ.items():
             every = (*NAMES, *quantities) if motion == "closing" else quantities
             values = evaluate(every, around, motion)
@@ -129,7 +128,6 @@ def judge_lives(
     """Follow lives of rigs, at every scale, and keep what is inferred beside the truth.
 
     Args:
-        family: The family that they are drawn from.
         models: Model of each motion, without an error of its own.
         judged, wear_model: Sections of the configuration.
 
@@ -147,19 +145,12 @@ def judge_lives(
         limit = life.limit(judged["scatter"], rng)
         operations = np.arange(judged["every"], life.operations + 1, judged["every"])
         drives = [life.condition(operation, worn) for operation in operations]
-        records = {
-            motion: np.stack(
-                [record_of(each, model.sensor, motion, life.reading, rng) for each in drives]
-            )
-            for motion, model in models.items()
-        }
+        records = records_of(drives, models, life.reading, rng)
         begins = {"set": name, "life": number, "change": life.change, "faster": life.faster}
         begins["ratio"] = ratio_of(life, models, judged)
         for scale in judged["scales"]:
-            series = start_of(operations, records, models, learned, scale)
-            for source, follower, state in followers(
-                models, series, learned, scale, wear_model, judged["seed"]
-            ):
+            start = operations, records, models, learned, scale, wear_model, judged["seed"]
+            for source, follower, state, series in followers(*start):
                 found = _follow(follower, state, series, life, limit)
                 kept = begins | {"scale": scale, "source": source}
                 rows += [kept | each for each in found]
@@ -183,14 +174,20 @@ def ratio_of(life: RigLife, models: Mapping[str, Model], judged: Mapping) -> flo
     return float((bend / slope_error(models, z[1], scatter, life.change, judged)).max())
 
 
-def start_of(
+def followers(
     operations: np.ndarray,
     records: Mapping[str, np.ndarray],
     models: Mapping[str, Model],
     learned: xr.Dataset,
     scale: float,
-) -> Series:
-    """Return a series whose modes are searched from the mode of its first record."""
+    wear_model: Mapping,
+    seed: int,
+) -> Iterator[tuple[str, Follower, State, Series]]:
+    """Yield what follows a rig, its state before the first operation, and the series, by source.
+
+    Both motions together where they agree, else each of them. Modes are searched from the mode of
+    the first record.
+    """
     outputs = {}
     for motion, model in models.items():
         left_out = Discrepancy.from_dataset(learned.sel(motion=motion)).scaled(scale)
@@ -198,47 +195,25 @@ def start_of(
         mode = mode_of(model.leaving_out(left_out), records[motion][there.argmax()])
         start = np.append(mode, 0.0)[: len(model.names)]
         outputs[motion] = np.tile(start, (len(operations), 1))
-    return Series(operations, records, outputs)
-
-
-def followers(
-    models: Mapping[str, Model],
-    series: Series,
-    learned: xr.Dataset,
-    scale: float,
-    wear_model: Mapping,
-    seed: int,
-) -> Iterator[tuple[str, Follower, State]]:
-    """Yield what follows a rig, and its state before the first operation, by source.
-
-    Both motions together where they agree, else each of them.
-    """
+    series = Series(operations, records, outputs)
     sources = {"both": list(models)} | {motion: [motion] for motion in models}
     for source, motions in sources.items():
         known = None
         if scale:
-            known = Learned.from_dataset(
-                learned,
-                motions,
-                scale,
-                rough_sd=wear_model["rough_sd"],
-                noise_sd=models[motions[0]].sensor.noise_sd,
-            )
+            sds = {"rough_sd": wear_model["rough_sd"]}
+            sds["noise_sd"] = models[motions[0]].sensor.noise_sd
+            known = Learned.from_dataset(learned, motions, scale, **sds)
         some = {motion: models[motion] for motion in motions}
         follower = Follower.from_settings(some, [], wear_model, seed, known)
         state = follower.begin(series)
         if follower.together(state):
-            yield source, follower, state
+            yield source, follower, state, series
             if source == "both":
                 return
 
 
 def _follow(
-    follower: Follower,
-    state: State,
-    series: Series,
-    life: RigLife,
-    limit: tuple[Limit, int] | None,
+    follower: Follower, state: State, series: Series, life: RigLife, limit: tuple[Limit, int] | None
 ) -> Iterator[dict]:
     """Yield the rows of one life and source."""
     usable = {motion: series.usable(motion) for motion in follower.models}
@@ -257,8 +232,7 @@ def _follow(
         if i == mark:
             yield from _levels(row, life, operation, series.operations[0])
         if i in marks:
-            lower, median, upper = row["remaining"][1][0]
-            ends = {"lower": lower, "median": median, "upper": upper}
+            ends = dict(zip(("lower", "median", "upper"), row["remaining"][1][0], strict=True))
             truth = {"name": f"{marks[i]:g}", "truth": limit[1] - operation}
             yield {"score": "remaining", "operation": operation} | truth | ends
 

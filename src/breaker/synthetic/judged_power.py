@@ -16,8 +16,8 @@ from breaker.mechanism import NAMES
 from breaker.model import Model, generator
 from breaker.synthetic.drive import Drive
 from breaker.synthetic.family import Family
-from breaker.synthetic.judged import Reading, record_of
-from breaker.synthetic.judged_lives import RigLife, followers, start_of
+from breaker.synthetic.judged import Reading, records_of
+from breaker.synthetic.judged_lives import RigLife, followers
 from breaker.wear import Follower, Series, State
 
 __all__ = ["FAULTS", "bounce_time", "factors_of", "judge_power"]
@@ -52,10 +52,8 @@ def factors_of(drive: Drive, fault: str) -> dict[str, float] | None:
     if fault == "nothing":
         return {}
     if fault == "1 mm more rebound":
-        lost = _search(
-            lambda lost: _rebound(_times(drive, _opening_stop(1.0 - lost))),
-            *(_rebound(drive) + _REBOUND, 0.0, 1.0),
-        )
+        target = _rebound(drive) + _REBOUND
+        lost = _search(lambda x: _rebound(_times(drive, _opening_stop(1.0 - x))), target, 0.0, 1.0)
         return None if lost is None else _opening_stop(1.0 - lost)
     begin = drive.elements.restitution
     end = _search(lambda e: bounce_time(drive.changed(restitution=e)), _BOUNCE, begin, _MOST)
@@ -111,20 +109,15 @@ def judge_power(
     for number in tqdm(numbers, desc="faults", mininterval=5, unit="rig"):
         rng = generator(judged["seed"], "judged power", int(number))
         drives, reading = _drives(family, judged, rng)
-        records = _records(drives[:-_AFTER], models, reading, rng)
+        records = records_of(drives[:-_AFTER], models, reading, rng)
         operations = judged["every"] * np.arange(1, len(drives) + 1)
-        scale = max(judged["scales"])
-        series = start_of(operations[:-_AFTER], records, models, learned, scale)
-        watches = []
-        for _, follower, state in followers(
-            models, series, learned, scale, wear_model, judged["seed"]
-        ):
+        watches, scale = [], max(judged["scales"])
+        start = operations[:-_AFTER], records, models, learned, scale, wear_model, judged["seed"]
+        for _, follower, state, series in followers(*start):
             state, reports = _through(follower, state, series)
             watches.append((follower, state))
-            rows += [
-                {"rig": number, "fault": "before", "operation": operations[i], "kind": kind}
-                for i, kind in reports
-            ]
+            before = {"rig": number, "fault": "before"}
+            rows += [before | {"operation": operations[i], "kind": kind} for i, kind in reports]
         last = operations[-_AFTER:]
         for fault in FAULTS:
             row = {"rig": number, "fault": fault, "operation": last[0]}
@@ -134,7 +127,7 @@ def judge_power(
                 rows.append(row | {"kind": "left out"})
                 continue
             row["clear"] = _clear(drives[-_AFTER], changed[0], models)
-            new = _records(changed, models, reading, rng)
+            new = records_of(changed, models, reading, rng)
             outputs = {m: np.tile(each[:1], (_AFTER, 1)) for m, each in series.outputs.items()}
             rows.append(row | _first(watches, Series(last, new, outputs)))
     return pd.DataFrame(rows)
@@ -149,19 +142,6 @@ def _drives(
     count = judged["fault_records"] + _AFTER
     operations = judged["every"] * np.arange(1, count + 1)
     return [life.condition(operation, names) for operation in operations], life.reading
-
-
-def _records(
-    drives: Sequence[Drive],
-    models: Mapping[str, Model],
-    reading: Reading,
-    rng: np.random.Generator,
-) -> dict[str, np.ndarray]:
-    """Records of both motions, ``(o, t)``."""
-    return {
-        motion: np.stack([record_of(drive, model.sensor, motion, reading, rng) for drive in drives])
-        for motion, model in models.items()
-    }
 
 
 def _first(watches: Sequence[tuple[Follower, State]], series: Series) -> dict:

@@ -40,7 +40,6 @@ def score_lives(rows: pd.DataFrame, *, settle: int, every: int, operations: int)
     """Score what ``judge_lives`` returns.
 
     Args:
-        rows: What it returns.
         settle: Records before which no change is reported.
         every: Operations between two records.
 
@@ -73,7 +72,6 @@ def score_power(rows: pd.DataFrame, *, settle: int, every: int, records: int) ->
     """Score what ``judge_power`` returns: share of each fault reported, its size, reports before.
 
     Args:
-        rows: What it returns.
         settle, every: As of ``score_lives``.
         records: Records before a fault.
     """
@@ -85,8 +83,9 @@ def score_power(rows: pd.DataFrame, *, settle: int, every: int, records: int) ->
         size = {"score": "change over noise, median", "quantity": fault, "n": len(one)}
         found.append(size | {"value": one.clear.median()})
     before, watched = rows[rows.fault == "before"], (records - settle) * every
+    watched *= rows.rig.nunique()
     for kind in ("alarm", "step"):
-        found.append(_rate(f"false {kind}s", (before.kind == kind).sum(), watched * _rigs(rows)))
+        found.append(_rate(f"false {kind}s", (before.kind == kind).sum(), watched))
     return pd.DataFrame(found)
 
 
@@ -103,10 +102,8 @@ def _reports(rows: pd.DataFrame, silent: int, window: float) -> list[dict]:
     first = late.groupby("life").operation.min()
     changed = lives[lives.faster > 1.0].drop_duplicates("life").set_index("life")
     delay = first.reindex(changed.index) - changed.change
-    for words, which in (
-        ("", changed.ratio > 0),
-        (", ratio of 5 or more", changed.ratio >= _CLEAR),
-    ):
+    clear = changed.ratio >= _CLEAR
+    for words, which in (("", changed.ratio > 0), (", ratio of 5 or more", clear)):
         found.append(_row(f"found within 3 % of life{words}", delay[which] <= window))
         found.append(_row(f"found{words}", delay[which].notna()))
     return found
@@ -119,16 +116,13 @@ def _inside(rows: pd.DataFrame) -> pd.Series:
 
 def _row(score: str, hits: Sequence[bool], quantity: str = "") -> dict:
     """A share with its interval."""
-    ends = (*share(np.asarray(hits)), len(hits))
-    return {"score": score, "quantity": quantity} | dict(zip(_ENDS, ends, strict=True))
+    return _scored(score, quantity, *share(np.asarray(hits)), len(hits))
 
 
 def _rate(score: str, count: int, watched: float) -> dict:
     """False reports in 10,000 operations; n is the number of operations watched."""
     rate = false_alarms_per(int(count), float(watched)) if watched else (np.nan,) * 3
-    return {"score": f"{score} in 10,000 operations", "quantity": ""} | dict(
-        zip(_ENDS, (*rate, watched), strict=True)
-    )
+    return _scored(f"{score} in 10,000 operations", "", *rate, watched)
 
 
 def _rms(score: str, rows: pd.DataFrame, quantity: str) -> dict:
@@ -136,10 +130,8 @@ def _rms(score: str, rows: pd.DataFrame, quantity: str) -> dict:
     square = np.square(rows["median"] - rows.truth).to_numpy()
     mean, error = square.mean(), square.std() / np.sqrt(len(square))
     ends = np.sqrt(np.maximum([mean, mean - 1.96 * error, mean + 1.96 * error], 0.0))
-    return {"score": score, "quantity": quantity} | dict(
-        zip(_ENDS, (*ends.tolist(), len(square)), strict=True)
-    )
+    return _scored(score, quantity, *ends.tolist(), len(square))
 
 
-def _rigs(rows: pd.DataFrame) -> int:
-    return rows.rig.nunique()
+def _scored(score: str, quantity: str, *values: float) -> dict:
+    return {"score": score, "quantity": quantity} | dict(zip(_ENDS, values, strict=True))
