@@ -50,7 +50,7 @@ def calibrate(
     # An interval that a wider one no longer covers counts as a miss: the share falls, never rises.
     holds = np.minimum.accumulate(covered[..., ::-1], axis=-1)[..., ::-1]
     bound = (np.sum(1.0 - holds.mean(axis=1), axis=0) + 1.0) / (len(covered) + 1.0)
-    values = {"covered": covered.mean(axis=(0, 1)), "missed_at_most": bound}
-    table = pd.DataFrame({"widening": np.asarray(widenings, float)} | values)
+    columns = {"widening": np.asarray(widenings, float), "covered": covered.mean(axis=(0, 1))}
+    table = pd.DataFrame(columns | {"missed_at_most": bound})
     enough = table.widening[bound <= missed]
     return table, float(enough.iloc[0]) if enough.size else np.nan

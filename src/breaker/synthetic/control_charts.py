@@ -31,9 +31,6 @@ _ROUND_OFF = 1e-12  # of a value: scatter below it is none
 _OWN = 10  # residuals beyond the number of series that a covariance takes
 
 
-# ---- detectors -------------------------------------------------------------------------------
-
-
 def chart(position: np.ndarray, values: np.ndarray, *, kind: str, warm_up: int) -> np.ndarray:
     """Return the statistic of a control chart of one series, ``(n,)``.
 
@@ -154,9 +151,6 @@ def directed(position: np.ndarray, values: np.ndarray, *, warm_up: int) -> np.nd
     sd = np.sqrt(np.einsum("nii->ni", precision))
     result[known] = np.einsum("nij,nj->ni", precision, residual[known]) / sd
     return result
-
-
-# ---- residuals -------------------------------------------------------------------------------
 
 
 def _learnt(

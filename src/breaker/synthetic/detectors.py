@@ -39,9 +39,6 @@ _WEIGHT = 0.1  # of the newest residual in the multivariate EWMA; with 0.05 or 0
 _AGES = (3, 4, 5, 6, 8, 10, 13, 17, 22, 30)  # records since a bend; up to 60 or 120 is no better
 _PER = 10_000.0
 
-Opponents = dict[str, tuple[list[np.ndarray], Detector]]
-"""Series of each life and what watches them, by the name of the detector."""
-
 
 def compare_detectors(lives: xr.Dataset, *, settle: int) -> pd.DataFrame:
     """Score the model and other detectors at many levels on what ``follow_lives`` returns.
@@ -71,7 +68,6 @@ class Watches:
     """All lives under one detector.
 
     Args:
-        lives: Lives with their truth.
         series: What is watched of each, ``(n,)`` or ``(n, q)``.
     """
 
@@ -106,20 +102,17 @@ def of_records(lives: xr.Dataset, name: str) -> list[np.ndarray]:
     return [row[own] for row, own in zip(values, there, strict=True)]
 
 
-def raw_time_charts(lives: xr.Dataset, settle: int) -> Opponents:
-    """Return the control charts of the raw times of each motion by themselves."""
-    times = of_records(lives, "raw_time")
-    return {
-        f"{_WORDS[kind]}, {motion}": (
-            [each[:, i] for each in times],
-            partial(chart, kind=kind, warm_up=settle),
-        )
-        for kind in KINDS
-        for i, motion in enumerate(lives.motion.values)
-    }
+def raw_time_charts(lives: xr.Dataset, settle: int) -> dict[str, tuple[list[np.ndarray], Detector]]:
+    """Return raw times and their control chart, by the name of the detector: each motion alone."""
+    times, charts = of_records(lives, "raw_time"), {}
+    for kind in KINDS:
+        for i, motion in enumerate(lives.motion.values):
+            own = [each[:, i] for each in times]
+            charts[f"{_WORDS[kind]}, {motion}"] = own, partial(chart, kind=kind, warm_up=settle)
+    return charts
 
 
-def _of_outputs(lives: xr.Dataset, settle: int) -> Opponents:
+def _of_outputs(lives: xr.Dataset, settle: int) -> dict[str, tuple[list[np.ndarray], Detector]]:
     """Return what watches the means of the posteriors of single records, all motions together."""
     series = [each.reshape(len(each), -1) for each in of_records(lives, "output")]
     names = [str(name) for _ in lives.motion.values for name in lives.parameter.values]
@@ -146,7 +139,6 @@ def score_alarms(lives: xr.Dataset, alarms: Sequence[np.ndarray], settle: int) -
     for name, (low, high) in _CLASSES.items():
         mine = (lives.ratio.values >= low) & (lives.ratio.values < high)
         scores[f"found_{name}"] = share(early[mine])[0]
-        scores[f"delay_{name}"] = (
-            float(np.quantile(late[mine], 0.5, method="higher")) if mine.any() else np.nan
-        )
+        median = np.quantile(late[mine], 0.5, method="higher") if mine.any() else np.nan
+        scores[f"delay_{name}"] = float(median)
     return scores

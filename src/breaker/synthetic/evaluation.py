@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.model import Model, generator
+from breaker.model import generator
 from breaker.posterior import Posterior
 from breaker.records import raw_time
 from breaker.synthetic.ideal import Observer
@@ -66,7 +66,7 @@ def follow_lives(
         # Draws of its own, as every drive has that is followed with a seed of its own.
         own = seed * _SEEDS + number
         follower = Follower.from_settings(models, [life.limit], wear_model, own)
-        one = _follow(follower, life, series, models, widenings)
+        one = _follow(follower, life, series, widenings)
         rng = generator(seed, "observer of a life", number)
         observer = Observer.of(models, life, lives, rng)
         one = one.merge(_ideal(observer, one.operation.values[one.record_at.values], follower))
@@ -83,26 +83,19 @@ def _observe(
         rng = generator(seed, "records of a life", number, motion)
         operations, records[motion] = life.records(posterior.model, lives["every"], rng)
         blocks = np.array_split(records[motion], -(-len(operations) // _BLOCK))
-        means = [
-            posterior.model.standardise(
-                posterior.sample(
-                    block, rng.standard_normal((len(block), lives["draws"], len(posterior.outputs)))
-                )
-            ).mean(axis=1)
-            for block in blocks
-        ]
+        means, shape = [], (lives["draws"], len(posterior.outputs))
+        for block in blocks:
+            draws = posterior.sample(block, rng.standard_normal((len(block), *shape)))
+            means.append(posterior.model.standardise(draws).mean(axis=1))
         outputs[motion] = np.concatenate(means)
     return Series(operations, records, outputs)
 
 
 def _follow(
-    follower: Follower,
-    life: Life,
-    series: Series,
-    models: Mapping[str, Model],
-    widenings: Sequence[float],
+    follower: Follower, life: Life, series: Series, widenings: Sequence[float]
 ) -> xr.Dataset:
     """Follow a life from record to record, and gather what its scores are made of."""
+    models = follower.models
     usable = {motion: series.usable(motion) for motion in models}
     way = life.change + np.array(FRACTIONS) * (life.failure - life.change)
     at = np.abs(series.operations[:, None] - way).argmin(axis=0)
@@ -155,11 +148,8 @@ def _follow(
 def _would_raise(follower: Follower, before: State, state: State, since: np.ndarray) -> np.ndarray:
     """Say at which levels an alarm is raised, and note it in ``since``, the last one of each."""
     changed = np.array([confirmed(before.hypotheses, state.hypotheses, each) for each in since])
-    raised = (
-        (state.seen > before.seen)
-        & (changed >= LEVELS)
-        & (state.seen >= follower.settings["settle"])
-    )
+    watched = state.seen > before.seen and state.seen >= follower.settings["settle"]
+    raised = watched & (changed >= LEVELS)
     since[raised] = state.hypotheses.operation
     return raised
 
@@ -174,10 +164,7 @@ def _covers(follower: Follower, state: State, life: Life, widening: float) -> bo
 
 def _ideal(observer: Observer, operations: np.ndarray, follower: Follower) -> xr.Dataset:
     """Remaining lives as ideal observers predict them after some operations."""
-    normals, farthest = follower.horizon.normals, follower.horizon.operations
-    drawn = [
-        [observer.lives(int(each), normals, farthest, told=told) for told in (False, True)]
-        for each in operations
-    ]
+    sight, told = (follower.horizon.normals, follower.horizon.operations), (False, True)
+    drawn = [[observer.lives(int(o), *sight, told=each) for each in told] for o in operations]
     dims = ("fraction", "observer", "draw")
     return xr.Dataset({"ideal": (dims, np.array(drawn))}, {"observer": ["ideal", "told"]})

@@ -70,10 +70,10 @@ class Observer:
         known = self.operations <= now
         s, seen = (self.operations[known] - now) / _PER, self.seen[known]
         q, r = np.linalg.qr(np.column_stack([np.ones(s.size), s]))
-        changes, kinds, scales = self._changes(now, told)
+        changes, kinds, _ = possible = self._changes(now, told)
         bends = np.maximum(s[:, None] - (changes - now) / _PER, 0.0)  # (o, c)
         apart = bends - q @ (q.T @ bends)  # what no line explains
-        chosen, which, turn = self._draw(seen, apart, changes, kinds, scales, now, len(normals))
+        chosen, which, turn = self._draw(seen, apart, possible, now, len(normals))
         turns = np.zeros((len(normals), len(NAMES)))
         turns[np.arange(len(normals)), kinds[which]] = turn
         line, part = np.linalg.solve(r, q.T @ seen), np.linalg.solve(r, q.T @ bends)  # at now
@@ -100,13 +100,12 @@ class Observer:
         self,
         seen: np.ndarray,
         apart: np.ndarray,
-        changes: np.ndarray,
-        kinds: np.ndarray,
-        scales: np.ndarray,
+        possible: tuple[np.ndarray, np.ndarray, np.ndarray],
         now: int,
         count: int,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Draw changes from their posterior: which operation and kind, and its size, 0 for none."""
+        changes, kinds, scales = possible
         precision = self.weight.diagonal()[kinds][:, None] * np.square(apart).sum(axis=0)  # (k, c)
         precision = np.maximum(precision * np.square(scales), 1e-12)  # of the ratio
         slope = ((seen @ self.weight).T @ apart)[kinds] * scales

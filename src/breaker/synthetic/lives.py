@@ -101,7 +101,11 @@ def _draw(
     n, every = settings["operations"], settings["every"]
     changed = str(rng.choice(list(KINDS)))
     start = prior.standardise(prior.sample(1, rng))[0]
-    slopes = _slopes(settings, rng) / prior.log_sds
+    slopes = np.zeros(len(NAMES))  # of the logarithms, per 1,000 operations; one or two kinds
+    for name in rng.choice(list(KINDS), size=rng.integers(1, 3), replace=False):
+        drift = KINDS[name] * _log_uniform(settings["drift"], rng) / 100.0
+        slopes[NAMES.index(name)] = drift * _PER / n
+    slopes /= prior.log_sds
     scatter = _log_uniform(settings["scatter"], rng) / 100.0
     scatter = scatter * np.exp(rng.uniform(*np.log([0.7, 1.4]), size=len(NAMES)))
     change = round(n * rng.uniform(*settings["change"]) / every) * every
@@ -133,16 +137,6 @@ def _draw(
 
 def _log_uniform(ends: Sequence[float], rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(*np.log(ends))))
-
-
-def _slopes(settings: Mapping, rng: np.random.Generator) -> np.ndarray:
-    """Draw the wear from the first operation on: of each parameter's logarithm, ``(p,)``, per
-    1,000 operations; one or two kinds."""
-    slopes = np.zeros(len(NAMES))
-    for name in rng.choice(list(KINDS), size=rng.integers(1, 3), replace=False):
-        drift = _log_uniform(settings["drift"], rng) / 100.0
-        slopes[NAMES.index(name)] = KINDS[name] * drift * _PER / settings["operations"]
-    return slopes
 
 
 def slope_error(

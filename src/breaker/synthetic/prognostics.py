@@ -14,16 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import binomtest, chi2
 
-__all__ = [
-    "Detections",
-    "crps",
-    "detections",
-    "false_alarms_per",
-    "prognostic_horizon",
-    "share",
-]
-
-# ---- predictions -----------------------------------------------------------------------------
+__all__ = ["Detections", "crps", "detections", "false_alarms_per", "prognostic_horizon", "share"]
 
 
 def crps(lives: ArrayLike, truth: ArrayLike, horizon: float) -> np.ndarray:
@@ -74,9 +65,6 @@ def prognostic_horizon(operations: np.ndarray, inside: np.ndarray, failure: floa
     return float(failure - operations[first]) if first < operations.size else 0.0
 
 
-# ---- detection -------------------------------------------------------------------------------
-
-
 class Detections(NamedTuple):
     """How alarms met the changes of lives.
 
@@ -111,9 +99,6 @@ def detections(alarms: Sequence[ArrayLike], change: ArrayLike, failure: ArrayLik
     return Detections(np.where(np.isinf(delays), np.nan, delays), false)
 
 
-# ---- exact intervals -------------------------------------------------------------------------
-
-
 def false_alarms_per(
     count: int, operations: float, per: float = 10_000, *, level: float = 0.95
 ) -> tuple[float, float, float]:
@@ -133,11 +118,8 @@ def false_alarms_per(
     tail = (1 - level) / 2
     lower = chi2.ppf(tail, 2 * count) / 2 if count else 0.0
     upper = chi2.isf(tail, 2 * count + 2) / 2
-    return (
-        count * per / operations,
-        float(lower * per / operations),
-        float(upper * per / operations),
-    )
+    rate, lower, upper = (float(each * per / operations) for each in (count, lower, upper))
+    return rate, lower, upper
 
 
 def share(hits: ArrayLike, *, level: float = 0.95) -> tuple[float, float, float]:

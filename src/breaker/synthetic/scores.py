@@ -81,29 +81,20 @@ def _prognosis(life: xr.Dataset, toward: float) -> dict[str, np.ndarray]:
     last = change + float(life.fraction[-1]) * (failure - change)
     after = (operation > change) & (operation <= last)
     horizon = prognostic_horizon(operation[after], accurate[after], failure)
-    return {
+    far, truth = float(life.horizon), truth[at]
+    found = {
         "covered": covered[at],
         "accurate": accurate[at],
-        "width": _width(lower[at], upper[at], life) / truth[at],
+        "width": np.subtract(*np.minimum((upper[at], lower[at]), far)) / truth,
         "no_trend": no_trend[at],
         "noticed": np.array([np.any(alarms <= record) for record in at]),
-        "crps": crps(life.lives.values, truth[at], float(life.horizon)) / truth[at],
+        "crps": crps(life.lives.values, truth, far) / truth,
         "horizon": np.array(horizon / (failure - change)),
-    } | _ideal(life, truth[at])
-
-
-def _width(lower: np.ndarray, upper: np.ndarray, life: xr.Dataset) -> np.ndarray:
-    """Width of intervals within the horizon, operations."""
-    return np.minimum(upper, float(life.horizon)) - np.minimum(lower, float(life.horizon))
-
-
-def _ideal(life: xr.Dataset, truth: np.ndarray) -> dict[str, np.ndarray]:
-    """Coverage and width over the truth of ideal observers' 90 % intervals, ``(fraction,)``."""
-    found = {}
+    }
     for name in OBSERVERS:
         lower, upper = quantiles_of(life.ideal.sel(observer=name).values, _ENDS).T
         found[f"covered, {name}"] = (lower <= truth) & (truth <= upper)
-        found[f"width, {name}"] = _width(lower, upper, life) / truth
+        found[f"width, {name}"] = np.subtract(*np.minimum((upper, lower), far)) / truth
     return found
 
 
@@ -113,20 +104,14 @@ def _rows_of_detection(
     hard = ratio >= _HARD
     late = {name: np.nan_to_num(each.delay, nan=np.inf) for name, each in alarms.items()}
     earlier = late.pop("model") < np.min(list(late.values()), axis=0)
+    false, early = "false alarms in 10,000 operations", "found within 3 % of life"
+    rates = {name: false_alarms_per(each.false_alarms, quiet) for name, each in alarms.items()}
+    clear = ", ratio of 5 or more"
     return [
-        *(
-            (
-                f"false alarms in 10,000 operations, {name}",
-                *false_alarms_per(each.false_alarms, quiet),
-            )
-            for name, each in alarms.items()
-        ),
-        *(
-            (f"found within 3 % of life, ratio of 5 or more, {name}", *share(each[hard]))
-            for name, each in found.items()
-        ),
+        *((f"{false}, {name}", *rate) for name, rate in rates.items()),
+        *((f"{early}{clear}, {name}", *share(each[hard])) for name, each in found.items()),
         ("earlier than the best raw time", *share(earlier)),
-        ("earlier than the best raw time, ratio of 5 or more", *share(earlier[hard])),
+        (f"earlier than the best raw time{clear}", *share(earlier[hard])),
     ]
 
 
@@ -139,23 +124,18 @@ def _rows_of_prognosis(prognosis: dict[str, np.ndarray], fractions: np.ndarray) 
             (f"coverage of the 90 % interval {at}", *share(one["covered"])),
             (f"the same, change noticed by then, {at}", *share(one["covered"][one["noticed"]])),
             (f"its width over remaining life, median, {at}", np.median(one["width"]), *nothing),
-            *_rows_of_ideal(one, at),
+        ]
+        for name, who in OBSERVERS.items():
+            width = np.median(one[f"width, {name}"])
+            rows.append((f"coverage of {who} {at}", *share(one[f"covered, {name}"])))
+            rows.append((f"width over remaining life of {who}, median, {at}", width, *nothing))
+        rows += [
             (f"alpha-lambda accuracy {at}", *share(one["accurate"])),
             (f"CRPS over remaining life, median, {at}", np.median(one["crps"]), *nothing),
             (f"no trend {at}", *share(one["no_trend"])),
         ]
     far = np.median(prognosis["horizon"])
     rows.append(("prognostic horizon, share of the life after the change, median", far, *nothing))
-    return rows
-
-
-def _rows_of_ideal(one: dict[str, np.ndarray], at: str) -> list[tuple]:
-    """Coverage and width of the intervals of ideal observers."""
-    rows = []
-    for name, who in OBSERVERS.items():
-        width = np.median(one[f"width, {name}"])
-        rows.append((f"coverage of {who} {at}", *share(one[f"covered, {name}"])))
-        rows.append((f"width over remaining life of {who}, median, {at}", width, np.nan, np.nan))
     return rows
 
 
@@ -168,9 +148,8 @@ def _dataset(
     """What ``figures.prognostics`` draws."""
     ratio, failure = lives.ratio.values, lives.failure.values
     bins = np.clip(np.digitize(ratio, _RATIOS) - 1, 0, len(_RATIOS) - 2)
-    by_bin = [
-        [share(each[bins == b])[0] for each in found.values()] for b in range(len(_RATIOS) - 1)
-    ]
+    places = range(len(_RATIOS) - 1)
+    by_bin = [[share(each[bins == b])[0] for each in found.values()] for b in places]
     intervals = [share(hits)[1:] for hits in prognosis["covered"].T]
 
     def of_ideal(what: str, over: Callable) -> np.ndarray:

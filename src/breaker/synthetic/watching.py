@@ -23,12 +23,8 @@ What it says of a value depends on that and on earlier ones only."""
 
 
 class Watched(NamedTuple):
-    """A series as a detector saw it, ``(n,)`` each.
-
-    Attributes:
-        statistic: The detector's statistic, NaN during a warm-up and where there is no value.
-        alarm: Whether the statistic is above the level.
-    """
+    """The statistic of a series, NaN in a warm-up and without a value, and where it is above the
+    level, ``(n,)`` each."""
 
     statistic: np.ndarray
     alarm: np.ndarray
@@ -101,7 +97,6 @@ def level_for(watches: Sequence[Watch], rate: float, until: Sequence[int | None]
     and the first such value below which there are too many alarms is the level, exactly.
 
     Args:
-        watches: Series under their detector.
         rate: Largest number of alarms an operation, from 0. Every operation counts, those of a
             warm-up and those without a value too.
         until: Position from which each series may have changed; none of them has unless told.
