@@ -4,7 +4,7 @@ They differ in all that files differ in: kind, encoding, signs between and in nu
 units, a rate for the times, channels side by side, blank cells, steps, sign, zero and mechanics.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -100,10 +100,6 @@ class Dialect:
         WRITERS[self.kind](self, Path(file), time, readings, motion, operation)
 
 
-def _phases(names: Sequence[str]) -> tuple[str, ...]:
-    return tuple(f"{name} {i}" for name in names for i in (1, 2, 3))
-
-
 DIALECTS: dict[str, Dialect] = {
     "stand-in": Dialect(kind="stand-in"),
     "semicolon": Dialect(
@@ -119,11 +115,7 @@ DIALECTS: dict[str, Dialect] = {
         names="{name} ({unit})",
         eol="\r\n",
     ),
-    "tab": Dialect(
-        ending=".txt",
-        settings={"delimiter": "\t", "time_unit": "ms"},
-        units="[{unit}]",
-    ),
+    "tab": Dialect(".txt", {"delimiter": "\t", "time_unit": "ms"}, units="[{unit}]"),
     # Close and open, six currents and six travels, no times, coarse steps.
     "wide": Dialect(
         settings={
@@ -134,7 +126,7 @@ DIALECTS: dict[str, Dialect] = {
             "quantum": 0.08,
         },
         digits=2,
-        channels=_phases(["S", "R"]),
+        channels=("S 1", "S 2", "S 3", "R 1", "R 2", "R 3"),
         preamble=(4, 45),
         currents=6,
         trailing=2,
@@ -152,12 +144,7 @@ DIALECTS: dict[str, Dialect] = {
         names="",
     ),
     "angles": Dialect(
-        settings={
-            "delimiter": "|",
-            "time_unit": "us",
-            "travel_unit": "deg",
-            "table": str(ANGLES),
-        },
+        settings={"delimiter": "|", "time_unit": "us", "travel_unit": "deg", "table": str(ANGLES)},
         names='"{name}"',
         units="({unit})",
     ),

@@ -14,7 +14,8 @@ bisection of the step in which they lie. That agrees with ``solve_ivp`` to a mic
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, field, fields, replace
+from dataclasses import asdict, astuple, dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -143,10 +144,7 @@ class Drive:
 
     def value(self, name: str) -> float:
         """Return a parameter or an element by the name under which ``changed`` takes it."""
-        if name in NAMES:
-            return self.theta[NAMES.index(name)]
-        stop, _, part = name.partition(".")
-        return getattr(getattr(self.elements, stop), part) if part else getattr(self.elements, stop)
+        return self.theta[NAMES.index(name)] if name in NAMES else attrgetter(name)(self.elements)
 
     def scaled(self, size: Size) -> "Drive":
         """Return a drive of another size that moves alike: ``lengths x(t / times)``.
@@ -196,7 +194,4 @@ class Drive:
 
     def _packed(self) -> np.ndarray:
         """All numbers in one row for the compiled code, those of the drive at size 1."""
-        values = [getattr(self.elements, each.name) for each in fields(Elements)]
-        theta = np.array(self.theta) / self.size.factors
-        rows = [astuple(each) if isinstance(each, Stop) else (each,) for each in values]
-        return np.array([*theta, *(number for row in rows for number in row)], np.float64)
+        return np.hstack([np.array(self.theta) / self.size.factors, *astuple(self.elements)])

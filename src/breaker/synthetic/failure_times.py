@@ -32,10 +32,8 @@ def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
         {'weak': 302.0}
     """
     operations = truth.operation.values.astype(float)
-    result = {}
-    for limit in limits:
-        result[limit.name] = first((_excess(truth, limit) > 0).all(axis=-1), operations)
-    return result
+    over = {limit.name: (_excess(truth, limit) > 0).all(axis=-1) for limit in limits}
+    return {name: first(each, operations) for name, each in over.items()}
 
 
 def _excess(truth: xr.Dataset, limit: Limit) -> np.ndarray:

@@ -74,9 +74,8 @@ class Family:
             RuntimeError: If no worn condition holds a closed position.
         """
         for _ in range(_TRIES):
-            worn = drive.changed(
-                **{name: drive.value(name) * (1.0 + by) for name, by in self.wear(rng).items()}
-            )
+            wear = self.wear(rng).items()
+            worn = drive.changed(**{name: drive.value(name) * (1.0 + by) for name, by in wear})
             if worn.holds and self.prior.supported(np.array(worn.theta)):
                 return worn
         raise RuntimeError(
@@ -86,17 +85,12 @@ class Family:
 
     def wear(self, rng: np.random.Generator) -> dict[str, float]:
         """Draw what wears, by name, and by which share of its value in new condition."""
-        wear = self.settings["wear"]
-        changes = dict(sorted(wear["change"].items()))
-        chosen: list[str] = []
-        for kind, names in (
-            ("parameters", [name for name in changes if name in NAMES]),
-            ("elements", [name for name in changes if name not in NAMES]),
-        ):
-            least, most = wear[kind]
-            count = rng.integers(least, most, endpoint=True)
+        wear, chosen = self.settings["wear"], []
+        for kind in ("parameters", "elements"):
+            names = sorted(n for n in wear["change"] if (n in NAMES) == (kind == "parameters"))
+            count = rng.integers(*wear[kind], endpoint=True)
             chosen += rng.choice(names, size=count, replace=False).tolist() if count else []
-        return {name: _draw(changes[name], rng) for name in chosen}
+        return {name: _draw(wear["change"][name], rng) for name in chosen}
 
 
 def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
@@ -109,12 +103,8 @@ def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
 
 def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> dict:
     """Draw from all ranges, in the order of the fields of a class, not in that of a file."""
+    there = {each.name: ranges[each.name] for each in fields(kind) if each.name in ranges}
     return {
-        each.name: (
-            _draw_all(ranges[each.name], Stop, rng)
-            if isinstance(ranges[each.name], Mapping)
-            else _draw(ranges[each.name], rng)
-        )
-        for each in fields(kind)
-        if each.name in ranges
+        name: _draw_all(each, Stop, rng) if isinstance(each, Mapping) else _draw(each, rng)
+        for name, each in there.items()
     }

@@ -73,17 +73,11 @@ def write_exports(
         for channel in CHANNELS:
             one = drive.changed(f=drive.value("f") * (1.0 + force_sd * rng.standard_normal()))
             closes, opens = trigger + _PHASES_SD * rng.standard_normal(2) + (0.0, apart)
-            closing, opening = (
-                one.travel(motion, time - moves)
-                for motion, moves in (("closing", closes), ("opening", opens))
-            )
-            record = np.where(time < opens, closing, opening)
-            record += _NOISE_SD * rng.standard_normal(time.size)
-            truth[channel, "closing", operation], truth[channel, "opening", operation] = (
-                closes,
-                opens,
-            )
-            records.append(record)
+            closing = one.travel("closing", time - closes)
+            record = np.where(time < opens, closing, one.travel("opening", time - opens))
+            records.append(record + _NOISE_SD * rng.standard_normal(time.size))
+            truth[channel, "closing", operation] = closes
+            truth[channel, "opening", operation] = opens
         records[-1][round(0.95 * time.size) :] = np.nan  # a channel that ends early
         file = Path(folder, f"rack_{operation:04d}.txt")
         _DIALECT.write(file, time, np.array(records), motion="close-open", operation=operation)
@@ -92,10 +86,9 @@ def write_exports(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write an example folder of the default drive in new condition, made larger."""
-    parser = argparse.ArgumentParser(
-        prog="python -m breaker.synthetic.high_voltage",
-        description="Write exports of a simulated rig of 150 mm stroke and 3.5 m/s.",
-    )
+    description = "Write exports of a simulated rig of 150 mm stroke and 3.5 m/s."
+    prog = "python -m breaker.synthetic.high_voltage"
+    parser = argparse.ArgumentParser(prog, description=description)
     parser.add_argument("folder", metavar="FOLDER", help="where to write")
     parser.add_argument("--operations", type=int, default=6, help="how many (default: 6)")
     parser.add_argument("--seed", type=int, default=1, help="of noise and scatter (default: 1)")

@@ -64,14 +64,11 @@ def _text(
     if settings["time_column"]:
         digits[0] = {"s": 7, "ms": 3, "us": 0}[settings["time_unit"]]
     end = [""] * dialect.trailing
-    rows = [
-        [f"{x:.{n}f}" if x == x else "" for x, n in zip(row, digits, strict=True)]
-        for row in samples
-    ]
-    numbers = [
-        settings["delimiter"].join([*row, *end]).replace(".", settings["decimal"]) for row in rows
-    ]
-    lines = [settings["delimiter"].join([*row, *end]) for row in above] + numbers
+    lines = [settings["delimiter"].join([*row, *end]) for row in above]
+    for sample in samples:
+        row = [f"{x:.{n}f}" if x == x else "" for x, n in zip(sample, digits, strict=True)]
+        line = settings["delimiter"].join([*row, *end])
+        lines.append(line.replace(".", settings["decimal"]))
     file.write_bytes(dialect.eol.join([*lines, ""]).encode(settings["encoding"]))
 
 
@@ -84,9 +81,7 @@ def _excel(
     book = openpyxl.Workbook(write_only=True)
     book.create_sheet("Info").append(["made by", "Prüfstand 7"])
     sheet = book.create_sheet("Data")
-    for row in above:
-        sheet.append(row)
-    for row in samples:
+    for row in [*above, *samples]:
         sheet.append([None if x != x else x for x in row])
     book.save(file)
 
@@ -107,9 +102,8 @@ def _comtrade(
     file.write_text("\r\n".join(head), encoding="utf-8", newline="")
     rows = np.zeros(time.size, [("n", "<u4"), ("t", "<u4"), ("x", "<i4", count)])
     rows["n"], rows["t"] = np.arange(1, time.size + 1), np.rint(1e3 * (time - time[0]))
-    missing = -(2**31)
     steps = np.rint(readings / dialect.step)
-    rows["x"] = np.where(np.isnan(steps), missing, steps).T
+    rows["x"] = np.where(np.isnan(steps), -(2**31), steps).T  # missing
     file.with_suffix(".dat").write_bytes(rows.tobytes())
 
 

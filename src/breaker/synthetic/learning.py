@@ -121,15 +121,11 @@ def learn(drives: xr.Dataset, sensor: Sensor, *, components: int, widening: floa
         "lag_sd": ("motion",),
     }
     data = {name: (dims[name], np.stack([each[name] for each in moments])) for name in dims}
-    examples = drives.delta.isel(drive=slice(_EXAMPLES)).astype(np.float32).drop_attrs()
-    return xr.Dataset(
-        {
-            **data,
-            "covariance": (("state", "other_state"), state.T @ state / len(state)),
-            "examples": examples,
-        },
-        coords={"state": _names(drives.motion.values, components)},
-    )
+    data["covariance"] = (("state", "other_state"), state.T @ state / len(state))
+    data["examples"] = drives.delta.isel(drive=slice(_EXAMPLES)).astype(np.float32).drop_attrs()
+    pairs = [(kind, motion) for kind in "ab" for motion in drives.motion.values]
+    names = [f"{kind} {motion} {k + 1}" for kind, motion in pairs for k in range(components)]
+    return xr.Dataset(data, coords={"state": [*(f"change {name}" for name in NAMES), *names]})
 
 
 def _one_motion(
@@ -181,10 +177,3 @@ def _lag(lag: np.ndarray, z: np.ndarray, a: np.ndarray, widening: float) -> dict
     free = max(1, len(z) - z.shape[1] - 1 - xi.shape[1])
     sd = np.sqrt(np.square(left - xi @ loading).sum() / free)
     return {"lag_mean": mean, "lag_slopes": np.array(slopes), "lag_loading": loading, "lag_sd": sd}
-
-
-def _names(motions: Sequence[str], components: int) -> list[str]:
-    """Names of the numbers of the state."""
-    numbers = range(1, components + 1)
-    scores = [f"{kind} {motion} {k}" for kind in "ab" for motion in motions for k in numbers]
-    return [*(f"change {name}" for name in NAMES), *scores]

@@ -52,9 +52,8 @@ def own_quantities(drive: Drive, motion: str, speeds: Sequence[Speed] = SPEEDS) 
             first = int(((way >= level) & (time >= begin)).argmax())
         if first == 0:
             return np.nan, level
-        return float(
-            np.interp(level, way[first - 1 : first + 1], time[first - 1 : first + 1])
-        ), level
+        around = slice(first - 1, first + 1)
+        return float(np.interp(level, way[around], time[around])), level
 
     def between(start: Point, end: Point) -> tuple[float, float]:
         (begin, low), (stop, high) = place(start), place(end)
@@ -108,12 +107,8 @@ def measure_drives(
         sd = _CONTACT_SD * times
         contact = Contact(switching + sd * rng.standard_normal(), sd)
         found = measure_curve(time, curve, motion, contact=contact, speeds=speeds)
-        rows += [
-            {
-                **{"drive": number, "quantity": name, "own": own[name], "model": modelled},
-                **{"measured": found[name].value, "measured_sd": found[name].sd},
-                "reason": found[name].reason,
-            }
-            for name, modelled in zip(own, model, strict=True)
-        ]
+        for name, modelled in zip(own, model, strict=True):
+            row = {"drive": number, "quantity": name, "own": own[name], "model": modelled}
+            row |= {"measured": found[name].value, "measured_sd": found[name].sd}
+            rows.append(row | {"reason": found[name].reason})
     return pd.DataFrame(rows)

@@ -89,7 +89,6 @@ def _through(
         curves = read_curves(files, dialect.settings, sensor.times, motion)
     if not curves.accepted.all():
         rejected = curves.reason.values[~curves.accepted.values]
-        raise RuntimeError(
-            f"{rejected.size} of {len(theta)} curves of the model rejected: {rejected[0]}"
-        )
+        count = f"{rejected.size} of {len(theta)} curves of the model rejected"
+        raise RuntimeError(f"{count}: {rejected[0]}")
     return curves.travel.values, curves.first_motion.values

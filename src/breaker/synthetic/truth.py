@@ -38,13 +38,11 @@ def truth_of(
     theta = np.array([drive.theta for drive in drives])
     longer = np.arange(1, rig.life_without_change + 1)
     steady = [rig.worn(int(each), scatter=False, changes=False).theta for each in longer]
-    difference = [
-        np.abs(
-            np.stack([drive.travel(motion, times) for drive in drives])
-            - travel(theta, times, motion).travel
-        ).max(axis=1)
-        for motion in motions
-    ]
+    without_change = _measured(rig, longer, motions, speeds, changes=False)
+    difference = []
+    for motion in motions:
+        curves = np.stack([drive.travel(motion, times) for drive in drives])
+        difference.append(np.abs(curves - travel(theta, times, motion).travel).max(axis=1))
     return xr.Dataset(
         {
             "value": (("operation", "parameter"), theta),
@@ -55,9 +53,7 @@ def truth_of(
         | {"parameter": list(NAMES), "motion": list(motions)},
     ).assign(
         measured=_measured(rig, operations, motions, speeds),
-        measured_without_change=_measured(rig, longer, motions, speeds, changes=False).rename(
-            operation="longer"
-        ),
+        measured_without_change=without_change.rename(operation="longer"),
     )
 
 
