@@ -7,8 +7,7 @@
 
 The faults are in ``mutants.toml``, by room: ``find``, a text that stands once in the package or the
 workflow, ``put``, what stands there instead, and ``tests``, the test files (``curves`` is
-``test_curves.py``) that have to notice. Where code was written anew, ``find`` and ``put`` are lists
-of the same length: the first text that is there counts, so that one list serves several versions.
+``test_curves.py``) that have to notice. A fault whose code was written anew is written anew, too.
 
 First the tests run without any fault: they have to pass. A fault is *caught* if a test fails or
 does not end in time, and has *survived* if all pass; it is *not applicable* where its text is not
@@ -43,19 +42,9 @@ class Mutant:
 
     room: str
     name: str
-    find: tuple[str, ...]
-    put: tuple[str, ...]
-    tests: tuple[str, ...]
-
-    @classmethod
-    def read(cls, room: str, entry: dict) -> "Mutant":
-        find, put = (
-            (entry[key],) if isinstance(entry[key], str) else tuple(entry[key])
-            for key in ("find", "put")
-        )
-        if len(find) != len(put):
-            raise ValueError(f"{room}, {entry['name']}: find and put differ in length")
-        return cls(room, entry["name"], find, put, tuple(entry["tests"].split()))
+    find: str
+    put: str
+    tests: str
 
     def place(self, tree: Path) -> tuple[Path, str] | None:
         """The file in which the fault goes and its text with the fault; None if it has no place."""
@@ -64,18 +53,21 @@ class Mutant:
             for folder, pattern in CODE
             for file in (tree / folder).rglob(pattern)
         }
-        for find, put in zip(self.find, self.put, strict=True):
-            found = [file for file, text in texts.items() if find in text]
-            if len(found) == 1 and texts[found[0]].count(find) == 1:
-                text = texts[found[0]].replace(find, put)
-                if found[0].suffix == ".py":
-                    compile(text, self.name, "exec")  # a fault, not a slip of the pen
-                return found[0], text
-        return None
+        found = [file for file, text in texts.items() if self.find in text]
+        if len(found) != 1 or texts[found[0]].count(self.find) != 1:
+            return None
+        text = texts[found[0]].replace(self.find, self.put)
+        if found[0].suffix == ".py":
+            compile(text, self.name, "exec")  # a fault, not a slip of the pen
+        return found[0], text
 
     def test_files(self, tree: Path) -> list[str]:
         """Test files that are to notice, those that this tree has."""
-        files = [file for stem in self.tests for file in (tree / "tests").rglob(f"test_{stem}.py")]
+        files = [
+            file
+            for stem in self.tests.split()
+            for file in (tree / "tests").rglob(f"test_{stem}.py")
+        ]
         return [str(file.relative_to(tree)) for file in dict.fromkeys(files)]
 
 
@@ -84,7 +76,7 @@ def mutants(rooms: list[str] | None) -> Iterator[Mutant]:
     listed = tomllib.loads((HERE / "mutants.toml").read_text(encoding="utf-8"))
     for room, entries in listed.items():
         if not rooms or room in rooms:
-            yield from (Mutant.read(room, entry) for entry in entries)
+            yield from (Mutant(room, **entry) for entry in entries)
 
 
 def copy(tree: Path, folder: Path) -> Path:
