@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 from breaker.figures.answer import answer
+from breaker.figures.style import WARNING
 
 NAMES = ("mu", "k_a", "k_b", "gamma_a", "gamma_b", "f", "L", "wipe")
 
 
-def part(motion, records=2, *, misfit=False, draws=60):
+def part(motion, records=2, *, misfit=False, far=False, draws=60):
     rng = np.random.default_rng(1)
     time = np.linspace(-2.0, 58.0, 31)
     curve = rng.normal(size=31)
@@ -24,6 +26,8 @@ def part(motion, records=2, *, misfit=False, draws=60):
             "switching": ("draw", 10.0 + rng.random(draws)),
             "p_value": ("operation", np.full(records, 1e-9 if misfit else 0.4)),
             "misfit": ("operation", np.full(records, misfit)),
+            "prior_p_value": ("operation", np.full(records, 1e-9 if far else 0.4)),
+            "far_from_prior": ("operation", np.full(records, far)),
             "file": ("operation", [f"day/{motion}_{i}$.csv" for i in range(records)]),
         },
         coords={
@@ -50,10 +54,20 @@ def test_each_motion_has_its_record_and_each_parameter_its_panel(motions):
     assert " and ".join(f"2 {motion}s" for motion in motions) in figure.get_suptitle()
 
 
-def test_a_single_file_names_the_picture_and_a_misfit_is_red():
-    figure = answer({"closing": part("closing", 1, misfit=True)})
+@pytest.mark.parametrize(
+    ("doubts", "words", "colour"),
+    [
+        ({}, "fits the model, p = 0.4", "black"),
+        ({"misfit": True}, "does NOT fit the model, p = 1e-09", WARNING),
+        ({"far": True}, "does NOT fit the prior, p = 1e-09", WARNING),
+        ({"misfit": True, "far": True}, "does NOT fit the model, p = 1e-09", WARNING),
+    ],
+)
+def test_a_single_file_names_the_picture_and_a_misfit_is_red(doubts, words, colour):
+    figure = answer({"closing": part("closing", 1, **doubts)})
     assert "closing_0" in figure.get_suptitle()
-    assert "does NOT fit" in figure.axes[0].get_title(loc="left")
+    (title,) = (each for each in figure.axes[0].findobj(Text) if words in each.get_text())
+    assert title.get_color() == colour
 
 
 def test_a_contact_that_never_touches_has_no_mark():

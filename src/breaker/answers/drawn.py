@@ -44,7 +44,7 @@ def shown(answer: xr.Dataset, model: Model, *, seed: int, most: int = 30) -> xr.
     switching = evaluate([_SWITCHING[model.motion]], theta[0], model.motion)[:, 0] + onset
     mm = {"unit": "mm"}
     return (
-        there[["p_value", "misfit", "file"]]
+        there[["p_value", "misfit", "prior_p_value", "far_from_prior", "file"]]
         .assign(
             values_shown=(("operation", "draw", "shown"), np.concatenate([theta, wipe], axis=-1)),
             prior_shown=(("draw", "shown"), np.concatenate([prior, prior_wipe], axis=-1)),

@@ -159,8 +159,9 @@ def _ending(record: Mapping) -> list[str]:
 def _fit(fit: Mapping) -> str:
     if fit["p_value"] is None:
         return "no draw of its posterior could be compared with the record"
-    where = "the model" if fit["misfit"] or not fit["far_from_prior"] else "the prior"
-    found = f"{'does NOT fit' if fit['misfit'] or fit['far_from_prior'] else 'fits'} {where}"
+    found = "does NOT fit the model" if fit["misfit"] else "fits the model"
+    if fit["far_from_prior"] and not fit["misfit"]:
+        found = "does NOT fit the prior, though the model"
     exact = ", exact posterior" if fit.get("resolved") else ""
     return f"{found} (posterior predictive p = {fit['p_value']:.2g}){exact}"
 

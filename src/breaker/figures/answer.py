@@ -79,11 +79,12 @@ def _record(axis: Axes, data: xr.Dataset, motion: str) -> None:
     axis.plot(data.time, data.record, "o", color=style.MEASURED, ms=2, mew=0)
     axis.set_ylabel(style.TRAVEL)
     axis.margins(x=0)
-    misfit, p_value = bool(data.misfit.values[0]), float(data.p_value.values[0])
-    fits = f"{'does NOT fit' if misfit else 'fits'} the model, p = {p_value:.2g}"
-    axis.set_title(f"{motion} in {_name(data.file.values[0])}: {fits}", loc="left")
-    if misfit:
-        axis.title.set_color(style.WARNING)
+    misfit, far = bool(data.misfit.values[0]), bool(data.far_from_prior.values[0])
+    what, name = ("prior", "prior_p_value") if far and not misfit else ("model", "p_value")
+    fits = "does NOT fit" if misfit or far else "fits"
+    words = f"{fits} the {what}, p = {float(data[name].values[0]):.2g}"
+    look = {"color": style.WARNING if misfit or far else "black", "loc": "left"}
+    axis.set_title(f"{motion} in {_name(data.file.values[0])}: {words}", **look)
 
 
 def _residual(axis: Axes, data: xr.Dataset) -> None:
