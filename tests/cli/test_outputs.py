@@ -92,6 +92,16 @@ def test_results_replace_results_of_their_kind(folder):
     assert not [each for each in folder.iterdir() if each.name.startswith(".")]
 
 
+def test_a_result_that_is_read_is_not_replaced_under_another_name(folder, capsys):
+    """It would be replaced otherwise: it is of the kind of what is written."""
+    words = ["infer", "a.csv", "--config", "few.yaml", "--output"]
+    assert main([*words, "t.csv"]) == 0
+    (folder / "hard.csv").hardlink_to(folder / "t.csv")
+    capsys.readouterr()
+    assert main(["infer", "a.csv", "t.csv", "--config", "few.yaml", "--output", "hard.csv"]) == 1
+    assert "it is what is read" in capsys.readouterr().err
+
+
 def test_names_of_nothing_are_refused(folder, capsys):
     for words in (["infer", ""], ["check", ""], ["manifest", ""], ["infer", "a.csv", "--plot", ""]):
         with pytest.raises(SystemExit) as caught:
