@@ -155,8 +155,8 @@ def test_it_agrees_with_another_solver_to_a_micrometre(motion, name, theta):
     assert switches == pytest.approx(reference.switches, abs=1e-3)
 
 
-def test_a_step_that_is_too_long_is_noticed(monkeypatch):
-    monkeypatch.setattr(drives, "_STEP", 0.4)
+def test_steps_that_are_too_long_are_noticed(monkeypatch):
+    monkeypatch.setattr(drives, "TOLERANCE", 1e-3)
     drive = Drive(THETA, SHARP)
     off = drive.travel("closing", TIMES) - Reference(drive, "closing").travel(TIMES)
     assert np.abs(off).max() > 1e-3

@@ -200,7 +200,7 @@ WRONG = """
 sensor: {noise: 0.1}
     sensor.noise is not a known key. Did you mean sensor.noise_sd?
 shards: 3
-    shards is not a known key. Did you mean bank.shards?
+    shards is not a known key. Did you mean family.shards or bank.shards?
 bank: {zzz: 3}
     bank.zzz is not a known key. Known here: shards, curves_per_shard
 prior: {mu: {mean: 2}}

@@ -20,6 +20,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "evaluation": ["follow_lives"],
         "failure_times": ["true_lives"],
         "family": ["Family"],
+        "family_bank": ["shapes", "simulate_family"],
         "high_voltage": ["CHANNELS", "HIGH_VOLTAGE", "write_exports"],
         "judged": ["Reading", "family_of", "judge_records"],
         "judged_lives": ["judge_lives"],

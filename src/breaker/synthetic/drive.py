@@ -13,19 +13,33 @@ bisection of the step in which they lie. That agrees with ``solve_ivp`` to a mic
 (tests/synthetic/test_drive.py) and is a hundred times as fast.
 """
 
-from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from itertools import islice
 from operator import attrgetter
 
 import numpy as np
 
 from breaker.mechanism import NAMES, UNIT, Size
-from breaker.synthetic.integrator import closed_rest, travel
+from breaker.synthetic.integrator import closed_rest, follow
+from breaker.synthetic.paths import sampled
 
-__all__ = ["STOPS", "Drive", "Elements", "Stop"]
+__all__ = [
+    "CONTACTS",
+    "ELEMENTS",
+    "STOPS",
+    "TOLERANCE",
+    "WAVES",
+    "Drive",
+    "Elements",
+    "Stop",
+    "Waves",
+]
 
 STOPS = ("closing_stop", "opening_stop")
-_STEP = 0.02  # ms, of a drive of size 1
+WAVES = ("way_force", "time_force", "speed_force")
+CONTACTS = ("elastic", "held", "sliding")
+TOLERANCE = 1e-6  # mm and mm/ms, error of a step of a drive of size 1
 
 
 @dataclass(frozen=True)
@@ -51,6 +65,20 @@ class Stop:
 
 
 @dataclass(frozen=True)
+class Waves:
+    """A smooth random function, of three harmonics: a mechanism that nobody named.
+
+    Attributes:
+        share: Its root mean square, share of the force that drives the motion: that of the closing,
+            or that of the opening spring where the breaker is closed.
+        harmonics: Coefficients of sine and cosine of each harmonic, of root mean square 1.
+    """
+
+    share: float = 0.0
+    harmonics: tuple[float, ...] = (0.0,) * 6
+
+
+@dataclass(frozen=True)
 class Elements:
     """What a drive has and the model lacks; all absent by default.
 
@@ -70,6 +98,11 @@ class Elements:
         force_fall: Share of the closing force that is gone after 10 mm of travel.
         drag: Force at 1 mm/ms that grows with the square of the speed, mm/ms^2.
         linkage: Period of the linkage that carries the transducer, ms; 0 where it is rigid.
+        contact: "elastic" as in the model; "held", where the drive carries the contact against a
+            stop, under the preload of its spring, until it touches, and picks it up again when it
+            parts; or "sliding", whose force and mass leave no trace.
+        way_force, time_force, speed_force: Random forces along the way, in the time after the
+            release, and by the speed. They vanish at both rests.
     """
 
     lever_turn: float = 0.0
@@ -86,24 +119,68 @@ class Elements:
     force_fall: float = 0.0
     drag: float = 0.0
     linkage: float = 0.0
+    contact: str = "elastic"
+    way_force: Waves = field(default_factory=Waves)
+    time_force: Waves = field(default_factory=Waves)
+    speed_force: Waves = field(default_factory=Waves)
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Elements":
-        """Build from ``{name: number}``, a stop as ``{name: {...}}``; others are absent."""
-        stops = {name: Stop(**settings[name]) for name in STOPS if name in settings}
-        return cls(**{**settings, **stops})
+        """Build from ``{name: number}``, a part of several as ``{name: {...}}``; others absent."""
+        kinds = dict.fromkeys(STOPS, Stop) | dict.fromkeys(WAVES, Waves)
+        parts = {name: kinds[name](**settings[name]) for name in kinds if name in settings}
+        return cls(**{**settings, **parts})
+
+    @classmethod
+    def from_numbers(cls, numbers: Sequence[float]) -> "Elements":
+        """Build from what ``numbers`` returns, ``(e,)``."""
+        row, parts = iter(np.asarray(numbers, dtype=np.float64).tolist()), {}
+        for name in (each.name for each in fields(cls)):
+            if name in STOPS:
+                parts[name] = Stop(*islice(row, 5))
+            elif name in WAVES:
+                parts[name] = Waves(next(row), tuple(islice(row, 6)))
+            else:
+                parts[name] = CONTACTS[int(next(row))] if name == "contact" else next(row)
+        return cls(**parts)
+
+    @property
+    def numbers(self) -> list[float]:
+        """All numbers in one row, ``(e,)``, for compiled code and stores."""
+        return list(_flat(self).values())
 
     def scaled(self, strength: float) -> "Elements":
         """Return the elements at another strength: 0 leaves the model, 1 changes nothing.
 
         A stop keeps its place and its law; its forces change.
         """
-        parts = asdict(self)
-        stops = {name: parts.pop(name) for name in STOPS}
-        for stop in stops.values():
-            stop["damping"] *= strength
-            stop["stiffness"] *= strength
-        return Elements.from_settings({n: strength * value for n, value in parts.items()} | stops)
+        parts = {each.name: getattr(self, each.name) for each in fields(self)}
+        for name, value in parts.items():
+            if isinstance(value, Stop):
+                forces = {"damping": value.damping, "stiffness": value.stiffness}
+                parts[name] = replace(value, **{n: strength * each for n, each in forces.items()})
+            elif isinstance(value, Waves):
+                parts[name] = replace(value, share=strength * value.share)
+            elif name != "contact":
+                parts[name] = strength * value
+        return Elements(**parts)
+
+
+def _flat(parts: Elements | Stop | Waves, above: str = "") -> dict[str, float]:
+    """Numbers by dotted name, in order."""
+    found = {}
+    for name, value in vars(parts).items():
+        if isinstance(value, Stop | Waves):
+            found |= _flat(value, f"{name}.")
+        elif isinstance(value, tuple):
+            found |= {f"{above}{name}.{i}": each for i, each in enumerate(value)}
+        else:
+            found[above + name] = CONTACTS.index(value) if isinstance(value, str) else value
+    return found
+
+
+ELEMENTS = tuple(_flat(Elements()))
+"""Name of each of the numbers of ``Elements``, a part's as ``part.name``."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +237,7 @@ class Drive:
     @property
     def holds(self) -> bool:
         """Whether there is a closed position, in which the contact is pressed."""
-        return bool(np.isfinite(closed_rest(self._packed())))
+        return bool(np.isfinite(closed_rest(self.numbers)))
 
     def travel(self, motion: str, times: np.ndarray) -> np.ndarray:
         """Return the travel alone of what ``operate`` returns."""
@@ -181,17 +258,19 @@ class Drive:
             ValueError: If the drive has no closed position.
             FloatingPointError: If the curve is not finite.
         """
-        numbers = self._packed()
+        numbers = self.numbers
         rest = closed_rest(numbers)
         if not np.isfinite(rest):
             raise ValueError(f"the closing force does not press the contact: {self}")
         times = np.asarray(times, dtype=np.float64) / self.size.times
-        curve, switching = travel(numbers, rest, motion == "closing", times, _STEP)
-        if not np.isfinite(curve).all():
+        end = max(times[-1], 1e-9)  # a drive that is only seen at rest
+        steps, switching = follow(numbers, rest, motion == "closing", end, np.inf, TOLERANCE)
+        if not len(steps):
             raise FloatingPointError(f"the curve of a drive is not finite: {self}")
         switches = self.size.times * switching if switching <= times[-1] else np.inf
-        return self.size.lengths * curve, switches
+        return self.size.lengths * sampled(steps, times), switches
 
-    def _packed(self) -> np.ndarray:
-        """All numbers in one row for the compiled code, those of the drive at size 1."""
-        return np.hstack([np.array(self.theta) / self.size.factors, *astuple(self.elements)])
+    @property
+    def numbers(self) -> np.ndarray:
+        """Parameters and elements in one row, ``(p + e,)``, those of the drive at size 1."""
+        return np.hstack([np.array(self.theta) / self.size.factors, self.elements.numbers])

@@ -8,18 +8,23 @@ strong drives a little.
 
 A worn drive has changes of a few parameters and a few elements, as a share of their values in new
 condition, each drawn from its range.
+
+A family that networks are trained on is wider: its drives differ in strength, some of them are the
+model, others have contacts and random forces that it has not, and they wear in several ways.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from breaker.mechanism import NAMES, UNIT, Size
 from breaker.model import Prior
-from breaker.synthetic.drive import Drive, Elements, Stop
+from breaker.synthetic.drive import CONTACTS, WAVES, Drive, Elements, Stop
 
-__all__ = ["Family"]
+__all__ = ["WEAR", "Family"]
+
+WEAR = ("none", "sparse", "dense")
 
 _TRIES = 10_000  # draws until a drive has to hold
 
@@ -30,7 +35,8 @@ class Family:
 
     Attributes:
         prior: Prior of the parameters.
-        settings: The section ``rigs`` of the configuration: elements of drives of size 1.
+        settings: The section ``rigs`` or ``family`` of the configuration: elements of drives of
+            size 1.
         size: Size of its drives, and of the prior.
 
     Example:
@@ -56,25 +62,57 @@ class Family:
         Raises:
             RuntimeError: If no drive of the family holds a closed position.
         """
+        return self.drawn(rng)[0]
+
+    def drawn(self, rng: np.random.Generator) -> tuple[Drive, float]:
+        """Draw a drive in new condition, and return it with the strength of its elements.
+
+        Raises:
+            RuntimeError: If no drive of the family holds a closed position.
+        """
+        ranges = {**self.settings["elements"], **self.settings.get("more", {})}
         for _ in range(_TRIES):
             theta = tuple(self.prior.sample(1, rng)[0].tolist())
-            elements = Elements.from_settings(_draw_all(self.settings["elements"], Elements, rng))
-            drive = Drive(theta, elements.scaled(self.settings["strength"]), self.size)
+            elements = Elements.from_settings(_draw_all(ranges, Elements, rng))
+            strength = self.settings["strength"]
+            if "contacts" in self.settings:
+                force = theta[NAMES.index("f")] / self.size.factors[NAMES.index("f")]
+                elements, strength = self._varied(elements, force, rng)
+            drive = Drive(theta, elements.scaled(strength), self.size)
             if drive.holds:
-                return drive
+                return drive, strength
         raise RuntimeError(
             f"none of {_TRIES} drives of the family holds a closed position; lower the preloads in "
             "rigs.elements, or rigs.strength"
         )
 
-    def worn(self, drive: Drive, rng: np.random.Generator) -> Drive:
+    def _varied(
+        self, elements: Elements, force: float, rng: np.random.Generator
+    ) -> tuple[Elements, float]:
+        """Draw strength, contact and transducer of a drive; return elements still to be scaled."""
+        settings = self.settings
+        strength = rng.uniform(*settings["strength"])
+        contact = _chosen(settings["contacts"], CONTACTS, rng)
+        preload, rigid, model = rng.uniform(*settings["held_preload"]), rng.random(), rng.random()
+        if model < settings["model"]:
+            return Elements(), 0.0
+        if rigid < settings["rigid"]:
+            elements = replace(elements, linkage=0.0)
+        if contact == "held":  # has its preload at any strength
+            elements = replace(elements, contact_preload=preload * force / strength)
+        return replace(elements, contact=contact), strength
+
+    def worn(self, drive: Drive, rng: np.random.Generator, kind: str = "") -> Drive:
         """Draw a worn condition of a drive that is still in the prior's support.
+
+        Args:
+            kind: Of the wear, one of ``WEAR``, where the family has several.
 
         Raises:
             RuntimeError: If no worn condition holds a closed position.
         """
         for _ in range(_TRIES):
-            wear = self.wear(rng).items()
+            wear = self.wear(rng, kind).items()
             worn = drive.changed(**{name: drive.value(name) * (1.0 + by) for name, by in wear})
             if worn.holds and self.prior.supported(np.array(worn.theta)):
                 return worn
@@ -83,14 +121,28 @@ class Family:
             f"ranges in rigs.wear.change: {drive}"
         )
 
-    def wear(self, rng: np.random.Generator) -> dict[str, float]:
+    def wear(self, rng: np.random.Generator, kind: str = "") -> dict[str, float]:
         """Draw what wears, by name, and by which share of its value in new condition."""
         wear, chosen = self.settings["wear"], []
-        for kind in ("parameters", "elements"):
-            names = sorted(n for n in wear["change"] if (n in NAMES) == (kind == "parameters"))
-            count = rng.integers(*wear[kind], endpoint=True)
+        counts = wear["kinds"][kind] if kind else wear
+        for part in ("parameters", "elements"):
+            names = sorted(n for n in wear["change"] if (n in NAMES) == (part == "parameters"))
+            count = rng.integers(*counts[part], endpoint=True)
             chosen += rng.choice(names, size=count, replace=False).tolist() if count else []
+        if kind:
+            return {n: _small(wear["change"][n], wear["smallest"], rng) for n in chosen}
         return {name: _draw(wear["change"][name], rng) for name in chosen}
+
+    def kind_of_wear(self, rng: np.random.Generator) -> str:
+        """Draw one of ``WEAR``."""
+        kinds = self.settings["wear"]["kinds"]
+        return _chosen({kind: kinds[kind]["share"] for kind in WEAR}, WEAR, rng)
+
+
+def _chosen(shares: Mapping[str, float], names: Sequence[str], rng: np.random.Generator) -> str:
+    """Draw a name with a probability in proportion to its share."""
+    weights = np.array([shares[name] for name in names])
+    return names[int((rng.random() * weights.sum() > weights.cumsum()).sum())]
 
 
 def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
@@ -101,10 +153,29 @@ def _draw(ends: Sequence[float], rng: np.random.Generator) -> float:
     return float(np.sign(low) * np.exp(rng.uniform(*sorted(np.log(np.abs(ends))))))
 
 
+def _small(ends: Sequence[float], smallest: float, rng: np.random.Generator) -> float:
+    """Draw from a range, uniform in the logarithm of the size from a share of an end on.
+
+    Of two ends of either sign the larger one is more likely, as it is in a uniform draw.
+    """
+    sizes = np.abs(ends)
+    if ends[0] * ends[1] >= 0.0:
+        end = ends[int(sizes.argmax())]
+    else:
+        end = ends[int(rng.random() * sizes.sum() > sizes[0])]
+    return float(end * smallest ** rng.random())
+
+
 def _draw_all(ranges: Mapping, kind: type, rng: np.random.Generator) -> dict:
     """Draw from all ranges, in the order of the fields of a class, not in that of a file."""
     there = {each.name: ranges[each.name] for each in fields(kind) if each.name in ranges}
-    return {
-        name: _draw_all(each, Stop, rng) if isinstance(each, Mapping) else _draw(each, rng)
-        for name, each in there.items()
-    }
+    drawn = {}
+    for name, each in there.items():
+        if name in WAVES:
+            harmonics = rng.standard_normal(6)
+            harmonics *= np.sqrt(2.0 / np.square(harmonics).sum())
+            drawn[name] = {"share": _draw(each, rng), "harmonics": tuple(harmonics.tolist())}
+        else:
+            inner = isinstance(each, Mapping)
+            drawn[name] = _draw_all(each, Stop, rng) if inner else _draw(each, rng)
+    return drawn

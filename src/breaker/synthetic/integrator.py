@@ -3,13 +3,18 @@
 The state is arc and speed of the drive, position and speed of the contact, and reading and speed of
 the transducer. The numbers of a drive come as one row, in the order of ``drive.Drive``; see there
 for their meaning.
+
+Steps are those of Dormand and Prince (J. Comput. Appl. Math. 6, 1980, 19): fifth order, each as
+long as the difference from the fourth order allows. What is kept of a step is the polynomial of the
+fifth degree through reading, speed and acceleration at both of its ends, so that curves are
+evaluated afterwards, at any times (``breaker.synthetic.paths``).
 """
 
 import numpy as np
 
 from breaker.mechanism import compiled
 
-__all__ = ["closed_rest", "travel"]
+__all__ = ["closed_rest", "follow", "travel_of"]
 
 _fast = compiled()
 
@@ -17,24 +22,59 @@ _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
 _SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
 _RINGING = 0.05  # damping ratio of the linkage that carries the transducer
+_LASTING = 4.0  # ms after the release, where a random force in time is largest
 _HALVINGS = 60
+_LOOKS = 40  # places along the way at which random forces may hold a drive up
+_AT_EVENT = 1e-10  # mm or mm/ms^2, that a touch or a parting may be off
+_FIRST, _SHORTEST, _LONGEST = 0.01, 1e-8, 2.0  # ms, steps
+_MOST = 100_000  # steps
+_SHARES = 0.1, 0.5  # of the way, whose times are a motion's own measure
 _FREE, _CLOSED = 0, 1
+_ELASTIC, _HELD, _SLIDING = 0, 1, 2
 
 (MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, TURN, LEAN, DRY, PRE_A, PRE_B, BUILD_UP) = range(13)
 (TRAIN_MASS, TRAIN_FRICTION, RESTITUTION, CLOSING_STOP) = range(13, 17)
-OPENING_STOP, FALL, DRAG, LINKAGE = 21, 26, 27, 28
+OPENING_STOP, FALL, DRAG, LINKAGE, CONTACT = 21, 26, 27, 28, 29
+WAY_FORCE, TIME_FORCE, SPEED_FORCE = 30, 37, 44
 REACH, DAMPING, POWER, DEPTH, STIFFNESS = range(5)  # of a stop, from its first number on
 _STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
+
+_STAGES = np.array(
+    [
+        [0, 0, 0, 0, 0, 0],
+        [1 / 5, 0, 0, 0, 0, 0],
+        [3 / 40, 9 / 40, 0, 0, 0, 0],
+        [44 / 45, -56 / 15, 32 / 9, 0, 0, 0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0],
+        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    ]
+)
+_TIMES = _STAGES.sum(axis=1)
+_ERROR = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+
+
+@_fast
+def _sign(x):
+    """A smooth sign; the hyperbolic tangent costs as much as all other forces together."""
+    return np.tanh(x) if abs(x) < 19.0 else np.sign(x)
 
 
 @_fast
 def _lever(n, arc):
-    """Travel and its slope where the arm's end has moved along its arc."""
+    """Travel, its slope and its bend where the arm's end has moved along its arc."""
     bend = n[TURN] / _STROKE
-    turn = bend * arc - n[LEAN]
     if bend < 1e-9:
-        return arc * np.cos(n[LEAN]), np.cos(n[LEAN])
-    return (np.sin(turn) + np.sin(n[LEAN])) / bend, np.cos(turn)
+        ratio = np.cos(n[LEAN])
+        return arc * ratio, ratio, 0.0
+    turn = bend * arc - n[LEAN]
+    return (np.sin(turn) + np.sin(n[LEAN])) / bend, np.cos(turn), -bend * np.sin(turn)
+
+
+@_fast
+def travel_of(n, arc):
+    """Travel where the arm's end has moved along its arc, mm."""
+    return _lever(n, arc)[0]
 
 
 @_fast
@@ -50,151 +90,274 @@ def _stop(n, first, beyond, speed):
 
 
 @_fast
-def _forces(n, rest, time, closing, state):
-    """Forces on the drive and on the contact, per drive mass."""
-    arc, speed, contact, contact_speed = state[0], state[1], state[2], state[3]
-    x, ratio = _lever(n, arc)
-    u = x - contact
-    spring = (
-        n[K_B] * u
-        + n[GAMMA_B] * (ratio * speed - contact_speed)
-        + n[PRE_B] * np.tanh(u / _SMOOTH_WAY)
-    )
-    held = np.exp(-time / n[BUILD_UP]) if n[BUILD_UP] > 0.0 else 0.0
+def _waves(n, first, angle):
+    """A smooth random function: three harmonics of an angle."""
+    s, c = np.sin(angle), np.cos(angle)
+    s2, c2 = 2.0 * s * c, c * c - s * s
+    total = n[first + 1] * s + n[first + 2] * c + n[first + 3] * s2 + n[first + 4] * c2
+    return total + n[first + 5] * (s2 * c + c2 * s) + n[first + 6] * (c2 * c - s2 * s)
+
+
+@_fast
+def _random(n, rest, time, closing, state):
+    """Smooth random forces, which leave both rest positions where they are."""
+    total = 0.0
+    share = state[0] / rest
+    if n[WAY_FORCE] > 0.0 and 0.0 < share < 1.0:
+        window = np.sin(np.pi * share) ** 2
+        total += n[WAY_FORCE] * window * _waves(n, WAY_FORCE, np.pi * share)
+    if n[TIME_FORCE] > 0.0 and time < np.inf:
+        age = time / _LASTING
+        total += n[TIME_FORCE] * age * np.exp(1.0 - age) * _waves(n, TIME_FORCE, age)
+    if n[SPEED_FORCE] > 0.0:
+        # Even in the speed, so that it does not keep an oscillation alive.
+        speed = abs(state[1])
+        window = speed * speed / (1.0 + speed * speed)
+        total += n[SPEED_FORCE] * window * _waves(n, SPEED_FORCE, 0.5 * np.pi * speed)
+    return total * (n[F] if closing else n[K_A] * rest)
+
+
+@_fast
+def _spring(n, mode, x, rate, state):
+    """Force of the contact on the drive, of a travel x that changes at a rate; 0 where rigid."""
+    if n[CONTACT] == _SLIDING or (n[CONTACT] == _HELD and mode == _FREE):
+        return 0.0
+    if n[CONTACT] == _HELD:
+        return n[K_B] * (x - n[GAP]) + n[GAMMA_B] * rate + n[PRE_B]
+    u = x - state[2]
+    force = n[K_B] * u + n[GAMMA_B] * (rate - state[3])
+    return force + n[PRE_B] * _sign(u / _SMOOTH_WAY) if n[PRE_B] > 0.0 else force
+
+
+@_fast
+def _forces(n, rest, time, closing, mode, state):
+    """Forces on the drive and on the contact, per drive mass, and the lever's slope and bend."""
+    arc, speed = state[0], state[1]
+    x, ratio, bend = _lever(n, arc)
+    spring = _spring(n, mode, x, ratio * speed, state)
+    held = np.exp(-time / n[BUILD_UP]) if time < 40.0 * n[BUILD_UP] else 0.0
     force = n[F] * (1.0 - n[FALL] * x / _STROKE) * (1.0 - held if closing else held)
     friction = n[GAMMA_A] * (1.0 + (n[TRAIN_FRICTION] if closing else 0.0))
     total = (
         force
         - n[K_A] * arc
-        - n[PRE_A] * np.tanh(arc / _SMOOTH_WAY)
         - friction * speed
-        - n[DRY] * np.tanh(speed / _SMOOTH_SPEED)
         - n[DRAG] * speed * abs(speed)
         - ratio * spring
         - _stop(n, CLOSING_STOP, arc - rest, speed)
         + _stop(n, OPENING_STOP, -arc, -speed)
     )
-    return total, spring
+    if n[PRE_A] > 0.0:
+        total -= n[PRE_A] * _sign(arc / _SMOOTH_WAY)
+    if n[DRY] > 0.0:
+        total -= n[DRY] * _sign(speed / _SMOOTH_SPEED)
+    if n[WAY_FORCE] + n[TIME_FORCE] + n[SPEED_FORCE] > 0.0 and rest < np.inf:
+        total += _random(n, rest, time, closing, state)
+    return total, spring, ratio, bend
 
 
 @_fast
 def closed_rest(n):
-    """Arc at rest, held closed by the closing force, by bisection; nan without contact force."""
+    """Arc at rest, held closed by the closing force; nan where the drive does not get there.
+
+    By bisection. It does not where the contact is not pressed, or where random forces along the way
+    hold it up.
+    """
     low, high = 0.0, 5.0 * n[GAP]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        if _forces(n, np.inf, np.inf, True, (middle, 0.0, n[GAP], 0.0))[0] > 0.0:
+        if _forces(n, np.inf, np.inf, True, _CLOSED, (middle, 0.0, n[GAP], 0.0))[0] > 0.0:
             low = middle
         else:
             high = middle
-    pressed = _forces(n, np.inf, np.inf, True, (low, 0.0, n[GAP], 0.0))[1] > 0.0
-    return 0.5 * (low + high) if pressed else np.nan
+    if _lever(n, low)[0] <= n[GAP] or low >= 5.0 * n[GAP] * (1.0 - 1e-9):
+        return np.nan
+    for i in range(1, _LOOKS if n[WAY_FORCE] > 0.0 else 1):
+        arc = low * i / _LOOKS
+        x = _lever(n, arc)[0]
+        mode, state = (_FREE if x < n[GAP] else _CLOSED), (arc, 0.0, min(x, n[GAP]), 0.0)
+        closes = _forces(n, low, np.inf, True, mode, state)[0] > 0.0
+        if not closes or _forces(n, low, np.inf, False, mode, state)[0] >= 0.0:
+            return np.nan
+    return 0.5 * (low + high)
 
 
 @_fast
-def _rates(n, rest, time, closing, mode, state, out):
-    """Time derivatives of the state, into ``out``."""
-    total, spring = _forces(n, rest, time, closing, state)
-    out[0] = state[1]
-    out[1] = total / (1.0 + (n[TRAIN_MASS] if closing else 0.0))
-    out[2] = state[3] if mode == _FREE else 0.0
-    out[3] = n[MU] * spring if mode == _FREE else 0.0
+def _rates(n, rest, time, closing, mode, state, out, row):
+    """Time derivatives of the state, into a row of ``out``; a view of it would cost as much."""
+    speed = state[1]
+    total, spring, ratio, bend = _forces(n, rest, time, closing, mode, state)
+    mass = 1.0 + (n[TRAIN_MASS] if closing else 0.0)
+    if n[CONTACT] == _HELD and mode == _FREE:
+        mass += ratio * ratio / n[MU]
+        total -= ratio * bend * speed * speed / n[MU]
+    out[row, 0], out[row, 1] = speed, total / mass
+    moves = n[CONTACT] == _ELASTIC and mode == _FREE
+    out[row, 2] = state[3] if moves else 0.0
+    out[row, 3] = n[MU] * spring if moves else 0.0
     if n[LINKAGE] > 0.0:
-        x, ratio = _lever(n, state[0])
+        x = _lever(n, state[0])[0]
         rate = 2.0 * np.pi / n[LINKAGE]
-        out[4] = state[5]
-        out[5] = rate * rate * (x - state[4]) + 2 * _RINGING * rate * (ratio * state[1] - state[5])
+        out[row, 4] = state[5]
+        out[row, 5] = rate * rate * (x - state[4]) + 2 * _RINGING * rate * (
+            ratio * speed - state[5]
+        )
 
 
 @_fast
 def _advance(n, rest, time, closing, mode, state, h, new, k):
-    """One classical Runge-Kutta step of size h, into ``new``; ``k`` is room for its stages."""
-    _rates(n, rest, time, closing, mode, state, k[0])
-    for stage in range(1, 4):
-        w = h if stage == 3 else 0.5 * h
-        for i in range(state.size):
-            new[i] = state[i] + w * k[stage - 1, i]
-        _rates(n, rest, time + w, closing, mode, new, k[stage])
-    for i in range(state.size):
-        new[i] = state[i] + h / 6.0 * (k[0, i] + 2.0 * k[1, i] + 2.0 * k[2, i] + k[3, i])
+    """One step of size h, into ``new``, from the rates in ``k[0]``; those of its end in ``k[6]``.
 
-
-@_fast
-def _left(n, rest, time, closing, mode, state):
-    """Positive as long as the mode lasts: way to the touch, or contact force."""
-    if mode == _FREE:
-        return n[GAP] - state[2]
-    return _forces(n, rest, time, closing, state)[1]
-
-
-@_fast
-def _switch(n, mode, state):
-    """Mode after the touch or the parting; changes the contact's state in place."""
-    speed = state[3]
-    state[2], state[3] = n[GAP], 0.0
-    if mode == _CLOSED:
-        return _FREE
-    if n[RESTITUTION] * speed > _SLOWEST:
-        state[3] = -n[RESTITUTION] * speed
-        return _FREE
-    return _CLOSED
-
-
-@_fast
-def travel(n, rest, closing, times, step):
-    """Travel at times after the release, ``(t,)``, and when the contact first switches.
-
-    See ``drive.Drive.operate``.
+    Returns its error, mm and mm/ms; nan where it is not finite.
     """
-    result, switching = np.empty(times.size), np.inf
-    state, new = np.zeros(6), np.zeros(6)
-    k = np.zeros((4, 6))
+    size = 6 if n[LINKAGE] > 0.0 else 4
+    for stage in range(1, 7):
+        for i in range(size):
+            rate = 0.0
+            for j in range(stage):
+                rate += _STAGES[stage, j] * k[j, i]
+            new[i] = state[i] + h * rate
+        _rates(n, rest, time + _TIMES[stage] * h, closing, mode, new, k, stage)
+    square = 0.0
+    for i in range(size):
+        off = 0.0
+        for j in range(7):
+            off += _ERROR[j] * k[j, i]
+        square += off * off
+    return h * np.sqrt(square)
+
+
+@_fast
+def _margin(n, rest, time, closing, mode, state):
+    """Positive as long as the mode lasts: way to the touch or to the parting, or contact force."""
+    if n[CONTACT] == _ELASTIC:
+        if mode == _FREE:
+            return n[GAP] - state[2]
+        return _forces(n, rest, time, closing, mode, state)[1]
+    way = n[GAP] - _lever(n, state[0])[0]
+    return way if mode == _FREE else -way
+
+
+@_fast
+def _switch(n, closing, mode, state):
+    """Mode after the touch or the parting; changes the state in place."""
+    other = _CLOSED if mode == _FREE else _FREE
+    if n[CONTACT] == _HELD and mode == _CLOSED:  # picks the contact up, which was at rest
+        mass = 1.0 + (n[TRAIN_MASS] if closing else 0.0)
+        state[1] *= mass / (mass + _lever(n, state[0])[1] ** 2 / n[MU])
+    if n[CONTACT] == _ELASTIC:
+        speed = state[3]
+        state[2], state[3] = n[GAP], 0.0
+        if mode == _FREE and n[RESTITUTION] * speed > _SLOWEST:
+            state[3] = -n[RESTITUTION] * speed
+            return _FREE
+    return other
+
+
+@_fast
+def _located(n, rest, time, closing, mode, state, h, new, k):
+    """Time in a step of size h after which the mode ends, by the rule of false position.
+
+    Takes that step again, up to there. An end that is not improved counts half (Illinois).
+    """
+    low, high = 0.0, h
+    above = _margin(n, rest, time, closing, mode, state)
+    below = _margin(n, rest, time + h, closing, mode, new)
+    for _ in range(_HALVINGS):
+        h = low + (high - low) * (above / (above - below) if above > 0.0 else 0.5)
+        _advance(n, rest, time, closing, mode, state, h, new, k)
+        margin = _margin(n, rest, time + h, closing, mode, new)
+        if abs(margin) < _AT_EVENT:
+            break
+        if margin > 0.0:
+            low, above, below = h, margin, 0.5 * below
+        else:
+            high, below, above = h, margin, 0.5 * above
+    return h
+
+
+@_fast
+def _keep(n, state, rates, h, ends):
+    """Reading, its speed times h and its acceleration times h^2, into ``ends``."""
+    if n[LINKAGE] > 0.0:
+        ends[0], ends[1], ends[2] = state[4], h * state[5], h * h * rates[5]
+        return
+    x, ratio, bend = _lever(n, state[0])
+    speed = h * state[1]
+    ends[0], ends[1], ends[2] = x, ratio * speed, ratio * h * h * rates[1] + bend * speed * speed
+
+
+@_fast
+def _polynomial(a, b, step):
+    """Coefficients in the share of a step, into ``step``, from what is kept of both ends."""
+    way = b[0] - a[0] - a[1] - 0.5 * a[2]
+    speed = b[1] - a[1] - a[2]
+    more = b[2] - a[2]
+    step[0], step[1], step[2] = a[0], a[1], 0.5 * a[2]
+    step[3] = 10.0 * way - 4.0 * speed + 0.5 * more
+    step[4] = -15.0 * way + 7.0 * speed - more
+    step[5] = 6.0 * way - 3.0 * speed + 0.5 * more
+
+
+@_fast
+def follow(n, rest, closing, end, beyond, tolerance):
+    """Steps of a motion after the release, and when the contact first touches or parts.
+
+    Args:
+        n: Numbers of the drive, of size 1.
+        rest: Its closed position, from ``closed_rest``.
+        closing: Whether it closes.
+        end: Time until which it is followed, ms.
+        beyond: Once half of the way is made, the motion is followed only until as many times the
+            time from 10 to 50 % of it are over since 10 %.
+        tolerance: Error of a step, mm and mm/ms.
+
+    Returns:
+        Steps ``(s, 8)``: begin and length, ms, and six coefficients of the reading in powers of the
+        share of a step, mm; and the time of the switching, ms, ``inf`` if there is none. No steps
+        where the motion is not finite or takes too many.
+    """
+    steps, count, switching = np.empty((_MOST, 8)), 0, np.inf
+    state, new, k = np.zeros(6), np.zeros(6), np.zeros((7, 6))
+    ends = np.zeros((2, 3))
     mode = _FREE
     if not closing:
-        state[0] = rest
-        state[2] = n[GAP]
-        mode = _CLOSED
+        state[0], state[2], mode = rest, n[GAP], _CLOSED
     begin = state[4] = _lever(n, state[0])[0]
-    i = 0
-    while i < times.size and times[i] <= 0.0:
-        result[i] = begin
-        i += 1
-    now = 0.0
-    while i < times.size:
-        h = step
-        _advance(n, rest, now, closing, mode, state, h, new, k)
-        # A contact that stays after its touch does not part again, as in the model.
-        ends = closing == (mode == _FREE) and _left(n, rest, now + h, closing, mode, new) < 0.0
-        if ends:
-            low, high = 0.0, 1.0
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (low + high)
-                _advance(n, rest, now, closing, mode, state, middle * step, new, k)
-                if _left(n, rest, now + middle * step, closing, mode, new) < 0.0:
-                    high = middle
-                else:
-                    low = middle
-            h = high * step
-            _advance(n, rest, now, closing, mode, state, h, new, k)
-        while i < times.size and times[i] <= now + h:
-            u = (times[i] - now) / h
-            if n[LINKAGE] > 0.0:
-                result[i] = _between(state[4:], new[4:], h, u)
-            else:
-                result[i] = _lever(n, _between(state, new, h, u))[0]
-            i += 1
-        now += h
+    stroke = _lever(n, rest)[0]
+    now, h, first = 0.0, _FIRST, np.inf
+    _rates(n, rest, now, closing, mode, state, k, 0)
+    while now < end:
+        error = _advance(n, rest, now, closing, mode, state, h, new, k) / tolerance
+        if count == _MOST or h < _SHORTEST:
+            return steps[:0], switching
+        if not error <= 1.0:
+            h *= max(0.2, 0.9 * error**-0.2) if error < np.inf else 0.2
+            continue
+        longer = min(5.0, 0.9 * max(error, 1e-10) ** -0.2)
+        # A contact that stays after its touch does not part again, as in the model; one that the
+        # drive holds does.
+        watched = closing == (mode == _FREE) or (closing and n[CONTACT] == _HELD)
+        over = watched and _margin(n, rest, now + h, closing, mode, new) < 0.0
+        taken = _located(n, rest, now, closing, mode, state, h, new, k) if over else h
+        _keep(n, state, k[0], taken, ends[0])
+        _keep(n, new, k[6], taken, ends[1])
+        steps[count, 0], steps[count, 1] = now, taken
+        _polynomial(ends[0], ends[1], steps[count, 2:])
+        count += 1
+        way = abs(ends[1, 0] - begin) / stroke
+        if way >= _SHARES[0]:
+            first = min(first, now)
+        now += taken
+        if way >= _SHARES[1]:
+            end = min(end, first + beyond * (now - first))
         state[:] = new
-        if ends:
+        if over:
             switching = min(switching, now)
-            mode = _switch(n, mode, state)
-    return result, switching
-
-
-@_fast
-def _between(state, new, h, u):
-    """First of a state within a step, by the cubic through both ends and their speeds."""
-    a, b = state[0], new[0]
-    va, vb = h * state[1], h * new[1]
-    v = u - 1.0
-    return a * (1 + 2 * u) * v * v + va * u * v * v + b * u * u * (3 - 2 * u) + vb * u * u * v
+            mode = _switch(n, closing, mode, state)
+            _rates(n, rest, now, closing, mode, state, k, 0)
+            h = min(h, _FIRST)
+        else:
+            k[0] = k[6]
+            h = min(_LONGEST, h * longer)
+    return steps[:count].copy(), switching

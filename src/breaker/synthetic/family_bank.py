@@ -1,0 +1,141 @@
+"""The bank of a family: curves of drives, new and worn, without size, onset, zero and noise.
+
+A curve is taken apart: its *shape* is the share of the way between its rests over the time
+``u = (t - t10) / T``, where ``t10`` is when 10 % of that way are made and ``T`` the time from 10 to
+50 %; and beside the shape stand stroke and ``T``, the *duration*. So a sensor is put on afterwards.
+"""
+
+import logging
+
+import numpy as np
+import xarray as xr
+
+from breaker.mechanism import MOTIONS, NAMES
+from breaker.synthetic.drive import CONTACTS, ELEMENTS, TOLERANCE, Drive
+from breaker.synthetic.family import WEAR, Family
+from breaker.synthetic.integrator import closed_rest, follow, travel_of
+from breaker.synthetic.paths import passing, sampled
+
+__all__ = ["CONDITIONS", "GRID", "shapes", "simulate_family"]
+
+CONDITIONS = ("new", "worn")
+GRID = -3.0 + 0.025 * np.arange(512)
+"""Times u of a shape."""
+
+_LOWEST, _HIGHEST = -0.5, 1.75  # of a shape, stored in 16 bits
+_SCALE = (_HIGHEST - _LOWEST) / (2**16 - 1)
+_SHARES = 0.1, 0.5
+_TRIES = 100  # drives drawn again for one that works, before a family is given up
+_SLOWEST = 1000.0  # ms of a drive of size 1, in which half of the way has to be made
+_PER_MOTION = ("drive", "condition", "motion")
+_DIMS = {
+    "shape": (*_PER_MOTION, "u"),
+    "stroke": ("drive", "condition"),
+    "duration": _PER_MOTION,
+    "release": _PER_MOTION,
+    "switching": _PER_MOTION,
+    "parameters": ("drive", "condition", "parameter"),
+    "elements": ("drive", "condition", "element"),
+    "strength": ("drive",),
+    "wear": ("drive",),
+    "contact": ("drive",),
+}
+_ATTRIBUTES = {
+    "shape": {"scale": _SCALE, "offset": _LOWEST},
+    "stroke": {"units": "mm"},
+    "duration": {"units": "ms"},
+    "wear": {"kinds": list(WEAR)},
+    "contact": {"kinds": list(CONTACTS)},
+}
+_log = logging.getLogger(__name__)
+
+
+def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr.Dataset:
+    """Simulate both motions of drives of a family, each new and worn.
+
+    A drive one of whose curves has no shape - it is not finite, does not make half of its way,
+    does not touch or part, or leaves what can be stored - is drawn again; the attribute
+    ``drawn_again`` counts these.
+
+    Returns:
+        Over dims drive, condition ("new", "worn"), motion and u: ``shape``, in 16 bits, see
+        ``shapes``; ``stroke`` (mm) and ``duration`` (ms); ``release`` and ``switching``, times of
+        the first motion and of the drive's own touch or parting, in u; and of each drive its
+        ``parameters``, ``elements`` (of a drive of size 1), ``strength``, ``wear`` (number in
+        ``WEAR``) and ``contact`` (number in ``CONTACTS``).
+
+    Raises:
+        RuntimeError: If hardly a drive of the family works.
+    """
+    rows, again = [], 0
+    while len(rows) < drives:
+        try:
+            rows.append(_row(family, rng))
+        except FloatingPointError as error:
+            again += 1
+            _log.debug("drawn again: %s", error)
+            if again > _TRIES * (1 + len(rows)):
+                raise RuntimeError(f"hardly a drive of the family has a curve: {error}") from None
+    stacked = {name: np.stack([row[name] for row in rows]) for name in _DIMS}
+    names = {"condition": CONDITIONS, "motion": MOTIONS, "u": GRID}
+    return xr.Dataset(
+        {name: (_DIMS[name], stacked[name], _ATTRIBUTES.get(name, {})) for name in _DIMS},
+        {n: list(each) for n, each in names.items()}
+        | {"parameter": list(NAMES), "element": list(ELEMENTS)},
+        {"drawn_again": again},
+    )
+
+
+def shapes(stored: xr.DataArray) -> np.ndarray:
+    """Return shapes of a bank as they are stored, as numbers of 32 bits: share of the way."""
+    scale, offset = np.float32(stored.scale), np.float32(stored.offset)
+    return stored.values * scale + offset
+
+
+def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    """One drive of a bank.
+
+    Raises:
+        FloatingPointError: If a curve has no shape.
+    """
+    new, strength = family.drawn(rng)
+    kind = family.kind_of_wear(rng)
+    conditions = new, family.worn(new, rng, kind)
+    apart = [_taken_apart(drive) for drive in conditions]
+    names = ("shape", "duration", "release", "switching", "stroke")
+    return {
+        name: np.stack(each) for name, each in zip(names, zip(*apart, strict=True), strict=True)
+    } | {
+        "parameters": np.array([drive.theta for drive in conditions]),
+        "elements": np.array([drive.elements.numbers for drive in conditions]),
+        "strength": np.float64(strength),
+        "wear": np.int8(WEAR.index(kind)),
+        "contact": np.int8(CONTACTS.index(new.elements.contact)),
+    }
+
+
+def _taken_apart(drive: Drive) -> tuple[np.ndarray, ...]:
+    """Shapes of both motions, ``(m, u)`` as stored, their three times, ``(m,)``, and the stroke.
+
+    Raises:
+        FloatingPointError: If a curve has no shape.
+    """
+    numbers = drive.numbers
+    rest = closed_rest(numbers)
+    stroke = travel_of(numbers, rest)
+    shape = np.empty((len(MOTIONS), len(GRID)), dtype=np.uint16)
+    times = np.empty((3, len(MOTIONS)))  # duration, release, switching
+    for i, motion in enumerate(MOTIONS):
+        closing = motion == "closing"
+        steps, switching = follow(numbers, rest, closing, _SLOWEST, GRID[-1], TOLERANCE)
+        begin, way = (0.0, stroke) if closing else (stroke, -stroke)
+        first, half = (passing(steps, begin + share * way) for share in _SHARES)
+        duration = half - first
+        if not (duration > 0.0 and switching < np.inf):
+            raise FloatingPointError(f"{motion} without half of the way or a switching: {drive}")
+        curve = (sampled(steps, first + duration * GRID) - begin) / way
+        if not (curve.min() >= _LOWEST and curve.max() <= _HIGHEST):
+            raise FloatingPointError(f"{motion} leaves {_LOWEST} to {_HIGHEST} of the way: {drive}")
+        shape[i] = np.round((curve - _LOWEST) / _SCALE)
+        times[:, i] = duration * drive.size.times, -first / duration, (switching - first) / duration
+    return shape, *times, np.float64(stroke * drive.size.lengths)
