@@ -73,6 +73,12 @@ def scores(motion, prior, fault=1.0, n=40):
     theta = prior.sample(n, rng)
     names = list(quantities_of(motion, SPEEDS))
     truth = evaluate(names, theta, motion, SPEEDS)
+    # The contact is behind or before the drive by what its spring gives way, so at the touch the
+    # drive is not just the gap from where it began.
+    for row, known in zip(theta, truth, strict=True):
+        at = np.array([0.0, known[names.index(TIMED[motion])]])
+        there = travel(row[None], at, motion).travel[0, 1]
+        known[names.index("wipe")] = known[names.index("stroke")] - there
     found = [record_of(row, motion, rng) for row in theta]
     values, sds = (
         np.array([[getattr(each[name], part) for name in names] for each in found])
@@ -93,9 +99,6 @@ def test_measured_agrees_with_the_model_within_its_uncertainty(both, motion):
     """
     for name, all_scores in both[motion].items():
         z = all_scores[np.isfinite(all_scores)]
-        if name == "wipe":
-            assert z.size == 0
-            continue
         assert z.size >= 0.75 * all_scores.size, name
         square = np.sum(z**2)
         assert chi2.isf(1 - 1e-5, z.size) / 1.5 < square < 1.5 * chi2.isf(1e-5, z.size), name
@@ -135,13 +138,12 @@ def reading(prior):
 
 def test_without_contact_timing(reading):
     found = reading.measure()
-    for name in ("touch_time", "closing_speed", "closing_speed_late"):
+    for name in ("touch_time", "wipe", "closing_speed", "closing_speed_late"):
         assert "no contact timing" in found[name].reason
         assert np.isnan([found[name].value, found[name].sd]).all()
     for name in ("stroke", "travel_time", "closing_speed_mean", "over_travel"):
         assert found[name].reason == ""
         assert np.isfinite([found[name].value, found[name].sd]).all()
-    assert "travel alone" in found["wipe"].reason
 
 
 def test_latch_time(reading):

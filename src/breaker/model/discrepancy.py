@@ -22,14 +22,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from breaker.mechanism import Size
-from breaker.model.prior import Prior
-from breaker.stores import open_store
+
+if TYPE_CHECKING:  # what reads arrays alone loads neither
+    import xarray as xr
+
+    from breaker.model.prior import Prior
 
 __all__ = ["Discrepancy", "Lag", "Modes", "modes", "open_discrepancy"]
 
@@ -126,12 +128,14 @@ class Discrepancy:
         return {name: np.asarray(each) for name, each in parts.items()}
 
     @classmethod
-    def from_dataset(cls, data: xr.Dataset) -> "Discrepancy":
+    def from_dataset(cls, data: "xr.Dataset") -> "Discrepancy":
         """Return what ``to_dataset`` returned, or what more than that holds it."""
         return cls.from_arrays(data.data_vars)
 
-    def to_dataset(self) -> xr.Dataset:
+    def to_dataset(self) -> "xr.Dataset":
         """Return it as a dataset over ``time``, ``parameter`` and ``component``."""
+        import xarray as xr
+
         dims = _CURVE | _LAG
         return xr.Dataset({name: (dims[name], each) for name, each in self.to_arrays().items()})
 
@@ -152,7 +156,7 @@ class Discrepancy:
         lag = self.lag and self.lag.scaled(size.times)
         return replace(self.scaled(size.lengths), lag=lag)
 
-    def of_unknown_size(self, prior: Prior, times: np.ndarray, unknown: float) -> "Discrepancy":
+    def of_unknown_size(self, prior: "Prior", times: np.ndarray, unknown: float) -> "Discrepancy":
         """Return it for drives whose size is uncertain, to first order in its logarithms.
 
         A drive that is larger by ``u_l`` and ``u_t``, logarithms of lengths and times, leaves out
@@ -204,6 +208,8 @@ def open_discrepancy(store: str | Path | None, motion: str) -> Discrepancy | Non
     """
     if not store:
         return None
+    from breaker.stores import open_store
+
     return Discrepancy.from_dataset(open_store(store).sel(motion=motion))
 
 

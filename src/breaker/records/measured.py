@@ -100,6 +100,7 @@ def measure(
     reading = _Reading(time, travel, motion, segment, moves, noise, quantum, contact, errors)
     ways = {
         "stroke": reading.stroke,
+        "wipe": reading.wipe,
         "travel_time": reading.travel_time,
         **dict.fromkeys(("over_travel", "rebound"), reading.beyond),
         **dict.fromkeys(("touch_time", "part_time"), reading.switching),
@@ -182,7 +183,7 @@ class _Reading:
     def __init__(self, time, travel, motion, segment, moves, noise, quantum, contact, errors):
         sign = 1.0 if motion == "closing" else -1.0
         self.time, forward = time, sign * travel
-        self.segment, self.moves, self.contact = segment, moves, contact
+        self.segment, self.moves, self.contact, self.motion = segment, moves, contact, motion
         done = (forward - sign * segment.before) / segment.stroke >= _TRAVEL[1]
         self.arrival = float(self.time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * float(time[1] - time[0]))
@@ -244,6 +245,11 @@ class _Reading:
     def stroke(self) -> Uncertain:
         """Way between the rests, mm."""
         return self.after - self.before
+
+    def wipe(self) -> Uncertain:
+        """Way between the touch or parting and the closed rest, mm."""
+        level = self.trace.at(self._switching)
+        return self.after - level if self.motion == "closing" else level - self.before
 
     def travel_time(self) -> Uncertain:
         """Time between two shares of the stroke, ms."""

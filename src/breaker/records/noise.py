@@ -8,7 +8,6 @@ drive than is inferred from it; one that was smoothed shows another motion.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtri
 
 __all__ = ["REST", "Noise", "noise_at_rest", "noise_remarks"]
 
@@ -114,6 +113,8 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
         >>> noise_remarks(Noise(0.11, 0.0, 0.0, 0.0, 80), 0.1, 0.1, times)
         []
     """
+    from scipy.special import chdtri  # takes a quarter of a first answer to load, which needs none
+
     if np.isnan(noise.sd):
         return ["too little rest before the motion to see the noise"]
     remarks = []

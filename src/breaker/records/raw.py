@@ -3,22 +3,26 @@
 All that a record shows without a model's grid; ``reader`` puts it there.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from breaker.files import Operation, RejectedCurveError, read_columns
+from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
+from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, told
 from breaker.records.edges import events_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import NoMotionError, first_motion
+from breaker.records.leaps import leap_remark
+from breaker.records.measured import Contact, Measured, measure
 from breaker.records.noise import REST, Noise, noise_at_rest
 from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, SegmentError, find_segment
-from breaker.records.stroke import check_stroke, rest_of_open
+from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
 __all__ = ["Raw", "read_raw"]
 
@@ -82,6 +86,39 @@ class Raw:
         time = self.time[self.inside]
         before = (time >= self.moves - REST[0]) & (time <= self.moves - REST[1])
         return noise_at_rest(self.left[before], self.step, grid_step, self.quantum)
+
+    def remarks_on(self, noise_sd: float | None = None, zero_sd: float | None = None) -> list[str]:
+        """Say what is doubtful about it, without a model's grid; "" is nothing.
+
+        Args:
+            noise_sd, zero_sd: Noise and error of the zero that a model takes for granted, mm.
+        """
+        time, left, noise = self.time[self.inside], self.left, self.noise_at(self.step)
+        return [
+            *self.said,
+            rest_remark(self.segment, self.settings, self.motion, zero_sd),
+            told(self.time, self.doubts),
+            leap_remark(time, left, noise.sd, self.quantum, self.segment.stroke),
+            *inconsistencies(time, left, self.moves, noise_sd or 0.0),
+        ]
+
+    @property
+    def contact(self) -> Contact:
+        """When the contact was seen to switch, and the trigger to come."""
+        return Contact(self.switching, self.switching_sd, self.trigger)
+
+    def measured(
+        self, speeds: Sequence[Speed], contact: Contact | None = None
+    ) -> dict[str, Measured]:
+        """Return the quantities that are read from the record itself.
+
+        Args:
+            speeds: How speeds are defined.
+            contact: When it switched, where the record has not seen it.
+        """
+        found = self.motion, self.segment, self.moves, self.noise_at(self.step), self.quantum
+        contact = contact or self.contact
+        return measure(self.time[self.inside], self.left, *found, contact=contact, speeds=speeds)
 
     def duration(self, first: float = 0.1, last: float = 0.9) -> float:
         """Return the time from one share of the way between the rest positions to another, ms."""

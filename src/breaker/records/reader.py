@@ -41,16 +41,12 @@ from tqdm import tqdm
 
 from breaker.files import ABOUT, Operation, RejectedCurveError, complete, printable
 from breaker.mechanism import SPEEDS, Speed
-from breaker.records.consistency import inconsistencies
-from breaker.records.doubtful import told
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, check_missing, grid_remarks
-from breaker.records.leaps import leap_remark
-from breaker.records.measured import Contact, Measured, measure, variables
+from breaker.records.measured import variables
 from breaker.records.noise import Noise, noise_remarks
 from breaker.records.raw import Raw, read_raw
 from breaker.records.scale import Scale
-from breaker.records.stroke import rest_remark
 
 __all__ = [
     "Record",
@@ -82,12 +78,6 @@ class Record(Raw):
     noise: Noise
     gridded: Gridded
     remarks: tuple[str, ...]
-
-    def measured(self, speeds: Sequence[Speed]) -> dict[str, Measured]:
-        """Return the quantities that are read from the record itself."""
-        found = self.motion, self.segment, self.moves, self.noise, self.quantum
-        contact = Contact(self.switching, self.switching_sd, self.trigger)
-        return measure(self.time[self.inside], self.left, *found, contact=contact, speeds=speeds)
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -270,7 +260,6 @@ def _to_grid(
     chosen: bool = False,
 ) -> Record:
     """Put a record on the grid."""
-    time, left = raw.time[raw.inside], raw.left
     gridded = raw.on_grid(times)
     try:
         check_missing(gridded, raw.settings["missing"])
@@ -279,12 +268,12 @@ def _to_grid(
     step, grid_step = (float(each[1] - each[0]) for each in (raw.time, times))
     noise = raw.noise_at(grid_step)
     remarks = [
-        *raw.said,
-        rest_remark(raw.segment, raw.settings, raw.motion, zero_sd),
-        told(raw.time, raw.doubts),
-        *grid_remarks(*(gridded, time, times), back=not np.isnan(raw.segment.back), chosen=chosen),
-        leap_remark(time, left, noise.sd, raw.quantum, raw.segment.stroke),
-        *inconsistencies(time, left, raw.moves, noise_sd or 0.0),
+        *raw.remarks_on(noise_sd, zero_sd),
+        *grid_remarks(
+            *(gridded, raw.time[raw.inside], times),
+            back=not np.isnan(raw.segment.back),
+            chosen=chosen,
+        ),
         *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
     ]
     said = tuple(remark for remark in remarks if remark)
