@@ -20,11 +20,15 @@ SCHEMA = _HERE / "config.schema.yaml"
 """JSON schema of the configuration."""
 
 
-def model_file(motion: str) -> Path:
-    """Return the model file of "closing" or "opening", trained with the defaults.
+def model_file(of: str, kind: str = "") -> Path:
+    """Return a model file, trained with the defaults.
+
+    Args:
+        of: "closing" or "opening"; with a kind, the name of a family of drives.
+        kind: "levels" or "changes", of a network of a family.
 
     Example:
-        >>> model_file("closing").name
-        'closing.safetensors'
+        >>> model_file("closing").name, model_file("medium_voltage", "levels").name
+        ('closing.safetensors', 'medium_voltage_levels.safetensors')
     """
-    return _HERE / f"{motion}.safetensors"
+    return _HERE / f"{f'{of}_{kind}' if kind else of}.safetensors"
