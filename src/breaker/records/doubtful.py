@@ -7,7 +7,8 @@ than any speed of the record allows, or stays where noise forbids it. Nothing is
 """
 
 import numpy as np
-from scipy.ndimage import median_filter
+
+from breaker.records.running import running_median
 
 __all__ = ["doubtful_samples", "told"]
 
@@ -57,7 +58,7 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     leave_out((left < low - margin) | (left > high + margin), "out of range")
     lag = max(1, round(1.0 / between))
     speed = np.abs(smooth[lag:] - smooth[:-lag]).max(initial=0.0) / (lag * between)
-    near = median_filter(_filled(left), 5, mode="nearest")
+    near = running_median(_filled(left), 5)
     rounded = _COUNTS * quantum
     leave_out(np.abs(left - near) > _SPIKE * noise + rounded + 2.0 * speed * step, "spike")
     least = max(_NOISY * stroke * max(1.0, step / 0.1), quantum)
@@ -104,7 +105,7 @@ def _smooth(travel: np.ndarray, step: float) -> tuple[np.ndarray, float]:
     whole = filled[: filled.size // block * block] if filled.size >= block else filled[:1]
     blocks = np.median(whole.reshape(-1, min(block, whole.size)), axis=1)
     window = 2 * round(_BURST / (block * step)) + 1
-    return median_filter(blocks, window, mode="nearest"), block * step
+    return running_median(blocks, window), block * step
 
 
 def _noise(travel: np.ndarray) -> float:

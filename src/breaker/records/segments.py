@@ -9,7 +9,8 @@ and speed, so neither unit nor stroke nor rate matters.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+
+from breaker.records.running import running_median
 
 __all__ = ["Segment", "SegmentError", "find_segment", "white_noise", "without_bursts"]
 
@@ -127,7 +128,7 @@ def without_bursts(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, in
     there = np.flatnonzero(~np.isnan(travel))
     filled = np.interp(np.arange(travel.size), there, travel[there])
     half = max(2, round(0.5 * _WINDOW / (time[1] - time[0])))
-    smooth = median_filter(filled, 2 * half + 1)
+    smooth = running_median(filled, 2 * half + 1)
     if smooth.size > 2 * half:
         smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
     return smooth, half

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from breaker.records.fits import Fit, weights_of
+from breaker.records.running import running_mean
 from breaker.records.settling import settling
 
 __all__ = ["NotShownError", "Trace", "Uncertain"]
@@ -118,7 +118,7 @@ class Trace:
         """Running mean over the width of a local fit, ``(n,)``, to find places with."""
         places = np.flatnonzero(self._there)
         filled = np.interp(np.arange(self.time.size), places, self.travel[places])
-        return uniform_filter1d(filled, 2 * round(0.5 * self.half / self.step) + 1, mode="nearest")
+        return running_mean(filled, 2 * round(0.5 * self.half / self.step) + 1)
 
     def sd(self, found: Uncertain) -> float:
         """Return the standard deviation of a value."""
