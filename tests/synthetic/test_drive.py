@@ -1,13 +1,16 @@
 """The richer drive: the model where it has nothing more, and an independent solver elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
+from breaker.mechanism.size import Size
 from breaker.synthetic import drive as drives
-from breaker.synthetic.drive import Drive, Elements, Stop
+from breaker.synthetic.drive import ELEMENTS, WAVES, Drive, Elements, Stop, Waves
 
 TIMES = np.linspace(-2.0, 58.0, 151)
 THETA = (2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0)
@@ -32,7 +35,24 @@ SHARP = Elements(
     opening_stop=Stop(reach=5.0, damping=0.6, power=3.0, depth=0.1, stiffness=0.3),
 )
 FOREIGN = Elements(force_fall=0.3, drag=0.05, linkage=1.5, build_up=0.1)
-SETS = {"family": FAMILY, "sharp": SHARP, "foreign": FOREIGN}
+WILD = Elements(
+    linkage=0.2,
+    build_up=0.4,
+    way_force=Waves(0.05, (0.5, -0.6, 0.4, 0.7, -0.7, 0.4)),
+    time_force=Waves(0.05, (0.3, 0.9, -0.5, 0.3, 0.8, -0.1)),
+    speed_force=Waves(0.05, (-0.9, 0.2, 0.4, -0.6, 0.3, 0.7)),
+)
+HELD = replace(FAMILY, contact="held", contact_preload=0.2, lever_turn=0.2)
+SLIDING = replace(WILD, contact="sliding", train_mass=0.3, linkage=0.0)
+SETS = {
+    "family": FAMILY,
+    "sharp": SHARP,
+    "foreign": FOREIGN,
+    "wild": WILD,
+    "held": HELD,
+    "held and no more": Elements(contact="held", contact_preload=0.25),
+    "sliding": SLIDING,
+}
 
 
 class Reference:
@@ -65,13 +85,32 @@ class Reference:
             damper = stop.damping * grows * np.sign(speed) * np.abs(speed) ** stop.power
         return max(0.0, stop.stiffness * max(0.0, beyond) + damper)
 
-    def forces(self, time, state, force=None):
+    @staticmethod
+    def waves(waves, angle):
+        a = np.reshape(waves.harmonics, (3, 2))
+        turns = angle * np.arange(1, 4)
+        return waves.share * float((a[:, 0] * np.sin(turns) + a[:, 1] * np.cos(turns)).sum())
+
+    def random(self, time, arc, speed):
+        way, in_time, by_speed = (getattr(self.has, name) for name in WAVES)
+        total = self.waves(in_time, time / 4.0) * time / 4.0 * np.exp(1.0 - time / 4.0)
+        if 0 < arc < self.rest:
+            angle = np.pi * arc / self.rest
+            total += np.sin(angle) ** 2 * self.waves(way, angle)
+        total += speed**2 / (1 + speed**2) * self.waves(by_speed, np.pi / 2 * abs(speed))
+        return total * (self.f if self.closing else self.k_a * self.rest)
+
+    def forces(self, time, state, force=None, held=True):
         has = self.has
         arc, speed, contact, contact_speed = state[:4]
         x, ratio = self.lever(arc)
         over = x - contact
-        spring = self.k_b * over + self.gamma_b * (ratio * speed - contact_speed)
-        spring += has.contact_preload * np.tanh(over / 0.3)
+        if has.contact == "elastic":
+            spring = self.k_b * over + self.gamma_b * (ratio * speed - contact_speed)
+            spring += has.contact_preload * np.tanh(over / 0.3)
+        else:
+            pressed = self.k_b * (x - self.gap) + self.gamma_b * ratio * speed + has.contact_preload
+            spring = pressed if has.contact == "held" and held else 0.0
         if force is None:
             held = np.exp(-time / has.build_up) if has.build_up else 0.0
             force = self.f * ((1.0 - held) if self.closing else held)
@@ -80,11 +119,35 @@ class Reference:
         total -= self.gamma_a * (1.0 + has.train_friction * self.closing) * speed
         total -= has.drag * np.sign(speed) * speed**2
         if np.isfinite(self.rest):
+            total += self.random(time, arc, speed)
             total -= self.stop(has.closing_stop, arc - self.rest, speed)
             total += self.stop(has.opening_stop, -arc, -speed)
         return total, spring
 
+    def acceleration(self, time, s, held):
+        """Of the drive, and of an elastic contact."""
+        total, spring = self.forces(time, s, held=held)
+        mass = 1.0 + self.has.train_mass * self.closing
+        if self.has.contact == "held" and not held:  # contact and drive move as one
+            step = 1e-5
+            slopes = [self.lever(s[0] + way)[1] for way in (-step, step)]
+            ratio, bend = np.mean(slopes), (slopes[1] - slopes[0]) / (2 * step)
+            return (total - ratio * bend * s[1] ** 2 / self.mu) / (mass + ratio**2 / self.mu), 0.0
+        return total / mass, self.mu * spring
+
+    def switched(self, state, held):
+        """The state after a touch or a parting, and whether the contact stays closed."""
+        kind, mass = self.has.contact, 1.0 + self.has.train_mass * self.closing
+        if kind == "held" and held:
+            carried = self.lever(state[0])[1] ** 2 / self.mu
+            state[1] *= mass / (mass + carried)
+        back = -self.has.restitution * state[3] if kind == "elastic" and not held else 0.0
+        bounces = back < -0.02
+        state[2], state[3] = self.gap, back if bounces else 0.0
+        return state, not held and not bounces
+
     def travel(self, times):
+        kind = self.has.contact
         x0 = 0.0 if self.closing else self.rest
         y0 = self.lever(x0)[0]
         state = np.array([x0, 0.0, 0.0 if self.closing else self.gap, 0.0, y0, 0.0])
@@ -92,18 +155,21 @@ class Reference:
         while now < times[-1]:
 
             def rates(time, s, held=held):
-                total, spring = self.forces(time, s)
+                accelerations = self.acceleration(time, s, held)
                 x, ratio = self.lever(s[0])
                 rate = 2 * np.pi / self.has.linkage if self.has.linkage else 1.0
                 ringing = rate**2 * (x - s[4]) + 0.1 * rate * (ratio * s[1] - s[5])
-                mass = 1.0 + self.has.train_mass * self.closing
-                free = (s[3], self.mu * spring) if not held else (0.0, 0.0)
-                return [s[1], total / mass, *free, s[5], ringing]
+                free = kind == "elastic" and not held
+                moves = (s[3], accelerations[1]) if free else (0.0, 0.0)
+                return [s[1], accelerations[0], *moves, s[5], ringing]
 
             def leaves(time, s, held=held):
-                return self.forces(time, s)[1] if held else self.gap - s[2]
+                if kind == "elastic":
+                    return self.forces(time, s)[1] if held else self.gap - s[2]
+                return (self.gap - self.lever(s[0])[0]) * (-1.0 if held else 1.0)
 
             leaves.terminal, leaves.direction = True, -1
+            watched = held != self.closing or (kind == "held" and self.closing)
             part = solve_ivp(
                 rates,
                 (now, times[-1]),
@@ -112,7 +178,7 @@ class Reference:
                 rtol=1e-9,
                 atol=1e-10,
                 max_step=0.05,
-                events=None if held == self.closing else leaves,
+                events=leaves if watched else None,
                 dense_output=True,
             )
             here = (times > now) & (times <= part.t[-1])
@@ -122,10 +188,7 @@ class Reference:
             now, state = part.t[-1], part.y[:, -1].copy()
             if part.status == 1:
                 self.switches = min(self.switches, now)
-            back = -self.has.restitution * state[3] if self.closing else 0.0
-            bounces = back < -0.02
-            state[2], state[3] = self.gap, back if bounces else 0.0
-            held = not held and not bounces
+                state, held = self.switched(state, held)
         return result
 
 
@@ -177,6 +240,10 @@ CHANGES = {
     "force_fall": 0.2,
     "drag": 0.05,
     "linkage": 2.0,
+    "contact": "held",
+    "way_force": WILD.way_force,
+    "time_force": WILD.time_force,
+    "speed_force": WILD.speed_force,
 }
 IN_CLOSING_ALONE = {"train_mass", "train_friction", "restitution", "closing_stop"}
 
@@ -200,6 +267,62 @@ def test_the_linkage_rings_and_settles_where_the_drive_is():
     reads = Drive(THETA, Elements(linkage=3.0)).travel("closing", still)
     assert np.abs(reads - rigid).max() > 0.05
     assert abs(reads[-1] - rigid[-1]) < 1e-4
+
+
+@pytest.mark.parametrize("kind", ["elastic", "held", "sliding"])
+def test_random_forces_leave_both_rests_where_they_are(kind):
+    still = np.array([0.0, 600.0])
+    plain = Drive(THETA, Elements(contact=kind, contact_preload=0.1))
+    wild = replace(WILD, contact=kind, contact_preload=0.1, build_up=0.0, linkage=0.0)
+    for motion in MOTIONS:
+        ends = Drive(THETA, wild).travel(motion, still)
+        np.testing.assert_allclose(ends, plain.travel(motion, still), atol=1e-6)
+
+
+def test_a_sliding_contact_leaves_no_trace():
+    slides = Drive(QUICK, SLIDING)
+    other = slides.changed(mu=4.0, k_b=0.2, gamma_b=0.5, L=8.0)
+    for motion in MOTIONS:
+        curve, switches = slides.operate(motion, TIMES)
+        same, then = other.operate(motion, TIMES)
+        np.testing.assert_allclose(curve, same, rtol=0, atol=1e-5)  # steps end at the touch
+        assert np.interp(switches, TIMES, curve) == pytest.approx(QUICK[6], abs=0.05)
+        assert np.interp(then, TIMES, curve) == pytest.approx(8.0, abs=0.05)
+
+
+def test_a_held_contact_takes_its_momentum_with_it():
+    """A contact as heavy as the drive halves its speed where it is picked up."""
+    drive = Drive((1.0, *THETA[1:]), Elements(contact="held", contact_preload=0.2))
+    _, parts = drive.operate("opening", TIMES)
+    x = drive.travel("opening", parts + np.array([-0.002, -0.001, 0.001, 0.002]))
+    assert (x[3] - x[2]) / (x[1] - x[0]) == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_a_drive_of_another_size_moves_alike(name):
+    drive, size = Drive(THETA, SETS[name]), Size(lengths=12.0, times=3.0)
+    for motion in MOTIONS:
+        curve, switches = drive.operate(motion, TIMES)
+        large, later = drive.scaled(size).operate(motion, 3.0 * TIMES)
+        np.testing.assert_allclose(large, 12.0 * curve, atol=1e-6)
+        assert later == pytest.approx(3.0 * switches)
+
+
+@pytest.mark.parametrize("period", [1e-3, 0.05, 0.2])
+def test_no_linkage_is_too_stiff(period):
+    rigid = Drive(THETA, SHARP).travel("closing", TIMES)
+    reads = Drive(THETA, replace(SHARP, linkage=period)).travel("closing", TIMES)
+    # Of an acceleration a it is behind by a (period / 2 pi)^2; none here is above 15 mm/ms^2.
+    np.testing.assert_allclose(reads, rigid, rtol=0, atol=30.0 * (period / (2 * np.pi)) ** 2)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_elements_are_their_numbers(name):
+    numbers = SETS[name].numbers
+    assert len(numbers) == len(ELEMENTS)
+    assert Elements.from_numbers(numbers) == SETS[name]
+    assert numbers[ELEMENTS.index("closing_stop.power")] == SETS[name].closing_stop.power
+    assert numbers[ELEMENTS.index("way_force.share")] == SETS[name].way_force.share
 
 
 def test_values_by_name():

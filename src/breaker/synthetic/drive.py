@@ -4,17 +4,17 @@ The seven parameters are those of the model, with its units: forces per drive ma
 every element absent the drive *is* the model; the elements are those that real drives have and the
 two masses do not: a rotary lever, dry friction, preloads of both springs, a force that builds up at
 the latch, a closing train that moves along, contacts that bounce, and dampers with return springs
-at both ends of the stroke. Three more stand outside of the family that errors are learned from, to
-try what was learned on drives that nobody foresaw: a closing force that falls along the stroke,
-drag with the square of the speed, and a transducer on an elastic linkage.
+at both ends of the stroke. More stand outside of the family that errors are learned from: a closing
+force that falls along the stroke, drag with the square of the speed, a transducer on an elastic
+linkage, other kinds of contact, and smooth random forces, which stand for what nobody foresaw.
 
-Classical Runge-Kutta steps of fixed size, compiled; the touch and the parting are found by
-bisection of the step in which they lie. That agrees with ``solve_ivp`` to a micrometre
-(tests/synthetic/test_drive.py) and is a hundred times as fast.
+Steps are as long as their error allows, compiled. That agrees with ``solve_ivp`` to a micrometre
+(tests/synthetic/test_drive.py) and is some thousand times as fast.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from itertools import islice
 from operator import attrgetter
 
@@ -22,7 +22,7 @@ import numpy as np
 
 from breaker.mechanism import NAMES, UNIT, Size
 from breaker.synthetic.integrator import closed_rest, follow
-from breaker.synthetic.paths import sampled
+from breaker.synthetic.paths import curve, sampled
 
 __all__ = [
     "CONTACTS",
@@ -267,10 +267,11 @@ class Drive:
         steps, switching = follow(numbers, rest, motion == "closing", end, np.inf, TOLERANCE)
         if not len(steps):
             raise FloatingPointError(f"the curve of a drive is not finite: {self}")
+        pieces = curve(steps, self.elements.linkage)
         switches = self.size.times * switching if switching <= times[-1] else np.inf
-        return self.size.lengths * sampled(steps, times), switches
+        return self.size.lengths * sampled(pieces, times), switches
 
-    @property
+    @cached_property
     def numbers(self) -> np.ndarray:
         """Parameters and elements in one row, ``(p + e,)``, those of the drive at size 1."""
         return np.hstack([np.array(self.theta) / self.size.factors, self.elements.numbers])

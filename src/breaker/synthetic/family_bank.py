@@ -13,8 +13,8 @@ import xarray as xr
 from breaker.mechanism import MOTIONS, NAMES
 from breaker.synthetic.drive import CONTACTS, ELEMENTS, TOLERANCE, Drive
 from breaker.synthetic.family import WEAR, Family
-from breaker.synthetic.integrator import closed_rest, follow, travel_of
-from breaker.synthetic.paths import passing, sampled
+from breaker.synthetic.integrator import closed_rest, follow
+from breaker.synthetic.paths import curve, passing, sampled
 
 __all__ = ["CONDITIONS", "GRID", "shapes", "simulate_family"]
 
@@ -25,6 +25,7 @@ GRID = -3.0 + 0.025 * np.arange(512)
 _LOWEST, _HIGHEST = -0.5, 1.75  # of a shape, stored in 16 bits
 _SCALE = (_HIGHEST - _LOWEST) / (2**16 - 1)
 _SHARES = 0.1, 0.5
+_FOLLOWED = GRID[-1] + 0.5  # durations; a transducer on a linkage lags behind
 _TRIES = 100  # drives drawn again for one that works, before a family is given up
 _SLOWEST = 1000.0  # ms of a drive of size 1, in which half of the way has to be made
 _PER_MOTION = ("drive", "condition", "motion")
@@ -86,10 +87,9 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
     )
 
 
-def shapes(stored: xr.DataArray) -> np.ndarray:
-    """Return shapes of a bank as they are stored, as numbers of 32 bits: share of the way."""
-    scale, offset = np.float32(stored.scale), np.float32(stored.offset)
-    return stored.values * scale + offset
+def shapes(stored: np.ndarray) -> np.ndarray:
+    """Return shapes of a bank as they are stored, as shares of the way."""
+    return _SCALE * stored + _LOWEST
 
 
 def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
@@ -107,7 +107,7 @@ def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
         name: np.stack(each) for name, each in zip(names, zip(*apart, strict=True), strict=True)
     } | {
         "parameters": np.array([drive.theta for drive in conditions]),
-        "elements": np.array([drive.elements.numbers for drive in conditions]),
+        "elements": np.array([drive.numbers[len(NAMES) :] for drive in conditions]),
         "strength": np.float64(strength),
         "wear": np.int8(WEAR.index(kind)),
         "contact": np.int8(CONTACTS.index(new.elements.contact)),
@@ -122,20 +122,25 @@ def _taken_apart(drive: Drive) -> tuple[np.ndarray, ...]:
     """
     numbers = drive.numbers
     rest = closed_rest(numbers)
-    stroke = travel_of(numbers, rest)
+    ways = [
+        follow(numbers, rest, motion == "closing", _SLOWEST, _FOLLOWED, TOLERANCE)
+        for motion in MOTIONS
+    ]
+    if not all(len(steps) and switching < np.inf for steps, switching in ways):
+        raise FloatingPointError(f"a motion is not finite, or does not switch: {drive}")
+    stroke = abs(ways[0][0][0, 2] - ways[1][0][0, 2])  # between where both motions begin
     shape = np.empty((len(MOTIONS), len(GRID)), dtype=np.uint16)
     times = np.empty((3, len(MOTIONS)))  # duration, release, switching
-    for i, motion in enumerate(MOTIONS):
-        closing = motion == "closing"
-        steps, switching = follow(numbers, rest, closing, _SLOWEST, GRID[-1], TOLERANCE)
-        begin, way = (0.0, stroke) if closing else (stroke, -stroke)
-        first, half = (passing(steps, begin + share * way) for share in _SHARES)
+    for i, (steps, switching) in enumerate(ways):
+        begin, way = steps[0, 2], stroke if MOTIONS[i] == "closing" else -stroke
+        pieces = curve(steps, drive.elements.linkage)
+        first, half = (passing(pieces, begin + share * way) for share in _SHARES)
         duration = half - first
-        if not (duration > 0.0 and switching < np.inf):
-            raise FloatingPointError(f"{motion} without half of the way or a switching: {drive}")
-        curve = (sampled(steps, first + duration * GRID) - begin) / way
-        if not (curve.min() >= _LOWEST and curve.max() <= _HIGHEST):
-            raise FloatingPointError(f"{motion} leaves {_LOWEST} to {_HIGHEST} of the way: {drive}")
-        shape[i] = np.round((curve - _LOWEST) / _SCALE)
+        if not duration > 0.0:
+            raise FloatingPointError(f"{MOTIONS[i]} does not make half of its way: {drive}")
+        shares = (sampled(pieces, first + duration * GRID) - begin) / way
+        if not (shares.min() >= _LOWEST and shares.max() <= _HIGHEST):
+            raise FloatingPointError(f"{MOTIONS[i]} leaves what can be stored: {drive}")
+        shape[i] = np.round((shares - _LOWEST) / _SCALE)
         times[:, i] = duration * drive.size.times, -first / duration, (switching - first) / duration
     return shape, *times, np.float64(stroke * drive.size.lengths)

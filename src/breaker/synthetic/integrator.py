@@ -1,27 +1,23 @@
 """The compiled integration of a richer drive: forces, Runge-Kutta steps, touch and parting.
 
-The state is arc and speed of the drive, position and speed of the contact, and reading and speed of
-the transducer. The numbers of a drive come as one row, in the order of ``drive.Drive``; see there
-for their meaning.
-
-Steps are those of Dormand and Prince (J. Comput. Appl. Math. 6, 1980, 19): fifth order, each as
-long as the difference from the fourth order allows. What is kept of a step is the polynomial of the
-fifth degree through reading, speed and acceleration at both of its ends, so that curves are
-evaluated afterwards, at any times (``breaker.synthetic.paths``).
+The state is arc and speed of the drive, position and speed of the contact. The numbers of a drive
+come as one row, in the order of ``drive.Drive``; see there for their meaning. Steps are of fifth
+order, each as long as its error allows; ``breaker.synthetic.paths`` makes a curve of them. One file
+has all that may change, as numba sees changes of one file only.
 """
 
 import numpy as np
 
 from breaker.mechanism import compiled
+from breaker.synthetic.dormand_prince import ERROR, STAGES, TIMES
 
-__all__ = ["closed_rest", "follow", "travel_of"]
+__all__ = ["closed_rest", "follow"]
 
 _fast = compiled()
 
 _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
 _SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
-_RINGING = 0.05  # damping ratio of the linkage that carries the transducer
 _LASTING = 4.0  # ms after the release, where a random force in time is largest
 _HALVINGS = 60
 _LOOKS = 40  # places along the way at which random forces may hold a drive up
@@ -34,24 +30,10 @@ _ELASTIC, _HELD, _SLIDING = 0, 1, 2
 
 (MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, TURN, LEAN, DRY, PRE_A, PRE_B, BUILD_UP) = range(13)
 (TRAIN_MASS, TRAIN_FRICTION, RESTITUTION, CLOSING_STOP) = range(13, 17)
-OPENING_STOP, FALL, DRAG, LINKAGE, CONTACT = 21, 26, 27, 28, 29
+OPENING_STOP, FALL, DRAG, CONTACT = 21, 26, 27, 29
 WAY_FORCE, TIME_FORCE, SPEED_FORCE = 30, 37, 44
 REACH, DAMPING, POWER, DEPTH, STIFFNESS = range(5)  # of a stop, from its first number on
 _STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
-
-_STAGES = np.array(
-    [
-        [0, 0, 0, 0, 0, 0],
-        [1 / 5, 0, 0, 0, 0, 0],
-        [3 / 40, 9 / 40, 0, 0, 0, 0],
-        [44 / 45, -56 / 15, 32 / 9, 0, 0, 0],
-        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0],
-        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0],
-        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
-    ]
-)
-_TIMES = _STAGES.sum(axis=1)
-_ERROR = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 
 
 @_fast
@@ -72,12 +54,6 @@ def _lever(n, arc):
 
 
 @_fast
-def travel_of(n, arc):
-    """Travel where the arm's end has moved along its arc, mm."""
-    return _lever(n, arc)[0]
-
-
-@_fast
 def _stop(n, first, beyond, speed):
     """Force against going further in, ``beyond`` mm past the rest position."""
     way = beyond + n[first + REACH]
@@ -91,29 +67,27 @@ def _stop(n, first, beyond, speed):
 
 @_fast
 def _waves(n, first, angle):
-    """A smooth random function: three harmonics of an angle."""
+    """A smooth random function: three harmonics of an angle. With it the sine of the angle."""
     s, c = np.sin(angle), np.cos(angle)
     s2, c2 = 2.0 * s * c, c * c - s * s
     total = n[first + 1] * s + n[first + 2] * c + n[first + 3] * s2 + n[first + 4] * c2
-    return total + n[first + 5] * (s2 * c + c2 * s) + n[first + 6] * (c2 * c - s2 * s)
+    total += n[first + 5] * (s2 * c + c2 * s) + n[first + 6] * (c2 * c - s2 * s)
+    return n[first] * total, s
 
 
 @_fast
 def _random(n, rest, time, closing, state):
     """Smooth random forces, which leave both rest positions where they are."""
-    total = 0.0
-    share = state[0] / rest
+    total, share, speed = 0.0, state[0] / rest, abs(state[1])
     if n[WAY_FORCE] > 0.0 and 0.0 < share < 1.0:
-        window = np.sin(np.pi * share) ** 2
-        total += n[WAY_FORCE] * window * _waves(n, WAY_FORCE, np.pi * share)
+        force, window = _waves(n, WAY_FORCE, np.pi * share)
+        total += window * window * force
     if n[TIME_FORCE] > 0.0 and time < np.inf:
         age = time / _LASTING
-        total += n[TIME_FORCE] * age * np.exp(1.0 - age) * _waves(n, TIME_FORCE, age)
-    if n[SPEED_FORCE] > 0.0:
-        # Even in the speed, so that it does not keep an oscillation alive.
-        speed = abs(state[1])
+        total += age * np.exp(1.0 - age) * _waves(n, TIME_FORCE, age)[0]
+    if n[SPEED_FORCE] > 0.0:  # even in the speed, so that it does not keep an oscillation alive
         window = speed * speed / (1.0 + speed * speed)
-        total += n[SPEED_FORCE] * window * _waves(n, SPEED_FORCE, 0.5 * np.pi * speed)
+        total += window * _waves(n, SPEED_FORCE, 0.5 * np.pi * speed)[0]
     return total * (n[F] if closing else n[K_A] * rest)
 
 
@@ -158,10 +132,9 @@ def _forces(n, rest, time, closing, mode, state):
 
 @_fast
 def closed_rest(n):
-    """Arc at rest, held closed by the closing force; nan where the drive does not get there.
+    """Arc at rest, held closed by the closing force, by bisection.
 
-    By bisection. It does not where the contact is not pressed, or where random forces along the way
-    hold it up.
+    It is nan where the contact is not pressed, or where random forces hold the drive up on its way.
     """
     low, high = 0.0, 5.0 * n[GAP]
     for _ in range(_HALVINGS):
@@ -191,17 +164,9 @@ def _rates(n, rest, time, closing, mode, state, out, row):
     if n[CONTACT] == _HELD and mode == _FREE:
         mass += ratio * ratio / n[MU]
         total -= ratio * bend * speed * speed / n[MU]
+    moves = 1.0 if n[CONTACT] == _ELASTIC and mode == _FREE else 0.0
     out[row, 0], out[row, 1] = speed, total / mass
-    moves = n[CONTACT] == _ELASTIC and mode == _FREE
-    out[row, 2] = state[3] if moves else 0.0
-    out[row, 3] = n[MU] * spring if moves else 0.0
-    if n[LINKAGE] > 0.0:
-        x = _lever(n, state[0])[0]
-        rate = 2.0 * np.pi / n[LINKAGE]
-        out[row, 4] = state[5]
-        out[row, 5] = rate * rate * (x - state[4]) + 2 * _RINGING * rate * (
-            ratio * speed - state[5]
-        )
+    out[row, 2], out[row, 3] = moves * state[3], moves * n[MU] * spring
 
 
 @_fast
@@ -210,19 +175,18 @@ def _advance(n, rest, time, closing, mode, state, h, new, k):
 
     Returns its error, mm and mm/ms; nan where it is not finite.
     """
-    size = 6 if n[LINKAGE] > 0.0 else 4
     for stage in range(1, 7):
-        for i in range(size):
+        for i in range(4):
             rate = 0.0
             for j in range(stage):
-                rate += _STAGES[stage, j] * k[j, i]
+                rate += STAGES[stage, j] * k[j, i]
             new[i] = state[i] + h * rate
-        _rates(n, rest, time + _TIMES[stage] * h, closing, mode, new, k, stage)
+        _rates(n, rest, time + TIMES[stage] * h, closing, mode, new, k, stage)
     square = 0.0
-    for i in range(size):
+    for i in range(4):
         off = 0.0
         for j in range(7):
-            off += _ERROR[j] * k[j, i]
+            off += ERROR[j] * k[j, i]
         square += off * off
     return h * np.sqrt(square)
 
@@ -230,73 +194,52 @@ def _advance(n, rest, time, closing, mode, state, h, new, k):
 @_fast
 def _margin(n, rest, time, closing, mode, state):
     """Positive as long as the mode lasts: way to the touch or to the parting, or contact force."""
-    if n[CONTACT] == _ELASTIC:
-        if mode == _FREE:
-            return n[GAP] - state[2]
+    if n[CONTACT] == _ELASTIC and mode == _CLOSED:
         return _forces(n, rest, time, closing, mode, state)[1]
-    way = n[GAP] - _lever(n, state[0])[0]
+    way = n[GAP] - (state[2] if n[CONTACT] == _ELASTIC else _lever(n, state[0])[0])
     return way if mode == _FREE else -way
 
 
 @_fast
 def _switch(n, closing, mode, state):
     """Mode after the touch or the parting; changes the state in place."""
-    other = _CLOSED if mode == _FREE else _FREE
     if n[CONTACT] == _HELD and mode == _CLOSED:  # picks the contact up, which was at rest
         mass = 1.0 + (n[TRAIN_MASS] if closing else 0.0)
         state[1] *= mass / (mass + _lever(n, state[0])[1] ** 2 / n[MU])
-    if n[CONTACT] == _ELASTIC:
-        speed = state[3]
-        state[2], state[3] = n[GAP], 0.0
-        if mode == _FREE and n[RESTITUTION] * speed > _SLOWEST:
-            state[3] = -n[RESTITUTION] * speed
-            return _FREE
-    return other
+    back = n[RESTITUTION] * state[3]  # of an elastic contact; all others are at rest
+    state[2], state[3] = n[GAP], -back if back > _SLOWEST else 0.0
+    return _CLOSED if mode == _FREE and back <= _SLOWEST else _FREE
 
 
 @_fast
 def _located(n, rest, time, closing, mode, state, h, new, k):
     """Time in a step of size h after which the mode ends, by the rule of false position.
 
-    Takes that step again, up to there. An end that is not improved counts half (Illinois).
+    Takes that step again, up to there. An end that stays for a second time counts half (Illinois).
     """
-    low, high = 0.0, h
-    above = _margin(n, rest, time, closing, mode, state)
+    low, high, side = 0.0, h, 0.0
+    above = max(0.0, _margin(n, rest, time, closing, mode, state))
     below = _margin(n, rest, time + h, closing, mode, new)
     for _ in range(_HALVINGS):
-        h = low + (high - low) * (above / (above - below) if above > 0.0 else 0.5)
+        h = low + (high - low) * above / (above - below)
         _advance(n, rest, time, closing, mode, state, h, new, k)
         margin = _margin(n, rest, time + h, closing, mode, new)
         if abs(margin) < _AT_EVENT:
             break
         if margin > 0.0:
-            low, above, below = h, margin, 0.5 * below
+            low, above, below = h, margin, below * (0.5 if side > 0.0 else 1.0)
         else:
-            high, below, above = h, margin, 0.5 * above
+            high, below, above = h, margin, above * (0.5 if side < 0.0 else 1.0)
+        side = margin
     return h
 
 
 @_fast
-def _keep(n, state, rates, h, ends):
-    """Reading, its speed times h and its acceleration times h^2, into ``ends``."""
-    if n[LINKAGE] > 0.0:
-        ends[0], ends[1], ends[2] = state[4], h * state[5], h * h * rates[5]
-        return
+def _keep(n, state, rates, ends):
+    """Travel, its speed and its acceleration, into ``ends``."""
     x, ratio, bend = _lever(n, state[0])
-    speed = h * state[1]
-    ends[0], ends[1], ends[2] = x, ratio * speed, ratio * h * h * rates[1] + bend * speed * speed
-
-
-@_fast
-def _polynomial(a, b, step):
-    """Coefficients in the share of a step, into ``step``, from what is kept of both ends."""
-    way = b[0] - a[0] - a[1] - 0.5 * a[2]
-    speed = b[1] - a[1] - a[2]
-    more = b[2] - a[2]
-    step[0], step[1], step[2] = a[0], a[1], 0.5 * a[2]
-    step[3] = 10.0 * way - 4.0 * speed + 0.5 * more
-    step[4] = -15.0 * way + 7.0 * speed - more
-    step[5] = 6.0 * way - 3.0 * speed + 0.5 * more
+    speed = state[1]
+    ends[0], ends[1], ends[2] = x, ratio * speed, ratio * rates[1] + bend * speed * speed
 
 
 @_fast
@@ -307,9 +250,8 @@ def follow(n, rest, closing, end, beyond, tolerance):
         n: Numbers of the drive, of size 1.
         rest: Its closed position, from ``closed_rest``.
         closing: Whether it closes.
-        end: Time until which it is followed, ms.
-        beyond: Once half of the way is made, the motion is followed only until as many times the
-            time from 10 to 50 % of it are over since 10 %.
+        end: Time until which the motion is followed, ms.
+        beyond: Time after 10 % of the way until which it is followed, in times from 10 to 50 %.
         tolerance: Error of a step, mm and mm/ms.
 
     Returns:
@@ -318,36 +260,31 @@ def follow(n, rest, closing, end, beyond, tolerance):
         where the motion is not finite or takes too many.
     """
     steps, count, switching = np.empty((_MOST, 8)), 0, np.inf
-    state, new, k = np.zeros(6), np.zeros(6), np.zeros((7, 6))
-    ends = np.zeros((2, 3))
+    state, new, k = np.zeros(4), np.zeros(4), np.zeros((7, 4))
     mode = _FREE
     if not closing:
         state[0], state[2], mode = rest, n[GAP], _CLOSED
-    begin = state[4] = _lever(n, state[0])[0]
-    stroke = _lever(n, rest)[0]
+    begin, stroke = _lever(n, state[0])[0], _lever(n, rest)[0]
     now, h, first = 0.0, _FIRST, np.inf
     _rates(n, rest, now, closing, mode, state, k, 0)
     while now < end:
         error = _advance(n, rest, now, closing, mode, state, h, new, k) / tolerance
         if count == _MOST or h < _SHORTEST:
             return steps[:0], switching
+        factor = 0.9 * max(error, 1e-4) ** -0.2 if error < np.inf else 0.0
         if not error <= 1.0:
-            h *= max(0.2, 0.9 * error**-0.2) if error < np.inf else 0.2
+            h *= max(0.2, factor)
             continue
-        longer = min(5.0, 0.9 * max(error, 1e-10) ** -0.2)
-        # A contact that stays after its touch does not part again, as in the model; one that the
-        # drive holds does.
+        # As in the model a contact stays after its touch, but for one that the drive holds.
         watched = closing == (mode == _FREE) or (closing and n[CONTACT] == _HELD)
         over = watched and _margin(n, rest, now + h, closing, mode, new) < 0.0
         taken = _located(n, rest, now, closing, mode, state, h, new, k) if over else h
-        _keep(n, state, k[0], taken, ends[0])
-        _keep(n, new, k[6], taken, ends[1])
         steps[count, 0], steps[count, 1] = now, taken
-        _polynomial(ends[0], ends[1], steps[count, 2:])
+        _keep(n, state, k[0], steps[count, 2:])
+        _keep(n, new, k[6], steps[count, 5:])
+        way = abs(steps[count, 5] - begin) / stroke
         count += 1
-        way = abs(ends[1, 0] - begin) / stroke
-        if way >= _SHARES[0]:
-            first = min(first, now)
+        first = min(first, now) if way >= _SHARES[0] else first
         now += taken
         if way >= _SHARES[1]:
             end = min(end, first + beyond * (now - first))
@@ -359,5 +296,5 @@ def follow(n, rest, closing, end, beyond, tolerance):
             h = min(h, _FIRST)
         else:
             k[0] = k[6]
-            h = min(_LONGEST, h * longer)
+            h = min(_LONGEST, h * factor)
     return steps[:count].copy(), switching

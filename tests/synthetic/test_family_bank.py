@@ -1,0 +1,125 @@
+"""The bank of a family: every number of it against the drive that it is of."""
+
+import numpy as np
+import pytest
+
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.mechanism.size import Size
+from breaker.synthetic import family_bank
+from breaker.synthetic.drive import CONTACTS, Drive, Elements
+from breaker.synthetic.family import WEAR, Family
+from breaker.synthetic.family_bank import GRID, shapes, simulate_family
+
+DRIVES = 300
+
+
+@pytest.fixture(scope="module")
+def family(prior, defaults) -> Family:
+    return Family(prior, defaults["family"])
+
+
+@pytest.fixture(scope="module")
+def bank(family):
+    return simulate_family(family, DRIVES, np.random.default_rng(1))
+
+
+def drive_of(bank, drive, condition) -> Drive:
+    row = bank.isel(drive=drive, condition=condition)
+    return Drive(tuple(row.parameters.values.tolist()), Elements.from_numbers(row.elements.values))
+
+
+def test_the_same_seed_gives_the_same_bytes(family, bank):
+    again = simulate_family(family, 20, np.random.default_rng(1))
+    assert again.drop_attrs().equals(bank.isel(drive=slice(20)).drop_attrs())
+    other = simulate_family(family, 20, np.random.default_rng(2))
+    assert not (other["shape"] == again["shape"]).all()
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_a_curve_is_that_of_the_drive(bank, number):
+    """Put together again from shape, stroke and duration; and its events."""
+    whole = shapes(bank["shape"].values)
+    for condition in range(2):
+        drive, row = drive_of(bank, number, condition), bank.isel(drive=number, condition=condition)
+        for motion in MOTIONS:
+            one = row.sel(motion=motion)
+            times = float(one.duration) * (GRID - float(one.release))
+            curve, switches = drive.operate(motion, times)
+            place = (number, condition, MOTIONS.index(motion))
+            way = float(one.stroke) * whole[place]
+            begin = 0.0 if motion == "closing" else float(one.stroke)
+            np.testing.assert_allclose(abs(curve - begin), abs(way), atol=2e-3)
+            later = float(one.duration) * float(one.switching - one.release)
+            if switches < np.inf:
+                assert later == pytest.approx(switches, abs=1e-4)
+            at = [np.interp(u, GRID, whole[place]) for u in (0.0, 1.0)]
+            np.testing.assert_allclose(at, [0.1, 0.5], atol=1e-3)
+            assert whole[place][float(one.release) > GRID] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_tenth_is_exactly_the_model(bank):
+    same = np.flatnonzero((bank.strength == 0).values)
+    assert 15 < same.size < 50  # of 300 draws of a tenth: within 3.5 sd
+    for number in same[:5]:
+        theta, row = bank.parameters.values[number, 0], bank.isel(drive=number, condition=0)
+        for i, motion in enumerate(MOTIONS):
+            times = float(row.duration[i]) * (GRID - float(row.release[i]))
+            exact = travel(theta[None], times, motion).travel[0]
+            begin = 0.0 if motion == "closing" else float(row.stroke)
+            way = abs(exact - begin) / float(row.stroke)
+            np.testing.assert_allclose(abs(shapes(row["shape"].values)[i]), way, atol=4e-5)
+
+
+def test_contacts_and_wear_come_by_their_shares(family, bank):
+    assert bank.contact.kinds == list(CONTACTS)
+    other = bank.sel(drive=(bank.strength > 0).values)
+    shares = np.array([family.settings["contacts"][kind] for kind in CONTACTS])
+    found = np.bincount(other.contact, minlength=3) / other.drive.size
+    np.testing.assert_allclose(found, shares / shares.sum(), atol=0.11)  # 3.5 sd of 270 draws
+    changed = (np.diff(bank.parameters.values, axis=1)[:, 0] != 0).sum(axis=1)
+    assert bank.wear.kinds == list(WEAR)
+    for kind, (least, most) in enumerate([(0, 0), (1, 3), (4, 6)]):
+        of_kind = changed[bank.wear.values == kind]
+        assert of_kind.size > 60
+        assert (of_kind.min(), of_kind.max()) == (least, most)
+
+
+def test_changes_are_uniform_in_their_logarithm(family, bank):
+    names, ranges = list(NAMES), family.settings["wear"]["change"]
+    by = bank.parameters.values[:, 1] / bank.parameters.values[:, 0] - 1.0
+    share = []
+    for name in NAMES[1:]:
+        changes = by[:, names.index(name)]
+        ends = ranges[name]
+        share += (changes[changes != 0] / max(ends, key=abs)).tolist()
+    share = np.array(share)
+    assert 0.01 <= share.min() <= share.max() <= 1.0 + 1e-12
+    place = 1.0 - np.log(share) / np.log(0.01)
+    assert place.mean() == pytest.approx(0.5, abs=0.05)  # 4 sd of 600 draws
+
+
+def test_a_bank_of_another_size_has_the_same_shapes(family, bank):
+    large = Family(family.prior, family.settings, Size(lengths=8.0, times=3.0))
+    small = bank.isel(drive=slice(20))
+    found = simulate_family(large, 20, np.random.default_rng(1))
+    # The prior is that of the drives' own size, so theirs is that of a small one.
+    assert found.sizes["drive"] == 20
+    twin = Family(family.prior.sized(large.size), family.settings, large.size)
+    found = simulate_family(twin, 20, np.random.default_rng(1))
+    assert abs(found["shape"].astype(int) - small["shape"].astype(int)).max() <= 1
+    np.testing.assert_allclose(found.stroke, 8.0 * small.stroke)
+    np.testing.assert_allclose(found.duration, 3.0 * small.duration)
+    np.testing.assert_allclose(found.switching, small.switching, atol=1e-6)
+
+
+def test_a_drive_without_a_shape_is_drawn_again_and_counted(family, monkeypatch):
+    plain = simulate_family(family, 40, np.random.default_rng(3))
+    highest = shapes(plain["shape"].values).max(axis=(1, 2, 3))
+    monkeypatch.setattr(family_bank, "_HIGHEST", float(np.median(highest)))
+    fewer = simulate_family(family, 40, np.random.default_rng(3))
+    assert fewer.drawn_again > 10
+    assert shapes(fewer["shape"].values).max() <= np.median(highest) + 1e-4
+    monkeypatch.setattr(family_bank, "_HIGHEST", 0.5)
+    with pytest.raises(RuntimeError, match="hardly a drive"):
+        simulate_family(family, 1, np.random.default_rng(3))
