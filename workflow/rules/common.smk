@@ -66,6 +66,7 @@ wildcard_constraints:
     motion="closing|opening",
     source="closing|opening|both",
     chunk=r"\d\d\d+",
+    kind="levels|changes",
     network="[a-z_]+-[a-z_]+",
     scale=f"({'|'.join(map(re.escape, SCALES))})",
     shard=r"\d\d\d+",

@@ -105,7 +105,7 @@ def write_model(
     path: str | Path,
     settings: Mapping,
     weights: Mapping[str, np.ndarray],
-    discrepancy: Discrepancy | None,
+    discrepancy: Discrepancy | None = None,
 ) -> None:
     """Write a model file. The same model gives the same bytes."""
     header = {
@@ -149,7 +149,7 @@ def _settings(header: Mapping[str, str]) -> dict:
             most = _MOST if place[-1] in _LAYERS else _LARGEST
             if place[0] == "network" and number > most:
                 raise ValueError(f"{'.'.join(place)} is {number:g}, more than {most}")
-        if settings["sensor"]["samples"] > _LARGEST:
+        if settings.get("sensor", {}).get("samples", 0) > _LARGEST:
             raise ValueError(f"sensor.samples is more than {_LARGEST}")
     except (ArithmeticError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ModelFileError.of_settings(error) from error

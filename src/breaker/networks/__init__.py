@@ -10,12 +10,20 @@ from collections.abc import Mapping
 
 from torch import nn
 
+from breaker.networks.blocks import ResidualMLP
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.deep_set import DeepSet
 from breaker.networks.flow_matching import FlowMatching
+from breaker.networks.mixture import AutoregressiveMixture
 from breaker.networks.summary import TimeSeriesNetwork
 
-__all__ = ["INFERENCE_NETWORKS", "SUMMARY_NETWORKS", "build"]
+__all__ = [
+    "INFERENCE_NETWORKS",
+    "SUMMARY_NETWORKS",
+    "AutoregressiveMixture",
+    "ResidualMLP",
+    "build",
+]
 
 SUMMARY_NETWORKS = {"time_series": TimeSeriesNetwork, "deep_set": DeepSet}
 INFERENCE_NETWORKS = {"flow_matching": FlowMatching, "coupling_flow": CouplingFlow}

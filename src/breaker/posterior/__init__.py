@@ -15,6 +15,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "estimator": ["Posterior"],
         "exact": ["infer_exactly"],
         "exactness": ["correct_operations", "correct_validation", "judge", "models_of"],
+        "family_network": ["FamilyNetwork", "FamilyRows"],
         "laplace": ["approximate"],
         "missing": ["widening"],
         "predictive": [

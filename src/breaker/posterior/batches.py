@@ -105,6 +105,9 @@ class Rows:
             left_out=left_out,
         )
 
+    def __len__(self) -> int:
+        return len(self.z)
+
     def draw(self, rows: Tensor, rng: torch.Generator) -> Batch:
         """Return a batch for ``Posterior.loss``."""
         device = self.travel.device

@@ -29,6 +29,7 @@ them it is interpolated; a network takes scales up to the last."""
 _CONDITIONS = 2  # numbers that say the scale: itself, and a logarithm that tells small ones apart
 _SMALL = 0.03
 _COMPLETED = 100  # records in place of one that is completed
+_SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
 
 
 class Posterior(nn.Module):
@@ -43,6 +44,7 @@ class Posterior(nn.Module):
 
     Attributes:
         model: Prior, sensor and motion that it is for; ``sensor``, ``motion`` also by themselves.
+        name: Name of its training.
         size: Size of its drives beside those of its training: see ``sized``.
         outputs: What it infers, in order.
         steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
@@ -78,6 +80,7 @@ class Posterior(nn.Module):
         self.discrepancy, self.scale, self.size = discrepancy, 0.0, UNIT
         self.model = Model.from_settings(settings, discrepancy).leaving_out(None)
         self.motion: str = self.model.motion
+        self.name = self.motion
         self.outputs: tuple[Parameter, ...] = self.model.outputs
         components = settings["network"]["summary"]["components"]
         # Layers draw first weights from torch's global generator: forked, the seed alone decides.
@@ -178,6 +181,12 @@ class Posterior(nn.Module):
         ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
         """
         return self.inference.loss(z, self._features(measured, scale), noise, time)
+
+    def validation_loss(
+        self, measured: Tensor, scale: Tensor, z: Tensor, noise: Tensor, time: Tensor
+    ) -> Tensor:
+        """Minus the log density of each row, ``(n,)``; arguments as of ``loss``."""
+        return -self.log_density(measured, scale, z, steps=_SOLVER_STEPS)
 
     def log_density(self, measured: Tensor, scale: Tensor, z: Tensor, *, steps: int) -> Tensor:
         """Log density of standardised outputs ``(n, q)`` given records ``(n, t)``, ``(n,)``."""

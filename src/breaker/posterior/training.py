@@ -28,11 +28,9 @@ from tqdm import tqdm
 from breaker.model import seed_integer
 from breaker.posterior.batches import Rows
 from breaker.posterior.estimator import Posterior
+from breaker.posterior.family_network import FamilyNetwork, FamilyRows
 
 __all__ = ["Trainer", "choose_device", "fingerprint"]
-
-
-_SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
 
 
 def choose_device(name: str) -> torch.device:
@@ -56,8 +54,9 @@ class Trainer:
     """A training and its state.
 
     Args:
-        posterior: The model, on its device; its weights are the best EMA weights at the end.
-        rows: Rows to train on.
+        posterior: The network, a ``Posterior`` or a ``FamilyNetwork``, on its device; its weights
+            are the best EMA weights at the end.
+        rows: Rows to train on, with ``draw(rows, rng)``, a batch of its losses.
         validation: Rows to judge on, not among ``rows``.
         settings: The section ``training`` of the configuration, for this motion.
         seed: Seed of the configuration.
@@ -79,9 +78,9 @@ class Trainer:
             posterior.save("closing.safetensors")
     """
 
-    posterior: Posterior
-    rows: Rows
-    validation: Rows
+    posterior: Posterior | FamilyNetwork
+    rows: Rows | FamilyRows
+    validation: Rows | FamilyRows
     settings: Mapping
     seed: int
     checkpoint: Path | None = None
@@ -93,8 +92,7 @@ class Trainer:
     evaluations: list[tuple[int, float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        device = self.rows.travel.device
-        motion = self.posterior.motion
+        name = self.posterior.name
         self.weights = list(self.posterior.parameters())
         self.ema = [weight.detach().clone() for weight in self.weights]
         self.best = [weight.clone() for weight in self.ema]
@@ -103,9 +101,10 @@ class Trainer:
             lr=self.settings["learning_rate"],
             weight_decay=self.settings["weight_decay"],
         )
-        self.rng = torch.Generator(device).manual_seed(seed_integer(self.seed, "training", motion))
-        fixed = torch.Generator(device).manual_seed(seed_integer(self.seed, "validation", motion))
-        rows = torch.arange(len(self.validation.z), device=device)
+        device = self.weights[0].device
+        self.rng = torch.Generator(device).manual_seed(seed_integer(self.seed, "training", name))
+        fixed = torch.Generator(device).manual_seed(seed_integer(self.seed, "validation", name))
+        rows = torch.arange(len(self.validation), device=device)
         self.fixed_batch = self.validation.draw(rows, fixed)
 
     def run(self) -> xr.Dataset:
@@ -119,7 +118,7 @@ class Trainer:
         bar = tqdm(
             total=total,
             initial=self.step,
-            desc=f"training {self.posterior.motion}",
+            desc=f"training {self.posterior.name}",
             mininterval=5.0,
             unit="step",
         )
@@ -144,17 +143,17 @@ class Trainer:
 
     def _advance(self) -> None:
         rows = torch.randint(
-            len(self.rows.z),
+            len(self.rows),
             (self.settings["batch"],),
             generator=self.rng,
-            device=self.rows.z.device,
+            device=self.weights[0].device,
         )
         batch = self.rows.draw(rows, self.rng)
         loss = self.posterior.loss(*batch).mean()
         self.losses.append(loss.item())
         if not math.isfinite(self.losses[-1]):
             raise FloatingPointError(
-                f"the loss of {self.posterior.motion} is {self.losses[-1]} at step {self.step}; "
+                f"the loss of {self.posterior.name} is {self.losses[-1]} at step {self.step}; "
                 "lower training.learning_rate"
             )
         for group in self.optimiser.param_groups:
@@ -173,16 +172,12 @@ class Trainer:
     def _evaluate(self) -> None:
         kept = [weight.detach().clone() for weight in self.weights]
         self._copy(self.ema, self.weights)
-        batch = self.fixed_batch
-        density = self.posterior.log_density(
-            batch.measured, batch.scale, batch.z, steps=_SOLVER_STEPS
-        )
-        loss = -density.mean().item()
+        loss = self.posterior.validation_loss(*self.fixed_batch).mean().item()
         self._copy(kept, self.weights)
         self.evaluations.append((self.step, loss))
         if not math.isfinite(loss):
             raise FloatingPointError(
-                f"the validation loss of {self.posterior.motion} is {loss} at step {self.step}; "
+                f"the validation loss of {self.posterior.name} is {loss} at step {self.step}; "
                 "lower training.learning_rate"
             )
         if loss < self.best_loss:
@@ -220,7 +215,8 @@ class Trainer:
             return
         # weights_only: a checkpoint is data, whoever wrote it.
         try:
-            state = torch.load(self.checkpoint, weights_only=True, map_location=self.rows.z.device)
+            device = self.weights[0].device
+            state = torch.load(self.checkpoint, weights_only=True, map_location=device)
             found = state["fingerprint"]
         except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
             raise ValueError(

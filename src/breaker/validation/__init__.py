@@ -47,6 +47,12 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "numbers_of_validation",
         ],
         "outcomes": ["contraction_words", "pairs_words", "recovery_words"],
-        "tables": ["draws_per_second", "network_row", "quality", "quality_words"],
+        "tables": [
+            "draws_per_second",
+            "family_quality",
+            "network_row",
+            "quality",
+            "quality_words",
+        ],
     },
 )

@@ -7,15 +7,17 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.validation.calibration import coverage, judge_draws, ranks
+from breaker.mechanism import NAMES
+from breaker.validation.calibration import coverage, judge_draws, judge_ranks, ranks
 from breaker.validation.diagnostics import scores
 
 if TYPE_CHECKING:
     from breaker.posterior import Posterior
 
-__all__ = ["draws_per_second", "network_row", "quality", "quality_words"]
+__all__ = ["draws_per_second", "family_quality", "network_row", "quality", "quality_words"]
 
 _CURVES, _DRAWS = 10, 500  # of the timing
+_FAMILY_LEVEL = 0.01
 
 
 def quality(
@@ -60,6 +62,39 @@ def quality(
             "shortfall": limit - found.mean_contraction,
             "coverage_50": covered[0],
             "coverage_95": covered[1],
+        }
+    )
+
+
+def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
+    """Judge a network of a family on held-out drives: one row an output.
+
+    Args:
+        data: What ``synthetic.sample_rows`` returns.
+        log: Whether parameters are judged by their logarithms.
+
+    Returns:
+        Columns ``output``, ``calibration_p`` and ``calibrated``, all outputs together at 99 %,
+        ``coverage_90``, ``contraction`` (1 - mean square error of the posterior mean over the
+        variance of the truth), ``rms_error`` and ``half_width``, the median half width of 90 %
+        intervals; both in the scale that an output is judged in.
+    """
+    draws, truth = data.draws.values, data.truth.values
+    logs = log & np.isin(data.output.values, NAMES)
+    draws, truth = (np.where(logs, np.log(np.where(logs, a, 1.0)), a) for a in (draws, truth))
+    found = ranks(draws, truth)
+    judged = judge_ranks(found, data.sizes["draw"], alpha=_FAMILY_LEVEL)
+    error = draws.mean(axis=1) - truth
+    low, high = np.quantile(draws, [0.05, 0.95], axis=1)
+    return pd.DataFrame(
+        {
+            "output": data.output.values,
+            "calibration_p": judged.p_values,
+            "calibrated": ~judged.outside,
+            "coverage_90": coverage(found, data.sizes["draw"], levels=[0.9])[0],
+            "contraction": 1.0 - np.square(error).mean(axis=0) / truth.var(axis=0),
+            "rms_error": np.sqrt(np.square(error).mean(axis=0)),
+            "half_width": np.median(high - low, axis=0) / 2.0,
         }
     )
 

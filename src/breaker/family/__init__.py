@@ -1,0 +1,20 @@
+"""Networks trained on a family of rich drives, read without torch: levels, and changes.
+
+``open_network`` reads one; ``Seen`` is a record as they see it.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(
+    __name__,
+    submod_attrs={
+        "changes": ["ChangeDraws", "Changes", "change_outputs"],
+        "inputs": ["Basis", "Seen", "change_inputs", "level_inputs", "without_onset"],
+        "means": ["Mean", "see_change", "see_mean"],
+        "measured": ["see"],
+        "levels": ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"],
+        "membership": ["Match", "Membership", "distances"],
+        "network": ["Network"],
+        "saved": ["open_network", "write_network"],
+    },
+)

@@ -1,0 +1,84 @@
+"""What has changed in a drive between two conditions, by a network of its family.
+
+The network sees the drive's curves as they were and their change, without what a shift in time or
+of the zero explains, and how noisy both are: one record or the mean of hundreds. That a parameter
+has not changed at all is an answer of its own.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from breaker.family.inputs import Basis, Seen, change_inputs
+from breaker.family.network import Network
+from breaker.mechanism import MOTIONS, NAMES
+
+__all__ = ["ChangeDraws", "Changes", "change_outputs"]
+
+
+@dataclass(frozen=True)
+class ChangeDraws:
+    """Draws of a change.
+
+    Attributes:
+        ratios: Parameters over what they were, ``(d, p)``; 1 where they have not changed.
+        later: By how much touch or parting of each motion at hand comes later after the release,
+            ``(d,)``, ms.
+    """
+
+    ratios: np.ndarray
+    later: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Changes:
+    """A trained network of changes; attributes as of ``Levels``."""
+
+    settings: Mapping
+    network: Network
+    bases: Mapping[str, Basis]
+    change_bases: Mapping[str, Basis]
+    usual: np.ndarray
+    centre: np.ndarray
+    scale: np.ndarray
+
+    def draw(
+        self,
+        references: Mapping[str, Seen],
+        changes: Mapping[str, Seen],
+        draws: int,
+        rng: np.random.Generator,
+    ) -> ChangeDraws:
+        """Draw from the posterior of the change of one drive.
+
+        Args:
+            references: Of each motion at hand, physical units.
+            changes: Of the same motions, what ``without_onset`` leaves, in the units of the
+                references; its noise is that of both.
+            draws: Number of draws d.
+        """
+        known, changed = (
+            {m: each.get(m, Seen.nothing(1)) for m in MOTIONS} for each in (references, changes)
+        )
+        x = change_inputs(known, changed, self.bases, self.change_bases, self.usual)
+        there = np.array([True] * len(NAMES) + [m in references for m in MOTIONS])
+        features = self.network.features(x)[0]
+        y = self.centre + self.scale * self.network.sample(features, there, draws, rng)
+        later = {
+            m: float(known[m].duration[0]) * y[:, len(NAMES) + k]
+            for k, m in enumerate(MOTIONS)
+            if m in references
+        }
+        return ChangeDraws(np.exp(y[:, : len(NAMES)]), later)
+
+
+def change_outputs(before: np.ndarray, after: np.ndarray, later: np.ndarray) -> np.ndarray:
+    """Return what a network of changes infers, before its scale, ``(n, p + 2)``.
+
+    Args:
+        before, after: Parameters, ``(n, p)``.
+        later: By how much touch and parting come later, ``(n, 2)``, in durations.
+    """
+    ratios = np.where(after == before, 1.0, after / before)
+    return np.hstack([np.log(ratios), later])

@@ -1,0 +1,38 @@
+"""Measured records as networks see them."""
+
+import numpy as np
+
+from breaker.family.inputs import Seen
+from breaker.records import Raw
+from breaker.records.segments import white_noise
+from breaker.records.shape import Shape, effective_noise, shape_of
+
+__all__ = ["see"]
+
+_LEAST = 5e-5  # noise over the stroke, below which no network was trained
+
+
+def see(raw: Raw, like: Shape | None = None) -> tuple[Shape, Seen]:
+    """Normalise a measured record.
+
+    Its noise is that of the rest before the motion; of a record without rest, what is white in it.
+
+    Args:
+        raw: The record.
+        like: Another record of the drive, in whose units this one is given; its own if None.
+
+    Returns:
+        The shape; and the same for networks, one record, physical units.
+
+    Raises:
+        ValueError: If the record has no motion from one rest to another.
+    """
+    forward = raw.left if raw.motion == "closing" else -raw.left
+    shape, noise = shape_of(forward, raw.step, like), raw.noise_at(raw.step)
+    sd, colour = noise.process if np.isfinite(noise.sd) else (white_noise(forward), 0.0)
+    sd = max(sd, raw.quantum / np.sqrt(12.0))
+    length, unit = (shape.stroke, shape.duration) if like is None else (like.stroke, like.duration)
+    told = max(effective_noise(sd / length, colour, raw.step / unit), _LEAST)
+    numbers = shape.stroke, shape.duration, told, colour, raw.step / shape.duration
+    there = np.array([True]), shape.way[None], shape.present[None]
+    return shape, Seen(*there, *(np.array([each]) for each in numbers))

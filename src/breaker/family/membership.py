@@ -1,0 +1,106 @@
+"""Whether a record is of a drive of the family: its distance from the family's shapes.
+
+Shapes of the family are taken for normal in their principal components, and records for these with
+noise; the square of a record's distance from them (Mahalanobis) is compared with those of drives
+of the family that were held out, at the record's own noise. So its p-value is calibrated though
+shapes are not normal. What the nearest shape leaves of the record says where they differ.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.family.inputs import Basis, Seen
+from breaker.records.shape import GRID
+
+__all__ = ["PARTS", "Match", "Membership", "distances"]
+
+PARTS = {"start": (-np.inf, 0.0), "main motion": (0.0, 2.0), "end": (2.0, np.inf)}
+"""Parts of a motion, in durations after 10 % of the way."""
+
+
+class Match(NamedTuple):
+    """How a record fits the family.
+
+    Attributes:
+        p_value: Share of the family's drives that are farther out, at the record's noise.
+        parts: By part of the motion, the root mean square of what the nearest shape leaves over
+            that of 99 % of the family's drives: above 1 it is there that they differ.
+        nearest: The nearest shape, way over stroke, ``(g,)``.
+    """
+
+    p_value: float
+    parts: dict[str, float]
+    nearest: np.ndarray
+
+
+class Membership(NamedTuple):
+    """What held-out drives of a family look like, for one motion.
+
+    Attributes:
+        noise: Levels of the noise over the stroke, rising, ``(l,)``.
+        squares: Quantiles of the squared distance at each, ``(l, k)``.
+        shares: Which quantiles, ``(k,)``.
+        left: 99 % quantiles of what the nearest shape leaves of each part, in noise, ``(l, 3)``.
+    """
+
+    noise: np.ndarray
+    squares: np.ndarray
+    shares: np.ndarray
+    left: np.ndarray
+
+    def match(self, seen: Seen, basis: Basis) -> Match:
+        """Compare one record with the family, as if it had the least noise of those at least."""
+        seen = seen._replace(noise=np.maximum(seen.noise, self.noise[0]))
+        square, left, nearest = (each[0] for each in distances(seen, basis))
+        at = float(np.clip(np.log(seen.noise[0]), *np.log(self.noise[[0, -1]])))
+        level = np.interp(at, np.log(self.noise), np.arange(self.noise.size))
+        low = min(int(level), self.noise.size - 2)
+        share = level - low
+        quantiles, usual = (
+            np.exp((1.0 - share) * np.log(each[low]) + share * np.log(each[low + 1]))
+            for each in (self.squares, self.left)
+        )
+        below = float(np.interp(square, quantiles, self.shares, left=0.0, right=1.0))
+        parts = dict(zip(PARTS, (left / usual).tolist(), strict=True))
+        return Match(1.0 - below, parts, nearest)
+
+    @classmethod
+    def of(cls, levels: Mapping[float, Seen], basis: Basis) -> "Membership":
+        """Return that of records of held-out drives at some levels of the noise.
+
+        Args:
+            levels: Records ``(n, g)`` by their noise over the stroke, rising.
+        """
+        count = len(next(iter(levels.values())).way)
+        shares = 1.0 - np.geomspace(1.0, 0.5 / count, 64)
+        found = [distances(seen, basis)[:2] for seen in levels.values()]
+        squares = np.array([np.quantile(square, shares) for square, _ in found])
+        left = np.array([np.nanquantile(each, 0.99, axis=0) for _, each in found])
+        return cls(np.array(list(levels)), squares, shares, left)
+
+
+def distances(seen: Seen, basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return how far records are from the family's shapes.
+
+    Returns:
+        Squares of their distances over the number of samples of the grid, ``(n,)``; root mean
+        square of what the nearest shape leaves of each part, in noise, ``(n, 3)``, nan without a
+        sample; and the nearest shapes, ``(n, g)``.
+    """
+    n, part = len(seen.way), [(a <= GRID) & (b > GRID) for a, b in PARTS.values()]
+    squares, lefts, nearest = np.empty(n), np.empty((n, len(part))), np.empty(seen.way.shape)
+    for i, (way, there, noise) in enumerate(zip(seen.way, seen.present, seen.noise, strict=True)):
+        rows = basis.directions[:, there]
+        off = way[there] - basis.mean[there]
+        precision = rows @ rows.T / noise**2 + np.diag(1.0 / basis.variances)
+        scores = np.linalg.solve(precision, rows @ off / noise**2)
+        nearest[i] = basis.mean + scores @ basis.directions
+        left = np.where(there, (way - nearest[i]) / noise, np.nan)
+        squares[i] = (off @ left[there]) / noise / there.sum()
+        lefts[i] = [
+            np.sqrt(np.mean(np.square(left[each & there]))) if (each & there).any() else np.nan
+            for each in part
+        ]
+    return squares, lefts, nearest

@@ -1,0 +1,80 @@
+"""Networks of a family in model files, which hold all that an answer needs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from breaker.family.changes import Changes
+from breaker.family.inputs import Basis
+from breaker.family.levels import Levels
+from breaker.family.membership import Membership
+from breaker.family.network import Network
+from breaker.mechanism import MOTIONS
+from breaker.model import ModelFileError, open_model, write_model
+
+__all__ = ["open_network", "write_network"]
+
+_KINDS = {"levels": Levels, "changes": Changes}
+_TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
+_ATOMS = {"levels": 0, "changes": 9}
+
+
+def write_network(
+    path: str | Path,
+    settings: Mapping,
+    weights: Mapping[str, np.ndarray],
+    frozen: Mapping[str, object],
+) -> None:
+    """Write a network.
+
+    Args:
+        settings: ``kind``, "levels" or "changes", ``family``, its name, ``prior``, that of drives
+            of size 1, and how it was made.
+        weights: Those of ``posterior.FamilyNetwork``.
+        frozen: What ``Levels`` or ``Changes`` have beside the network: ``usual``, ``centre``,
+            ``scale``, and by motion ``bases``, ``change_bases`` and ``members``.
+    """
+    arrays = {f"network.{name}": np.float32(each) for name, each in weights.items()}
+    for name, each in frozen.items():
+        if name not in _TUPLES:
+            arrays[name] = np.float64(each)
+            continue
+        for motion, parts in each.items():
+            for part, value in parts._asdict().items():
+                arrays[f"{name}.{motion}.{part}"] = np.float64(value)
+    write_model(path, settings, arrays)
+
+
+def open_network(path: str | Path) -> Levels | Changes:
+    """Read a network.
+
+    Raises:
+        FileNotFoundError: If there is no such file.
+        ModelFileError: If it is no file of a network of a family.
+    """
+    with open_model(path) as saved:
+        kind = saved.settings.get("kind")
+        if kind not in _KINDS:
+            raise ModelFileError("it is no network of a family of drives")
+        types = {
+            name: "float32" if name.startswith("network.") else "float64" for name in saved.shapes
+        }
+        arrays = {name: saved.weight(name, each) for name, each in types.items()}
+        weights = {
+            name.removeprefix("network."): each
+            for name, each in arrays.items()
+            if name.startswith("network.")
+        }
+        try:
+            network = Network(weights, _ATOMS[kind])
+            found = {name: arrays[name] for name in ("usual", "centre", "scale")}
+            for name, tuple_of in _TUPLES.items():
+                if any(each.startswith(f"{name}.") for each in arrays):
+                    found[name] = {
+                        m: tuple_of(*(arrays[f"{name}.{m}.{part}"] for part in tuple_of._fields))
+                        for m in MOTIONS
+                    }
+            return _KINDS[kind](settings=saved.settings, network=network, **found)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ModelFileError.of_settings(error) from error

@@ -1,0 +1,126 @@
+"""Records of a family's drives for training: every batch by other sensors.
+
+From the noise-free curves of a bank (``family_bank``) a record has a beginning and an end, a rate,
+noise of a colour, a step of its readings and gaps, all drawn afresh; it is then normalised by what
+it shows, by the very code that reads measured ones.
+"""
+
+import numpy as np
+
+from breaker.family.inputs import Seen
+from breaker.mechanism import compiled
+from breaker.records.shape import GRID, STEP, normalise
+from breaker.synthetic.family_bank import GRID as TIMES
+
+__all__ = ["record_shapes"]
+
+_FIRST, _STEP = TIMES[0], TIMES[1] - TIMES[0]
+
+_fast = compiled()
+
+_LONGEST = 600  # samples
+_TRIES = 50
+_NOISE = (1e-4, 3e-2)  # of a sample, share of the stroke
+_ERROR = 0.1  # of what is told of the noise: of its logarithm, and of its colour
+_SAMPLING = (0.025, 0.15)  # durations between samples; of finer ones the average is taken alike
+_BEGINS, _ENDS, _LAST = (-2.9, -0.5), (2.5, 9.7), 9.7  # durations
+_WHOLE, _WHITE, _SMOOTH, _GAPLESS = 0.5, 0.6, 0.5, 0.9  # shares of records
+_COLOUR = 0.8  # most
+_QUANTUM = (0.1, 4.0)  # of the noise
+_GAP = (0.1, 1.5)  # durations
+
+
+def record_shapes(
+    curves: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    noise: tuple[float, float] = _NOISE,
+    like: tuple[np.ndarray, np.ndarray] | None = None,
+) -> tuple[Seen, np.ndarray, np.ndarray]:
+    """Record curves of one motion, and normalise the records.
+
+    Args:
+        curves: Way over the stroke, ``(n, u)``, at the times of a bank.
+        noise: Range of the noise of a sample, share of the stroke, log-uniform.
+        like: Stroke and duration of other records, ``(n,)`` each, in which these are measured; as
+            strokes and durations of these curves.
+
+    Returns:
+        The records, stroke and duration in those of the curve; the times of 10 % of the way as
+        records show it, and their own durations, ``(n,)``, in durations of the curve.
+
+    Raises:
+        ValueError: If a curve cannot be normalised in any of many records.
+    """
+    n = len(curves)
+    way, present = np.empty((n, GRID.size)), np.empty((n, GRID.size), dtype=np.bool_)
+    about = np.empty((n, 6))
+    strokes, durations = like if like else np.zeros((2, n))
+    limits = np.log(np.array([*noise, *_SAMPLING, *_QUANTUM]))
+    if not _record(curves, rng, limits, strokes, durations, way, present, about):
+        raise ValueError("a curve of the bank has no motion that records show; simulate it anew")
+    origin, stroke, duration, sd, colour, step = about.T
+    told = np.exp(_ERROR * rng.standard_normal(n)) * sd
+    guess = np.clip(colour + _ERROR * rng.standard_normal(n), 0.0, 0.95)
+    seen = Seen(np.ones(n, dtype=bool), way, present, stroke, duration, told, guess, step)
+    return seen, origin, duration
+
+
+@_fast
+def _record(curves, rng, limits, strokes, durations, way, present, about):
+    """Record and normalise all curves; false if one cannot be."""
+    out = np.empty(_LONGEST)
+    for r in range(len(curves)):
+        for attempt in range(_TRIES + 1):
+            if attempt == _TRIES:
+                return False
+            begin = rng.uniform(*_BEGINS)
+            end = _LAST if rng.random() < _WHOLE else rng.uniform(*_ENDS)
+            noise = np.exp(rng.uniform(limits[0], limits[1]))
+            step = np.exp(rng.uniform(limits[2], limits[3]))
+            colour = 0.0 if rng.random() < _WHITE else rng.uniform(0.0, _COLOUR)
+            fine = rng.random() < _SMOOTH
+            quantum = 0.0 if fine else noise * np.exp(rng.uniform(limits[4], limits[5]))
+            n = min(_LONGEST, int((end - begin) / step) + 1)
+            _samples(curves[r], rng, begin, step, noise, colour, quantum, out[:n])
+            if rng.random() > _GAPLESS:
+                first = rng.integers(0, n)
+                out[first : min(n, first + int(rng.uniform(*_GAP) / step))] = np.nan
+            like = strokes[r], durations[r]
+            _, stroke, origin, duration = normalise(
+                out[:n], step, like[0], like[1], way[r], present[r]
+            )
+            if 0.2 < duration < 5.0 and stroke > 0.3:
+                break
+        sd = np.sqrt(noise * noise + quantum * quantum / 12.0)
+        length = strokes[r] if strokes[r] > 0.0 else stroke
+        unit = durations[r] if durations[r] > 0.0 else duration
+        share = min(1.0, step / unit / STEP * (1.0 + colour) / (1.0 - colour))
+        about[r] = (
+            begin + origin,
+            stroke,
+            duration,
+            sd / length * np.sqrt(share),
+            colour,
+            step / duration,
+        )
+    return True
+
+
+@_fast
+def _samples(curve, rng, begin, step, noise, colour, quantum, out):
+    """Sample a curve from ``begin`` on, with noise of a first-order process, rounded."""
+    root, error = np.sqrt(1.0 - colour * colour), rng.standard_normal()
+    for i in range(out.size):
+        value = _at(curve, (begin + i * step - _FIRST) / _STEP) + noise * error
+        error = colour * error + root * rng.standard_normal()
+        out[i] = quantum * np.round(value / quantum) if quantum > 0.0 else value
+
+
+@_fast
+def _at(curve, place):
+    """A curve between its points, by the cubic of Catmull and Rom."""
+    i = min(max(int(np.floor(place)), 1), curve.size - 3)
+    x = min(max(place, 0.0), curve.size - 1.0) - i
+    a, b, c, d = curve[i - 1], curve[i], curve[i + 1], curve[i + 2]
+    return b + 0.5 * x * (c - a + x * (2 * a - 5 * b + 4 * c - d + x * (3 * (b - c) + d - a)))

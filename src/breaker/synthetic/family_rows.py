@@ -1,0 +1,281 @@
+"""Rows of a family's bank for training: what networks of levels and of changes see, and infer."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from breaker.family.changes import change_outputs
+from breaker.family.inputs import Basis, Seen, change_inputs, level_inputs, without_onset
+from breaker.family.levels import EVENTS, level_outputs, outputs_there
+from breaker.mechanism import MOTIONS, NAMES, compiled
+from breaker.records.shape import GRID
+from breaker.synthetic.family_bank import GRID as TIMES
+from breaker.synthetic.family_bank import shapes
+from breaker.synthetic.family_records import record_shapes
+
+__all__ = ["ChangeRows", "LevelRows", "Rows"]
+
+_COMPONENTS, _CHANGE_COMPONENTS = 64, 40
+_FEWEST, _MOST = 2000, 8000  # drives that components are of
+_CLEAN = (1e-6, 1.1e-6)
+_TOLD = 0.6  # share of the drives whose size is given
+_BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
+_REFERENCE_NOISE = (1e-5, 3e-2)  # of means of many records down
+_CHANGE = 0.03  # of the logarithm of a parameter
+_ODD = (0.005, 0.3, 3)  # shares of a change, and terms of curves that nobody explains
+_FASTEST = 0.3  # periods of a term in a duration
+_STEP = TIMES[1] - TIMES[0]
+_fast = compiled()
+
+
+@dataclass
+class Rows:
+    """Drives of a bank, and records of them made anew for each batch.
+
+    Attributes:
+        bank: Drives: see ``family_bank.simulate_family``.
+        frozen: What inputs and outputs are scaled by, as ``family.Levels`` and ``family.Changes``
+            have it: set by ``freeze``, or that of the training.
+    """
+
+    atoms: ClassVar[int] = 0
+    """Number of the first outputs that may be exactly 0."""
+    names: ClassVar[tuple[str, ...]]
+    """Of the outputs."""
+
+    bank: xr.Dataset
+    frozen: dict = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.curves = self.bank["shape"].values  # (drive, condition, motion, u), as stored
+        self.theta = self.bank.parameters.values
+        self.stroke = self.bank.stroke.values
+        self.duration = self.bank.duration.values
+        self.events = np.stack([self.bank.release.values, self.bank.switching.values], axis=-1)
+
+    def __len__(self) -> int:
+        return len(self.theta)
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Numbers of inputs and outputs."""
+        x, y, _ = self.rows(np.arange(1), np.random.default_rng(1))
+        return x.shape[1], y.shape[1]
+
+    def rows(self, drives: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+        """Return inputs ``(n, i)``, outputs ``(n, q)`` and which are there, of drives ``(n,)``."""
+        x, y, there, _ = self.unscaled(drives, rng)
+        return x, (y - self.frozen["centre"]) / self.frozen["scale"], there
+
+    def _motions(self, n: int, rng: np.random.Generator) -> np.ndarray:
+        """Which motions there are, ``(n, 2)`` of bool: closing, opening or both."""
+        return np.array([[True, False], [False, True], [True, True]])[rng.integers(0, 3, n)]
+
+    def _bases(self, drives: np.ndarray, rng: np.random.Generator) -> dict[str, Basis]:
+        """Components of the shapes of drives."""
+        found = {}
+        for m, motion in enumerate(MOTIONS):
+            seen, *_ = record_shapes(self._curves(drives, 0, m), rng, noise=_CLEAN)
+            whole = seen.way[seen.present.mean(axis=1) > 0.9]
+            found[motion] = Basis.of(whole, _COMPONENTS)
+        return found
+
+    def _usual(self) -> np.ndarray:
+        sizes = [np.log(self.stroke[:, 0]), np.log(self.duration[:, 0])]
+        return np.array([[each.mean(), each.std()] for each in sizes])
+
+    def _curves(self, drives: np.ndarray, condition: np.ndarray | int, motion: int) -> np.ndarray:
+        return shapes(self.curves[drives, condition, motion])
+
+
+class LevelRows(Rows):
+    """Records of one operation, and the state of the drive."""
+
+    names = (*NAMES, *EVENTS)
+
+    def freeze(self, rng: np.random.Generator) -> None:
+        """Set the scales."""
+        drives = rng.permutation(len(self))[:_MOST]
+        self.frozen = {"bases": self._bases(drives, rng), "usual": self._usual()}
+        _, y, there, _ = self.unscaled(drives, rng)
+        y = np.where(there, y, np.nan)
+        self.frozen |= {"centre": np.nanmean(y, axis=0), "scale": np.nanstd(y, axis=0)}
+
+    def unscaled(
+        self,
+        drives: np.ndarray,
+        rng: np.random.Generator,
+        *,
+        condition: np.ndarray | None = None,
+        motions: np.ndarray | None = None,
+        told: np.ndarray | None = None,
+        **sensor,
+    ) -> tuple[np.ndarray, ...]:
+        """Return inputs, outputs before their scales, and which are there, of drives ``(n,)``.
+
+        The last of four is what makes of each output the logarithm of a parameter in its unit.
+
+        Args:
+            condition: New 0 or worn 1, ``(n,)``; drawn if None, as are the ``motions`` that there
+                are, ``(n, 2)``, and whether the size is ``told``, ``(n,)``.
+            sensor: As for ``record_shapes``.
+        """
+        n = len(drives)
+        condition = rng.integers(0, 2, n) if condition is None else condition
+        motions = self._motions(n, rng) if motions is None else motions
+        told = rng.random(n) < _TOLD if told is None else told
+        records, events = self.records(drives, condition, motions, rng, **sensor)
+        x = level_inputs(records, told, self.frozen["bases"], self.frozen["usual"])
+        first, second = records.values()
+        stroke = np.where(first.there, first.stroke, second.stroke)
+        duration = np.where(first.there, first.duration, second.duration)
+        theta = self.theta[drives, condition]
+        y = level_outputs(theta, events, stroke, duration)
+        units = np.hstack([np.log(theta) - y[:, : len(NAMES)], 0.0 * events])
+        return x, y, outputs_there(motions), units
+
+    def records(
+        self,
+        drives: np.ndarray,
+        condition: np.ndarray,
+        motions: np.ndarray,
+        rng: np.random.Generator,
+        **sensor,
+    ) -> tuple[dict[str, Seen], np.ndarray]:
+        """Return records in mm and ms, and the events of all motions as they show them, ``(n, 4)``.
+
+        Args:
+            drives, condition, motions, sensor: As of ``unscaled``.
+        """
+        records, events = {}, []
+        for m, motion in enumerate(MOTIONS):
+            curves = self._curves(drives, condition, m)
+            seen, origin, duration = record_shapes(curves, rng, **sensor)
+            unit = self.duration[drives, condition, m]
+            stroke = self.stroke[drives, condition]
+            records[motion] = seen._replace(
+                there=motions[:, m], stroke=seen.stroke * stroke, duration=duration * unit
+            )
+            found = self.events[drives, condition, m]
+            events.append((found - origin[:, None]) / duration[:, None])
+        events = np.hstack(events)
+        return records, np.where(np.isfinite(events), events, GRID[-1])
+
+
+class ChangeRows(Rows):
+    """Records of a drive in two conditions, and what has changed."""
+
+    names = (*NAMES, *(f"later {motion}" for motion in MOTIONS))
+    atoms = len(names)
+
+    def freeze(self, rng: np.random.Generator) -> None:
+        """Set the scales."""
+        drives = rng.permutation(len(self))[:_MOST]
+        bases, usual = self._bases(drives, rng), self._usual()
+        n, motions = len(drives), np.ones((len(drives), 2), dtype=bool)
+        order = np.zeros(n, dtype=int), np.ones(n, dtype=int)
+        _, changes, _ = self._records(drives, order, motions, rng, _CLEAN, odd=False)
+        change_bases = {
+            motion: Basis.of(each.way, _CHANGE_COMPONENTS)._replace(mean=np.zeros(GRID.size))
+            for motion, each in changes.items()
+        }
+        scale = np.full(len(NAMES) + len(MOTIONS), _CHANGE)
+        scales = {"centre": 0.0 * scale, "scale": scale}
+        self.frozen = {"bases": bases, "change_bases": change_bases, "usual": usual} | scales
+
+    def unscaled(
+        self,
+        drives: np.ndarray,
+        rng: np.random.Generator,
+        *,
+        motions: np.ndarray | None = None,
+        noise: Sequence[float] = _REFERENCE_NOISE,
+        back: float = _BACK,
+        odd: bool = True,
+    ) -> tuple[np.ndarray, ...]:
+        """Return inputs, outputs before their scales, and which are there, of drives ``(n,)``.
+
+        The last of four is 0: changes have no unit.
+
+        Args:
+            motions: As of ``LevelRows.unscaled``.
+            noise: Range of the noise of a sample of records or means of them, share of the stroke.
+            back: Share of the changes from worn to new.
+            odd: Whether a part of the change is of no drive of the family.
+        """
+        n = len(drives)
+        motions = self._motions(n, rng) if motions is None else motions
+        before = (rng.random(n) < back).astype(int)
+        order = before, 1 - before
+        records, changes, y = self._records(drives, order, motions, rng, noise, odd=odd)
+        scales = (self.frozen[name] for name in ("bases", "change_bases", "usual"))
+        x = change_inputs(records, changes, *scales)
+        there = np.hstack([np.ones((n, len(NAMES)), dtype=bool), motions])
+        return x, y, there, np.zeros_like(y)
+
+    def _records(self, drives, order, motions, rng, noise, *, odd):
+        """References in mm and ms, changes from them, and outputs, ``(n, p + 2)``."""
+        references, changes, moved = {}, {}, []
+        first, second = order
+        for m, motion in enumerate(MOTIONS):
+            before, after = (self._curves(drives, each, m) for each in order)
+            stroke = self.stroke[drives, first], self.stroke[drives, second]
+            unit = self.duration[drives, first, m], self.duration[drives, second, m]
+            seen, _, duration = record_shapes(before, rng, noise=noise)
+            seen = seen._replace(
+                there=motions[:, m], stroke=seen.stroke * stroke[0], duration=duration * unit[0]
+            )
+            like = seen.stroke / stroke[1], seen.duration / unit[1]
+            present, *_ = record_shapes(after, rng, noise=noise, like=like)
+            way = present.way
+            if odd:
+                way = way + _odd(before, after, stroke, unit, rng)
+            there = seen.present & present.present
+            both = np.hypot(seen.noise, present.noise)
+            references[motion] = seen
+            changes[motion] = present._replace(
+                way=without_onset(seen.way, way, there), present=there, noise=both
+            )
+            takes = [
+                np.diff(self.events[drives, each, m])[:, 0] * one
+                for each, one in zip(order, unit, strict=True)
+            ]
+            late = np.where(order[0] == order[1], 0.0, takes[1] - takes[0])
+            moved.append(np.where(np.isfinite(late), late, 0.0) / seen.duration)
+        both = self.theta[drives, first], self.theta[drives, second]
+        return references, changes, change_outputs(*both, np.array(moved).T)
+
+
+def _odd(
+    before: np.ndarray,
+    after: np.ndarray,
+    stroke: tuple[np.ndarray, np.ndarray],
+    unit: tuple[np.ndarray, np.ndarray],
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Smooth random curves, as large as shares of the change of curves ``(n, u)``, ``(n, g)``."""
+    low, high, terms = _ODD
+    size = _sizes(before, after, stroke[1] / stroke[0], unit[0] / unit[1])
+    size *= np.exp(rng.uniform(np.log(low), np.log(high), len(size)))
+    rate, phase = rng.uniform(0.0, 1.0, (2, len(size), terms, 1))
+    curves = np.sin(2.0 * np.pi * (_FASTEST * rate * GRID + phase)).sum(axis=1)
+    return size[:, None] * np.clip(GRID + 1.0, 0.0, 1.0) * curves  # none at the rest before
+
+
+@_fast
+def _sizes(before, after, length, unit):
+    """Root mean square of a change in the units of what was before, ``(n,)``."""
+    found = np.empty(len(before))
+    for r in range(len(before)):
+        total = 0.0
+        for i in range(before.shape[1]):
+            place = (TIMES[i] * unit[r] - TIMES[0]) / _STEP
+            j = min(max(int(place), 0), before.shape[1] - 2)
+            x = min(max(place - j, 0.0), 1.0)
+            there = (1.0 - x) * after[r, j] + x * after[r, j + 1]
+            total += (length[r] * there - before[r, i]) ** 2
+        found[r] = np.sqrt(total / before.shape[1])
+    return found

@@ -1,0 +1,98 @@
+"""What a training on a family of drives begins with: its bank, rows of it, and held-out drives."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from breaker.family.changes import Changes
+from breaker.family.inputs import Basis
+from breaker.family.levels import Levels
+from breaker.family.membership import Membership
+from breaker.mechanism import MOTIONS, NAMES
+from breaker.stores import open_store
+from breaker.synthetic.family_bank import shapes
+from breaker.synthetic.family_records import record_shapes
+from breaker.synthetic.family_rows import ChangeRows, LevelRows, Rows
+
+__all__ = ["family_rows", "members_of", "open_family", "sample_rows"]
+
+_LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
+
+
+def family_rows(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> Rows:
+    """Return rows of "levels" or "changes", scaled as those that a network was trained on."""
+    frozen = {} if like is None else {each.name: getattr(like, each.name) for each in fields(like)}
+    return {"levels": LevelRows, "changes": ChangeRows}[kind](bank, frozen)
+
+
+def sample_rows(
+    network: Levels | Changes, rows: Rows, source: str, draws: int, rng: np.random.Generator
+) -> xr.Dataset:
+    """Draw from the posteriors of one record of each motion of each drive.
+
+    Args:
+        network: The network.
+        rows: Drives, in the scales of the network.
+        source: Which motions there are: "closing", "opening" or "both".
+        draws: Number of draws of each.
+
+    Returns:
+        ``draws (curve, draw, output)`` and ``truth (curve, output)``: parameters, or their changes
+        in percent, and events, in durations. What is exactly 0 has a random order, by a jitter of
+        a billionth of a scale.
+    """
+    n = len(rows)
+    motions = np.tile([source != "opening", source != "closing"], (n, 1))
+    x, y, there, units = rows.unscaled(np.arange(n), rng, motions=motions)
+    features, told = network.network.features(x), there[0]
+    values = np.stack([network.network.sample(each, told, draws, rng) for each in features])
+    values = network.centre + network.scale * values
+
+    def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:
+        jitter = 1e-9 * network.scale * rng.standard_normal(outputs.shape)
+        found = outputs + units + rows.atoms * jitter
+        p = len(NAMES)
+        found[..., :p] = 100.0 * np.expm1(found[..., :p]) if rows.atoms else np.exp(found[..., :p])
+        return found[..., told]
+
+    return xr.Dataset(
+        {
+            "draws": (("curve", "draw", "output"), physical(values, units[:, None])),
+            "truth": (("curve", "output"), physical(y, units)),
+        },
+        {"output": np.array(rows.names)[told]},
+    )
+
+
+def open_family(shards: Sequence[str | Path], held_out: int) -> tuple[xr.Dataset, xr.Dataset]:
+    """Read the shards of a bank, and set its last drives aside.
+
+    Raises:
+        ValueError: If that leaves no drives to train on.
+    """
+    bank = xr.concat([open_store(each) for each in shards], dim="drive", combine_attrs="override")
+    rest = bank.sizes["drive"] - held_out
+    if rest <= 0:
+        raise ValueError(
+            f"the bank has {rest + held_out} drives, and {held_out} are held out: none is left to "
+            "train on; raise family.drives"
+        )
+    return bank.isel(drive=slice(rest)), bank.isel(drive=slice(rest, None))
+
+
+def members_of(
+    bank: xr.Dataset, bases: Mapping[str, Basis], rng: np.random.Generator
+) -> dict[str, Membership]:
+    """Return what records of drives look like that were held out, of each motion."""
+    found = {}
+    for motion in MOTIONS:
+        curves = shapes(bank["shape"].sel(motion=motion, condition="new").values)
+        levels = {}
+        for noise in _LEVELS:
+            seen, *_ = record_shapes(curves, rng, noise=(noise, 1.01 * noise))
+            levels[float(np.median(seen.noise))] = seen
+        found[motion] = Membership.of(levels, bases[motion])
+    return found
