@@ -23,5 +23,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "read_record",
         ],
         "scale": ["Scale"],
+        "shape": ["GRID", "Shape"],
     },
 )
