@@ -1,0 +1,98 @@
+"""Means of records as networks see them: some operations of a drive in one condition, or hundreds.
+
+Records are normalised in common units, each by its own time and zero, and averaged. Where
+operations differ by more than their noise, that scatter is the noise of the mean: it is measured in
+the shapes in which drives of the family change, without what a shift in time or zero explains.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.family.inputs import Basis, Seen, without_onset
+from breaker.family.measured import see
+from breaker.records import Raw, Shape
+
+__all__ = ["Mean", "see_change", "see_mean"]
+
+_DIRECTIONS = 8  # first components of changes, in which scatter is measured
+
+
+class Mean(NamedTuple):
+    """Mean of records of one motion.
+
+    Attributes:
+        units: A shape with the stroke and duration in which it is given.
+        seen: The mean, one record, physical units; its noise is that of the sensor alone.
+        left: What each record leaves of it, without onset and zero, ``(n, g)``; 0 of a single one.
+    """
+
+    units: Shape
+    seen: Seen
+    left: np.ndarray
+
+    def scatter(self, basis: Basis) -> np.ndarray:
+        """Return how far each operation is from others, as noise, ``(n,)``; none of a single one.
+
+        Args:
+            basis: Components of the changes in the family.
+        """
+        n = len(self.left)
+        if n == 1:
+            return np.empty(0)
+        scores = self.left @ basis.directions[:_DIRECTIONS].T
+        return np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0))
+
+
+def see_mean(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
+    """Normalise records of one motion and average them.
+
+    A step of the grid is there where half of the records have samples, whose mean it is.
+
+    Args:
+        raws: The records.
+        like: A shape in whose units they are given; the medians of their own if None.
+
+    Raises:
+        ValueError: If a record has no motion from one rest to another.
+    """
+    own = [see(raw)[0] for raw in raws]
+    stroke, duration = (float(np.median([getattr(s, k) for s in own])) for k in Shape._fields[3::2])
+    units = own[0]._replace(stroke=stroke, duration=duration)
+    all_seen = [see(raw, like or units)[1] for raw in raws]
+    way, present = (np.concatenate([getattr(s, k) for s in all_seen]) for k in ("way", "present"))
+    count, n = present.sum(axis=0), len(raws)
+    there = 2 * count >= n
+    mean = np.where(there, (way * present).sum(axis=0) / np.maximum(count, 1), way.mean(axis=0))
+    squares, colour, step = (
+        np.mean([getattr(s, k)[0] ** power for s in all_seen])
+        for k, power in (("noise", 2), ("colour", 1), ("step", 1))
+    )
+    numbers = stroke, duration, np.sqrt(squares / n), colour, step
+    seen = Seen(
+        np.array([True]), mean[None], there[None], *(np.array([float(each)]) for each in numbers)
+    )
+    both = present & there
+    return Mean(like or units, seen, without_onset(np.tile(mean, (n, 1)), way, both))
+
+
+def see_change(before: Sequence[Raw], today: Sequence[Raw], basis: Basis) -> tuple[Seen, Seen]:
+    """Return the mean of a reference, and the change from it, as ``Changes.draw`` takes them.
+
+    Args:
+        before, today: Records of one motion.
+        basis: Components of the changes in the family.
+    """
+    first = see_mean(before)
+    second = see_mean(today, first.units)
+    apart = np.concatenate([each.scatter(basis) for each in (first, second)])
+    scatter = float(np.median(apart)) if apart.size else 0.0
+    noise = [
+        np.maximum(each.seen.noise, scatter / np.sqrt(len(raws)))
+        for each, raws in ((first, before), (second, today))
+    ]
+    there = first.seen.present & second.seen.present
+    way = without_onset(first.seen.way, second.seen.way, there)
+    change = second.seen._replace(way=way, present=there, noise=np.hypot(*noise))
+    return first.seen._replace(noise=noise[0]), change

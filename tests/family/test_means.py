@@ -1,0 +1,98 @@
+"""Means of measured records: the very inputs that networks of changes are trained with."""
+
+import numpy as np
+import pytest
+
+from breaker.family.inputs import Basis, without_onset
+from breaker.family.means import see_change, see_mean
+from breaker.mechanism.parameters import MOTIONS
+from breaker.records.shape import GRID, Shape
+from breaker.synthetic import family_records
+from breaker.synthetic.family import Family
+from breaker.synthetic.family_bank import simulate_family
+from breaker.synthetic.family_rows import ChangeRows
+from tests.raws import raw_of, smooth
+
+DRIVES = 12
+BASIS = Basis(np.zeros(GRID.size), np.eye(GRID.size)[20:60], np.ones(40))
+UNITS = Shape(np.zeros(GRID.size), GRID > 9.0, 0.0, 80.0, 5.0, 6.0)
+
+
+@pytest.fixture
+def bank(prior, defaults):
+    return simulate_family(Family(prior, defaults["family"]), DRIVES, np.random.default_rng(1))
+
+
+def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
+    """The samples of records that the training makes are written down, and measured."""
+    samples, true, record = [], family_records.normalise, family_records._record.py_func
+
+    def written(out, step, *rest):
+        found = true(out, step, *rest)
+        if 0.2 < found[3] < 5.0 and found[1] > 0.3:
+            samples.append((out.copy(), step, found[2] - 1.5 * found[3]))
+        return found
+
+    monkeypatch.setattr(family_records, "normalise", written)
+    monkeypatch.setattr(family_records, "_record", record)
+    rows, none = ChangeRows(bank), np.zeros(DRIVES, dtype=int)
+    motions = np.ones((DRIVES, 2), dtype=bool)
+    references, changes, _ = rows._records(
+        *(np.arange(DRIVES), (none, none + 1), motions, np.random.default_rng(2), (3e-4, 3e-3)),
+        odd=False,
+    )
+    each = iter(samples)  # by motion, all before and then all after
+    noise = []
+    for m, motion in enumerate(MOTIONS):
+        visits = [
+            [
+                raw_of(rows.stroke[d, c] * out, rows.duration[d, c, m] * step, moves, motion)
+                for d, (out, step, moves) in zip(range(DRIVES), each, strict=False)
+            ]
+            for c in (0, 1)
+        ]
+        for d, both in enumerate(zip(*visits, strict=True)):
+            reference, change = see_change(*([one] for one in both), BASIS)
+            for found, trained in ((reference, references[motion]), (change, changes[motion])):
+                assert found.present[0].tolist() == trained.present[d].tolist()
+                np.testing.assert_allclose(found.way[0], trained.way[d], rtol=0, atol=1e-9)
+                noise.append(found.noise[0] / trained.noise[d])
+            assert reference.stroke[0] == pytest.approx(references[motion].stroke[d])
+            assert reference.duration[0] == pytest.approx(references[motion].duration[d])
+    # Noise is estimated: told with an error of 10 % in training, and of some 15 more when measured.
+    assert 0.8 < np.median(noise) < 1.25
+
+
+def test_a_mean_has_less_noise_and_neither_onset_nor_gap():
+    rng = np.random.default_rng(3)
+    one, many = (
+        see_mean([smooth(rng, late=0.1 * k, until=60.0 - 4.0 * k) for k in range(n)]).seen
+        for n in (1, 9)
+    )
+    assert many.noise[0] == pytest.approx(one.noise[0] / 3.0, rel=0.2)
+    clean = see_mean([smooth(rng, noise=1e-9)], UNITS).seen
+    own = see_mean([smooth(rng)] * 2, UNITS)
+    there = own.seen.present & clean.present
+    left = without_onset(clean.way, own.seen.way, there)
+    assert np.abs(left).max() < 5.0 * one.noise[0]
+    # Of nine records the fifth ends at 44 ms, and has made 10 % of its way at 23.3 ms.
+    last = GRID[many.present[0]][-1] * many.duration[0]
+    assert last == pytest.approx(44.0 - 23.3, abs=0.5)
+
+
+def test_scatter_of_operations_is_noise_of_their_means():
+    rng = np.random.default_rng(4)
+
+    def noise(bump, counts):
+        visits = [
+            [smooth(rng, bump=bump * rng.standard_normal()) for _ in range(n)] for n in counts
+        ]
+        return [float(each.noise[0]) for each in see_change(*visits, BASIS)]
+
+    steady, scattering = noise(0.0, (6, 6)), noise(0.05, (6, 6))
+    assert scattering[0] > 5.0 * steady[0]
+    assert scattering[1] == pytest.approx(np.sqrt(2.0) * scattering[0], rel=1e-6)
+    # What six operations show holds of a single one beside them.
+    single = noise(0.05, (1, 6))
+    assert single[0] > 5.0 * steady[0]
+    assert single[1] == pytest.approx(single[0] * np.sqrt(1.0 + 1.0 / 6.0), rel=0.01)

@@ -1,0 +1,25 @@
+"""Records made in memory, as they are in their files."""
+
+import numpy as np
+
+from breaker.files import Operation
+from breaker.records.raw import Raw
+from breaker.records.segments import Segment
+
+
+def raw_of(way, step, moves, motion="closing"):
+    """A record of a way forward ``(n,)``, mm, at steps from 0 on, ms."""
+    whole = way if motion == "closing" else 3.0 - way
+    segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), True, np.nan)
+    time = step * np.arange(len(way))
+    about = Operation(1, "a.csv"), motion, {}, time, whole, np.full(len(way), "")
+    return Raw(*about, segment, 0.0, moves, 0.0, np.nan, np.nan, np.nan, ())
+
+
+def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, until=60.0):
+    """A motion of 10 ms from 10 to 90 %, with noise and a bump in shares of its way."""
+    time = np.arange(0.0, until, 0.1)
+    rise = np.clip((time - 20.0 - late) / 15.0, 0.0, 1.0)
+    way = rise**2 * (3.0 - 2.0 * rise) + bump * np.exp(-np.square(time - late - 27.0))
+    way = stroke * (way + noise * rng.standard_normal(time.size))
+    return raw_of(way, 0.1, 19.0 + late, motion)
