@@ -1,127 +1,162 @@
-"""The comparison of two visits as a document and in words."""
+"""Two visits compared: measured, inferred by the networks of a family, as a document, in words."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import xarray as xr
 
-from breaker.answers.changed import changes
-from breaker.answers.visited import measured_changes, visits_document, visits_in_words
-from breaker.mechanism.parameters import NAMES
-from breaker.posterior.comparing import Compared
-from breaker.posterior.weights import importance
+from breaker.answers.changed import changes, compare, measured_changes
+from breaker.answers.visited import visits_document, visits_in_words
+from breaker.family.changes import ChangeDraws
+from breaker.family.inputs import Basis
+from breaker.family.levels import LevelDraws
+from breaker.family.membership import PARTS, Match
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.mechanism.speeds import speeds_of
+from breaker.records.shape import GRID
+from tests.raws import smooth
 
-TODAY = {"closing": np.array([False, True, True])}
-SETTINGS = {"share": 0.05, "seed": 1, "discrepancy": 1.0, "misfit_p_value": 0.001}
-
-
-def compared(prior, factor, *, sd=0.005, motions=("closing",), **more):
-    """Draws of both visits about parameters that changed by factors ``(7,)``."""
-    rng = np.random.default_rng(4)
-    before = prior.medians * np.exp(0.01 * rng.standard_normal((400, 7)))
-    today = before * factor * np.exp(sd * rng.standard_normal((400, 7)))
-    about = {"resolved": True, "reason": "", "p_value": 0.4, "agreement": 1.0} | more
-    return Compared(motions, before, today, importance=importance(*np.zeros((2, 400))), **about)
+SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
 
 
-def curves(strokes):
-    """What is measured of closings: their strokes, mm."""
-    names = ["stroke", "over_travel"]
-    values = np.column_stack([strokes, np.full(len(strokes), np.nan)])
-    over = ("operation", "quantity")
-    found = xr.Dataset(
-        {"measured": (over, values), "measured_sd": (over, np.full(values.shape, 0.01))},
-        coords={"quantity": names},
+def records(motions=MOTIONS, count=2, **about):
+    rng = np.random.default_rng(5)
+    return {m: [smooth(rng, m, **about) for _ in range(count)] for m in motions}
+
+
+def family(name="any", fits=1.0, later=0.0, **factors):
+    """Networks that draw changes by factors, 1 % wide and of a single motion those given for it,
+    and that fit by a p-value; three of four draws of what has not changed are exactly the same.
+    """
+
+    def draw(references, changed, draws, rng):
+        assert references.keys() == changed.keys()
+        alone = next(iter(references)) if len(references) == 1 else ""
+        ratios = np.ones((draws, len(NAMES)))
+        for k, parameter in enumerate(NAMES):
+            factor = factors.get(f"{parameter}_{alone}", factors.get(parameter, 1.0))
+            changes = (rng.random(draws) < 0.25) | (factor != 1.0)
+            ratios[:, k] = np.where(
+                changes, factor * np.exp(0.01 * rng.standard_normal(draws)), 1.0
+            )
+        return ChangeDraws(ratios, {m: np.full(draws, later) for m in references})
+
+    def match(motion, seen):
+        p_value = fits if seen.stroke[0] < 100.0 else 0.0
+        return Match(p_value, dict.fromkeys(PARTS, 1.0) | {"end": 3.0}, seen.way[0])
+
+    def state(references, draws, rng):
+        times = {m: np.full(draws, 10.0) for m in references}
+        return LevelDraws(np.ones((draws, 7)), {m: 0.0 * times[m] for m in times}, times)
+
+    basis = Basis(np.zeros(GRID.size), np.eye(GRID.size)[30:50], np.ones(20))
+    usual = np.log([[8.0, 1.0], [5.0, 1.0]])
+    levels = SimpleNamespace(settings={"family": name}, usual=usual, match=match, draw=state)
+    return levels, SimpleNamespace(change_bases=dict.fromkeys(MOTIONS, basis), draw=draw)
+
+
+def document(*families, before=None, today=None, beyond=0.05, rejected=()):
+    before = before or records()
+    today = today or records(before)
+    found = compare(before, today, families or [family()], np.random.default_rng(1))
+    rows = [*measured_changes(before, today, SPEEDS, beyond), *changes(found, beyond)]
+    counts = {m: {"before": len(before[m]), "today": len(today[m])} for m in before}
+    settings = {"share": beyond, "misfit_p_value": 0.001, "seed": 1}
+    return visits_document(found, rows, counts, rejected, settings)
+
+
+def inferred(found):
+    return {row["name"]: row for row in found["changes"] if row["kind"] != "measured"}
+
+
+def test_what_changed_is_in_the_headline_after_what_is_measured():
+    found = document(family(f=0.9, later=2.0, k_b=1.045))
+    measured, parameters = found["headline"].split("\n")
+    assert measured == "Measured: no change for sure beyond 5 %"
+    assert parameters.startswith("Changed: f -10 % (-1")
+    assert "touch_time +20 % (+20 to +20), part_time" in parameters
+    assert parameters.endswith("cannot be told: k_b; not beyond 5 %: mu, k_a, gamma_a, gamma_b, L")
+    rows = inferred(found)
+    assert rows["f"]["change"] == pytest.approx([-11.5, -10.0, -8.5], abs=0.3)
+    assert rows["f"]["less"] == rows["f"]["beyond"] == rows["f"]["worse"] == 1.0
+    assert rows["f"]["unchanged"] == 0.0
+    assert rows["L"]["unchanged"] == pytest.approx(0.75, abs=0.03)
+    assert (rows["mu"]["worse"], rows["L"]["worse"]) == (None, 0.0)
+    assert "closing and opening agree" in found["trust"][1]
+    other = document(family(f=0.9), beyond=0.2)
+    assert other["headline"].endswith(
+        "No parameter changed for sure beyond 20 %; not beyond 20 %: all others"
     )
-    return {"closing": found}
+    assert "P>20 %" in visits_in_words(other)
 
 
-def document(found, *, strokes=(14.0, 13.9, 13.9), rejected=(), beyond=0.05):
-    settings = SETTINGS | {"share": beyond}
-    part = [(found, changes(found, beyond=beyond))]
-    return visits_document(
-        part, curves(strokes), TODAY, rejected, {"words": ["noise read"]}, settings
+def test_the_first_family_that_fits_both_visits_answers():
+    opened = []
+
+    def families():
+        for each in (family("first", 1e-4), family("second", 0.1), family("third")):
+            opened.append(each[0].settings["family"])
+            yield each
+
+    found = document(*families(), before=records(["opening"]))
+    assert found["family"] == "second"
+    lazy = compare(records(), records(), families(), np.random.default_rng(1))
+    assert (lazy.family, opened[3:]) == ("second", ["first", "second"])
+
+
+def test_parameters_of_a_drive_of_no_family_are_withheld():
+    before, today = records(), records(stroke=120.0)
+    found = document(family("one"), family("two", 1e-5), before=before, today=today)
+    assert (found["parameters"], inferred(found)) == ("withheld", {})
+    assert found["headline"].startswith("Measured: stroke (closing) +50 % (+50 to +50)")
+    assert found["headline"].endswith(
+        "Parameters are withheld: the drive is of no family that ships"
     )
+    same, odd = found["trust"]
+    assert "same drive and phase" in same
+    assert "the closing today (p = 0, most at its end), the opening today" in odd
+    assert "the closing before" not in odd
+    assert "--motion" in odd
 
 
-def factors(**changed):
-    return np.array([changed.get(name, 1.0) for name in NAMES])
+def test_motions_that_contradict_each_other_are_told_apart():
+    found = document(family(f=0.9, f_closing=0.85, f_opening=1.0))
+    assert found["parameters"] == "apart"
+    assert found["agreement"] == {"p_value": pytest.approx(0.0), "parameter": "f"}
+    assert "No parameter is told" in found["headline"]
+    assert "Changed" not in found["headline"]
+    assert "contradict each other (f, p = 0)" in found["trust"][1]
+    both = [row for row in found["changes"] if row["name"] == "f"]
+    assert [row["motion"] for row in both] == list(MOTIONS)
+    assert [row["verdict"] for row in both] == ["changed", "did not change"]
+    # One that differs by less than both are wide is told of both together.
+    assert document(family(f=0.9, f_closing=0.9, f_opening=0.91))["parameters"] == "told"
 
 
-def test_what_changed_is_in_the_headline(prior):
-    found = document(compared(prior, factors(f=0.9)))
-    assert found["headline"].startswith("Changed: f -9.9 % (-11 to -9")
-    assert "not beyond 5 %: all others" in found["headline"]
-    assert "touch_time" in found["headline"]
-    rows = {row["name"]: row for row in found["comparisons"][0]["changes"]}
-    assert rows["f"]["change"][1] == pytest.approx(-10.0, abs=0.3)
-    assert rows["f"]["beyond"] == rows["f"]["worse"] == rows["f"]["less"] == 1.0
-    assert rows["f"]["difference"][1] == pytest.approx(-0.075, rel=0.03)
-    assert rows["mu"]["worse"] is None
-    assert rows["mu"]["verdict"] == "did not change"
-
-
-def test_a_strong_force_is_no_wear(prior):
-    rows = document(compared(prior, factors(f=1.1)))["comparisons"][0]["changes"]
-    assert [row["worse"] for row in rows if row["name"] == "f"] == [0.0]
-
-
-def test_nothing_is_sure_where_nothing_is_known(prior):
-    found = document(compared(prior, factors(), sd=0.1))
-    assert found["headline"].startswith("No parameter changed for sure beyond 5 %; cannot be told")
-    assert "not beyond" not in found["headline"]
-
-
-def test_another_share_is_that_of_the_answer(prior):
-    found = document(compared(prior, factors(f=0.9)), beyond=0.2)
-    assert found["headline"].startswith("No parameter changed for sure beyond 20 %; not beyond")
-    assert found["settings"]["prior_beyond"] == pytest.approx(0.06, abs=0.01)
-    assert "P>20 %" in visits_in_words(found)
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ({"p_value": 1e-6}, "do NOT fit"),
-        ({"resolved": False, "reason": "effective size 9, 400 are needed"}, "NOT resolved"),
-        ({"agreement": 1e-5}, "compared apart"),
-    ],
-)
-def test_what_limits_the_trust_is_said(prior, more, words):
-    found = document(compared(prior, factors(), **more))
-    assert any(words in each for each in found["trust"])
-    assert words in visits_in_words(found).replace("\n  ", " ")
-
-
-def test_another_drive_is_suspected(prior):
-    found = document(compared(prior, factors()), strokes=(14.0, 20.0, 20.0))
-    assert "same drive" in found["trust"][0]
-    assert "WARNING" not in " ".join(document(compared(prior, factors()))["trust"])
-
-
-def test_measured_changes_are_means_of_what_is_there():
-    found = measured_changes(curves([14.0, 13.8, 13.9]), TODAY)["closing"]
-    assert set(found) == {"stroke"}
-    stroke = found["stroke"]
-    assert stroke["difference"] == pytest.approx(-0.15)
+def test_measured_changes_are_those_of_means():
+    rng = np.random.default_rng(6)
+    before = {"closing": [smooth(rng, noise=2e-4)]}
+    today = {"closing": [smooth(rng, stroke=stroke, noise=2e-4) for stroke in (74.0, 75.0)]}
+    rows = {row["name"]: row for row in measured_changes(before, today, SPEEDS)}
+    # Nobody timed the contact, and nothing goes beyond its rest.
+    assert set(rows) == {"stroke", "travel_time", "closing_speed_mean"}
+    stroke = rows["stroke"]
+    assert stroke["difference"] == pytest.approx(-5.5, abs=0.02)
     # One reading before, and two today that scatter by more than they are read.
-    assert stroke["sd"] == pytest.approx(np.hypot(0.01, 0.05), rel=1e-3)
-    assert stroke["change"][1] == pytest.approx(-1.07, abs=0.01)
+    assert stroke["sd"] == pytest.approx(0.5, rel=0.05)
+    assert stroke["change"] == pytest.approx([-7.9, -6.875, -5.85], abs=0.1)
+    assert stroke["beyond"] == stroke["less"] == pytest.approx(0.9987, abs=0.001)
+    assert (stroke["verdict"], stroke["worse"]) == ("changed", None)
+    assert rows["travel_time"]["verdict"] == "did not change"
+    assert rows["closing_speed_mean"]["worse"] > 0.9
 
 
-def test_the_text_has_a_row_for_each_and_what_was_rejected(prior):
+def test_the_text_has_a_row_for_each_and_what_was_rejected():
     rejected = [{"file": "x.csv", "motion": "closing", "visit": "today", "reason": "no rise"}]
-    text = visits_in_words(document(compared(prior, factors(f=0.9)), rejected=rejected))
-    assert "rejected: x.csv: no rise" in text
-    assert "closing 1 before, 2 today" in text
-    assert "-0.1 ±0.0" in text
-    for name in (*NAMES, "wipe", "stroke", "closing_speed"):
+    found = document(family(f=0.9), rejected=rejected)
+    text = visits_in_words(found)
+    assert "rejected: today: x.csv: no rise" in text
+    assert "closing 2 before, 2 today" in text
+    for name in (*NAMES, "touch_time", "stroke (closing)", "closing_speed_mean"):
         assert f"\n  {name}" in text
     assert max(map(len, text.splitlines())) <= 100
-
-
-def test_quantities_that_do_not_exist_are_said_to_be_so(prior):
-    found = document(compared(prior, factors(f=0.5)))
-    rows = {row["name"]: row for row in found["comparisons"][0]["changes"]}
-    assert rows["stroke"]["undefined"] == 1.0
-    assert rows["stroke"]["change"] == [None] * 3
-    assert "does not exist" in visits_in_words(found)

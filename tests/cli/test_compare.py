@@ -10,8 +10,7 @@ from tests.cli.conftest import written
 
 @pytest.fixture
 def visits(folder, prior):
-    """Two visits to the reference drive, without its error, whose force has fallen by 15 %."""
-    (folder / "right.yaml").write_text("endurance: {discrepancy: 0.0}")
+    """Two visits to the reference drive, whose force has fallen by 15 %."""
     weaker = type(prior)(prior.medians * [1, 1, 1, 1, 1, 0.85, 1], prior.log_sds)
     for name, drive in (("then", prior), ("now", weaker)):
         (folder / name).mkdir()
@@ -20,19 +19,22 @@ def visits(folder, prior):
 
 
 def call(*arguments):
-    return main(["compare", *arguments, "--config", "right.yaml"])
+    return main(["compare", *arguments])
 
 
-def test_a_weaker_force_is_noticed_and_drawn(visits, capsys):
+def test_a_weaker_force_is_measured_noticed_and_drawn(visits, capsys):
     assert call("then", "--today", "now", "--json", "--plot", "visits.png") == 0
     found = json.loads(capsys.readouterr().out)
-    (part,) = found["comparisons"]
-    assert part["motions"] == ["closing", "opening"]
-    assert found["records"] == {m: {"before": 1, "today": 1} for m in part["motions"]}
-    rows = {row["name"]: row for row in part["changes"]}
-    assert rows["f"]["verdict"] == "changed"
-    low, _, high = rows["f"]["change"]  # 90 %: false alarm below 1e-3 at three times its half
+    motions = ["closing", "opening"]
+    assert found["records"] == {m: {"before": 1, "today": 1} for m in motions}
+    assert (found["family"], found["parameters"]) == ("medium_voltage", "told")
+    rows = {(row["name"], row["motion"]): row for row in found["changes"]}
+    assert rows["closing_speed_10_50", "closing"]["verdict"] == "changed"
+    force = rows["f", ""]
+    assert force["verdict"] == "changed"
+    low, _, high = force["change"]  # 90 %: false alarm below 1e-3 at three times its half
     assert low - (high - low) < -15.0 < high + (high - low)
+    assert rows["touch_time", "closing"]["more"] > 0.95
     assert (visits / "visits.png").stat().st_size > 10_000
 
 
@@ -47,7 +49,6 @@ def test_a_weaker_force_is_noticed_and_drawn(visits, capsys):
     ],
 )
 def test_what_cannot_be_compared_is_said_with_a_remedy(folder, capsys, arguments, message):
-    (folder / "right.yaml").write_text("endurance: {discrepancy: 0.0}")
     assert call(*arguments) == 1
     out, err = capsys.readouterr()
     assert out == ""
@@ -55,8 +56,8 @@ def test_what_cannot_be_compared_is_said_with_a_remedy(folder, capsys, arguments
 
 
 def test_facts_are_refused(folder, capsys):
-    (folder / "right.yaml").write_text("known: {mu: [2.0, 0.1]}")
-    assert call("a.csv", "--today", "b 2.csv") == 1
+    (folder / "facts.yaml").write_text("known: {mu: [2.0, 0.1]}")
+    assert call("a.csv", "--today", "b 2.csv", "--config", "facts.yaml") == 1
     assert "leave the section known out" in capsys.readouterr().err
 
 

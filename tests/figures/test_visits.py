@@ -1,60 +1,55 @@
-"""The page of two visits: a row for everything, and its words."""
+"""The page of two visits: measured first, a row for everything, and its words."""
 
 import numpy as np
-import pytest
 
 from breaker.figures.visits import visits
 from tests.figures.drawn import written
 
 
-def row(name, change, verdict, **more):
-    about = {"name": name, "unit": "mm", "motion": "", "kind": "parameter", "verdict": verdict}
-    about |= {"before": [1.0, 2.0, 3.0], "today": [1.0, 2.0, 3.0], "change": change}
-    return about | {"beyond": 0.3, "worse": None, "measured": None} | more
+def row(name, change, verdict, kind="parameter", motion="", **more):
+    about = {"name": name, "unit": "mm", "meaning": f"a {kind}", "motion": motion, "kind": kind}
+    about |= {"verdict": verdict, "change": change, "unchanged": 0.4, "beyond": 0.3, "worse": None}
+    if kind == "measured":
+        about |= {"before": 100.0, "today": 101.5, "unchanged": None}
+    return about | more
 
 
-def document(rows):
-    part = {"motions": ["closing"], "changes": rows}
-    return {
-        "headline": "Changed: $f$ a lot",
-        "trust": ["closing: fits"],
-        "settings": {"share": 0.05, "prior_beyond": 0.24},
-        "records": {"closing": {"before": 1, "today": 2}},
-        "comparisons": [part],
-    }
-
-
-@pytest.fixture
-def figure():
-    rows = [
+def drawn(parameters="told"):
+    measured = [row("stroke", [1.0, 1.5, 2.0], "did not change", "measured", "closing")]
+    inferred = [
         row("f", [-12.0, -10.0, -8.0], "changed", worse=0.9),
         row("mu", [-2.0, 0.0, 2.0], "not told"),
-        row("wipe", [-90.0, -70.0, -60.0], "changed", kind="quantity"),
-        row("stroke", [None] * 3, "not told", kind="quantity"),
-        row(
-            "touch_time",
-            [1.0, 2.0, 3.0],
-            "did not change",
-            kind="quantity",
-            measured={"change": [1.0, 2.5, 4.0]},
-        ),
+        row("touch_time", [-90.0, -70.0, -60.0], "changed", "time", "closing"),
     ]
-    return visits(document(rows))
+    return visits(
+        {
+            "headline": "Measured: no change\nChanged: $f$ a lot",
+            "trust": ["drives look alike"],
+            "parameters": parameters,
+            "settings": {"share": 0.05},
+            "records": {"closing": {"before": 1, "today": 2}},
+            "changes": measured + (inferred if parameters == "told" else []),
+        }
+    )
 
 
-def test_every_known_row_is_named_with_its_numbers(figure):
-    left, _, right = figure.axes
-    texts = written(left)
-    assert "f (mm)" in texts
-    assert "touch_time (mm)" in texts
-    assert "stroke (mm)" not in texts
+def test_measured_rows_come_first_with_values_and_inferred_ones_with_probabilities():
+    figure = drawn()
+    left, middle, right = figure.axes
+    texts = {text.get_text(): text.get_position()[1] for text in left.texts}
+    assert texts["measured"] < texts["stroke, closing (mm)"] < texts["inferred"] < texts["f"]
+    assert texts["100"] == texts["101.5"] == texts["stroke, closing (mm)"]
+    assert {"mu", "a parameter", "touch_time, closing"} <= texts.keys()
+    assert written(right).count("0.40") == 3
     assert "0.90" in written(right)
-    assert r"Changed: \$f\$ a lot" in written(figure.subfigs[0])
+    assert "Measured: no change\nChanged: \\$f\\$ a lot" in written(figure.subfigs[0])
+    # A change beyond the axis is pointed to.
+    assert "-70 %" in written(middle)
+    assert middle.get_xlim() == (-40.0, 40.0)
+    squares = [line.get_xdata() for line in middle.lines if line.get_marker() == "s"]
+    assert np.ravel(squares).tolist() == [1.5]
 
 
-def test_changes_beyond_the_axis_are_pointed_to(figure):
-    axis = figure.axes[1]
-    assert "-70 %" in written(axis)
-    assert axis.get_xlim() == (-40.0, 40.0)
-    crosses = [line for line in axis.lines if line.get_marker() == "x"]
-    assert np.ravel([line.get_xdata() for line in crosses]).tolist() == [2.5]
+def test_withheld_parameters_are_said_to_be_so():
+    left, *_ = drawn("withheld").axes
+    assert "parameters are withheld: the drive is of no family that ships" in written(left)

@@ -10,7 +10,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "judgement": ["with_limits", "with_quantities", "with_trust"],
-        "changed": ["VERDICT_WORDS", "changes"],
+        "operations": ["Record", "read_operations"],
+        "changed": ["VERDICT_WORDS", "Compared", "changes", "compare", "measured_changes"],
         "drawn": ["shown"],
         "trees": ["tree"],
         "plain": ["document"],

@@ -1,116 +1,264 @@
-"""What two visits to a drive say of it: each parameter and quantity before, today, and its change.
+"""What two visits to a drive say of it: measured changes, and those of its parameters.
+
+What a record shows is measured in both visits and compared. What it does not show, parameters and
+the times of the contact, is inferred by networks of a family of drives, from the mean of either
+visit. They answer for drives of the family only, and closing and opening have to agree.
 
 A change is told by the probability that it is beyond a share, 5 % if not said otherwise: from 0.95
-on it *changed*, up to 0.05 it *did not*, and in between records cannot tell. What is a priori
-probable is in ``posterior.visits``.
+on it *changed*, up to 0.05 it *did not*, and in between records cannot tell.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import erfc
 
 import numpy as np
-import xarray as xr
 
-from breaker.mechanism import NAMES, PARAMETERS, SPEEDS, Speed, evaluate, quantities_of
-from breaker.posterior import Compared
+from breaker.answers.plain import plainly
+from breaker.family import Changes, Levels, Match, Mean, Seen, see_change, see_mean
+from breaker.files import SWITCHING
+from breaker.mechanism import (
+    NAMES,
+    PARAMETERS,
+    QUANTITIES,
+    Parameter,
+    Size,
+    Speed,
+    quantities_of,
+)
+from breaker.records import Raw
 
-__all__ = ["OF_STROKE", "SURE", "VERDICT_WORDS", "changes"]
-
-SURE = 0.95
-"""Probability from which a change is beyond a share."""
+__all__ = ["VERDICT_WORDS", "Compared", "changes", "compare", "measured_changes"]
 
 VERDICT_WORDS = ("changed", "not told", "did not change")
 
-OF_STROKE = frozenset({"over_travel", "rebound"})
-"""Ways that may be 0: their changes are in shares of the stroke."""
-
+_SURE = 0.95  # probability from which a change is beyond a share
 _QUANTILES = (0.05, 0.5, 0.95)
-_OF_BOTH = {"wipe", "stroke"}  # that do not depend on the motion
-# Whether more or less of it is the worse; nothing else is either.
+_NORMAL = 1.645  # sds of half a 90 % interval
+_DRAWS = 4000
+_APART = 0.01  # probability of a parameter in which closing and opening contradict each other
+_OF_STROKE = {"over_travel", "rebound"}  # ways that may be 0: changes are in shares of the stroke
+# Whether more or less of it is the worse; less of a speed, and nothing else, is too.
 _WORSE = dict.fromkeys(("k_a", "k_b", "f", "wipe"), -1) | dict.fromkeys(
-    ("gamma_a", "gamma_b", "L", "travel_time", "touch_time", "part_time", "over_travel", "rebound"),
-    1,
+    ("gamma_a", "gamma_b", "L", "travel_time", "latch_time", *SWITCHING.values(), *_OF_STROKE), 1
 )
 
 
-def changes(
-    found: Compared, *, beyond: float = 0.05, speeds: Sequence[Speed] = SPEEDS
-) -> xr.Dataset:
-    """Return each parameter and quantity at both visits.
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """What networks infer of the change between two visits.
+
+    Attributes:
+        family: Name of the drives they were trained on.
+        size: Of the drive beside these, roughly.
+        matches: How the mean of each visit fits these, by motion and visit.
+        fits: Whether all do; if not, there are no draws.
+        ratios: Draws of the parameters over what they were, ``(d, p)``: of both motions together,
+            or of each where they contradict each other; by the motions they are of.
+        later: By how much touch or parting come later, in shares of the time that they took before,
+            ``(d,)``, by motion.
+        agreement: Of the parameter in which motions agree least, the probability that they do as
+            little; 1 of a single motion.
+        least: This parameter; empty if there is none.
+    """
+
+    family: str
+    size: Size
+    matches: Mapping[str, Mapping[str, Match]]
+    fits: bool
+    ratios: Mapping[tuple[str, ...], np.ndarray] = field(default_factory=dict)
+    later: Mapping[str, np.ndarray] = field(default_factory=dict)
+    agreement: float = 1.0
+    least: str = ""
+
+
+def compare(
+    before: Mapping[str, Sequence[Raw]],
+    today: Mapping[str, Sequence[Raw]],
+    networks: Iterable[tuple[Levels, Changes]],
+    rng: np.random.Generator,
+    *,
+    misfit_p_value: float = 0.001,
+) -> Compared:
+    """Compare two visits by the networks of the first family that the drive is of.
+
+    Args:
+        before, today: Records of the same motions.
+        networks: Those of each family; the next is opened only where records do not fit.
+        misfit_p_value: p-value below which a visit is not of a drive of the family.
+
+    Returns:
+        The comparison; if no family fits, without draws, and with the matches of the nearest.
+    """
+    means = {m: {"before": see_mean(before[m]), "today": see_mean(today[m])} for m in before}
+    found, levels, network = _belonging(means, networks, misfit_p_value)
+    if not found.fits:
+        return found
+    both = {m: see_change(before[m], today[m], network.change_bases[m]) for m in before}
+    draws = {
+        motions: network.draw(*_parts(both, motions), _DRAWS, rng)
+        for motions in dict.fromkeys([tuple(both), *((m,) for m in both)])
+    }
+    state = levels.draw({m: mean for m, (mean, _) in both.items()}, _DRAWS, rng)
+    took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
+    whole, *alone = draws
+    agreement = np.ones(len(NAMES))
+    if alone:
+        agreement = _agreement(*(draws[motions].ratios for motions in alone))
+    apart = agreement.min() < _APART
+    return replace(
+        found,
+        ratios={motions: draws[motions].ratios for motions in (alone if apart else [whole])},
+        later={m: draws[(m,) if apart else whole].later[m] / took[m] for m in both},
+        agreement=float(agreement.min()),
+        least=NAMES[int(agreement.argmin())] if alone else "",
+    )
+
+
+def _belonging(
+    means: Mapping[str, Mapping[str, Mean]],
+    networks: Iterable[tuple[Levels, Changes]],
+    misfit_p_value: float,
+) -> tuple[Compared, Levels, Changes]:
+    """The first family that both visits fit, or that which they fit best, and its networks."""
+    nearest, highest = None, -1.0
+    seen = next(iter(means.values()))["before"].seen
+    for levels, network in networks:
+        matches = {
+            m: {visit: levels.match(m, each.seen) for visit, each in by.items()}
+            for m, by in means.items()
+        }
+        least = min(each.p_value for by in matches.values() for each in by.values())
+        size = Size(*(np.exp(-levels.usual[:, 0]) * [seen.stroke[0], seen.duration[0]]).tolist())
+        found = Compared(levels.settings["family"], size, matches, least >= misfit_p_value)
+        if found.fits:
+            return found, levels, network
+        if least > highest:
+            nearest, highest = (found, levels, network), least
+    return nearest
+
+
+def _parts(both: Mapping[str, tuple[Seen, Seen]], motions: Sequence[str]) -> tuple[dict, dict]:
+    """References and changes of some motions."""
+    return {m: both[m][0] for m in motions}, {m: both[m][1] for m in motions}
+
+
+def _agreement(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """How probable it is that draws ``(d, p)`` and others are as far apart, ``(p,)``.
+
+    Twice the share of pairs in which that of the larger draws is the smaller one.
+    """
+    found = np.empty(one.shape[1])
+    for k, (a, b) in enumerate(zip(one.T, np.sort(other, axis=0).T, strict=True)):
+        sides = [np.searchsorted(b, a, side).mean() / len(b) for side in ("left", "right")]
+        below = np.mean(sides)
+        found[k] = 2.0 * min(below, 1.0 - below)
+    return found
+
+
+def changes(found: Compared, beyond: float = 0.05) -> list[dict]:
+    """Return the change of each parameter and of the times of the contact.
 
     Args:
         found: The comparison.
         beyond: Share beyond which a change counts, such as 0.05.
-        speeds: How speeds are defined.
 
     Returns:
-        Dataset over ``name``: ``before`` and ``today (name, quantile)`` in its ``unit``, ``change
-        (name, quantile)`` in percent, of over-travel and rebound in percent of the stroke, and
-        ``difference (name, quantile)`` in its unit, at 5, 50 and 95 %; the probabilities
-        ``beyond``, ``more`` and ``less``, of a change by more than the share, up and down, and
-        ``worse``, nan where neither is; ``verdict``, one of ``VERDICT_WORDS``, by ``beyond``;
-        ``undefined``, the share of draws in which it does not exist at one of the visits;
-        ``meaning``, ``kind`` ("parameter" or "quantity"), and ``motion``, empty where it is the
-        same of both.
+        A row of plain values for each: ``name``, ``unit`` of its values, ``meaning``, ``kind``
+        ("parameter" or "time"), ``motion``, empty where it is of all; ``unchanged``, the
+        probability of no change at all; ``change``, in percent, at 5, 50 and 95 %; the
+        probabilities ``beyond``, ``more`` and ``less``, of a change by more than the share, up and
+        down, and ``worse``, None where neither is; and ``verdict``, one of ``VERDICT_WORDS``, by
+        ``beyond``.
     """
-    rows = [
-        _row(each.name, each.unit, each.meaning, "parameter", "") | {"draws": draws}
-        for each, draws in zip(
-            PARAMETERS, np.stack([found.before, found.today], axis=-1).swapaxes(0, 1), strict=True
-        )
-    ]
-    for motion in found.motions:
-        known = quantities_of(motion, speeds)
-        if motion != found.motions[0]:
-            known = {name: each for name, each in known.items() if name not in _OF_BOTH}
-        both = [
-            evaluate(list(known), theta, motion, speeds) for theta in (found.before, found.today)
-        ]
-        for k, (name, each) in enumerate(known.items()):
-            draws = np.column_stack([values[:, k] for values in both])
-            of = "" if name in _OF_BOTH else motion
-            rows.append(_row(name, each.unit, each.meaning, "quantity", of) | {"draws": draws})
-    worse = _WORSE | {each.name: -1 for each in speeds}
-    stroke = next(row["draws"][:, 0] for row in rows if row["name"] == "stroke")
-    for row in rows:
-        of = stroke if row["name"] in OF_STROKE else row["draws"][:, 0]
-        row |= _judged(row.pop("draws"), of, beyond, worse.get(row["name"], 0))
-    texts = ("unit", "meaning", "kind", "motion", "verdict")
-    numbers = ("beyond", "more", "less", "worse", "undefined")
-    ways = ("before", "today", "change", "difference")
-    return xr.Dataset(
-        {key: ("name", [row[key] for row in rows]) for key in (*texts, *numbers)}
-        | {key: (("name", "quantile"), np.array([row[key] for row in rows])) for key in ways},
-        coords={"name": [row["name"] for row in rows], "quantile": [*_QUANTILES]},
-        attrs={"share": beyond, "parameters": len(NAMES)},
-    )
+    rows = []
+    for motions, ratios in found.ratios.items():
+        of = motions[0] if len(found.ratios) > 1 else ""
+        parts = zip(PARAMETERS, ratios.T, strict=True)
+        rows += [_inferred(each, "parameter", of, draws - 1.0, beyond) for each, draws in parts]
+    for motion, draws in found.later.items():
+        rows.append(_inferred(QUANTITIES[SWITCHING[motion]], "time", motion, draws, beyond))
+    return rows
 
 
-def _row(name: str, unit: str, meaning: str, kind: str, motion: str) -> dict:
-    return {"name": name, "unit": unit, "meaning": meaning, "kind": kind, "motion": motion}
+def _inferred(
+    of: Parameter, kind: str, motion: str, share: np.ndarray, beyond: float
+) -> dict[str, object]:
+    """A row of draws of a relative change, ``(d,)``."""
+    more, less = ((sign * share > beyond).mean() for sign in (1.0, -1.0))
+    row = _about(of, kind, motion) | {"unchanged": plainly((share == 0.0).mean())}
+    row["change"] = plainly(100.0 * np.quantile(share, _QUANTILES))
+    return row | _judged(of.name, more, less)
 
 
-def _judged(draws: np.ndarray, of: np.ndarray, beyond: float, worse: int) -> dict:
-    """What draws ``(d, 2)`` at both visits say of a change, in shares of what ``(d,)`` is."""
-    exists = np.isfinite(draws).all(axis=1) & np.isfinite(of)
-    there = draws[exists]
-    if not len(there):
-        nothing = dict.fromkeys(("before", "today", "change", "difference"), [np.nan] * 3)
-        nothing |= dict.fromkeys(("beyond", "more", "less", "worse"), np.nan)
-        return nothing | {"undefined": 1.0, "verdict": VERDICT_WORDS[1]}
-    before, today = there.T
-    share = (today - before) / of[exists]
-    more, less = float((share > beyond).mean()), float((share < -beyond).mean())
-    total = more + less
-    verdict = VERDICT_WORDS[0 if total >= SURE else 2 if total <= 1.0 - SURE else 1]
+def _about(of: Parameter, kind: str, motion: str) -> dict[str, object]:
+    about = {key: getattr(of, key) for key in ("name", "unit", "meaning")}
+    return about | {"kind": kind, "motion": motion}
+
+
+def _judged(name: str, more: float, less: float) -> dict[str, object]:
+    """What probabilities of a change beyond a share, up and down, say."""
+    total, bad = more + less, -1 if "_speed" in name else _WORSE.get(name)
     return {
-        "before": np.quantile(before, _QUANTILES),
-        "today": np.quantile(today, _QUANTILES),
-        "change": 100.0 * np.quantile(share, _QUANTILES),
-        "difference": np.quantile(today - before, _QUANTILES),
-        "beyond": total,
-        "more": more,
-        "less": less,
-        "worse": {1: more, -1: less}.get(worse, np.nan),
-        "undefined": 1.0 - len(there) / len(draws),
-        "verdict": verdict,
+        **{"beyond": plainly(total), "more": plainly(more), "less": plainly(less)},
+        "worse": plainly({1: more, -1: less}.get(bad)),
+        "verdict": VERDICT_WORDS[0 if total >= _SURE else 2 if total <= 1.0 - _SURE else 1],
     }
+
+
+def measured_changes(
+    before: Mapping[str, Sequence[Raw]],
+    today: Mapping[str, Sequence[Raw]],
+    speeds: Sequence[Speed],
+    beyond: float = 0.05,
+) -> list[dict]:
+    """Return what the records themselves show.
+
+    The mean of a visit; its variance is that of the readings or, where larger, of the scatter of
+    two records or more.
+
+    Args:
+        before, today: Records of the same motions.
+        speeds: How speeds are defined.
+        beyond: Share beyond which a change counts.
+
+    Returns:
+        For each quantity of a motion that both visits show a row as of ``changes``, its ``kind``
+        "measured", with ``before``, ``today``, ``difference`` and its ``sd`` in its unit. Changes
+        of over-travel and rebound are in percent of the stroke.
+    """
+    rows = []
+    for motion in before:
+        read = [[raw.measured(speeds) for raw in raws[motion]] for raws in (before, today)]
+        stroke = np.nan
+        for name, quantity in quantities_of(motion, speeds, ("record",)).items():
+            first, second = (_mean([each[name][:2] for each in visit]) for visit in read)
+            stroke = first[0] if name == "stroke" else stroke
+            of = stroke if name in _OF_STROKE else abs(first[0])
+            change, sd = (second[0] - first[0]) / of, np.hypot(first[1], second[1]) / of
+            if not np.isfinite(change):
+                continue
+            more, less = (_above(beyond, sign * change, sd) for sign in (1.0, -1.0))
+            numbers = {"before": first[0], "today": second[0], "difference": of * change}
+            numbers |= {"sd": of * sd, "unchanged": None}
+            numbers["change"] = 100.0 * (change + _NORMAL * sd * np.array([-1.0, 0.0, 1.0]))
+            row = _about(quantity, "measured", motion)
+            row |= {key: plainly(value) for key, value in numbers.items()}
+            rows.append(row | _judged(name, more, less))
+    return rows
+
+
+def _above(limit: float, mean: float, sd: float) -> float:
+    """Probability that a normal number is above a limit."""
+    return 0.5 * erfc((limit - mean) / (np.sqrt(2.0) * max(sd, 1e-12)))
+
+
+def _mean(readings: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Mean of readings that are there, and its sd; nan if there is none."""
+    values, sds = np.array([each for each in readings if np.isfinite(each[0])]).reshape(-1, 2).T
+    count = len(values)
+    if not count:
+        return np.nan, np.nan
+    known = np.nan_to_num(np.square(sds)).sum() / count**2
+    scatter = values.var(ddof=1) / count if count > 1 else 0.0
+    return float(values.mean()), float(np.sqrt(max(known, scatter)))

@@ -6,185 +6,132 @@ docs/visits.md explains its keys. A number that is not known is None.
 from collections.abc import Mapping, Sequence
 from textwrap import wrap
 
-import numpy as np
-import xarray as xr
-
-from breaker.answers.changed import OF_STROKE, VERDICT_WORDS
+from breaker.answers.changed import VERDICT_WORDS, Compared
 from breaker.answers.plain import plainly
-from breaker.posterior import Compared, prior_beyond
+from breaker.family import Match
 
-__all__ = ["measured_changes", "visits_document", "visits_in_words"]
+__all__ = ["visits_document", "visits_in_words"]
 
 _WIDTH = 98
-_ROW = "  {:<26} {:>8} {:>8} {:>8}  {:<15} {:>5} {:>6}  {}"
-_MEASURED = ("measured", "measured_sd")
-_NORMAL = 1.645  # sds of half a 90 % interval
+_NAME = "{:<28}{:>8} {:>8}"
+_ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
 _UNLIKE = 0.1  # share of the stroke, beyond any wear of the family of drives
-
-
-def measured_changes(curves: Mapping[str, xr.Dataset], today: Mapping[str, np.ndarray]) -> dict:
-    """Return what the records themselves show, by motion and quantity.
-
-    The mean of a visit; its variance is that of the readings or, where larger, of the scatter of
-    two records or more.
-
-    Args:
-        curves: Accepted records of each motion: see ``records.read_curves``.
-        today: Which of them are of the second visit, ``(operation,)`` of bool.
-    """
-    found = {}
-    for motion, each in curves.items():
-        rows = {}
-        for name in each["quantity"].values.tolist() if "measured" in each else ():
-            values, sds = (each[key].sel(quantity=name).values for key in _MEASURED)
-            both = [_mean(values[when], sds[when]) for when in (~today[motion], today[motion])]
-            if all(both):
-                rows[name] = _apart(*both)
-        for name, row in rows.items():
-            of = rows.get("stroke") if name in OF_STROKE else row
-            if of and of["before"]:
-                ends = row["difference"] + _NORMAL * row["sd"] * np.array([-1.0, 0.0, 1.0])
-                row["change"] = plainly(100.0 * ends / abs(of["before"]))
-        found[motion] = rows
-    return found
-
-
-def _mean(values: np.ndarray, sds: np.ndarray) -> tuple[float, float] | None:
-    """Mean of readings that are there, and its variance; None if there is none."""
-    there = np.isfinite(values)
-    count = int(there.sum())
-    if not count:
-        return None
-    known = np.nan_to_num(np.square(sds[there])).sum() / count**2
-    scatter = values[there].var(ddof=1) / count if count > 1 else 0.0
-    return float(values[there].mean()), float(max(known, scatter))
-
-
-def _apart(before: tuple[float, float], today: tuple[float, float]) -> dict:
-    """A change from mean and variance of both visits."""
-    difference, sd = today[0] - before[0], float(np.sqrt(before[1] + today[1]))
-    found = {"before": before[0], "today": today[0], "difference": difference, "sd": sd}
-    return {key: plainly(value) for key, value in found.items()}
+_GROUPS = {"measured": "measured", "parameter": "inferred"}  # titles, where one begins
+_NOT_TOLD = {
+    "withheld": "Parameters are withheld: the drive is of no family that ships",
+    "apart": "No parameter is told: closing and opening contradict each other",
+}
 
 
 def visits_document(
-    parts: Sequence[tuple[Compared, xr.Dataset]],
-    curves: Mapping[str, xr.Dataset],
-    today: Mapping[str, np.ndarray],
+    found: Compared,
+    rows: Sequence[Mapping],
+    records: Mapping[str, Mapping[str, int]],
     rejected: Sequence[Mapping],
-    drive: Mapping,
     settings: Mapping,
 ) -> dict:
     """Return a comparison as a document.
 
     Args:
-        parts: Each comparison, and its ``changes``.
-        curves, today: As of ``measured_changes``.
-        rejected: ``file``, ``visit`` and ``reason`` of records that were not used.
-        drive: What is known of the drive as a whole, with a list ``words``.
-        settings: What it was made with: ``share``, ``misfit_p_value``, ``seed``, ``discrepancy``.
+        found: The comparison.
+        rows: Its ``measured_changes``, then its ``changes``.
+        records: Their number by motion and visit.
+        rejected: ``file``, ``motion``, ``visit`` and ``reason`` of records that were not used.
+        settings: What it was made with: ``share``, ``misfit_p_value``, ``seed``.
     """
-    measured = measured_changes(curves, today)
-    comparisons = [_comparison(*part, measured, settings) for part in parts]
-    return {
-        "headline": _headline(comparisons, settings["share"]),
-        "trust": [*_unlike(measured), *(each["trust"] for each in comparisons)],
-        "drive": dict(drive),
-        "settings": dict(settings) | {"prior_beyond": plainly(prior_beyond(settings["share"]))},
-        "records": {
-            motion: {"before": int((~when).sum()), "today": int(when.sum())}
-            for motion, when in today.items()
-        },
-        "measured": measured,
-        "rejected": [dict(each) for each in rejected],
-        "comparisons": comparisons,
+    state = "told" if found.fits else "withheld"
+    state = "apart" if len(found.ratios) > 1 else state
+    matches = {
+        motion: {visit: _plain(match) for visit, match in by.items()}
+        for motion, by in found.matches.items()
     }
+    agreement = {"p_value": plainly(found.agreement), "parameter": found.least}
+    document = {"parameters": state, "family": found.family, "matches": matches}
+    document |= {"agreement": agreement, "settings": dict(settings), "records": dict(records)}
+    document |= {"rejected": [dict(each) for each in rejected], "changes": list(rows)}
+    return {"headline": _headline(document), "trust": _trust(document), **document}
 
 
-def _comparison(found: Compared, data: xr.Dataset, measured: Mapping, settings: Mapping) -> dict:
-    rows = []
-    for name in range(data.sizes["name"]):
-        row = {key: plainly(each.values[name]) for key, each in data.data_vars.items()}
-        row = {"name": str(data["name"].values[name])} | row
-        of = [row["motion"]] if row["motion"] else found.motions
-        beside = [measured[m][row["name"]] for m in of if row["name"] in measured[m]]
-        rows.append(row | {"measured": beside[0] if beside else None})
-    misfit = not found.p_value >= settings["misfit_p_value"]
-    about = {
-        "motions": list(found.motions),
-        "resolved": found.resolved,
-        "why_unresolved": found.reason,
-        "effective_size": plainly(found.importance.size),
-        "pareto_k": plainly(found.importance.pareto_k),
-        "p_value": plainly(found.p_value),
-        "misfit": misfit,
-        "agreement": plainly(found.agreement),
-    }
-    return about | {"trust": _trust(about), "changes": rows}
+def _plain(match: Match) -> dict:
+    """How a visit fits, as plain values."""
+    parts = {part: plainly(size) for part, size in match.parts.items()}
+    return {"p_value": plainly(match.p_value), "parts": parts}
 
 
-def _trust(about: Mapping) -> str:
-    """How far a comparison can be trusted, in a sentence."""
-    motions = " and ".join(about["motions"])
-    said = [
-        f"the records do NOT fit the model (p = {about['p_value']:.2g}): intervals are too narrow; "
-        "look at single records with breaker infer --plot"
-        if about["misfit"]
-        else f"the records fit the model (p = {about['p_value']:.2g})"
+def _headline(document: Mapping) -> str:
+    """What measured has changed, and which parameters have, have not, or cannot be told."""
+    beyond = f"beyond {100 * document['settings']['share']:g} %"
+    words: dict[tuple[bool, str], list[str]] = {}
+    for row in document["changes"]:
+        sure = row["verdict"] == VERDICT_WORDS[0]
+        name = f"{_label(row)} {_percent(row)}" if sure else _label(row)
+        words.setdefault((row["kind"] == "measured", row["verdict"]), []).append(name)
+    sure, unsure, still = (words.get((True, verdict), []) for verdict in VERDICT_WORDS)
+    said = [f"Measured: {', '.join(sure) if sure else f'no change for sure {beyond}'}"]
+    if unsure:
+        said[0] += f"; perhaps {beyond}: {', '.join(unsure)}"
+    if document["parameters"] != "told":
+        return f"{said[0]}\n{_NOT_TOLD[document['parameters']]}"
+    sure, unsure, still = (words.get((False, verdict), []) for verdict in VERDICT_WORDS)
+    said.append(
+        f"Changed: {', '.join(sure)}" if sure else f"No parameter changed for sure {beyond}"
+    )
+    if unsure:
+        said[1] += f"; cannot be told: {', '.join(unsure)}"
+    if still:
+        said[1] += f"; not {beyond}: {', '.join(still) if unsure else 'all others'}"
+    return "\n".join(said)
+
+
+def _trust(document: Mapping) -> list[str]:
+    """How far a comparison can be trusted, in sentences."""
+    said = _unlike(document["changes"])
+    odd = [
+        (motion, visit, match)
+        for motion, by in document["matches"].items()
+        for visit, match in by.items()
+        if match["p_value"] < document["settings"]["misfit_p_value"]
     ]
-    if about["resolved"]:
-        said.append("exact posterior")
-    else:
+    family = f"the family {document['family']}"
+    if document["parameters"] == "withheld":
+        where = ", ".join(f"the {motion} {visit} {_place(match)}" for motion, visit, match in odd)
         said.append(
-            f"NOT resolved ({about['why_unresolved']}): intervals are approximate; name more "
-            "records of each visit"
+            f"WARNING: not of a drive of {family}, the nearest that ships: {where}. What is "
+            "measured holds. Look at these records with breaker infer --plot; where one motion is "
+            "odd, compare the other with --motion"
         )
-    if len(about["motions"]) == 1 and about["agreement"] < 1.0:
+        return said
+    least = min(match["p_value"] for by in document["matches"].values() for match in by.values())
+    said.append(f"drives of {family} look like both visits (least p = {least:.2g})")
+    agreement = document["agreement"]
+    how = f"{agreement['parameter']}, p = {agreement['p_value']:.2g}"
+    if document["parameters"] == "apart":
         said.append(
-            f"closing and opening have different parameters (p = {about['agreement']:.2g}), so "
-            "they are compared apart"
+            f"WARNING: closing and opening contradict each other ({how}), so that something else "
+            "has changed, or a record is of another drive; what each indicates is listed apart"
         )
-    return f"{motions}: {'; '.join(said)}"
+    elif agreement["parameter"]:
+        said.append(f"closing and opening agree (least in {how})")
+    return said
 
 
-def _unlike(measured: Mapping) -> list[str]:
+def _place(match: Mapping) -> str:
+    """How a visit does not fit, and where most."""
+    known = {part: size for part, size in match["parts"].items() if size is not None}
+    where = max(known, key=known.get)
+    return f"(p = {match['p_value']:.1g}, most at its {where})"
+
+
+def _unlike(rows: Sequence[Mapping]) -> list[str]:
     """A warning where the stroke of both visits is hardly that of one drive."""
-    for motion, rows in measured.items():
-        if "stroke" not in rows:
-            continue
-        before, today = rows["stroke"]["before"], rows["stroke"]["today"]
-        if abs(today / before - 1.0) > _UNLIKE:
+    for row in rows:
+        if row["name"] == "stroke" and abs(row["change"][1]) > 100.0 * _UNLIKE:
             return [
-                f"WARNING: the stroke of {motion} was {before:.4g} mm and is {today:.4g} mm today; "
-                "no wear of one drive does that. Are both visits of the same drive and phase, and "
-                "is endurance.format right for both?"
+                f"WARNING: the stroke of {row['motion']} was {row['before']:.4g} mm and is "
+                f"{row['today']:.4g} mm today; no wear of one drive does that. Are both visits of "
+                "the same drive and phase, and is endurance.format right for both?"
             ]
     return []
-
-
-def _headline(comparisons: Sequence[Mapping], share: float) -> str:
-    """Which parameters changed, which did not, which cannot be told; and what changed with them."""
-    words: dict[str, list[str]] = {each: [] for each in VERDICT_WORDS}
-    with_them = []
-    for each in comparisons:
-        of = f" of {each['motions'][0]}" if len(comparisons) > 1 else ""
-        for row in each["changes"]:
-            sure = row["verdict"] == VERDICT_WORDS[0]
-            if row["kind"] == "parameter":
-                name = f"{row['name']}{of}"
-                words[row["verdict"]].append(f"{name} {_percent(row)}" if sure else name)
-            elif sure:
-                with_them.append(f"{_label(row)} {row['change'][1]:+.2g} %")
-    sure, unsure, still = words.values()
-    beyond = f"beyond {100 * share:g} %"
-    said = [f"Changed: {', '.join(sure)}" if sure else f"No parameter changed for sure {beyond}"]
-    if unsure:
-        said.append(f"cannot be told: {', '.join(unsure)}")
-    if still:
-        said.append(f"not {beyond}: {', '.join(still) if unsure else 'all others'}")
-    if with_them:
-        said.append(f"times, speeds and ways: {', '.join(with_them)}")
-    return "; ".join(said)
 
 
 def _percent(row: Mapping) -> str:
@@ -193,57 +140,46 @@ def _percent(row: Mapping) -> str:
 
 
 def _label(row: Mapping) -> str:
-    return f"{row['name']} ({row['motion']})" if row["name"] == "travel_time" else row["name"]
+    """Its name, with the motion where that is not in it."""
+    motion = row["motion"]
+    named = not motion or motion in row["name"] or row["kind"] == "time"
+    return row["name"] if named else f"{row['name']} ({motion})"
 
 
 def visits_in_words(document: Mapping) -> str:
     """Return a document as text for a terminal of 100 columns."""
-    share = document["settings"]["share"]
     counts = [
         f"{motion} {each['before']} before, {each['today']} today"
         for motion, each in document["records"].items()
     ]
-    prior = document["settings"]["prior_beyond"]
-    lines = [
-        *_lines(document["headline"], ""),
-        *(line for each in document["trust"] for line in _lines(each, "")),
-        *_lines(f"records: {'; '.join(counts)}", ""),
-        *(line for each in document["drive"]["words"] for line in _lines(each, "")),
-        *(
-            line
-            for each in document["rejected"]
-            for line in _lines(f"rejected: {each['file']}: {each['reason']}", "")
-        ),
+    said = [*document["headline"].split("\n"), *document["trust"], f"records: {'; '.join(counts)}"]
+    said += [
+        f"rejected: {each['visit']}: {each['file']}: {each['reason']}"
+        for each in document["rejected"]
     ]
-    for each in document["comparisons"]:
-        lines += ["", " and ".join(each["motions"])]
-        beyond = f"P>{100 * share:g} %"
-        lines.append(
-            _ROW.format(
-                "", "before", "today", "change", "90 % interval", beyond, "P worse", ""
-            ).rstrip()
-        )
-        lines += map(_in_words, each["changes"])
-    lines += ["", *_lines(f"A priori P>{100 * share:g} % is {prior:.2f} of each parameter.", "")]
+    beyond = f"P>{100 * document['settings']['share']:g} %"
+    look = {"break_long_words": False, "break_on_hyphens": False, "subsequent_indent": "  "}
+    lines = [line for each in said for line in wrap(each, _WIDTH, **look)]
+    first = _NAME.format("", "before", "today")
+    title = _ROW.format(first, "change", "90 % interval", "P same", beyond, "P worse")
+    lines += ["", title]
+    kind = ""
+    for row in document["changes"]:
+        if row["kind"] != kind and row["kind"] in _GROUPS:
+            lines.append(_GROUPS[row["kind"]])
+        kind = row["kind"]
+        lines.append(_in_words(row))
     return "\n".join(lines)
 
 
 def _in_words(row: Mapping) -> str:
-    if row["change"][1] is None:
-        return _ROW.format(_label(row), "-", "-", "-", "does not exist", "", "", "").rstrip()
     low, middle, high = row["change"]
-    numbers = (
-        *(f"{row[when][1]:.4g}" for when in ("before", "today")),
+    values = [f"{row[visit]:.4g}" for visit in ("before", "today") if visit in row]
+    name, alone = _label(row), row["kind"] == "parameter" and row["motion"]
+    name += f" ({row['unit']})" if values else "" if alone else f": {row['meaning']}"
+    known = [row[key] for key in ("unchanged", "beyond", "worse")]
+    return _ROW.format(
+        _NAME.format(name, *values) if values else name,
         *(f"{middle:+.1f} %", f"{low:+.1f} to {high:+.1f}"),
-        f"{row['beyond']:.2f}",
-        "" if row["worse"] is None else f"{row['worse']:.2f}",
-    )
-    measured = row["measured"]
-    last = f"{measured['difference']:+.2g} ±{measured['sd']:.1g}" if measured else ""
-    unit = "" if row["unit"] == "1" else f" ({row['unit']})"
-    return _ROW.format(_label(row) + unit, *numbers, last).rstrip()
-
-
-def _lines(text: str, first: str = "  ") -> list[str]:
-    look = {"initial_indent": first, "subsequent_indent": first + "  "}
-    return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)
+        *("" if each is None else f"{each:.2f}" for each in known),
+    ).rstrip()

@@ -4,7 +4,7 @@ import argparse
 import json
 import logging
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from breaker.cli.named import MOTIONS, a_path, add_choice, operations_of
@@ -14,6 +14,14 @@ from breaker.cli.settings import settings_of
 __all__ = ["add"]
 
 _SHARE = 5.0  # percent, of a change
+_FAMILIES = ("medium_voltage", "any")  # of drives, in the order in which they are tried
+_VISITS = ("before", "today")
+# Beside those of the configuration: any record shows them, and where along the way a drive is slow.
+_SPEEDS = {
+    f"{motion}_speed_{begin}_{end}": [f"{begin} % of stroke", f"{end} % of stroke"]
+    for motion in MOTIONS
+    for begin, end in ((10, 50), (50, 90))
+}
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -21,9 +29,8 @@ def add(commands) -> argparse.ArgumentParser:
         "compare",
         help="compare two visits to a drive",
         description="Compare two visits to one drive, years apart, of a few records each (one is "
-        "enough): which parameters and quantities have changed, by how much, and how probable a "
-        "change beyond 5 % is. Both visits share the drive's own error. The status is 1 if "
-        "nothing was compared.",
+        "enough): what is measured then and now, which parameters have changed, by how much, and "
+        "how probable no change and one beyond 5 % are. The status is 1 if nothing was compared.",
     )
     compare.set_defaults(run=_run)
     compare.add_argument(
@@ -77,28 +84,30 @@ def _run(options: argparse.Namespace) -> int:
         )
     operations, first, loose = _operations(options, config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import changes, visits_document, visits_in_words
-    from breaker.cli.drive import read_records
+    from breaker.answers import (
+        changes,
+        compare,
+        measured_changes,
+        read_operations,
+        visits_document,
+        visits_in_words,
+    )
+    from breaker.mechanism import speeds_of
     from breaker.model import generator
-    from breaker.posterior import compare_visits
 
-    drive = read_records(operations, config, {}, loose=loose)
-    curves, today, rejected = _by_visit(drive.curves, first)
-    endurance, seed = config["endurance"], config["seed"]
-    parts = [
-        (found, changes(found, beyond=options.beyond, speeds=drive.speeds))
-        for found in compare_visits(
-            {motion: drive.models[motion] for motion in curves},
-            {motion: each.travel.values.astype(float) for motion, each in curves.items()},
-            today,
-            config["correction"],
-            generator(seed, "two visits"),
-            agreement_p_value=config["wear_model"]["agreement_p_value"],
-        )
-    ]
-    settings = {"share": options.beyond, "seed": seed}
-    settings |= {name: endurance[name] for name in ("discrepancy", "misfit_p_value")}
-    document = visits_document(parts, curves, today, rejected, drive.about, settings)
+    records = read_operations(operations, config["endurance"]["format"], loose=loose)
+    before, today, rejected = _by_visit(records, first)
+    misfit = config["endurance"]["misfit_p_value"]
+    rng = generator(config["seed"], "two visits")
+    found = compare(before, today, _networks(), rng, misfit_p_value=misfit)
+    speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
+    document = visits_document(
+        found,
+        [*measured_changes(before, today, speeds, options.beyond), *changes(found, options.beyond)],
+        {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
+        rejected,
+        {"share": options.beyond, "seed": config["seed"], "misfit_p_value": misfit},
+    )
     if options.plot:
         from breaker.figures import visits
 
@@ -108,6 +117,17 @@ def _run(options: argparse.Namespace) -> int:
     if options.plot:
         print(f"drawn in {options.plot}", file=sys.stderr if options.json else sys.stdout)
     return 0
+
+
+def _networks() -> Iterator[tuple]:
+    """The networks of each family that ships, opened one by one."""
+    from breaker.family import open_network
+    from breaker.shipped import model_file
+
+    for family in _FAMILIES:
+        if not model_file(family, "changes").exists():  # TODO
+            continue
+        yield tuple(open_network(model_file(family, kind)) for kind in ("levels", "changes"))
 
 
 def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int, bool]:
@@ -155,33 +175,36 @@ def _check_drive(visits: Sequence[Mapping], names: Sequence[str]) -> None:
             )
 
 
-def _by_visit(curves: Mapping, first: int) -> tuple[dict, dict, list[dict]]:
-    """Usable records of motions that both visits have, which are of the second, and the others.
+def _by_visit(records: Sequence, first: int) -> tuple[dict, dict, list[dict]]:
+    """Usable records of motions that both visits have, by visit, and why others are not.
+
+    Args:
+        records: What ``answers.read_operations`` returns.
+        first: First number of the second visit.
 
     Raises:
         ValueError: If the visits have no motion in common.
     """
-    used, today, rejected = {}, {}, []
-    for motion, each in curves.items():
-        for op in each.isel(operation=~each.accepted.values).operation.values:
-            reason = str(each.reason.sel(operation=op).values)
-            file = str(each.file.sel(operation=op).values)
-            reason = reason.removeprefix(f"{file}: ")
-            visit = "today" if op >= first else "before"
-            rejected.append({"file": file, "motion": motion, "visit": visit, "reason": reason})
-        there = each.isel(operation=each.accepted.values)
-        when = there.operation.values >= first
-        if when.any() and not when.all():
-            used[motion], today[motion] = there, when
-            continue
-        for op in there.operation.values:
-            file = str(there.file.sel(operation=op).values)
-            visit, other = ("today", "before") if op >= first else ("before", "today")
-            reason = f"the visit {other} has no usable {motion} to compare it with"
-            rejected.append({"file": file, "motion": motion, "visit": visit, "reason": reason})
-    if not used:
+    visits: tuple[dict, dict] = ({}, {})
+    for each in records:
+        if not each.reason:
+            visits[each.operation.number >= first].setdefault(each.motion, []).append(each.raw)
+    motions = [motion for motion in MOTIONS if all(motion in by for by in visits)]
+    rejected = []
+    for each in records:
+        today, file = each.operation.number >= first, str(each.operation.file)
+        reason = each.reason.removeprefix(f"{file}: ")
+        if not reason and each.motion not in motions:
+            reason = (
+                f"the visit {_VISITS[not today]} has no usable {each.motion} to compare it with"
+            )
+        if reason:
+            about = {"file": file, "motion": each.motion, "visit": _VISITS[today]}
+            rejected.append(about | {"reason": reason})
+    if not motions:
         raise ValueError(_nothing(rejected))
-    return used, today, rejected
+    before, today = ({motion: by[motion] for motion in motions} for by in visits)
+    return before, today, rejected
 
 
 def _nothing(rejected: Sequence[Mapping]) -> str:

@@ -10,7 +10,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "batches": ["Rows", "freeze_inputs", "split"],
-        "comparing": ["Compared", "compare_visits"],
         "corrections": ["Corrected", "correct"],
         "estimator": ["Posterior"],
         "exact": ["infer_exactly"],
@@ -39,7 +38,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "table_of_both",
         ],
         "training": ["Trainer", "choose_device", "fingerprint"],
-        "visits": ["prior_beyond"],
         "weights": ["importance"],
     },
 )

@@ -37,7 +37,7 @@ from breaker.posterior.roots import root_between
 from breaker.posterior.transport import TriangularMap
 from breaker.posterior.weights import Importance, importance, resample
 
-__all__ = ["Corrected", "correct", "poor", "temper"]
+__all__ = ["Corrected", "correct"]
 
 _NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)  # before there are weights
 
