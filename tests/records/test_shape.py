@@ -1,0 +1,75 @@
+"""Records without their size: the same numbers whatever size, rate, direction and zero."""
+
+import numpy as np
+import pytest
+
+from breaker.records.shape import GRID, effective_noise, shape_of
+
+
+def motion(time: np.ndarray) -> np.ndarray:
+    """Way of a motion that begins at 20 ms, overshoots and rests."""
+    x = np.clip((time - 20.0) / 10.0, 0.0, None)
+    return 14.0 * (1.0 - np.exp(-2.0 * x) * (np.cos(3.0 * x) + 2.0 / 3.0 * np.sin(3.0 * x)))
+
+
+TIME = np.arange(0.0, 120.0, 0.1)
+
+
+@pytest.mark.parametrize("lengths", [0.01, 11.6])
+@pytest.mark.parametrize("times", [0.2, 4.3])
+@pytest.mark.parametrize("zero", [0.0, -40.0])
+def test_a_record_of_another_size_is_the_same_shape(lengths, times, zero):
+    one = shape_of(motion(TIME), 0.1)
+    other = shape_of(lengths * motion(TIME) + zero, 0.1 * times)
+    np.testing.assert_allclose(other.way, one.way, atol=1e-9)
+    assert (other.present == one.present).all()
+    assert other.stroke == pytest.approx(lengths * one.stroke)
+    assert other.duration == pytest.approx(times * one.duration)
+    assert other.origin == pytest.approx(times * one.origin)
+
+
+def test_the_way_is_the_mean_over_a_step_of_the_grid():
+    found = shape_of(motion(TIME), 0.1)
+    fine = np.linspace(-0.05, 0.05, 201)[:, None] + GRID
+    at = found.origin + found.duration * fine
+    exact = motion(at).mean(axis=0) / found.stroke
+    np.testing.assert_allclose(found.way, exact, atol=5e-4)
+
+
+def test_a_rate_that_is_coarser_hardly_changes_the_shape():
+    fine, coarse = shape_of(motion(TIME), 0.1), shape_of(motion(TIME[::4]), 0.4)
+    np.testing.assert_allclose(coarse.way, fine.way, atol=0.02)
+
+
+def test_like_another_record_a_record_keeps_its_own_change():
+    one = shape_of(motion(TIME), 0.1)
+    slower = shape_of(1.1 * motion((TIME - 20.0) / 1.2 + 20.0), 0.1, one)
+    assert slower.way.max() == pytest.approx(1.1 * one.way.max(), rel=5e-3)
+    assert slower.duration == pytest.approx(1.2 * one.duration, rel=1e-2)
+
+
+def test_missing_samples_are_told_and_bridged():
+    travel = motion(TIME)
+    gap = (TIME > 35.0) & (TIME < 60.0)
+    found = shape_of(np.where(gap, np.nan, travel), 0.1)
+    at = found.origin + found.duration * GRID
+    assert not found.present[(at > 36.0) & (at < 59.0)].any()
+    assert found.present[(at > 62.0) & (at < 119.0)].all()
+    assert not found.present[at > 121.0].any()
+    assert np.isfinite(found.way).all()
+
+
+@pytest.mark.parametrize("travel", [np.zeros(500), np.full(500, np.nan), TIME[:5]])
+def test_a_record_without_a_motion_is_refused(travel):
+    with pytest.raises(ValueError, match="no motion from one rest to another"):
+        shape_of(travel, 0.1)
+
+
+def test_noise_after_the_average_is_as_large_as_told():
+    rng, sd, step = np.random.default_rng(1), 0.1, 0.05
+    clean, time = shape_of(motion(TIME), 0.1), np.arange(0.0, 120.0, step)
+    records = motion(time) + sd * rng.standard_normal((60, time.size))
+    error = [shape_of(each, step).way[90:] - clean.way[90:] for each in records]
+    told = effective_noise(sd / clean.stroke, 0.0, step / clean.duration)
+    # Of some 1,800 values: 6 % is three of its standard deviations.
+    assert np.std(error) == pytest.approx(told, rel=0.06)
