@@ -93,7 +93,8 @@ class Reference:
 
     def random(self, time, arc, speed):
         way, in_time, by_speed = (getattr(self.has, name) for name in WAVES)
-        total = self.waves(in_time, time / 4.0) * time / 4.0 * np.exp(1.0 - time / 4.0)
+        built = 1.0 - np.exp(-time / self.has.build_up) if self.has.build_up else 1.0
+        total = built * self.waves(in_time, time / 4.0) * time / 4.0 * np.exp(1.0 - time / 4.0)
         if 0 < arc < self.rest:
             angle = np.pi * arc / self.rest
             total += np.sin(angle) ** 2 * self.waves(way, angle)

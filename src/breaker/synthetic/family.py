@@ -70,37 +70,42 @@ class Family:
         Raises:
             RuntimeError: If no drive of the family holds a closed position.
         """
-        ranges = {**self.settings["elements"], **self.settings.get("more", {})}
+        settings = self.settings
+        ranges = {**settings["elements"], **settings.get("more", {})}
+        contact, strength, preload, rigid = "elastic", settings["strength"], 0.0, False
+        if "contacts" in settings:
+            contact, strength, preload, rigid = self._kind(rng)
         for _ in range(_TRIES):
             theta = tuple(self.prior.sample(1, rng)[0].tolist())
             elements = Elements.from_settings(_draw_all(ranges, Elements, rng))
-            strength = self.settings["strength"]
-            if "contacts" in self.settings:
-                force = theta[NAMES.index("f")] / self.size.factors[NAMES.index("f")]
-                elements, strength = self._varied(elements, force, rng)
-            drive = Drive(theta, elements.scaled(strength), self.size)
-            if drive.holds:
+            elements = replace(elements.scaled(strength), contact=contact)
+            drive = Drive(theta, elements, self.size)
+            if contact == "held":
+                force = drive.numbers[NAMES.index("f")]
+                drive = drive.changed(contact_preload=preload * force)
+            if rigid:
+                drive = drive.changed(linkage=0.0)
+            if drive.holds and (contact != "sliding" or self._touches(drive)):
                 return drive, strength
         raise RuntimeError(
             f"none of {_TRIES} drives of the family holds a closed position; lower the preloads in "
             "rigs.elements, or rigs.strength"
         )
 
-    def _varied(
-        self, elements: Elements, force: float, rng: np.random.Generator
-    ) -> tuple[Elements, float]:
-        """Draw strength, contact and transducer of a drive; return elements still to be scaled."""
+    def _kind(self, rng: np.random.Generator) -> tuple[str, float, float, bool]:
+        """Draw contact, strength, preload of a held contact, and whether there is no linkage."""
         settings = self.settings
-        strength = rng.uniform(*settings["strength"])
+        strength = float(rng.uniform(*settings["strength"]))
         contact = _chosen(settings["contacts"], CONTACTS, rng)
-        preload, rigid, model = rng.uniform(*settings["held_preload"]), rng.random(), rng.random()
-        if model < settings["model"]:
-            return Elements(), 0.0
-        if rigid < settings["rigid"]:
-            elements = replace(elements, linkage=0.0)
-        if contact == "held":  # has its preload at any strength
-            elements = replace(elements, contact_preload=preload * force / strength)
-        return replace(elements, contact=contact), strength
+        preload, rigid = float(rng.uniform(*settings["held_preload"])), rng.random()
+        if rng.random() < settings["model"]:
+            return "elastic", 0.0, 0.0, True
+        return contact, strength, preload, rigid < settings["rigid"]
+
+    def _touches(self, drive: Drive) -> bool:
+        """Whether a sliding contact touches where it may, as a share of the stroke."""
+        low, high = self.settings["touch"]
+        return low <= drive.value("L") / drive.travel("opening", np.zeros(1))[0] <= high
 
     def worn(self, drive: Drive, rng: np.random.Generator, kind: str = "") -> Drive:
         """Draw a worn condition of a drive that is still in the prior's support.

@@ -76,15 +76,15 @@ def _waves(n, first, angle):
 
 
 @_fast
-def _random(n, rest, time, closing, state):
-    """Smooth random forces, which leave both rest positions where they are."""
+def _random(n, rest, time, closing, held, state):
+    """Smooth random forces, which leave both rests where they are and begin with the motion."""
     total, share, speed = 0.0, state[0] / rest, abs(state[1])
     if n[WAY_FORCE] > 0.0 and 0.0 < share < 1.0:
         force, window = _waves(n, WAY_FORCE, np.pi * share)
         total += window * window * force
     if n[TIME_FORCE] > 0.0 and time < np.inf:
         age = time / _LASTING
-        total += age * np.exp(1.0 - age) * _waves(n, TIME_FORCE, age)[0]
+        total += (1.0 - held) * age * np.exp(1.0 - age) * _waves(n, TIME_FORCE, age)[0]
     if n[SPEED_FORCE] > 0.0:  # even in the speed, so that it does not keep an oscillation alive
         window = speed * speed / (1.0 + speed * speed)
         total += window * _waves(n, SPEED_FORCE, 0.5 * np.pi * speed)[0]
@@ -126,7 +126,7 @@ def _forces(n, rest, time, closing, mode, state):
     if n[DRY] > 0.0:
         total -= n[DRY] * _sign(speed / _SMOOTH_SPEED)
     if n[WAY_FORCE] + n[TIME_FORCE] + n[SPEED_FORCE] > 0.0 and rest < np.inf:
-        total += _random(n, rest, time, closing, state)
+        total += _random(n, rest, time, closing, held, state)
     return total, spring, ratio, bend
 
 
@@ -134,16 +134,16 @@ def _forces(n, rest, time, closing, mode, state):
 def closed_rest(n):
     """Arc at rest, held closed by the closing force, by bisection.
 
-    It is nan where the contact is not pressed, or where random forces hold the drive up on its way.
+    It is nan where the contact is not pressed, the lever is past its dead centre, or random forces
+    hold the drive up on its way.
     """
     low, high = 0.0, 5.0 * n[GAP]
     for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if _forces(n, np.inf, np.inf, True, _CLOSED, (middle, 0.0, n[GAP], 0.0))[0] > 0.0:
-            low = middle
-        else:
-            high = middle
-    if _lever(n, low)[0] <= n[GAP] or low >= 5.0 * n[GAP] * (1.0 - 1e-9):
+        arc = 0.5 * (low + high)
+        pulls = _forces(n, np.inf, np.inf, True, _CLOSED, (arc, 0.0, n[GAP], 0.0))[0] > 0.0
+        low, high = (arc, high) if pulls else (low, arc)
+    x, ratio, _ = _lever(n, low)
+    if x <= n[GAP] or ratio <= 0.0 or low >= 5.0 * n[GAP] * (1.0 - 1e-9):
         return np.nan
     for i in range(1, _LOOKS if n[WAY_FORCE] > 0.0 else 1):
         arc = low * i / _LOOKS
