@@ -56,7 +56,8 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
             for found, trained in ((reference, references[motion]), (change, changes[motion])):
                 assert found.present[0].tolist() == trained.present[d].tolist()
                 np.testing.assert_allclose(found.way[0], trained.way[d], rtol=0, atol=1e-9)
-                noise.append(found.noise[0] / trained.noise[d])
+            mean = see_mean([both[0]]).seen  # without the scatter of operations
+            noise.append(mean.noise[0] / references[motion].noise[d])
             assert reference.stroke[0] == pytest.approx(references[motion].stroke[d])
             assert reference.duration[0] == pytest.approx(references[motion].duration[d])
     # Noise is estimated: told with an error of 10 % in training, and of some 15 more when measured.
@@ -89,10 +90,12 @@ def test_scatter_of_operations_is_noise_of_their_means():
         ]
         return [float(each.noise[0]) for each in see_change(*visits, BASIS)]
 
-    steady, scattering = noise(0.0, (6, 6)), noise(0.05, (6, 6))
+    steady, scattering, single = noise(0.0, (6, 6)), noise(0.1, (6, 6)), noise(0.1, (1, 6))
     assert scattering[0] > 5.0 * steady[0]
-    assert scattering[1] == pytest.approx(np.sqrt(2.0) * scattering[0], rel=1e-6)
+    assert scattering[1] == pytest.approx(np.sqrt(2.0) * scattering[0], rel=1e-3)
     # What six operations show holds of a single one beside them.
-    single = noise(0.05, (1, 6))
-    assert single[0] > 5.0 * steady[0]
+    assert single[0] > np.sqrt(6.0) * 5.0 * steady[0]
     assert single[1] == pytest.approx(single[0] * np.sqrt(1.0 + 1.0 / 6.0), rel=0.01)
+    # Of single records the scatter that is usual is assumed, of hundreds none that is not there.
+    assert noise(0.0, (1, 1))[0] == pytest.approx(0.005, rel=0.05)
+    assert noise(0.0, (99, 99))[0] < 1e-3 / np.sqrt(99.0)

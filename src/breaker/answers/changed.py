@@ -37,6 +37,8 @@ _QUANTILES = (0.05, 0.5, 0.95)
 _NORMAL = 1.645  # sds of half a 90 % interval
 _DRAWS = 4000
 _APART = 0.01  # probability of a parameter in which closing and opening contradict each other
+# Usual scatter of operations, and how well it is known, as from so many records more than one.
+_SCATTER, _KNOWN = 0.004, 4
 _OF_STROKE = {"over_travel", "rebound"}  # ways that may be 0: changes are in shares of the stroke
 # Whether more or less of it is the worse; less of a speed, and nothing else, is too.
 _WORSE = dict.fromkeys(("k_a", "k_b", "f", "wipe"), -1) | dict.fromkeys(
@@ -214,8 +216,8 @@ def measured_changes(
 ) -> list[dict]:
     """Return what the records themselves show.
 
-    The mean of a visit; its variance is that of the readings or, where larger, of the scatter of
-    two records or more.
+    The mean of a visit; its variance is that of the readings and of the scatter of operations, seen
+    in both visits and, of few records, beside what is usual.
 
     Args:
         before, today: Records of the same motions.
@@ -232,14 +234,18 @@ def measured_changes(
         read = [[raw.measured(speeds) for raw in raws[motion]] for raws in (before, today)]
         stroke = np.nan
         for name, quantity in quantities_of(motion, speeds, ("record",)).items():
-            first, second = (_mean([each[name][:2] for each in visit]) for visit in read)
-            stroke = first[0] if name == "stroke" else stroke
-            of = stroke if name in _OF_STROKE else abs(first[0])
-            change, sd = (second[0] - first[0]) / of, np.hypot(first[1], second[1]) / of
-            if not np.isfinite(change):
+            visits = [np.array([each[name][:2] for each in visit], float) for visit in read]
+            both = [visit[np.isfinite(visit[:, 0])] for visit in visits]
+            if not all(map(len, both)):
                 continue
+            first, second = (float(each[:, 0].mean()) for each in both)
+            stroke = first if name == "stroke" else stroke
+            of = stroke if name in _OF_STROKE else abs(first)
+            if not of > 0.0:
+                continue
+            change, sd = (second - first) / of, _error(both, _SCATTER * of) / of
             more, less = (_above(beyond, sign * change, sd) for sign in (1.0, -1.0))
-            numbers = {"before": first[0], "today": second[0], "difference": of * change}
+            numbers = {"before": first, "today": second, "difference": second - first}
             numbers |= {"sd": of * sd, "unchanged": None}
             numbers["change"] = 100.0 * (change + _NORMAL * sd * np.array([-1.0, 0.0, 1.0]))
             row = _about(quantity, "measured", motion)
@@ -248,17 +254,23 @@ def measured_changes(
     return rows
 
 
+def _error(visits: Sequence[np.ndarray], usual: float) -> float:
+    """Standard deviation of the difference of two means of readings.
+
+    Args:
+        visits: Readings of each, and their sds, ``(n, 2)``.
+        usual: Scatter of operations that is usual.
+    """
+    seen = sum(len(each) - 1 for each in visits)
+    squares = sum(float(np.square(each[:, 0] - each[:, 0].mean()).sum()) for each in visits)
+    total = 0.0
+    for each in visits:
+        known = float(np.nan_to_num(np.square(each[:, 1])).mean())
+        scattered = (_KNOWN * (known + usual**2) + squares) / (_KNOWN + seen)
+        total += max(known, scattered) / len(each)
+    return float(np.sqrt(total))
+
+
 def _above(limit: float, mean: float, sd: float) -> float:
     """Probability that a normal number is above a limit."""
     return 0.5 * erfc((limit - mean) / (np.sqrt(2.0) * max(sd, 1e-12)))
-
-
-def _mean(readings: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Mean of readings that are there, and its sd; nan if there is none."""
-    values, sds = np.array([each for each in readings if np.isfinite(each[0])]).reshape(-1, 2).T
-    count = len(values)
-    if not count:
-        return np.nan, np.nan
-    known = np.nan_to_num(np.square(sds)).sum() / count**2
-    scatter = values.var(ddof=1) / count if count > 1 else 0.0
-    return float(values.mean()), float(np.sqrt(max(known, scatter)))

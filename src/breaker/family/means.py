@@ -1,8 +1,9 @@
 """Means of records as networks see them: some operations of a drive in one condition, or hundreds.
 
-Records are normalised in common units, each by its own time and zero, and averaged. Where
-operations differ by more than their noise, that scatter is the noise of the mean: it is measured in
-the shapes in which drives of the family change, without what a shift in time or zero explains.
+Records are normalised in common units, each by its own time and zero, and averaged. Operations of
+a drive differ by more than the sensor's noise. That scatter is noise of their means: it is measured
+in the shapes in which drives of the family change, without what a shift in time or zero explains;
+of few records, beside what is usual of drives.
 """
 
 from collections.abc import Sequence
@@ -17,6 +18,9 @@ from breaker.records import Raw, Shape
 __all__ = ["Mean", "see_change", "see_mean"]
 
 _DIRECTIONS = 8  # first components of changes, in which scatter is measured
+# Of operations whose parameters scatter by 0.4 %, as noise over the stroke, and how well that is
+# known, as from so many records more than one.
+_USUAL, _KNOWN = 0.005, 4
 
 
 class Mean(NamedTuple):
@@ -33,16 +37,14 @@ class Mean(NamedTuple):
     left: np.ndarray
 
     def scatter(self, basis: Basis) -> np.ndarray:
-        """Return how far each operation is from others, as noise, ``(n,)``; none of a single one.
+        """Return how far each record is from the others, as noise, ``(n,)``; none of a single one.
 
         Args:
             basis: Components of the changes in the family.
         """
         n = len(self.left)
-        if n == 1:
-            return np.empty(0)
         scores = self.left @ basis.directions[:_DIRECTIONS].T
-        return np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0))
+        return np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0)) if n > 1 else np.empty(0)
 
 
 def see_mean(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
@@ -80,6 +82,8 @@ def see_mean(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
 def see_change(before: Sequence[Raw], today: Sequence[Raw], basis: Basis) -> tuple[Seen, Seen]:
     """Return the mean of a reference, and the change from it, as ``Changes.draw`` takes them.
 
+    Their noise has the scatter of operations, robustly of those of both visits.
+
     Args:
         before, today: Records of one motion.
         basis: Components of the changes in the family.
@@ -87,11 +91,13 @@ def see_change(before: Sequence[Raw], today: Sequence[Raw], basis: Basis) -> tup
     first = see_mean(before)
     second = see_mean(today, first.units)
     apart = np.concatenate([each.scatter(basis) for each in (first, second)])
-    scatter = float(np.median(apart)) if apart.size else 0.0
-    noise = [
-        np.maximum(each.seen.noise, scatter / np.sqrt(len(raws)))
-        for each, raws in ((first, before), (second, today))
-    ]
+    seen = len(before) + len(today) - 2
+    noise = []
+    for each, raws in ((first, before), (second, today)):
+        single = np.square(each.seen.noise) * len(raws)
+        found = np.square(np.median(apart)) if seen else 0.0
+        scattered = (_KNOWN * (single + _USUAL**2) + seen * found) / (_KNOWN + seen)
+        noise.append(np.sqrt(np.maximum(single, scattered) / len(raws)))
     there = first.seen.present & second.seen.present
     way = without_onset(first.seen.way, second.seen.way, there)
     change = second.seen._replace(way=way, present=there, noise=np.hypot(*noise))
