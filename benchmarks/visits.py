@@ -7,42 +7,57 @@
 Rigs of the family held back (docs/rigs.md), a third of them unchanged, the others worn as over a
 life; sensors round and have coloured noise as there; all seven parameters scatter by 0.4 % from
 operation to operation. With ``--change`` each rig has one parameter changed by so many percent
-instead, by turns and in the way that it wears, and elements worn as drawn. Each visit has so many
-records of each motion; the noise is known as a reader sees it at rest, rounding included. The rows
-of each rig are added to a file, so that an interrupted run continues; ``--table`` sums them up.
+instead, by turns and in the way that it wears, and elements worn as drawn; with 0 nothing changes.
+Each visit has so many records of each motion, in files, which are compared as `breaker compare`
+does. The rows of each rig are added to a file, so that an interrupted run continues; ``--table``
+sums them up.
 """
 
 import argparse
+import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from breaker.answers import changes
-from breaker.mechanism import MOTIONS, NAMES, UNIT
-from breaker.model import generator, reference_model
-from breaker.posterior import Compared, compare_visits
-from breaker.posterior.sizing import at_size
-from breaker.shipped import DEFAULTS
+from breaker.answers import changes, compare, measured_changes, read_operations
+from breaker.family import open_network
+from breaker.files import Operation
+from breaker.mechanism import MOTIONS, NAMES, speeds_of
+from breaker.model import Prior, Sensor, generator
+from breaker.records import write_curve
+from breaker.shipped import DEFAULTS, model_file
 from breaker.synthetic import Drive, Family, Reading, family_of
-from breaker.synthetic.judged import record_of
+from breaker.synthetic.measuring import own_quantities
 from breaker.workflow import read
 
 SCATTER = 0.004
-LEFT_OUT = 0.02  # mm, as posterior.sizing adds to the noise that is read
+TIMES, RELEASE = 0.1 * np.arange(900), 15.0  # ms
+SPEEDS = speeds_of(
+    {f"{m}_speed_{a}_{b}": [f"{a} % of stroke", f"{b} % of stroke"]
+     for m in MOTIONS for a, b in ((10, 50), (50, 90))}
+)  # fmt: skip
+OF_STROKE = ("over_travel", "rebound")
 
 
-def visit(drive: Drive, models: dict, count: int, reading: Reading, rng) -> dict:
-    """Records of a visit by motion, ``(count, t)``, mm."""
-    found = {}
-    for motion, model in models.items():
-        records = []
-        while len(records) < count:
-            factors = np.exp(SCATTER * rng.standard_normal(len(NAMES)))
-            moved = dict(zip(NAMES, np.array(drive.theta) * factors, strict=True))
-            record = record_of(drive.changed(**moved), model.sensor, motion, reading, rng)
-            records += [record] if np.isfinite(record).all() else []
-        found[motion] = np.array(records)
+def visit(
+    drive: Drive, count: int, sensor: Sensor, reading: Reading, rng: np.random.Generator
+) -> dict[str, list]:
+    """Records of a visit by motion, written and read; another one for each that cannot be used."""
+    found: dict[str, list] = {motion: [] for motion in MOTIONS}
+    with tempfile.TemporaryDirectory() as folder:
+        for motion, raws in found.items():
+            while len(raws) < count:
+                factors = np.exp(SCATTER * rng.standard_normal(len(NAMES)))
+                moved = drive.changed(**dict(zip(NAMES, drive.theta * factors, strict=True)))
+                if not moved.holds:
+                    continue
+                late = RELEASE + sensor.onset_sd * rng.standard_normal()
+                record = reading.corrupt(moved.travel(motion, TIMES - late), sensor, rng)
+                write_curve(f"{folder}/a.csv", TIMES, record, motion=motion, operation=1)
+                read_in = read_operations({motion: [Operation(1, f"{folder}/a.csv")]}, {})
+                raws += [each.raw for each in read_in if not each.reason]
     return found
 
 
@@ -54,6 +69,8 @@ def planted(family: Family, number: int, change: float, rng) -> tuple[Drive, Dri
     factor = 1.0 + np.copysign(change, np.sum(ranges[name])) / 100.0
     while True:
         new = family.new(rng)
+        if not change:
+            return new, new
         elements = {key: by for key, by in family.wear(rng).items() if key not in NAMES}
         changed = {key: new.value(key) * (1.0 + by) for key, by in elements.items()}
         later = new.changed(**changed, **{name: new.value(name) * factor})
@@ -61,11 +78,22 @@ def planted(family: Family, number: int, change: float, rng) -> tuple[Drive, Dri
             return new, later
 
 
-def one_rig(
-    number: int, count: int, change: float | None, config: dict, models: dict
-) -> pd.DataFrame:
-    """Compare two visits to a rig; a row for each parameter and quantity."""
-    family = family_of("held_back", models["closing"].prior, config["rigs"], config["judged"])
+def truth(drives: tuple[Drive, Drive]) -> dict[tuple[str, str], float]:
+    """Changes of a drive in percent, of parameters, and of quantities by motion."""
+    before, after = (np.array(each.theta) for each in drives)
+    found = dict(zip([(name, "") for name in NAMES], 100.0 * (after / before - 1.0), strict=True))
+    for motion in MOTIONS:
+        first, second = (own_quantities(each, motion, SPEEDS) for each in drives)
+        for name, value in first.items():
+            of = first["stroke"] if name in OF_STROKE else value
+            found[name, motion] = 100.0 * (second[name] - value) / of if of else np.nan
+    return found
+
+
+def one_rig(number: int, count: int, change: float | None, config: Mapping) -> pd.DataFrame:
+    """Compare two visits to a rig; a row for each measured quantity, parameter and time."""
+    prior, sensor = Prior.from_settings(config["prior"]), Sensor.from_settings(config["sensor"])
+    family = family_of("held_back", prior, config["rigs"], config["judged"])
     rng = generator(51, "benchmark of visits", number)
     if change is None:
         new = family.new(rng)
@@ -74,68 +102,72 @@ def one_rig(
     else:
         drives = planted(family, number, change, rng)
     reading = Reading.draw(config["judged"], rng)
-    noise = float(np.hypot(np.hypot(0.1, LEFT_OUT), reading.quantum / np.sqrt(12.0)))
-    known = {m: at_size(model, UNIT, 0.0, noise) for m, model in models.items()}
-    before, after = (visit(each, models, count, reading, rng) for each in drives)
-    records = {m: np.concatenate([before[m], after[m]]) for m in models}
-    today = dict.fromkeys(models, np.arange(2 * count) >= count)
-    rows = []
-    for found in compare_visits(known, records, today, config["correction"], rng):
-        thetas = (np.array([each.theta]) for each in drives)
-        truth = Compared(found.motions, *thetas, True, "", found.importance, 1.0, 1.0)
-        table, true = changes(found), changes(truth)
-        lower, median, upper = table.change.values.T
-        about = {
-            "motion": table.motion.values,
-            "name": table["name"].values,
-            "truth": true.change.sel(quantile=0.5).values,
-            **{"lower": lower, "median": median, "upper": upper},
-            "beyond": table.beyond.values,
-        }
-        whole = {"rig": number, "records": count, "change": change}
-        whole |= {"worn": drives[0] is not drives[1]}
-        whole |= {"resolved": found.resolved, "apart": len(found.motions) == 1}
-        whole |= {"size": found.importance.size, "p_value": found.p_value}
-        rows.append(pd.DataFrame(whole | about))
-    return pd.concat(rows)
+    before, today = (visit(each, count, sensor, reading, rng) for each in drives)
+    misfit = config["endurance"]["misfit_p_value"]
+    found = compare(before, today, networks(), rng, misfit_p_value=misfit)
+    rows = pd.DataFrame([*measured_changes(before, today, SPEEDS), *changes(found)])
+    true = truth(drives)
+    whole = {"rig": number, "records": count, "change": change}
+    whole |= {"still": drives[0] is drives[1], "fits": found.fits, "apart": len(found.ratios) > 1}
+    whole |= {"agreement": found.agreement}
+    lower, median, upper = np.array(rows["change"].tolist()).T
+    rows = rows[["kind", "name", "motion", "unchanged", "beyond"]]
+    of = [
+        ("" if kind == "parameter" else m) for kind, m in zip(rows.kind, rows.motion, strict=True)
+    ]
+    right = [true[key] for key in zip(rows["name"], of, strict=True)]
+    return rows.assign(truth=right, lower=lower, median=median, upper=upper, **whole)
+
+
+def networks():
+    """Those of each family that ships, as the command opens them."""
+    for family in ("medium_voltage", "any"):
+        yield tuple(open_network(model_file(family, kind)) for kind in ("levels", "changes"))
 
 
 def summed(rows: pd.DataFrame) -> pd.DataFrame:
     """Coverage and what is noticed, by records of a visit and parameter or quantity.
 
     ``holds``: share of 90 % intervals with the truth, ``holds_changed`` where it is beyond 1 %;
-    ``half_width``: median, percent; ``sure_N`` and ``seen_N``: share of planted changes of N %
-    (of parameters) that are told to be beyond 5 %, and whose interval does not hold 0;
-    ``false_sure`` and ``false_seen``: the same of parameters and quantities that have not changed;
-    ``ruled_out``: share of these that are told not to have changed beyond 5 %.
+    ``half_width``: median, percent; ``same_still`` and ``same_changed``: mean probability of no
+    change where there is none, and where it is beyond 1 %; ``sure_N``: share of changes of N % that
+    were planted in this parameter that are told to be beyond 5 %; ``false_sure``: the same of what
+    has not changed, in drives in which nothing has. In the rows of the ``drive`` these are drives
+    with any parameter or time that is told so, and ``withheld`` and ``apart`` the shares of all
+    drives without an answer, and with motions that contradict each other.
     """
-    rows = rows[rows.resolved & rows.truth.notna() & rows.lower.notna()].copy()
+    rows = rows.copy()
+    told = rows.fits & ~rows.apart
     rows["holds"] = (rows.lower <= rows.truth) & (rows.truth <= rows.upper)
-    rows["half_width"] = 0.5 * (rows.upper - rows.lower)
-    rows["sure"], rows["ruled_out"] = rows.beyond >= 0.95, rows.beyond <= 0.05
-    rows["seen"] = (rows.lower > 0.0) | (rows.upper < 0.0)
-    by = ["records", "name", "motion"]
-    drawn, own = rows[rows.change.isna()], rows[rows.change.notna()]
+    rows["half_width"], rows["sure"] = 0.5 * (rows.upper - rows.lower), rows.beyond >= 0.95
+    inferred = rows.kind != "measured"
+    by = ["records", "kind", "name", "motion"]
+    there = rows[(told | ~inferred) & rows.truth.notna()]
+    drawn, still = there[there.change.isna()], there[there.still]
 
-    def of(some: pd.DataFrame, value: str) -> pd.Series:
-        return some.groupby(by, dropna=False, sort=False)[value]
+    def of(some: pd.DataFrame, value: str, keys: list = by) -> pd.Series:
+        return some.groupby(keys, dropna=False, sort=False)[value].mean()
 
-    found = of(drawn, "holds").agg(rigs="size", holds="mean")
-    found["holds_changed"] = of(drawn[drawn.truth.abs() > 1.0], "holds").mean()
-    found["half_width"] = of(drawn, "half_width").median()
-    for change, some in own.groupby("change"):
-        there = some[some.truth.abs().sub(change).abs() < 0.01 * change]
-        there = there[there["name"].isin(NAMES)]
-        for value in ("sure", "seen"):
-            found[f"{value}_{change:g}"] = of(there, value).mean()
-    still = drawn[~drawn.worn]
-    for name, value in {
-        "false_sure": "sure",
-        "false_seen": "seen",
-        "ruled_out": "ruled_out",
-    }.items():
-        found[name] = of(still, value).mean()
-    return found.reset_index()
+    changed = drawn[drawn.truth.abs() > 1.0]
+    found = drawn.groupby(by, dropna=False, sort=False).agg(
+        rigs=("holds", "size"), holds=("holds", "mean"), half_width=("half_width", "median")
+    )
+    found["holds_changed"] = of(changed, "holds")
+    found["same_still"], found["same_changed"] = of(still, "unchanged"), of(changed, "unchanged")
+    for change, some in there[there.change > 0.0].groupby("change"):
+        own = some[
+            (some.kind == "parameter") & (some.truth.abs().sub(change).abs() < 0.01 * change)
+        ]
+        found[f"sure_{change:g}"] = of(own, "sure")
+    found["false_sure"] = of(still, "sure")
+    drive = ["records", "still", "change", "rig"]
+    whole = rows.assign(sure=rows.sure & inferred & told, withheld=~rows.fits)
+    whole = whole.groupby(drive, dropna=False)[["sure", "withheld", "apart"]].any().reset_index()
+    ends = whole.groupby("records")[["withheld", "apart"]].mean()
+    ends["false_sure"] = whole[whole.still].groupby("records").sure.mean()
+    ends["rigs"] = whole.groupby("records").size()
+    ends = ends.reset_index().assign(kind="drive", name="", motion="")
+    return pd.concat([ends, found.reset_index()])
 
 
 def main() -> None:
@@ -147,18 +179,18 @@ def main() -> None:
     parser.add_argument("--table", type=Path, metavar="CSV")
     options = parser.parse_args()
     if options.records:
-        config, models = read(DEFAULTS), {motion: reference_model(motion) for motion in MOTIONS}
-        done = set()
+        config, done = read(DEFAULTS), set()
         if options.rows.exists():
             there = pd.read_csv(options.rows)
-            same = there.change.fillna(0.0) == (options.change or 0.0)
+            same = there.change.isna() if options.change is None else there.change == options.change
             done = {*there.rig[same & (there.records == options.records)]}
         for number in sorted(set(range(options.rigs)) - done):
-            rows = one_rig(number, options.records, options.change, config, models)
+            rows = one_rig(number, options.records, options.change, config)
             new = not options.rows.exists()
             rows.to_csv(options.rows, mode="a", header=new, index=False, float_format="%.6g")
     if options.table:
-        summed(pd.read_csv(options.rows)).to_csv(options.table, index=False, float_format="%.3g")
+        rows = pd.read_csv(options.rows, keep_default_na=True).fillna({"motion": ""})
+        summed(rows).to_csv(options.table, index=False, float_format="%.3g")
 
 
 if __name__ == "__main__":
