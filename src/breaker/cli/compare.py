@@ -125,9 +125,9 @@ def _networks() -> Iterator[tuple]:
     from breaker.shipped import model_file
 
     for family in _FAMILIES:
-        if not model_file(family, "changes").exists():  # TODO
-            continue
-        yield tuple(open_network(model_file(family, kind)) for kind in ("levels", "changes"))
+        files = [model_file(family, kind) for kind in ("levels", "changes")]
+        if family == _FAMILIES[0] or all(file.exists() for file in files):
+            yield tuple(map(open_network, files))
 
 
 def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int, bool]:
