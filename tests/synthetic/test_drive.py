@@ -341,6 +341,11 @@ def test_a_drive_that_holds_no_closed_position_is_refused():
     assert not weak.holds
     with pytest.raises(ValueError, match="does not press"):
         weak.travel("opening", TIMES)
+    held_up = Waves(0.8, (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0))  # halfway, against the closing
+    assert not Drive(THETA, Elements(way_force=held_up)).holds
+    assert not Drive(THETA, Elements(lever_turn=1.4)).holds  # past the dead centre of its lever
+    preloaded = Elements(contact="held", contact_preload=0.31)  # more than f - k_a L
+    assert not Drive(THETA, preloaded).holds
 
 
 def test_a_curve_that_runs_away_is_refused():

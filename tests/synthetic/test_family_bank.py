@@ -1,17 +1,23 @@
 """The bank of a family: every number of it against the drive that it is of."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.size import Size
+from breaker.model.prior import Prior
+from breaker.shipped import DEFAULTS
 from breaker.synthetic import family_bank
 from breaker.synthetic.drive import CONTACTS, Drive, Elements
 from breaker.synthetic.family import WEAR, Family
 from breaker.synthetic.family_bank import GRID, shapes, simulate_family
+from breaker.workflow.configuration import load
 
 DRIVES = 300
+ANY = Path(__file__).parents[2] / "config" / "any.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +89,26 @@ def test_contacts_and_wear_come_by_their_shares(family, bank):
         of_kind = changed[bank.wear.values == kind]
         assert of_kind.size > 60
         assert (of_kind.min(), of_kind.max()) == (least, most)
+
+
+def test_drives_of_any_kind():
+    """The overlay with sliding contacts, which touch where they may."""
+    config = load([DEFAULTS, ANY])
+    wide = Family(Prior.from_settings(config["prior"]), config["family"])
+    bank = simulate_family(wide, 100, np.random.default_rng(4))
+    assert bank.drawn_again < 20
+    slides = bank.isel(condition=0, drive=(bank.contact == CONTACTS.index("sliding")).values)
+    assert 25 < slides.drive.size < 65  # of 90, half of them
+    low, high = config["family"]["touch"]
+    touch = slides.parameters.sel(parameter="L") / slides.stroke
+    assert low <= touch.min() <= touch.max() <= high
+    for i, motion in enumerate(MOTIONS):  # the curve is there when the contact touches or parts
+        one = slides.isel(motion=i)
+        pairs = zip(one.switching.values, shapes(one["shape"].values), strict=True)
+        way = np.array([np.interp(u, GRID, curve) for u, curve in pairs])
+        rigid = ((one.elements.sel(element="linkage") == 0) & (one.switching < GRID[-1])).values
+        expected = touch.values if motion == "closing" else 1.0 - touch.values
+        np.testing.assert_allclose(way[rigid], expected[rigid], atol=2e-3)
 
 
 def test_changes_are_uniform_in_their_logarithm(family, bank):

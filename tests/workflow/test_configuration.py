@@ -349,6 +349,10 @@ lives: {drift: [2.0, 2.0]}
     lives.drift is [2.0, 2.0], but the first must be less than the second
 rigs: {elements: {closing_stop: {reach: [2.0, 1.0]}}}
     rigs.elements closing_stop: reach is [2.0, 1.0], but the first must not exceed the second
+family: {more: {drag: [0.2, 0.1]}}
+    family.more drag is [0.2, 0.1], but the first must not exceed the second
+family: {touch: [0.9, 0.5]}
+    family.touch is [0.9, 0.5], but the first must be less than the second
 rigs: {wear: {parameters: [3, 2], elements: [0, 1]}}
     rigs.wear has parameters: [3, 2], but the first must not exceed the second
 rigs: {wear: {parameters: [1, 2], elements: [0, 7]}}

@@ -269,7 +269,18 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("lives.calibration_seed", "lives.seed"), partial(_other_seed, "lives.seed")),
     *(((f"lives.{name}",), _range) for name in ("ratio", "change", "drift", "scatter")),
     *(((f"judged.{name}",), _range) for name in ("quantum", "colour", "change", "faster")),
-    *(((name,), _from_to) for name in ("judged.foreign", "rigs.elements", "rigs.wear.change")),
+    *(
+        ((name,), _from_to)
+        for name in (
+            "judged.foreign",
+            "rigs.elements",
+            "rigs.wear.change",
+            "family.elements",
+            "family.more",
+            "family.wear.change",
+        )
+    ),
+    *(((f"family.{name}",), _range) for name in ("strength", "held_preload", "touch")),
     (("rigs.wear",), _wear),
     *(
         ((name, "discrepancy.components"), _needs_components)
