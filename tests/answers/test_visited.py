@@ -26,7 +26,8 @@ def records(motions=MOTIONS, count=2, **about):
 
 def family(name="any", fits=1.0, later=0.0, **factors):
     """Networks that draw changes by factors, 1 % wide and of a single motion those given for it,
-    and that fit by a p-value; three of four draws of what has not changed are exactly the same.
+    and that fit by a p-value; three of four draws of what has not changed are exactly the same, and
+    all of mu.
     """
 
     def draw(references, changed, draws, rng):
@@ -35,7 +36,7 @@ def family(name="any", fits=1.0, later=0.0, **factors):
         ratios = np.ones((draws, len(NAMES)))
         for k, parameter in enumerate(NAMES):
             factor = factors.get(f"{parameter}_{alone}", factors.get(parameter, 1.0))
-            changes = (rng.random(draws) < 0.25) | (factor != 1.0)
+            changes = (rng.random(draws) < 0.25 * (parameter != "mu")) | (factor != 1.0)
             ratios[:, k] = np.where(
                 changes, factor * np.exp(0.01 * rng.standard_normal(draws)), 1.0
             )
@@ -81,6 +82,7 @@ def test_what_changed_is_in_the_headline_after_what_is_measured():
     assert rows["f"]["less"] == rows["f"]["beyond"] == rows["f"]["worse"] == 1.0
     assert rows["f"]["unchanged"] == 0.0
     assert rows["L"]["unchanged"] == pytest.approx(0.75, abs=0.03)
+    assert rows["mu"]["unchanged"] == 1.0
     assert (rows["mu"]["worse"], rows["L"]["worse"]) == (None, 0.0)
     assert "closing and opening agree" in found["trust"][1]
     other = document(family(f=0.9), beyond=0.2)
