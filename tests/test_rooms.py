@@ -19,7 +19,7 @@ FLOORS = [
     {"mechanism", "files", "networks"},
     {"records"},
     {"model", "workflow", "inspection"},
-    {"posterior", "wear"},
+    {"posterior", "wear", "family"},
     {"validation", "decisions", "typical"},
     {"answers"},
     {"synthetic", "figures"},

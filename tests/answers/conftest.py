@@ -1,66 +1,64 @@
-"""Answers that the tests of the room share: simulated records of the reference drive."""
+"""Answers that the tests of the room share: a record of both motions of the reference drive."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
 
-from breaker.answers.judgement import with_limits, with_quantities, with_trust
-from breaker.mechanism.limits import Limit
-from breaker.model.randomness import generator
-from breaker.model.reference import reference_model
-from breaker.posterior.exact import infer_exactly
+from breaker.answers.answer import Given
+from breaker.answers.inferred import infer_drive
+from breaker.answers.operations import read_operations
+from breaker.family.saved import open_network
+from breaker.files.manifest import Operation
+from breaker.shipped import model_file
+from tests.cli.conftest import written
 
-LIMITS = [
-    Limit("slow", "closing", (("touch_time", 5.0, True),)),
-    Limit("late", "closing", (("touch_time", 50.0, True),)),
-    Limit("wide", "opening", (("L", 30.0, True),)),
-]
-DRAWS = 300
-
-
-def simulated(model, n, rng):
-    """Unknowns ``(n, q)``, records and what the model leaves out of them, ``(n, t)``."""
-    values = model.destandardise(rng.standard_normal((n, len(model.outputs))))
-    left_out = model.shift(values) + model.sensor.discrepancy.sample((n,), rng)
-    plain = model.leaving_out(None)
-    return values, plain.sensor.corrupt(plain.curves(values) + left_out, rng), left_out
-
-
-def as_curves(motion, model, records):
-    """Records as ``records.read_curves`` returns them; of the last one there is none."""
-    n = len(records)
-    accepted = np.arange(n) < n - 1
-    texts = {"reason": np.where(accepted, "", "b.csv: is empty"), "remarks": [""] * n}
-    return xr.Dataset(
-        {
-            "travel": (("operation", "time"), np.where(accepted[:, None], records, np.nan)),
-            "accepted": ("operation", accepted),
-            **{name: ("operation", np.array(each, dtype=str)) for name, each in texts.items()},
-            "file": ("operation", [f"{motion}_{i}.csv" for i in range(n)]),
-            "missing": ("operation", np.zeros(n, dtype=int)),
-            "masked": ("operation", np.zeros(n, dtype=int)),
-            "noise": ("operation", np.full(n, 0.1)),
-            "phase": ("operation", np.full(n, "L1")),
-        },
-        coords={"operation": np.arange(1, n + 1), "time": model.sensor.times},
-        attrs={"motion": motion},
-    )
+SETTINGS = {"draws": 400, "misfit_p_value": 1e-3, "seed": 1}
+TOUCH = 20.09  # ms in the record, of the model that it is of
 
 
 @pytest.fixture(scope="package")
-def models():
-    return {motion: reference_model(motion) for motion in ("closing", "opening")}
+def levels():
+    return open_network(model_file("medium_voltage", "levels"))
 
 
 @pytest.fixture(scope="package")
-def answers(models, defaults):
-    """Three records of each motion, the last of them rejected."""
-    found = {}
-    for motion, model in models.items():
-        _, records, _ = simulated(model, 3, generator(1, "test answers", motion))
-        curves = as_curves(motion, model, records)
-        look = {"draws": DRAWS, "seed": 1, "misfit_p_value": 1e-3}
-        answer = infer_exactly(model, curves, defaults["correction"], **look)
-        answer = with_trust(with_quantities(answer), model, seed=1)
-        found[motion] = with_limits(answer, LIMITS, {"raise": 0.95})
-    return found
+def records(tmp_path_factory, prior):
+    """Closing and opening of an operation, a closing of another, and one that is not there."""
+    folder = tmp_path_factory.mktemp("answers")
+    for name, motions in {"both.csv": ["closing", "opening"], "a.csv": ["closing"]}.items():
+        written(folder / name, prior, *motions)
+    files = ["both.csv", "a.csv", "gone.csv"]
+    found = [Operation(k, folder / name, phase="L1") for k, name in enumerate(files, start=1)]
+    return read_operations({"closing": found, "opening": found}, {}, loose=True)
+
+
+@pytest.fixture(scope="package")
+def infer(levels, records):
+    """Infer the records, or others, with what is given."""
+
+    def infer(given=None, some=records, families=(levels,)):
+        return infer_drive(some, families, given or Given(), {}, SETTINGS)
+
+    return infer
+
+
+@pytest.fixture(scope="package")
+def answers(infer):
+    return infer()
+
+
+@pytest.fixture(scope="package")
+def timed(records):
+    """The first closing, with the touch that a contact's voltage would show, and its sd."""
+
+    def timed(switching, sd=0.1):
+        raw = replace(records[0].raw, switching=switching, switching_sd=sd)
+        return replace(records[0], raw=raw)
+
+    return timed
+
+
+def spread(draws):
+    """Half of a central 95 % interval."""
+    return np.diff(np.quantile(draws, [0.025, 0.975]))[0] / 2

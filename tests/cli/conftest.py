@@ -11,10 +11,14 @@ TIME = 0.1 * np.arange(760)  # ms
 FEW = "endurance: {draws: 100}\n"
 
 
-def written(file, prior, *motions, noise_sd=0.1):
-    """Write a record that holds motions one after the other, at the prior's medians."""
+def written(file, prior, *motions, noise_sd=0.1, halts=0):
+    """Write a record that holds motions one after the other, at the prior's medians.
+
+    The drive may halt for some samples half-way through the first.
+    """
     parts = [travel(prior.medians[None], TIME, each, onset=10.0).travel[0] for each in motions]
     whole = np.concatenate(parts)
+    whole = np.insert(whole, np.full(halts, 160), whole[160])
     whole = whole + noise_sd * generator(1, "test curve", file.name).standard_normal(whole.size)
     time = 0.1 * np.arange(whole.size)
     write_curve(file, time, whole, motion=motions[0], operation=1)

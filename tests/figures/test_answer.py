@@ -2,82 +2,57 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.text import Text
 
+from breaker.answers.drawn import Curve, Shown
 from breaker.figures.answer import answer
 from breaker.figures.style import WARNING
 
-NAMES = ("mu", "k_a", "k_b", "gamma_a", "gamma_b", "f", "L", "wipe")
+MOTIONS = ["closing", "opening"]
 
 
-def part(motion, records=2, *, misfit=False, far=False, draws=60):
+def data(motions=("closing",), *, good=True, inferred=True):
     rng = np.random.default_rng(1)
-    time = np.linspace(-2.0, 58.0, 31)
-    curve = rng.normal(size=31)
-    curves = ("record", "median", "lower", "upper", "residual", "left_out")
-    curves += ("family_lower", "family_upper")
-    values = 1.0 + 0.1 * rng.random((records, draws, len(NAMES)))
-    return xr.Dataset(
-        {
-            **{name: ("time", curve) for name in curves},
-            "values_shown": (("operation", "draw", "shown"), values),
-            "prior_shown": (("draw", "shown"), 1.0 + rng.random((draws, len(NAMES)))),
-            "switching": ("draw", 10.0 + rng.random(draws)),
-            "p_value": ("operation", np.full(records, 1e-9 if misfit else 0.4)),
-            "misfit": ("operation", np.full(records, misfit)),
-            "prior_p_value": ("operation", np.full(records, 1e-9 if far else 0.4)),
-            "far_from_prior": ("operation", np.full(records, far)),
-            "file": ("operation", [f"day/{motion}_{i}$.csv" for i in range(records)]),
-        },
-        coords={
-            "time": time,
-            "shown": list(NAMES),
-            **{
-                f"shown_{name}": ("shown", [f"{name} {each}" for each in NAMES])
-                for name in ("symbol", "unit", "meaning")
-            },
-        },
+    time, none = np.linspace(-2.0, 58.0, 31), np.empty(0)
+    curves = {
+        motion: Curve(
+            *(f"{motion}$.csv", "words of a fit", good),
+            *(time, rng.normal(size=31), time, rng.normal(size=31)),
+            *(rng.normal(size=31), np.ones(31)),
+            10.0 + rng.random(60) if inferred else none,
+        )
+        for motion in motions
+    }
+    theta = [1.0 + 0.1 * rng.random((60, 7)) for _ in range(2)]
+    switching = {motion: [10.0 + rng.random(60)] for motion in motions}
+    posteriors = {" and ".join(motions): theta}
+    prior = 1.0 + rng.random((60, 7))
+    return Shown(
+        *("Title_1$", curves, posteriors if inferred else {}, prior),
+        switching if inferred else {},
     )
 
 
-def titles(figure):
-    return [axis.get_title(loc="left") for axis in figure.axes]
-
-
-@pytest.mark.parametrize("motions", [["closing"], ["closing", "opening"]])
+@pytest.mark.parametrize("motions", [["closing"], MOTIONS])
 def test_each_motion_has_its_record_and_each_parameter_its_panel(motions):
-    figure = answer({motion: part(motion) for motion in motions})
-    assert len(figure.axes) == 2 * len(motions) + len(NAMES)
+    figure = answer(data(motions))
+    assert len(figure.axes) == 2 * len(motions) + 8
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
     for motion in motions:
-        assert any(each.startswith(f"{motion} in {motion}_0") for each in titles(figure))
-    assert " and ".join(f"2 {motion}s" for motion in motions) in figure.get_suptitle()
+        assert any(each.startswith(f"{motion} in {motion}") for each in titles)
+    assert "touch at" in figure.axes[0].texts[0].get_text()
+    said = [each.get_text() for each in figure.findobj(Text)]
+    assert any("posterior of " + " and ".join(motions) in each for each in said)
 
 
-@pytest.mark.parametrize(
-    ("doubts", "words", "colour"),
-    [
-        ({}, "fits the model, p = 0.4", "black"),
-        ({"misfit": True}, "does NOT fit the model, p = 1e-09", WARNING),
-        ({"far": True}, "does NOT fit the prior, p = 1e-09", WARNING),
-        ({"misfit": True, "far": True}, "does NOT fit the model, p = 1e-09", WARNING),
-    ],
-)
-def test_a_single_file_names_the_picture_and_a_misfit_is_red(doubts, words, colour):
-    figure = answer({"closing": part("closing", 1, **doubts)})
-    assert "closing_0" in figure.get_suptitle()
-    (title,) = (each for each in figure.axes[0].findobj(Text) if words in each.get_text())
+@pytest.mark.parametrize(("good", "colour"), [(True, "black"), (False, WARNING)])
+def test_a_misfit_is_red(good, colour):
+    figure = answer(data(good=good))
+    (title,) = (e for e in figure.axes[0].findobj(Text) if "words of a fit" in e.get_text())
     assert title.get_color() == colour
 
 
-def test_a_contact_that_never_touches_has_no_mark():
-    data = part("closing", 1)
-    data["switching"][:] = np.nan
-    figure = answer({"closing": data})
+def test_where_nothing_is_inferred_the_records_are_drawn():
+    figure = answer(data(good=False, inferred=False))
     assert not figure.axes[0].texts
-    assert "touch at" in answer({"closing": part("closing")}).axes[0].texts[0].get_text()
-
-
-def test_motions_without_a_posterior_are_left_out():
-    nothing = part("opening").isel(operation=[])
-    assert len(answer({"closing": part("closing"), "opening": nothing}).axes) == 2 + len(NAMES)
+    assert "not inferred" in [text.get_text() for text in figure.axes[-1].texts]

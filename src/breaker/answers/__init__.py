@@ -1,7 +1,7 @@
 """What one call infers of the records of one drive: judged, in words, as tables, trees and JSON.
 
-An *answer* is the dataset of a motion that ``posterior.infer_exactly`` returns, with the quantities
-an engineer knows, how far the model can be wrong, and the limits beside the parameters.
+Networks of a family of drives infer the parameters of each operation; all else is measured. Where
+limits are given, they are judged by both.
 """
 
 import lazy_loader
@@ -9,10 +9,12 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "judgement": ["with_limits", "with_quantities", "with_trust"],
+        "answer": ["FACTS", "Answer", "Given"],
+        "inferred": ["infer_drive"],
+        "judgement": ["judged"],
         "operations": ["Record", "read_operations"],
         "changed": ["VERDICT_WORDS", "Compared", "changes", "compare", "measured_changes"],
-        "drawn": ["shown"],
+        "drawn": ["Curve", "Shown", "shown"],
         "trees": ["tree"],
         "plain": ["document"],
         "rows": ["table_of"],

@@ -1,78 +1,116 @@
-"""What a picture of an answer shows of one record, beside the answer itself."""
+"""What a picture of answers shows: a record of each motion, and the posteriors of all."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
-from breaker.mechanism import NAMES, QUANTITIES, evaluate
-from breaker.model import Model, generator
-from breaker.posterior import predict
+from breaker.answers.answer import Answer, Given
+from breaker.family import PARTS
+from breaker.files import printable
+from breaker.model import generator
+from breaker.records import GRID
 
-__all__ = ["shown"]
+__all__ = ["Curve", "Shown", "shown"]
 
-_SWITCHING = {"closing": "touch_time", "opening": "part_time"}
-_SD = 1.96  # of a normal, half its 95 % interval
+_PRIOR = 1000  # draws
+_MOST = 30  # operations of which posteriors are shown
 
 
-def shown(answer: xr.Dataset, model: Model, *, seed: int, most: int = 30) -> xr.Dataset:
-    """Return what is drawn of a motion: its first record in detail, the posterior of all.
+class Curve(NamedTuple):
+    """A record, beside the nearest shape of the family.
 
-    Args:
-        answer: Of a motion, with quantities and trust.
-        model: Its joint model.
-        seed: Seed of predictions and of draws of the prior.
-        most: Records of which draws are shown.
-
-    Returns:
-        The records with a posterior, dims ``operation``, ``draw`` and ``shown``, the parameters and
-        the wipe, with ``shown_symbol``, ``shown_unit`` and ``shown_meaning``: ``values_shown`` and
-        ``prior_shown (draw, shown)``. Of the first of them over ``time``, mm: ``record``,
-        ``median``, ``lower`` and ``upper`` of its predictions, ``residual`` and ``left_out`` as in
-        ``with_trust``, and ``family_lower`` and ``family_upper`` of what the model leaves out of
-        drives of the family with these parameters; and ``switching (draw)``, the time of touch or
-        parting, ms. Without a posterior there are no operations.
+    Attributes:
+        file: Where it is from.
+        words: How it fits; ``good`` whether it does.
+        time, travel: The record, ms after the first motion, and mm.
+        grid, nearest: The same of the nearest shape, ``(g,)``.
+        left: What it leaves of the record, ``(g,)``, mm; nan without a sample.
+        usual: Root mean square of that by part, of 99 % of the family's drives, ``(g,)``, mm.
+        switching: Draws of touch or parting, ms after the first motion; none if out of the family.
     """
-    there = answer.isel(operation=np.isfinite(answer.draws.values).all(axis=(1, 2)))
-    there = there.isel(operation=slice(most))
-    if not there.sizes["operation"]:
-        return there
-    draws = there.draws.values.astype(np.float64)
-    theta, wipe = draws[..., : len(NAMES)], there.quantity_draws.sel(quantity=["wipe"]).values
-    prior = model.prior.sample(draws.shape[1], generator(seed, "prior draws"))
-    prior_wipe = evaluate(["wipe"], prior, model.motion)
-    about = [QUANTITIES[name] for name in (*NAMES, "wipe")]
-    onset = draws[0, :, len(NAMES)] if model.sensor.infers_onset else 0.0
-    switching = evaluate([_SWITCHING[model.motion]], theta[0], model.motion)[:, 0] + onset
-    mm = {"unit": "mm"}
-    return (
-        there[["p_value", "misfit", "prior_p_value", "far_from_prior", "file"]]
-        .assign(
-            values_shown=(("operation", "draw", "shown"), np.concatenate([theta, wipe], axis=-1)),
-            prior_shown=(("draw", "shown"), np.concatenate([prior, prior_wipe], axis=-1)),
-            switching=("draw", switching, {"unit": "ms"}),
-            **{
-                n: ("time", each, mm)
-                for n, each in _curves(there.isel(operation=0), model, seed).items()
-            },
-        )
-        .assign_coords(
-            time=model.sensor.times,
-            shown=[each.name for each in about],
-            shown_symbol=("shown", [each.symbol for each in about]),
-            shown_unit=("shown", [each.unit for each in about]),
-            shown_meaning=("shown", [each.meaning for each in about]),
-        )
+
+    file: str
+    words: str
+    good: bool
+    time: np.ndarray
+    travel: np.ndarray
+    grid: np.ndarray
+    nearest: np.ndarray
+    left: np.ndarray
+    usual: np.ndarray
+    switching: np.ndarray
+
+
+class Shown(NamedTuple):
+    """What is shown of a drive.
+
+    Attributes:
+        title: Of the picture.
+        curves: First record of each motion.
+        posteriors: Draws ``(d, p)`` of some operations, by the motions that they are of.
+        prior: Draws ``(d, p)`` of the prior.
+        switching: By motion, draws of the time from the release to touch or parting, ms.
+    """
+
+    title: str
+    curves: Mapping[str, Curve]
+    posteriors: Mapping[str, Sequence[np.ndarray]]
+    prior: np.ndarray
+    switching: Mapping[str, Sequence[np.ndarray]]
+
+
+def shown(answers: Sequence[Answer], given: Given, *, seed: int) -> Shown:
+    """Return what is drawn of answers, of which one at least is of a record that can be used."""
+    there = [answer for answer in answers if not answer.record.reason]
+    motions = dict.fromkeys(answer.record.motion for answer in there)
+    first = {m: next(each for each in there if each.record.motion == m) for m in motions}
+    files = dict.fromkeys(printable(each.record.operation.file) for each in there)
+    counts = [sum(each.record.motion == m for each in there) for m in motions]
+    named = [f"{n} {m}{'s' * (n > 1)}" for n, m in zip(counts, motions, strict=True)]
+    source = next(iter(files)).rpartition("/")[2] if len(files) == 1 else " and ".join(named)
+    drawn = [answer for answer in there if answer.draws is not None][:_MOST]
+    posteriors: dict[str, list[np.ndarray]] = {}
+    switching: dict[str, list[np.ndarray]] = {}
+    for answer in drawn:
+        switching.setdefault(answer.record.motion, []).append(answer.after_release)
+        if answer.record.motion == answer.motions[0]:
+            posteriors.setdefault(" and ".join(answer.motions), []).append(answer.draws.theta)
+    return Shown(
+        f"Drive as inferred from {source}",
+        {motion: _curve(each) for motion, each in first.items()},
+        posteriors,
+        given.sample_prior(there[0], _PRIOR, generator(seed, "prior draws")),
+        switching,
     )
 
 
-def _curves(one: xr.Dataset, model: Model, seed: int) -> dict[str, np.ndarray]:
-    """Curves of a record, ``(t,)``, mm."""
-    values, record = (one[name].values.astype(np.float64) for name in ("draws", "travel"))
-    predicted = predict(model, record[None], values[None], seed=seed).isel(curve=0)
-    mean = np.broadcast_to(model.shift(values), (len(values), record.size)).mean(axis=0)
-    known = model.sensor.discrepancy
-    spread = _SD * known.sd if known is not None else np.zeros_like(mean)
-    return {
-        **{name: predicted[name].values for name in ("median", "lower", "upper")},
-        **{"record": record, "residual": one.residual.values, "left_out": one.left_out.values},
-        **{"family_lower": mean - spread, "family_upper": mean + spread},
-    }
+def _curve(answer: Answer) -> Curve:
+    """The record of an answer, towards closed."""
+    record, match = answer.record, answer.match
+    raw, shape = record.raw, record.shape
+    sign = 1.0 if record.motion == "closing" else -1.0
+    after = record.tenth - raw.moves
+    grid = after + shape.duration * GRID
+    time = raw.time[raw.inside] - raw.moves
+    near = (time >= grid[0]) & (time <= grid[-1])
+    left = np.where(shape.present, sign * shape.stroke * (shape.way - match.nearest), np.nan)
+    usual = np.full(GRID.size, np.nan)
+    for (begin, end), ratio in zip(PARTS.values(), match.parts.values(), strict=True):
+        part = (begin <= GRID) & (end > GRID)
+        if np.isfinite(ratio):
+            usual[part] = np.sqrt(np.nanmean(np.square(left[part]))) / ratio
+    far = answer.far_from_prior and not answer.misfit
+    found = "OUT OF the family" if answer.misfit else "fits the family"
+    words = f"{found}, p = {match.p_value:.2g}"
+    if far:
+        words = f"does NOT fit the prior, p = {answer.prior_p_value:.2g}"
+    none = np.empty(0)
+    return Curve(
+        printable(record.operation.file).rpartition("/")[2],
+        *(words, not (far or answer.misfit)),
+        *(time[near], raw.left[near]),
+        *(grid, sign * (shape.rest + shape.stroke * match.nearest)),
+        *(left, usual),
+        none if answer.draws is None else after + answer.draws.switching[record.motion],
+    )

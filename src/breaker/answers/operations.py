@@ -40,6 +40,11 @@ class Record:
     seen: Seen | None = None
 
     @property
+    def timed(self) -> bool:
+        """Whether its contact was seen to switch."""
+        return bool(np.isfinite(self.raw.switching))
+
+    @property
     def tenth(self) -> float:
         """Time of 10 % of the way, from which networks count, ms of the file."""
         return float(self.raw.time[self.raw.segment.begin]) + self.shape.origin
@@ -81,7 +86,9 @@ def _record(operation: Operation, motion: str, raw: Raw | Exception) -> Record:
     missing = 1.0 - float(shape.present[inside[0] : inside[-1] + 1].mean()) if inside.size else 1.0
     if missing > raw.settings["missing"]:
         allowed = f"endurance.format.missing allows {raw.settings['missing']:g}"
-        reason = f"{operation.file}: a share of {missing:.2g} of the motion is missing, and {allowed}"
+        reason = (
+            f"{operation.file}: a share of {missing:.2g} of the motion is missing, and {allowed}"
+        )
         return Record(operation, motion, reason)
     return Record(operation, motion, "", raw, shape, seen)
 

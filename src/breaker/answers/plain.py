@@ -6,31 +6,32 @@ docs/usage.md explains its keys. A number that is not known is None.
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import xarray as xr
 
+from breaker.answers.answer import NOTHING, Answer
 from breaker.answers.judgement import VERDICTS
-from breaker.files import known_about
-from breaker.mechanism import ONSET, PARAMETERS
+from breaker.files import ABOUT, printable
+from breaker.mechanism import MOTIONS, PARAMETERS, SOURCES, quantities_of
 
 __all__ = ["document", "plainly"]
 
-_MEANINGS = {each.name: each.meaning for each in (*PARAMETERS, ONSET)}
-_FIT = (
-    *("prior_p_value", "far_from_prior"),
-    *("p_value", "misfit", "far_onset", "missing", "masked", "noise", "outside_prior"),
-    *("completed", "resolved", "why_unresolved", "effective_size", "pareto_k"),
-    *("contact_time", "contact_sd", "contact_surprise", "latch_time"),
-)
 _FEWEST = 2  # records that are summed up together
+_NORMAL = 1.96  # sds, half of a 95 % interval
+_WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
+_EVENTS = {"closing": "touch", "opening": "parting"}
+_LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 
 
 def document(
-    answers: Mapping[str, xr.Dataset], drive: Mapping[str, object], settings: Mapping[str, object]
+    answers: Sequence[Answer],
+    limits: Sequence[Sequence[Mapping]],
+    drive: Mapping[str, object],
+    settings: Mapping[str, object],
 ) -> dict:
     """Return answers as a document.
 
     Args:
-        answers: By motion, with quantities and trust, and with limits where there are any.
+        answers: What ``infer_drive`` returns.
+        limits: Of each, what ``judged`` returns.
         drive: What is known of the drive as a whole: goes into the document as it is.
         settings: What the answers were made with: the same.
 
@@ -38,158 +39,152 @@ def document(
         ``{"drive", "settings", "records", "together"}``: a list with one entry for each record, and
         what several records of a motion have in common.
     """
-    together = {motion: _together(answer) for motion, answer in answers.items()}
-    return {
-        "drive": dict(drive),
-        "settings": dict(settings),
-        "records": [record for answer in answers.values() for record in _records(answer)],
-        "together": {motion: each for motion, each in together.items() if each},
+    known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
+    records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
+    together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
+    found = {"drive": dict(drive), "settings": dict(settings), "records": records}
+    return plainly(
+        found | {"together": {motion: each for motion, each in together.items() if each}}
+    )
+
+
+def _about(answer: Answer) -> dict:
+    """What a table knows of an operation, None where it does not."""
+    operation = answer.record.operation
+    values = {name: getattr(operation, name) for name in ABOUT}
+    return {n: None if each == "" or each != each else each for n, each in values.items()}
+
+
+def _record(answer: Answer, limits: Sequence[Mapping], known: Sequence[str]) -> dict:
+    """One entry; what a rejected record lacks is left out."""
+    record = answer.record
+    entry = {"file": printable(record.operation.file), "operation": record.operation.number}
+    entry |= {name: _about(answer)[name] for name in known}
+    entry |= {"motion": record.motion, "accepted": not record.reason}
+    entry |= {"reason": record.reason or None, "remarks": [*answer.remarks]}
+    if record.reason:
+        return entry
+    entry |= {"fit": _fit(answer), "parameters": _parameters(answer)}
+    entry["quantities"] = _quantities(answer)
+    if limits:
+        worst = max((each["verdict"] for each in limits), key=VERDICTS.index)
+        entry |= {"limits": [*limits], "verdict": worst}
+    return entry
+
+
+def _fit(answer: Answer) -> dict:
+    raw = answer.record.raw
+    found = {
+        "family": answer.levels.settings["family"],
+        "p_value": answer.match.p_value,
+        "misfit": answer.misfit,
+        "parts": answer.match.parts,
+        "motions": [*answer.motions],
+        "resolved": not answer.unresolved and not answer.misfit,
+        "why_unresolved": answer.unresolved or None,
+        "effective_size": answer.effective_size,
+        "prior_p_value": answer.prior_p_value,
+        "far_from_prior": answer.far_from_prior,
+        "missing": int(np.isnan(raw.left).sum()),
+        "masked": int((raw.doubts[raw.inside] != "").sum()),
+        "noise": raw.noise_at(raw.step).sd,
     }
+    if answer.record.timed:
+        found |= {"contact_time": raw.switching - raw.moves, "contact_sd": raw.switching_sd}
+        found["contact_surprise"] = answer.surprise
+    return found
 
 
-def _records(answer: xr.Dataset) -> list[dict]:
-    """One entry for each record; what it lacks is left out."""
-    # Plain lists first: to take one record out of a dataset takes as long as to infer it.
-    about = ("file", "operation", *known_about(answer))
-    fit = [name for name in _FIT if name in answer]
-    columns = {name: plainly(answer[name].values) for name in (*about, *fit)}
-    parts = {"model_error": _errors(answer), "parameters": _parameters(answer)}
-    parts["quantities"] = _quantities(answer)
-    if "limit" in answer.coords:
-        parts["limits"] = _limits(answer)
-    records = []
-    for i, accepted in enumerate(answer.accepted.values.tolist()):
-        record = {name: columns[name][i] for name in about}
-        record |= {
-            "motion": answer.attrs["motion"],
-            "accepted": accepted,
-            "reason": str(answer.reason.values[i]) or None,
-            "remarks": list(filter(None, str(answer.remarks.values[i]).split("; "))),
-        }
-        if accepted:
-            record["fit"] = {name: columns[name][i] for name in fit}
-            record |= {name: each[i] for name, each in parts.items()}
-        if accepted and "limits" in parts:
-            verdicts = [each["verdict"] for each in record["limits"]]
-            record["verdict"] = max(verdicts, key=VERDICTS.index)
-        records.append(record)
-    return records
+def _drawn(draws: np.ndarray | None) -> dict:
+    """Median and central intervals of draws, or none."""
+    if draws is None:
+        return {"median": None, "interval_50": None, "interval_95": None}
+    middle, *ends = np.quantile(draws, _LEVELS)
+    return {"median": middle, "interval_50": ends[:2], "interval_95": ends[2:]}
 
 
-def _named(
-    names: Sequence[str], about: Mapping[str, Sequence], arrays: Mapping[str, np.ndarray]
-) -> list[dict]:
-    """For each record what is known of each name, from arrays ``(operation, name, ...)``.
-
-    Args:
-        names: Of parameters, quantities or parts of the motion.
-        about: What is the same in all records, by key, one for each name.
-        arrays: What is not.
-    """
-    plain = {key: plainly(values) for key, values in arrays.items()}
-    count = len(next(iter(plain.values())))
-    return [
-        {
-            name: {key: values[k] for key, values in about.items()}
-            | {key: values[i][k] for key, values in plain.items()}
-            for k, name in enumerate(names)
-        }
-        for i in range(count)
-    ]
+def _parameters(answer: Answer) -> dict:
+    found = {}
+    for k, each in enumerate(PARAMETERS):
+        draws = None if answer.draws is None else answer.inferred(each.name)
+        found[each.name] = {"unit": each.unit, "meaning": each.meaning} | _drawn(draws)
+        if answer.prior_sds is not None:
+            found[each.name]["prior_sds"] = answer.prior_sds[k]
+    return found
 
 
-def _parameters(answer: xr.Dataset) -> list[dict]:
-    names = answer.output.values.tolist()
-    about = {
-        "unit": answer.output_unit.values.tolist(),
-        "meaning": [_MEANINGS[name] for name in names],
-    }
-    names_of = ("median", "interval_50", "interval_95", "prior_sds")
-    arrays = {name: answer[name].values for name in names_of}
-    return _named(names, about, arrays)
+def _quantities(answer: Answer) -> dict:
+    """Quantities that are no parameters, as far as the record may show them at all."""
+    found = {}
+    motion = answer.record.motion
+    for name, each in quantities_of(motion, answer.speeds, SOURCES).items():
+        row = {"unit": each.unit, "meaning": _WIPE[motion] if name == "wipe" else each.meaning}
+        measured = answer.measured.get(name, NOTHING)
+        if name == "latch_time" and measured.reason:
+            continue
+        if answer.is_inferred(name) and answer.draws is not None:
+            row |= _drawn(answer.inferred(name)) | {"source": "inferred", "reason": None}
+        elif measured.reason:
+            why = "out of the family" if answer.misfit else "not resolved"
+            reason = measured.reason if answer.draws or answer.alone(name) else why
+            row |= _drawn(None) | {"source": None, "reason": reason}
+        else:
+            ends = [measured.value + sds * measured.sd for sds in (-_NORMAL, _NORMAL)]
+            row |= {"median": measured.value, "interval_50": None, "interval_95": ends}
+            source = "measured" if answer.alone(name) else f"measured, {_EVENTS[motion]} inferred"
+            row |= {"source": source, "reason": None}
+        found[name] = row
+    return found
 
 
-def _quantities(answer: xr.Dataset) -> list[dict]:
-    about = {name: answer[f"quantity_{name}"].values.tolist() for name in ("unit", "meaning")}
-    arrays = {
-        "median": answer.quantity_median.values,
-        "interval_95": answer.quantity_interval.values,
-        "undefined": answer.quantity_undefined.values,
-    }
-    arrays |= {n: answer[n].values for n in ("measured", "measured_sd") if n in answer}
-    return _named(answer["quantity"].values.tolist(), about, arrays)
-
-
-def _errors(answer: xr.Dataset) -> list[dict]:
-    error, family = answer.model_error, answer.family_error
-    names = answer["part"].values.tolist()
-    arrays = {
-        "median": error.sel(quantile=0.5).values,
-        "interval_90": error.sel(quantile=[0.05, 0.95]).values,
-        "family_median": family.sel(quantile=0.5).values,
-        "family_99": family.sel(quantile=0.99).values,
-        "share_of_residual": answer.explained.values,
-    }
-    return _named(names, {"unit": ["mm"] * len(names)}, arrays)
-
-
-def _limits(answer: xr.Dataset) -> list[list[dict]]:
-    names, words = answer.limit.values.tolist(), answer.limit_words.values.tolist()
-    probabilities, verdicts = plainly(answer.exceeded.values), answer.limit_verdict.values.tolist()
-    keys = ("name", "words", "probability", "verdict")
-    return [
-        [dict(zip(keys, each, strict=True)) for each in zip(names, words, *row, strict=True)]
-        for row in zip(probabilities, verdicts, strict=True)
-    ]
-
-
-def _together(answer: xr.Dataset) -> dict:
-    """What the inferred records of a motion have in common; nothing of fewer than two."""
-    there = answer.isel(operation=np.isfinite(answer["median"].values).all(axis=1))
-    if there.sizes["operation"] < _FEWEST:
+def _together(motion: str, records: Sequence[Mapping]) -> dict:
+    """What the accepted records of a motion have in common; nothing of fewer than two."""
+    there = [each for each in records if each["accepted"] and each["motion"] == motion]
+    if len(there) < _FEWEST:
         return {}
-    groups = [
-        ("parameters", "output", there["median"].values, there.interval_95.values),
-        ("quantities", "quantity", there.quantity_median.values, there.quantity_interval.values),
-    ]
-    found: dict = {"records": there.sizes["operation"]}
-    for group, dim, medians, intervals in groups:
-        units = there[f"{dim}_unit"].values.tolist()
-        found[group] = {
-            name: {"unit": unit} | _spread(medians[:, k], intervals[:, k])
-            for k, (name, unit) in enumerate(zip(there[dim].values.tolist(), units, strict=True))
-        }
-    if "limit" in there.coords:
+    found: dict = {"records": len(there)}
+    for group in ("parameters", "quantities"):
+        names = dict.fromkeys(name for each in there for name in each[group])
+        rows = {name: [e[group][name] for e in there if name in e[group]] for name in names}
+        found[group] = {n: {"unit": each[0]["unit"]} | _spread(each) for n, each in rows.items()}
+    if "limits" in there[0]:
         found["limits"] = {
-            name: {
-                verdict: int((there.limit_verdict.values[:, k] == verdict).sum())
+            limit["name"]: {
+                verdict: sum(each["limits"][k]["verdict"] == verdict for each in there)
                 for verdict in VERDICTS
             }
-            for k, name in enumerate(there.limit.values.tolist())
+            for k, limit in enumerate(there[0]["limits"])
         }
     return found
 
 
-def _spread(medians: np.ndarray, intervals: np.ndarray) -> dict:
-    """Of medians ``(n,)`` and intervals ``(n, 2)``, as far as they are known."""
-    known = np.isfinite(medians)
-    if known.sum() < _FEWEST:
+def _spread(rows: Sequence[Mapping]) -> dict:
+    """Of a parameter or quantity in several records, as far as it is known."""
+    known = [row for row in rows if row["median"] is not None]
+    if len(known) < _FEWEST:
         return dict.fromkeys(("median", "lowest", "highest", "sd", "half_interval_95"))
-    medians, half = medians[known], np.diff(intervals[known])[:, 0] / 2.0
+    medians = np.array([row["median"] for row in known])
+    halves = [(row["interval_95"][1] - row["interval_95"][0]) / 2.0 for row in known]
     return {
-        "median": plainly(np.median(medians)),
-        "lowest": plainly(medians.min()),
-        "highest": plainly(medians.max()),
-        "sd": plainly(medians.std(ddof=1)),
-        "half_interval_95": plainly(np.median(half)),
+        "median": np.median(medians),
+        "lowest": medians.min(),
+        "highest": medians.max(),
+        "sd": medians.std(ddof=1),
+        "half_interval_95": np.median(halves),
     }
 
 
 def plainly(value: object) -> object:
-    """A number, flag, text or array of them as JSON has it, numbers to six digits."""
+    """A number, flag, text or array of them as JSON has it, numbers to six digits.
+
+    >>> plainly({"sd": np.array([2.0 / 3.0, np.nan])})
+    {'sd': [0.666667, None]}
+    """
+    if isinstance(value, Mapping):
+        return {key: plainly(each) for key, each in value.items()}
     if isinstance(value, np.ndarray):
         value = value.tolist()
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return [plainly(each) for each in value]
     if isinstance(value, np.generic):
         value = value.item()

@@ -1,127 +1,100 @@
 """Draws and records as a tree of datasets, in the conventions of ArviZ."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
 from breaker import __version__
-from breaker.files import known_about
-from breaker.model import Model, generator
-from breaker.posterior import models_of, replicates
+from breaker.answers.answer import Answer, Given
+from breaker.files import ABOUT, SWITCHING, printable
+from breaker.mechanism import PARAMETERS
+from breaker.model import generator
+from breaker.records import GRID
 
 __all__ = ["tree"]
 
-_STATISTICS = (
-    *("p_value", "misfit", "far_onset", "resolved", "effective_size", "pareto_k", "log_evidence"),
-    *("missing", "masked", "noise"),
-)
 
-
-def tree(
-    answers: Mapping[str, xr.Dataset], models: Mapping[str, Model], *, seed: int
-) -> xr.DataTree:
+def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
     """Return answers as a tree that ArviZ takes for its own.
 
     Args:
-        answers: By motion, with quantities; records without a posterior are left out.
-        models: Models of these motions.
-        seed: Seed of predictions and of draws of the prior.
+        answers: What ``infer_drive`` returns; records without draws are left out.
+        given: What was given beside them.
+        seed: Seed of draws of the prior.
 
     Returns:
         Groups, with the dims ``chain`` (one), ``draw``, ``record`` and ``time``: ``posterior``, a
-        variable for each parameter and quantity, which is nan in records of the other motion;
-        ``posterior_predictive`` and ``observed_data`` with the ``travel``; ``sample_stats``, how
-        each posterior came about; ``prior``, draws of the parameters. ``record`` counts, and its
-        coordinates ``motion``, ``operation`` and ``file`` name what is counted.
+        variable for each parameter, and the time of touch or parting, nan in records of the other
+        motion; ``prior``, without a given size at that which a record shows; ``observed_data``, the
+        ``way`` over the stroke at ``time``, in durations after 10 % of it, nan without a sample,
+        with ``stroke`` and ``duration``; ``sample_stats``, how each posterior came about.
+        ``record`` counts; its coordinates ``motion``, ``operation`` and ``file`` name what is
+        counted. Both motions of an operation may have the same draws, as ``motions`` says.
 
     Raises:
-        ValueError: If no record has a posterior.
+        ValueError: If no record has draws.
     """
-    inferred = {motion: _with_posterior(answer) for motion, answer in answers.items()}
-    if not any(each.sizes["operation"] for each in inferred.values()):
+    there = [answer for answer in answers if answer.draws is not None]
+    if not there:
         raise ValueError("no record has a posterior, so there are no draws to write")
-    known = {name for each in inferred.values() for name in ("file", *known_about(each))}
-    groups: dict[str, list[xr.Dataset]] = {}
-    for motion, answer in inferred.items():
-        names = {name: ("record", answer[name].values) for name in sorted(known)}
-        names["operation"] = ("record", answer.operation.values)
-        names["motion"] = ("record", np.full(answer.sizes["operation"], motion))
-        for name, group in _groups(answer, models[motion], seed).items():
-            part = (
-                group.drop_vars("operation", errors="ignore")
-                .rename(operation="record")
-                .assign_coords(names)
-            )
-            groups.setdefault(name, []).append(part)
-    joined = {
-        name: xr.concat(parts, dim="record", join="outer", combine_attrs="override")
-        for name, parts in groups.items()
-    }
-    for name, each in joined.items():
-        joined[name] = each.assign_coords(record=np.arange(each.sizes["record"]))
-    joined["prior"] = _prior(next(iter(models.values())), len(joined["posterior"].draw), seed)
-    about = {"inference_library": "breaker", "inference_library_version": __version__}
-    return xr.DataTree.from_dict({name: each.assign_attrs(about) for name, each in joined.items()})
-
-
-def _with_posterior(answer: xr.Dataset) -> xr.Dataset:
-    return answer.isel(operation=np.isfinite(answer.draws.values).all(axis=(1, 2)))
-
-
-def _groups(answer: xr.Dataset, model: Model, seed: int) -> dict[str, xr.Dataset]:
-    """Groups of the records of a motion, over ``operation``."""
-    draws = answer.draws.values.astype(np.float64)
-    travel = answer.travel.values.astype(np.float64)
-    predicted = np.empty((1, draws.shape[1], *travel.shape))
-    density = np.empty((1, draws.shape[1], len(travel)))
-    for i, one in enumerate(models_of(model, answer)):
-        rng = generator(seed, "replicates", model.motion, int(answer.operation.values[i]))
-        predicted[0, :, i] = replicates(one, travel[i], draws[i], rng)
-        density[0, :, i] = one.log_joint(one.standardise(draws[i]), travel[i])
-    by, mm = ("chain", "draw", "operation"), {"unit": "mm"}
-    coords = {"chain": [0], "draw": np.arange(draws.shape[1])}
-    time = {"time": ("time", model.sensor.times, {"unit": "ms"})}
-    inferred = {
-        name: (by, values.T[None], {"unit": unit})
-        for dim, all_values in (("output", draws), ("quantity", answer.quantity_draws.values))
-        for name, unit, values in zip(
-            answer[dim].values.tolist(),
-            answer[f"{dim}_unit"].values.tolist(),
-            np.moveaxis(all_values, -1, 0),
-            strict=True,
-        )
-        if dim == "output" or _inferred(answer, name)
+    posterior, priors = _drawn(there, given, generator(seed, "prior draws"))
+    shapes = [answer.record.shape for answer in there]
+    way = [np.where(each.present, each.way, np.nan) for each in shapes]
+    observed = {
+        "way": (("record", "time"), way, {"unit": "1"}),
+        "stroke": ("record", [each.stroke for each in shapes], {"unit": "mm"}),
+        "duration": ("record", [each.duration for each in shapes], {"unit": "ms"}),
     }
     statistics = {
-        name: ("operation", answer[name].values) for name in _STATISTICS if name in answer
+        "p_value": [answer.match.p_value for answer in there],
+        "effective_size": [answer.effective_size for answer in there],
+        "resolved": [not answer.unresolved for answer in there],
+        "motions": [" ".join(answer.motions) for answer in there],
     }
+    names = _names(there)
+    drawn = names | {"chain": [0], "draw": np.arange(len(there[0].draws.theta))}
+    groups = {
+        "posterior": xr.Dataset(posterior, drawn),
+        "prior": xr.Dataset(priors, drawn),
+        "observed_data": xr.Dataset(observed, names | {"time": GRID}),
+        "sample_stats": xr.Dataset({k: ("record", v) for k, v in statistics.items()}, names),
+    }
+    about = {"inference_library": "breaker", "inference_library_version": __version__}
+    return xr.DataTree.from_dict({name: each.assign_attrs(about) for name, each in groups.items()})
+
+
+def _drawn(there: Sequence[Answer], given: Given, rng: np.random.Generator) -> tuple[dict, dict]:
+    """Variables of the posterior and of the prior."""
+    by, n = ("chain", "draw", "record"), len(there[0].draws.theta)
+    theta = np.stack([answer.draws.theta for answer in there], axis=1)
+    prior = [given.sample_prior(answer, n, rng) for answer in there]
+    posterior, priors = _parameters(theta), _parameters(np.stack(prior, axis=1))
+    for motion, name in SWITCHING.items():
+        columns = [
+            answer.after_release if answer.record.motion == motion else np.full(n, np.nan)
+            for answer in there
+        ]
+        if any(answer.record.motion == motion for answer in there):
+            posterior[name] = (by, np.stack(columns, axis=1)[None], {"unit": "ms"})
+    return posterior, priors
+
+
+def _names(there: Sequence[Answer]) -> dict:
+    """Coordinates of the records."""
+    operations = [answer.record.operation for answer in there]
+    names = {name: ("record", [getattr(each, name) for each in operations]) for name in ABOUT}
+    return names | {
+        "record": np.arange(len(there)),
+        "operation": ("record", [each.number for each in operations]),
+        "file": ("record", [printable(each.file) for each in operations]),
+        "motion": ("record", [answer.record.motion for answer in there]),
+    }
+
+
+def _parameters(theta: np.ndarray) -> dict[str, tuple]:
+    """Variables of parameters ``(draw, record, p)``."""
     return {
-        "posterior": xr.Dataset(inferred, coords),
-        "posterior_predictive": xr.Dataset(
-            {"travel": ((*by, "time"), predicted, mm)}, coords | time
-        ),
-        "observed_data": xr.Dataset({"travel": (("operation", "time"), travel, mm)}, time),
-        "sample_stats": xr.Dataset({"lp": (by, density)} | statistics, coords),
+        each.name: (("chain", "draw", "record"), theta[None, ..., k], {"unit": each.unit})
+        for k, each in enumerate(PARAMETERS)
     }
-
-
-def _inferred(answer: xr.Dataset, quantity: str) -> bool:
-    """Say whether a quantity is the model's, and none of its parameters."""
-    undefined = answer.quantity_undefined.sel(quantity=quantity).values
-    return quantity not in answer.output.values and not np.isnan(undefined).all()
-
-
-def _prior(model: Model, count: int, seed: int) -> xr.Dataset:
-    """Draws of the prior, of the parameters and the onset."""
-    rng = generator(seed, "prior draws")
-    values = model.prior.sample(count, rng)
-    onset = model.sensor.onset_sd * rng.standard_normal((count, 1))
-    values = np.concatenate([values, onset], axis=1)[:, : len(model.outputs)]
-    return xr.Dataset(
-        {
-            output.name: (("chain", "draw"), column[None], {"unit": output.unit})
-            for output, column in zip(model.outputs, values.T, strict=True)
-        },
-        {"chain": [0], "draw": np.arange(count)},
-    )

@@ -1,7 +1,7 @@
 """An answer in words, for a terminal of 100 columns."""
 
 from collections.abc import Mapping, Sequence
-from textwrap import wrap
+from textwrap import shorten, wrap
 
 from breaker.answers.judgement import VERDICTS
 
@@ -9,6 +9,7 @@ __all__ = ["in_words"]
 
 _WIDTH = 98
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
+_LAST = 42  # letters of its last column
 _CELLS = 3  # of a line of a short block
 _SAID = {
     "healthy": "healthy: no limit is exceeded",
@@ -39,21 +40,7 @@ def in_words(document: Mapping) -> str:
 
 
 def _drive(document: Mapping) -> list[str]:
-    scale = document["settings"]["discrepancy"]
-    error = (
-        "the model is taken for right (endurance.discrepancy is 0)"
-        if not scale
-        else f"the model may be wrong as it is of drives of the family, times {scale:g}"
-        if scale != 1
-        else "the model may be wrong as it is of drives of the family"
-    )
-    said = [
-        *document["drive"]["words"],
-        f"{error}; intervals allow for it" if scale else error,
-        "times, speeds and ways are those of the model, without stops; measured is what the record "
-        "itself shows, which limits of a catalogue are about",
-    ]
-    return [line for each in said for line in _lines(each, "", "  ")]
+    return [line for each in document["drive"]["words"] for line in _lines(each, "", "  ")]
 
 
 def _rejected(record: Mapping, of_file: Sequence[Mapping]) -> list[str]:
@@ -64,13 +51,12 @@ def _rejected(record: Mapping, of_file: Sequence[Mapping]) -> list[str]:
 
 def _long(record: Mapping) -> list[str]:
     """A block with everything that is known of a record."""
-    lines = [_title(record)]
-    lines.append(_ROW.format("", "median", "95 % interval", "", "").rstrip())
+    both = "of both motions together" if len(record["fit"]["motions"]) > 1 else ""
+    lines = [_title(record), _ROW.format("", "median", "95 % interval", "", both).rstrip()]
     for name, each in record["parameters"].items():
         lines.append(_row(name, each, each["meaning"]))
     for name, each in record["quantities"].items():
-        lines.append(_row(name, each, _measured(each)))
-    lines += _errors(record["model_error"])
+        lines.append(_row(name, each, each["source"] or shorten(each["reason"], _LAST)))
     if record.get("limits"):
         lines.append(_ROW.format("limit", "exceeded", "", "", "").rstrip())
         for each in record["limits"]:
@@ -85,19 +71,12 @@ def _short(record: Mapping) -> list[str]:
     cells = [
         f"{name} {_number(each['median'])} ±{_half(each['interval_95']):.2g}"
         for name, each in (record["parameters"] | record["quantities"]).items()
-        if each["median"] is not None and name != "onset"
+        if each["median"] is not None
     ]
     width = (_WIDTH - 2) // _CELLS
     for begin in range(0, len(cells), _CELLS):
         row = "".join(f"{cell:<{width - 1}} " for cell in cells[begin : begin + _CELLS])
         lines.append(f"  {row}".rstrip())
-    measured = [
-        f"{name} {_number(each['measured'])}"
-        for name, each in record["quantities"].items()
-        if each.get("measured") is not None
-    ]
-    if measured:
-        lines += _lines(f"measured: {', '.join(measured)}")
     return [*lines, *_ending(record)]
 
 
@@ -110,46 +89,15 @@ def _title(record: Mapping) -> str:
 def _row(name: str, each: Mapping, last: str) -> str:
     unit = "" if each["unit"] == "1" else each["unit"]
     if each["median"] is None:
-        if each.get("undefined") is None:
-            return _ROW.format(name, "-", "not the model's", unit, last).rstrip()
-        return _ROW.format(name, "-", "does not exist", unit, last).rstrip()
+        return _ROW.format(name, "-", "", unit, last).rstrip()
     interval = _interval(each["interval_95"])
     return _ROW.format(name, _number(each["median"]), interval, unit, last).rstrip()
 
 
-def _measured(each: Mapping) -> str:
-    if each.get("measured") is None:
-        return ""
-    sd = each["measured_sd"]
-    return f"measured {_number(each['measured'])}" + (f" ± {sd:.2g}" if sd else "")
-
-
-def _errors(phases: Mapping[str, Mapping]) -> list[str]:
-    """How far the model can be wrong, a line for each phase; none where it is taken for right."""
-    if not any(each["family_99"] for each in phases.values()):
-        return []
-    lines = [_ROW.format("model error", "median", "90 % interval", "", "drives of the family")]
-    for name, each in phases.items():
-        usual = f"{each['family_median']:.2g} (99 %: {each['family_99']:.2g})"
-        interval = " to ".join(f"{end:.2g}" for end in each["interval_90"])
-        numbers = f"{each['median']:.2g}", interval, each["unit"]
-        lines.append(_ROW.format(name, *numbers, usual))
-    return lines
-
-
 def _ending(record: Mapping) -> list[str]:
     """Whether the answer can be trusted, what is doubtful, and the verdict."""
-    fit = record["fit"]
-    said = [
-        _fit(fit),
-        *_far(record),
-        *_doubts(fit),
-        *(f"remark: {each}" for each in record["remarks"]),
-    ]
-    if fit.get("latch_time") is not None:
-        said.append(
-            f"latch time {_number(fit['latch_time'])} ms, from the trigger to the first motion"
-        )
+    said = [_fit(record["fit"]), *_far(record), *_doubts(record["fit"])]
+    said += [f"remark: {each}" for each in record["remarks"]]
     if record.get("verdict"):
         names = [e["name"] for e in record["limits"] if e["verdict"] == record["verdict"]]
         said.append(_SAID[record["verdict"]].format(", ".join(names)))
@@ -157,53 +105,41 @@ def _ending(record: Mapping) -> list[str]:
 
 
 def _fit(fit: Mapping) -> str:
-    if fit["p_value"] is None:
-        return "no draw of its posterior could be compared with the record"
-    found = "does NOT fit the model" if fit["misfit"] else "fits the model"
-    if fit["far_from_prior"] and not fit["misfit"]:
-        found = "does NOT fit the prior, though the model"
-    exact = ", exact posterior" if fit.get("resolved") else ""
-    return f"{found} (posterior predictive p = {fit['p_value']:.2g}){exact}"
+    family = f"the family {fit['family']} (p = {fit['p_value']:.2g})"
+    if not fit["misfit"]:
+        return f"fits {family}"
+    parts = {name: each for name, each in fit["parts"].items() if each is not None and each > 1.0}
+    where = ", ".join(f"{name}, {each:.2g} times" for name, each in parts.items())
+    where = f"; it differs more than 99 % of its drives do in: {where}" if where else ""
+    return (
+        f"OUT OF {family}{where}. So nothing is inferred, and what is measured stands. Look at "
+        "--plot; is a unit, endurance.format or the named motion wrong? If the record is right, "
+        "train a family with wider ranges: config/any.yaml"
+    )
 
 
 def _far(record: Mapping) -> list[str]:
-    """How far a drive lies from the prior that should expect it, with what to do."""
-    fit = record["fit"]
-    if not fit["far_from_prior"]:
+    """How far a drive lies from a given prior or size that should hold it, with what to do."""
+    if not record["fit"]["far_from_prior"]:
         return []
-    sds = {name: each["prior_sds"] or 0.0 for name, each in record["parameters"].items()}
+    sds = {name: each["prior_sds"] for name, each in record["parameters"].items()}
     name = max(sds, key=lambda name: abs(sds[name]))
     return [
-        f"FAR from the prior (p = {fit['prior_p_value']:.2g}): {name} is {sds[name]:+.1f} of its "
-        "sds from its median. Check the unit of each median, or widen the prior: breaker fit-prior "
-        "fits one"
+        f"FAR from the prior (p = {record['fit']['prior_p_value']:.2g}): {name} is "
+        f"{sds[name]:+.1f} of its sds from its median. Check the size, and the unit of each median, "
+        "or widen the prior: breaker fit-prior fits one"
     ]
 
 
 def _doubts(fit: Mapping) -> list[str]:
     """What to know beside the intervals, with what to do."""
-    doubts = []
-    if fit.get("resolved") is False:
-        why = f" ({fit['why_unresolved']})" if fit.get("why_unresolved") else ""
-        doubts.append(
-            f"NOT resolved{why}: the exact posterior was not reached, and these intervals are not "
-            "its own. Start from a network trained for this drive: --model FILE"
-        )
-    if fit["misfit"]:
-        doubts.append(
-            "the intervals are too narrow for such a record: look at --plot, and set "
-            "endurance.discrepancy to 2 or widen the family (rigs)"
-        )
-    if fit.get("outside_prior"):
-        doubts.append("OUTSIDE what the prior can produce: the network does not know such a curve")
-    if fit.get("completed") and "resolved" not in fit:
-        doubts.append(
-            f"approximate: {fit['missing']} samples are missing, which the network was given as "
-            "drawn from the others; endurance.posterior: corrected is exact"
-        )
-    if fit["far_onset"]:
-        doubts.append("the motion begins FAR from where it was read: beyond 4 sensor.onset_sd")
-    return doubts
+    if not fit["why_unresolved"]:
+        return []
+    return [
+        f"NOT resolved ({fit['why_unresolved']}): prior, facts or the contact's time leave hardly "
+        "a draw of the network. Check them; if they are right, train a network with this prior by "
+        "the workflow, and name it: --model FILE"
+    ]
 
 
 def _together(motion: str, found: Mapping) -> list[str]:

@@ -9,12 +9,13 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from breaker.cli.named import MOTIONS, a_path, add_choice, operations_of
-from breaker.cli.outputs import check_outputs, whole
+from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
 
 _FACTORS = (0.01, 100.0)  # of a size, as in the configuration
+_SHIPPED = ("medium_voltage", "any")  # families that may ship, the first always does
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -22,9 +23,10 @@ def add(commands) -> argparse.ArgumentParser:
         "infer",
         help="infer the state of a drive from its records",
         description="Infer the drive in curve files, all of one breaker: parameters, times, speeds "
-        "and ways with their intervals, how far the model can be trusted, and whether limits are "
-        "exceeded. Works in any folder, for drives of any size. A file may hold a closing, an "
-        "opening or both. The status is 1 if nothing was inferred.",
+        "and ways with their intervals, whether the records are of the family of drives that the "
+        "networks know, and whether limits are exceeded. Works in any folder, for drives of any "
+        "size. A file may hold a closing, an opening or both. The status is 1 if nothing was "
+        "inferred.",
     )
     infer.set_defaults(run=_run)
     infer.add_argument(
@@ -40,8 +42,7 @@ def add(commands) -> argparse.ArgumentParser:
         nargs=2,
         type=_factor,
         metavar=("LENGTHS", "TIMES"),
-        help="the drive's size beside that of the reference drive; read from the records if not "
-        "given",
+        help="the drive's size beside that of the reference drive, if it is known",
     )
     infer.add_argument(
         "--known",
@@ -50,15 +51,14 @@ def add(commands) -> argparse.ArgumentParser:
         type=_fact,
         default=[],
         metavar="NAME=VALUE:SD",
-        help="what is known of a parameter or quantity, such as mu=2.4:0.07 or wipe=3.5:0.3",
+        help="what is known of a parameter, the wipe, or the time of touch or parting, such as "
+        "mu=2.4:0.07 or wipe=3.5:0.3",
     )
     infer.add_argument(
         "--model",
         type=a_path,
-        action="append",
-        default=[],
         metavar="FILE",
-        help="start from a trained network; once for each motion",
+        help="a network of another family, trained by the workflow",
     )
     infer.add_argument("--json", action="store_true", help="print one JSON document")
     for option, kind, what in (
@@ -101,98 +101,91 @@ def _number(text: str) -> float:
 
 def _run(options: argparse.Namespace) -> int:
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the answer has the reasons
-    _refuse_old_form(options.files)
+    if models := [each for each in options.files if each.endswith(".safetensors")]:
+        raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
     outputs = [(options.output, "table"), (options.plot, "picture"), (options.draws, "store")]
-    check_outputs(outputs, [*options.files, *options.model, *options.config])
+    check_outputs(outputs, [*options.files, *filter(None, [options.model]), *options.config])
     config = settings_of(options.config)
-    known = dict(options.known)
-    if len(known) < len(options.known):
-        names = [name for name, _ in options.known]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"--known has {twice} twice; leave one of them out")
-    config["known"] = {**config["known"], **known}
     limits = limits_of(config, options.config)
     endurance = config["endurance"]
     chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
     motions = [options.motion] if options.motion else list(MOTIONS)
     operations, loose = operations_of(options.files, motions, chosen, options.channel)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import document, in_words
-    from breaker.cli.drive import networks_of, read_records
+    from breaker.answers import document, in_words, infer_drive, judged, read_operations
+    from breaker.mechanism import from_list
 
-    networks = networks_of(options.model, config)
-    drive = read_records(operations, config, networks, size=options.size, loose=loose)
-    answers = _answers(drive, networks, config, limits)
-    found = document(answers, drive.about, _settings(config))
+    given, words = _given(options, config)
+    settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
+    settings["seed"] = config["seed"]
+    families = _families(options.model)
+    records = read_operations(operations, endurance["format"], loose=loose)
+    answers = infer_drive(records, families, given, config["speeds"], settings)
+    speeds = next((each.speeds for each in answers if each.speeds), ())
+    limits = from_list(limits, motions, speeds) if speeds else []
+    verdicts = [judged(each, limits, config["alarm"], seed=config["seed"]) for each in answers]
+    about = {"size": given.size and vars(given.size), "words": words}
+    found = document(answers, verdicts, about, settings | {"known": dict(given.known)})
     rejected = [each for each in found["records"] if not each["accepted"]]
     nothing = len(rejected) == len(found["records"])
-    written = [] if nothing else _write(answers, drive.models, config, options)
+    written = [] if nothing else _write(answers, given, found, config["seed"], options)
     print(json.dumps(found) if options.json else in_words(found))
     if rejected:
-        read = [each.file.values[each.accepted.values] for each in drive.curves.values()]
-        unread = {each["file"] for each in rejected}.difference(*read)
-        _say_remedy(rejected, [] if options.size else sorted(unread), nothing=nothing)
+        read = {each["file"] for each in found["records"] if each["accepted"]}
+        unread = sorted({each["file"] for each in rejected} - read)
+        _say_remedy(rejected, unread, nothing=nothing)
     for text in written:  # beside a JSON document, not in it
         print(text, file=sys.stderr if options.json else sys.stdout)
     return int(nothing)
 
 
-def _refuse_old_form(files: Sequence[str]) -> None:
-    """Point to --model where a model stands among the records, as it did once."""
-    models = [each for each in files if each.endswith(".safetensors")]
-    if models:
-        rest = " ".join(shlex.quote(each) for each in files if each not in models) or "FILE"
-        given = " ".join(f"--model {shlex.quote(each)}" for each in models)
+def _given(options: argparse.Namespace, config: Mapping) -> tuple:
+    """What is given beside the records, and what to say of it."""
+    from breaker.answers import FACTS, Given
+    from breaker.mechanism import Size
+    from breaker.shipped import DEFAULTS
+    from breaker.workflow import read
+
+    known = dict(options.known)
+    if len(known) < len(options.known):
+        names = [name for name, _ in options.known]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"--known has {twice} twice; leave one of them out")
+    known = {**config["known"], **known}
+    if wrong := [name for name in known if name not in FACTS]:
         raise ValueError(
-            f"{models[0]} is a model, not a record. No model is needed any more: breaker infer "
-            f"{rest}. To start from one: breaker infer {rest} {given}"
+            f"known: {wrong[0]} is not inferred, so no fact narrows it. Known can be: "
+            f"{', '.join(FACTS)}"
         )
+    defaults = read(DEFAULTS)
+    if all(config[key] == defaults[key] for key in ("prior", "size")):
+        if not options.size:
+            return Given(known=known), []
+        said = "size given: lengths {:g} and times {:g} times those of the reference drive"
+        return Given(Size(*options.size), None, known), [said.format(*options.size)]
+    if options.size:
+        raise ValueError(
+            "--size is of drives with the default prior, and that of the configuration is another; "
+            "leave it out"
+        )
+    from breaker.model import Prior
+
+    prior = Prior.from_settings(config["prior"])
+    return Given(Size(**config["size"]), prior, known), ["prior and size are the configuration's"]
 
 
-def _settings(config: Mapping) -> dict:
-    """What an answer was made with."""
-    names = ("discrepancy", "draws", "misfit_p_value")
-    chosen = {name: config["endurance"][name] for name in names}
-    return chosen | {"known": config["known"], "seed": config["seed"]}
+def _families(model: str | None) -> list:
+    """The networks of families, in the order in which they are tried."""
+    from breaker.family import Levels, open_network
+    from breaker.shipped import model_file
 
-
-def _answers(drive, networks: Mapping, config: Mapping, limits: Sequence) -> dict:
-    """The answer of each motion, with quantities, trust, and limits where there are any."""
-    from breaker.answers import with_limits, with_quantities, with_trust
-    from breaker.mechanism import from_list
-    from breaker.posterior import infer_exactly
-
-    endurance, seed = config["endurance"], config["seed"]
-    common = {"seed": seed, "misfit_p_value": endurance["misfit_p_value"]}
-    answers = {}
-    for motion, curves in drive.curves.items():
-        model = drive.models[motion]
-        if motion in networks:
-            answer = _by_network(networks[motion], drive, config, common)
-        else:
-            answer = infer_exactly(
-                model, curves, config["correction"], draws=endurance["draws"], **common
-            )
-        answer = with_quantities(answer, drive.speeds)
-        answer = with_trust(answer, model, seed=seed)
-        if judged := from_list(limits, [motion], drive.speeds):
-            answer = with_limits(answer, judged, config["alarm"])
-        answers[motion] = answer
-    return answers
-
-
-def _by_network(network, drive, config: Mapping, common: Mapping):
-    """The answer of a network, corrected to the exact one unless the configuration says not to."""
-    from breaker.posterior import correct_operations, infer, network_remarks
-
-    motion, endurance = network.motion, config["endurance"]
-    network, curves = network.sized(drive.size), drive.curves[network.motion]
-    answer = infer(network, curves, draws=endurance["draws"], **common)
-    if endurance["posterior"] == "corrected":
-        return correct_operations(drive.models[motion], answer, config["correction"], **common)
-    remarks = network_remarks(network.sensor, drive.about["noise_sd"], curves)
-    drive.about["words"] += [f"{motion}: {remark}" for remark in remarks]
-    return answer
+    if model is None:
+        files = [model_file(family, "levels") for family in _SHIPPED]
+        return [open_network(file) for file in files if file == files[0] or file.exists()]
+    network = open_network(model)
+    if not isinstance(network, Levels):
+        raise ValueError(f"{model} is a network of changes; name one of levels")
+    return [network]
 
 
 def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: bool) -> None:
@@ -201,39 +194,35 @@ def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: 
     """
     what = "nothing was inferred" if nothing else f"rejected records: {len(rejected)}"
     remedy = (
-        "If a file is written in another way than the settings say:\n"
+        ". If a file is written in another way than the settings say:\n"
         f"  breaker inspect {shlex.quote(unread[0])} --output my.yaml\n"
         "and then: breaker infer ... --config my.yaml"
         if unread
-        else "What is given beside the records may leave no drive that moves so: leave out --size, "
-        "--known or the prior, one by one"
+        else ""
     )
-    print(f"breaker: {what}. {remedy}", file=sys.stderr)
+    print(f"breaker: {what}{remedy}", file=sys.stderr)
 
 
-def _write(answers: Mapping, models: Mapping, config: Mapping, options) -> list[str]:
+def _write(answers: Sequence, given, found: Mapping, seed: int, options) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
     written = []
     if options.output:
         from breaker.answers import table_of
 
-        with whole(options.output) as part:
-            table_of(answers).to_csv(part, index=False, float_format="%.6g")
+        write_lines(options.output, table_of(found))
         written.append(f"written to {options.output}")
     if options.draws:
         from breaker.answers import tree
 
-        found = tree(answers, models, seed=config["seed"])
+        draws = tree(answers, given, seed=seed)
         with whole(options.draws) as part:
-            found.to_zarr(part, mode="w", zarr_format=2)
+            draws.to_zarr(part, mode="w", zarr_format=2)
         written.append(f"draws written to {options.draws}")
     if options.plot:
         from breaker.answers import shown
         from breaker.figures import answer
 
-        seed = config["seed"]
-        parts = {m: shown(each, models[m], seed=seed) for m, each in answers.items()}
         with whole(options.plot) as part:
-            answer.answer(parts).savefig(part)
+            answer.answer(shown(answers, given, seed=seed)).savefig(part)
         written.append(f"drawn in {options.plot}")
     return written

@@ -13,7 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "means": ["Mean", "see_change", "see_mean"],
         "measured": ["see"],
         "levels": ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"],
-        "membership": ["Match", "Membership", "distances"],
+        "membership": ["PARTS", "Match", "Membership", "distances"],
         "network": ["Network"],
         "saved": ["open_network", "write_network"],
     },

@@ -14,15 +14,15 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "measured": ["Contact", "Measured", "measure_curve"],
         "noise": ["noise_remarks"],
         "opened": ["open_curves", "require_any"],
-        "raw": ["Raw", "read_raw"],
+        "raw": ["Raw", "read_raw", "read_raws"],
         "reader": [
             "Record",
             "curves_of",
             "read_curves",
-            "read_raws",
             "read_record",
         ],
         "scale": ["Scale"],
-        "shape": ["GRID", "Shape"],
+        "segments": ["white_noise"],
+        "shape": ["GRID", "STEP", "Shape", "effective_noise", "shape_of"],
     },
 )

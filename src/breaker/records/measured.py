@@ -107,7 +107,7 @@ def measure(
         "latch_time": reading.latch,
         **{each.name: partial(reading.speed, each) for each in speeds},
     }
-    return {name: reading.told(ways.get(name)) for name in quantities_of(motion, speeds, SOURCES)}
+    return {name: reading.told(ways[name]) for name in quantities_of(motion, speeds, SOURCES)}
 
 
 def measure_curve(
@@ -191,14 +191,12 @@ class _Reading:
         last = self.arrival + (_AFTER + 1.0) * self.duration
         near = slice(*np.searchsorted(time, [first, last]))
         self.time = time[near]
-        around = quantum, self.duration, segment.stroke, errors
         known = noise.process if np.isfinite(noise.sd) else (white_noise(forward), 0.0)
-        self.trace = Trace(self.time, forward[near], *known, *around)
+        around = *known, quantum, self.duration, segment.stroke, errors
+        self.trace = Trace(self.time, forward[near], *around)
 
     def told(self, way) -> Measured:
         """A quantity, or why there is none."""
-        if way is None:
-            return Measured(np.nan, np.nan, "travel alone does not show it")
         try:
             found = way()
         except NotShownError as error:
@@ -238,9 +236,9 @@ class _Reading:
 
     def latch(self) -> Uncertain:
         """Time from the trigger to the first motion, ms."""
-        if not np.isfinite(self.contact.trigger):
-            raise NotShownError("no trigger: when the coil was energised is not known")
-        return self._first_motion + -self.contact.trigger
+        if np.isfinite(self.contact.trigger):
+            return self._first_motion + -self.contact.trigger
+        raise NotShownError("no trigger: when the coil was energised is not known")
 
     def stroke(self) -> Uncertain:
         """Way between the rests, mm."""

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from tqdm import tqdm
 
-from breaker.files import Operation, RejectedCurveError, read_columns
+from breaker.files import Operation, RejectedCurveError, complete, read_columns
 from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
@@ -24,7 +25,9 @@ from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, SegmentError, find_segment
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
-__all__ = ["Raw", "read_raw"]
+__all__ = ["Raw", "read_raw", "read_raws"]
+
+_MANY = 100  # files, from which the progress is shown
 
 
 @dataclass(frozen=True)
@@ -160,6 +163,26 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
     found = operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum
     return Raw(*found, *events, said)
+
+
+def read_raws(
+    operations: Sequence[Operation], settings: Mapping, motion: str
+) -> list[Raw | RejectedCurveError]:
+    """Read the records of several operations as they are in their files, or why there is none.
+
+    Args:
+        operations, settings, motion: As for ``read_curves``.
+    """
+    settings = complete(settings)
+    scale = Scale.from_settings(settings)
+    raws: list[Raw | RejectedCurveError] = []
+    few = {"disable": True} if len(operations) < _MANY else {}
+    for operation in tqdm(operations, desc=f"read {motion}", mininterval=5, unit="file", **few):
+        try:
+            raws.append(read_raw(operation, settings, scale, motion))
+        except RejectedCurveError as error:
+            raws.append(error)
+    return raws
 
 
 def _placed(column: np.ndarray, place: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -37,26 +37,23 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
-from breaker.files import ABOUT, Operation, RejectedCurveError, complete, printable
+from breaker.files import ABOUT, Operation, RejectedCurveError, printable
 from breaker.mechanism import SPEEDS, Speed
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, check_missing, grid_remarks
 from breaker.records.measured import variables
 from breaker.records.noise import Noise, noise_remarks
-from breaker.records.raw import Raw, read_raw
+from breaker.records.raw import Raw, read_raw, read_raws
 from breaker.records.scale import Scale
 
 __all__ = [
     "Record",
     "curves_of",
     "read_curves",
-    "read_raws",
     "read_record",
 ]
 
-_MANY = 100  # files, from which the progress is shown
 # Of a record that is rejected.
 _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
@@ -136,26 +133,6 @@ def read_curves(
     raws = read_raws(operations, settings, motion)
     errors = {"noise_sd": noise_sd, "zero_sd": zero_sd}
     return curves_of(operations, raws, times, motion, **errors, speeds=speeds)
-
-
-def read_raws(
-    operations: Sequence[Operation], settings: Mapping, motion: str
-) -> list[Raw | RejectedCurveError]:
-    """Read the records of several operations as they are in their files, or why there is none.
-
-    Args:
-        operations, settings, motion: As for ``read_curves``.
-    """
-    settings = complete(settings)
-    scale = Scale.from_settings(settings)
-    raws: list[Raw | RejectedCurveError] = []
-    few = {"disable": True} if len(operations) < _MANY else {}
-    for operation in tqdm(operations, desc=f"read {motion}", mininterval=5, unit="file", **few):
-        try:
-            raws.append(read_raw(operation, settings, scale, motion))
-        except RejectedCurveError as error:
-            raws.append(error)
-    return raws
 
 
 def curves_of(

@@ -1,0 +1,134 @@
+"""What is given beside the records of a drive, and what is known of each record."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from breaker.answers.operations import Record
+from breaker.family import LevelDraws, Levels, Match
+from breaker.files import SWITCHING
+from breaker.mechanism import NAMES, UNIT, Size, Speed, powers
+from breaker.records import GRID, Measured
+
+if TYPE_CHECKING:
+    from breaker.model import Prior
+
+__all__ = ["FACTS", "NOTHING", "Answer", "Given"]
+
+FACTS = (*NAMES, "wipe", *SWITCHING.values())
+"""What facts may be about: all that is inferred, and the wipe, which follows from the touch."""
+
+NOTHING = Measured(np.nan, np.nan, "the record was rejected")
+"""What is measured of a record that is not there."""
+
+_IMPROBABLE = 1e-3  # share of a prior's drives that lie farther out than one that it expects
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What is given beside the records.
+
+    Attributes:
+        size: Size of the drive beside the family's; None if it is not known.
+        prior: Prior of one's own, at that size; None is the family's.
+        known: Facts, ``{name: [value, sd]}``, of ``FACTS``.
+    """
+
+    size: Size | None = None
+    prior: "Prior | None" = None
+    known: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    def prior_of(self, levels: Levels) -> "Prior":
+        """Return the prior at the size: one's own, or the family's."""
+        if self.prior is not None:
+            return self.prior
+        from breaker.model import Prior
+
+        return Prior.from_settings(levels.settings["prior"]).sized(self.size or UNIT)
+
+    def sample_prior(self, answer: "Answer", n: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw from the prior, ``(n, p)``.
+
+        Without a size, the family's is taken to the size of drives with about this stroke and
+        duration, which these tell as well as both are alike in drives of one size.
+        """
+        theta = self.prior_of(answer.levels).sample(n, rng)
+        if self.size is not None:
+            return theta
+        seen = answer.record.seen
+        middle, sd = answer.levels.usual
+        logs = np.log([seen.stroke[0], seen.duration[0]]) - middle
+        return theta * np.exp((logs + sd * rng.standard_normal((n, 2))) @ powers())
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What is known of one record.
+
+    Attributes:
+        record: The record.
+        levels: Network of the family; None of a record that cannot be used.
+        match: How the record fits the family.
+        misfit: Whether it is out of the family, so that nothing is inferred.
+        motions: Motions of the operation whose records the draws are from.
+        draws: Draws of the network, none of a misfit.
+        effective_size: How many of them weights leave.
+        unresolved: Why the draws are too few; empty if they are not.
+        measured: What the record shows, by name.
+        speeds: How speeds are defined.
+        prior_sds: Of each parameter's median from that of a given prior, in its sds.
+        prior_p_value: Share of that prior's drives that are farther out.
+        surprise: Of the contact's time, in sds of what the record leads to expect.
+        remarks: What is doubtful, in words.
+    """
+
+    record: Record
+    levels: Levels | None = None
+    match: Match | None = None
+    misfit: bool = False
+    motions: tuple[str, ...] = ()
+    draws: LevelDraws | None = None
+    effective_size: float = np.nan
+    unresolved: str = ""
+    measured: Mapping[str, Measured] = field(default_factory=dict)
+    speeds: tuple[Speed, ...] = ()
+    prior_sds: np.ndarray | None = None
+    prior_p_value: float = np.nan
+    surprise: float = np.nan
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def far_from_prior(self) -> bool:
+        """Whether a given prior hardly holds the drive."""
+        return self.prior_p_value < _IMPROBABLE
+
+    @property
+    def after_release(self) -> np.ndarray:
+        """Time from the release to touch or parting, ``(d,)``, ms."""
+        return self.draws.switching[self.record.motion] - self.draws.release[self.record.motion]
+
+    def is_inferred(self, name: str) -> bool:
+        """Whether draws tell a quantity, and no reading of the record."""
+        return name in NAMES or name == SWITCHING[self.record.motion]
+
+    def alone(self, name: str) -> bool:
+        """Whether the record shows a quantity without an inferred touch or parting."""
+        of_event = [each.name for each in self.speeds if each.of_event]
+        return self.record.timed or name not in ("wipe", *SWITCHING.values(), *of_event)
+
+    def inferred(self, name: str) -> np.ndarray | None:
+        """Draws of a parameter, or of the time of touch or parting; None of anything else."""
+        if name in NAMES:
+            return self.draws.theta[:, NAMES.index(name)]
+        return self.after_release if self.is_inferred(name) else None
+
+    def of_fact(self, name: str) -> np.ndarray | None:
+        """Draws of what a fact is about, ``(d,)``; None where the motion does not have it."""
+        if name != "wipe":
+            return self.inferred(name)
+        record = self.record
+        at = self.draws.switching[record.motion] / record.shape.duration
+        way = np.interp(at, GRID, record.shape.way)
+        return record.shape.stroke * (1.0 - way if record.motion == "closing" else way)

@@ -1,0 +1,160 @@
+"""What networks of a family infer of each operation of a drive, and what its records show.
+
+Parameters and the time of touch or parting are inferred, from both motions of an operation where
+both are there. Everything else is measured; what needs the touch takes the inferred one where no
+contact was timed. A prior of one's own, facts and a timed contact weigh the draws of the network.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from breaker.answers.answer import Answer, Given
+from breaker.answers.operations import Record
+from breaker.answers.weights import contradicted, surprise_of, weights_of
+from breaker.family import LevelDraws, Levels, Match
+from breaker.mechanism import NAMES, Size, speeds_of
+from breaker.model import generator
+from breaker.records import Contact
+
+__all__ = ["infer_drive"]
+
+_ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
+_LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round
+_SURPRISING = 4.0  # sd, of the contact's time
+
+
+def infer_drive(
+    records: Sequence[Record],
+    families: Sequence[Levels],
+    given: Given,
+    speeds: Mapping,
+    settings: Mapping,
+) -> list[Answer]:
+    """Infer all records of a drive, in their order.
+
+    Args:
+        families: Networks in the order in which they are tried: the first counts which half of the
+            records of each motion fit, or else the one that fits best.
+        speeds: The section ``speeds`` of the configuration.
+        settings: ``draws`` of an answer, ``misfit_p_value`` from which on a record fits, ``seed``.
+    """
+    usable = [record for record in records if not record.reason]
+    if not usable:
+        return [Answer(record) for record in records]
+    levels, matches = _chosen(families, usable, settings["misfit_p_value"])
+    stroke = np.median([record.shape.stroke for record in usable])
+    size = given.size or Size(float(f"{stroke / np.exp(levels.usual[0, 0]):.1g}"))
+    begun = {
+        id(record): Answer(
+            *(record, levels, match, match.p_value < settings["misfit_p_value"]),
+            speeds=speeds_of(speeds, size),
+        )
+        for record, match in zip(usable, matches, strict=True)
+    }
+    groups: dict[tuple, list[Answer]] = {}
+    for record in usable:
+        key = record.operation.number, record.operation.breaker, record.operation.phase
+        groups.setdefault(key, []).append(begun[id(record)])
+    for group in groups.values():
+        for answer in _inferred(group, given, settings):
+            begun[id(answer.record)] = _measured(answer)
+    return [begun.get(id(record), Answer(record)) for record in records]
+
+
+def _chosen(
+    families: Sequence[Levels], records: Sequence[Record], least: float
+) -> tuple[Levels, list[Match]]:
+    """The family of the records, and how each of them fits it."""
+    tried = []
+    for levels in families:
+        matches = [levels.match(record.motion, record.seen) for record in records]
+        by_motion: dict[str, list[float]] = {}
+        for record, match in zip(records, matches, strict=True):
+            by_motion.setdefault(record.motion, []).append(match.p_value)
+        fits = min(float(np.median(each)) for each in by_motion.values())
+        off = max(np.nanmax([*match.parts.values()]) for match in matches)
+        if fits >= least:
+            return levels, matches
+        tried.append((fits, -off, levels, matches))
+    return max(tried, key=lambda each: each[:2])[2:]
+
+
+def _inferred(group: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:
+    """Infer one operation from its records that are in the family."""
+    within = [answer for answer in group if not answer.misfit]
+    if not within:
+        return list(group)
+    levels, first = within[0].levels, within[0].record
+    rng = generator(settings["seed"], "levels", first.operation.number)
+    seen = {answer.record.motion: answer.record.seen for answer in within}
+    weighed = bool(given.prior or given.known) or any(each.record.timed for each in within)
+    tries = [(n, given.size) for n in (_ROUNDS if weighed else (settings["draws"],))]
+    if given.prior is not None:  # it may be wider than the family's, whose draws then lack its ends
+        tries.append((_ROUNDS[-1], None))
+    effective = -1.0
+    for n, size in tries:
+        found = levels.draw(seen, n, rng, size=size)
+        new = [replace(each, draws=found, motions=tuple(seen)) for each in within]
+        shares = weights_of(new, given, size) if weighed else np.full(n, 1.0 / n)
+        left = 1.0 / float(np.square(shares).sum()) if shares.any() else 0.0
+        if left > effective:
+            effective, draws, trial, weights = left, found, new, shares
+        if effective >= _ENOUGH:
+            break
+    surprise = {each.record.motion: surprise_of(each) for each in trial}
+    unresolved = ""
+    if weighed and effective < _LEAST:
+        drawn = f"{effective:.0f} of {weights.size} draws"
+        unresolved = f"effective size {drawn}, {_LEAST:.0f} are needed"
+    if weighed and effective:
+        places = (np.arange(settings["draws"]) + rng.random()) / settings["draws"]
+        chosen = rng.permutation(np.searchsorted(np.cumsum(weights), places * weights.sum()))
+        chosen = np.minimum(chosen, weights.size - 1)
+        times = [{m: t[chosen] for m, t in e.items()} for e in (draws.release, draws.switching)]
+        draws = LevelDraws(draws.theta[chosen], *times)
+    inferred = [
+        replace(
+            each,
+            draws=draws if effective else None,
+            effective_size=effective,
+            unresolved=unresolved,
+            surprise=surprise[each.record.motion],
+        )
+        for each in trial
+    ]
+    said = contradicted(inferred, given)
+    beside = [_beside(each, given, said if not k else []) for k, each in enumerate(inferred)]
+    return [*beside, *(each for each in group if each.misfit)]
+
+
+def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
+    """Hold an answer against what was given beside the record."""
+    if abs(answer.surprise) > _SURPRISING:
+        remarks = [
+            *remarks,
+            f"the contact's time is {answer.surprise:+.1f} sd from what the curve leads to expect: "
+            "is it of this record, and in its time?",
+        ]
+    answer = replace(answer, remarks=tuple(remarks))
+    if given.size is None or answer.draws is None:
+        return answer
+    from scipy.special import chdtrc
+
+    prior = given.prior_of(answer.levels)
+    sds, square = prior.distances(np.median(answer.draws.theta, axis=0))
+    return replace(answer, prior_sds=sds, prior_p_value=float(chdtrc(len(NAMES), square)))
+
+
+def _measured(answer: Answer) -> Answer:
+    """Read what the record shows, at the inferred touch where none was timed."""
+    record, contact = answer.record, answer.record.raw.contact
+    if answer.draws is not None and not record.timed:
+        switching = answer.draws.switching[record.motion]
+        at = record.tenth + float(np.median(switching))
+        contact = Contact(at, float(switching.std()), contact.trigger)
+    remarks = [*filter(None, record.raw.remarks_on()), *answer.remarks]
+    return replace(
+        answer, measured=record.raw.measured(answer.speeds, contact), remarks=tuple(remarks)
+    )

@@ -1,0 +1,72 @@
+"""How much each draw of a network counts beside what is given: a prior, facts, a timed contact."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from breaker.answers.answer import Answer, Given
+from breaker.answers.operations import Record
+from breaker.mechanism import Size, powers
+
+__all__ = ["contradicted", "surprise_of", "weights_of"]
+
+_CONTRADICTED = 3.0  # sd, of a fact
+
+
+def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np.ndarray:
+    """Weights of draws ``(d,)`` at a size, their sum 1; all 0 where none is possible."""
+    draws = answers[0].draws
+    log = np.zeros(len(draws.theta))
+    if given.prior is not None:
+        family = replace(given, prior=None).prior_of(answers[0].levels)
+        with np.errstate(invalid="ignore"):
+            log += given.prior.log_prob(draws.theta) - family.log_prob(draws.theta)
+        if (
+            size is None
+        ):  # all sizes alike: what sizes would change is no part of the family's prior
+            along, _ = np.linalg.qr((powers() / family.log_sds).T)
+            log -= 0.5 * np.square(family.standardise(draws.theta) @ along).sum(axis=1)
+    for answer in answers:
+        if answer.record.timed:
+            off = draws.switching[answer.record.motion] - _contact(answer.record)
+            log -= 0.5 * np.square(off / answer.record.raw.switching_sd)
+    for name, (value, sd) in given.known.items():
+        about = (answer.of_fact(name) for answer in answers)
+        known = next((each for each in about if each is not None), None)
+        if known is not None:
+            log -= 0.5 * np.square((known - value) / sd)
+    log = np.where(np.isfinite(log), log, -np.inf)
+    if not np.isfinite(log.max()):
+        return np.zeros(log.size)
+    weights = np.exp(log - log.max())
+    return weights / weights.sum()
+
+
+def _contact(record: Record) -> float:
+    """When the contact was seen to switch, ms after 10 % of the way."""
+    return record.raw.switching - record.tenth
+
+
+def surprise_of(answer: Answer) -> float:
+    """How far the contact's time is from what the draws lead to expect, sd; nan if not timed."""
+    if not answer.record.timed:
+        return np.nan
+    expected = answer.draws.switching[answer.record.motion]
+    sd = np.hypot(expected.std(), answer.record.raw.switching_sd)
+    return float((_contact(answer.record) - expected.mean()) / sd)
+
+
+def contradicted(answers: Sequence[Answer], given: Given) -> list[str]:
+    """Which facts the records of an operation contradict, in words."""
+    remarks = []
+    for name, (value, sd) in given.known.items() if answers[0].draws else ():
+        about = (answer.of_fact(name) for answer in answers)
+        known = next((each for each in about if each is not None), value)
+        off = (float(np.median(known)) - value) / sd
+        if abs(off) > _CONTRADICTED:
+            remarks.append(
+                f"the record contradicts known.{name}, {value:g} with an sd of {sd:g}: the "
+                f"posterior is {off:+.1f} sd off; check its value and unit, or widen it"
+            )
+    return remarks

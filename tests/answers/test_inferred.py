@@ -1,0 +1,158 @@
+"""What is inferred of each operation: by which records, which family, and with which weights."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from breaker.answers.answer import Answer, Given
+from breaker.answers.inferred import _chosen
+from breaker.answers.weights import weights_of
+from breaker.family.levels import LevelDraws
+from breaker.family.membership import Match
+from breaker.mechanism.parameters import NAMES
+from breaker.mechanism.size import Size, powers
+from breaker.model.prior import Prior
+from tests.answers.conftest import TOUCH, spread
+
+
+def test_both_motions_of_an_operation_share_their_draws(answers):
+    both, alone, gone, opening = answers
+    assert [each.record.motion for each in answers] == ["closing"] * 3 + ["opening"]
+    assert both.draws.theta is opening.draws.theta
+    assert both.motions == opening.motions == ("closing", "opening")
+    assert alone.motions == ("closing",)
+    assert gone.draws is None
+    assert spread(opening.inferred("k_a")) < spread(alone.inferred("k_a"))
+
+
+def test_what_needs_the_touch_is_measured_at_the_inferred_one(answers, infer, timed):
+    inferred = answers[0].measured
+    (measured,) = infer(some=[timed(TOUCH)])
+    assert measured.alone("wipe")
+    assert not answers[0].alone("wipe")
+    assert answers[0].alone("stroke")
+    for name in ("wipe", "closing_speed"):
+        assert measured.measured[name].sd < 0.7 * inferred[name].sd
+        off = measured.measured[name].value - inferred[name].value
+        assert abs(off) < 4.0 * inferred[name].sd
+
+
+def test_a_timed_contact_weighs_the_draws_and_one_of_another_record_is_told(infer, timed, answers):
+    (right,) = infer(some=[timed(TOUCH)])
+    assert abs(right.surprise) < 4.0
+    assert right.effective_size > 100
+    touch = right.record.tenth + right.draws.switching["closing"]
+    assert np.median(touch) == pytest.approx(TOUCH, abs=0.1)
+    assert spread(touch) < 0.25 < spread(answers[1].draws.switching["closing"])
+    (wrong,) = infer(some=[timed(TOUCH + 20.0)])
+    assert wrong.surprise > 4.0
+    assert "is it of this record" in wrong.remarks[-1]
+    assert wrong.draws is None or wrong.unresolved
+
+
+@pytest.mark.parametrize(("name", "value", "sd"), [("mu", 2.1, 0.05), ("touch_time", 10.1, 0.05)])
+def test_a_fact_narrows_what_it_is_about(infer, records, name, value, sd):
+    (known,) = infer(Given(known={name: [value, sd]}), records[1:2])
+    assert np.median(known.inferred(name)) == pytest.approx(value, abs=sd)
+    assert spread(known.inferred(name)) == pytest.approx(1.96 * sd, rel=0.3)
+    (far,) = infer(Given(known={name: [5.0 * value, sd]}), records[1:2])
+    assert far.draws is None or far.unresolved
+
+
+def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, answers):
+    """By the first motion that is there, and where that is contradicted it is said once."""
+    wipe = answers[0].measured["wipe"].value
+    closing, *_, opening = infer(Given(known={"wipe": [wipe + 0.2, 0.05]}), records)
+    assert closing.measured["wipe"].value == pytest.approx(wipe + 0.2, abs=0.15)
+    assert not any("contradicts" in each for each in opening.remarks)
+
+
+# ---- weights, where the posterior is known ------------------------------------------------------
+
+
+def prior_means(levels, own, draws, size, told):
+    """Means and sds of log parameters by the weights of a prior of one's own, in its units."""
+    record = SimpleNamespace(timed=False, motion="closing")
+    given = Given(told, own)
+    answer = Answer(record, levels, draws=LevelDraws(draws, {}, {}))
+    weights = weights_of([answer], given, size)
+    z = own.standardise(draws)
+    mean = weights @ z
+    return mean, np.sqrt(weights @ np.square(z - mean)), 1.0 / np.square(weights).sum()
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, told):
+    """Draws of the family's prior, at the size or at all sizes alike, weighed: those of one's own.
+
+    Standard errors of means are below 1 over the root of the effective size. In the second case a
+    wrong family prior is a planted fault: as if it said something of the size.
+    """
+    size, rng = Size(2.0, 1.5), np.random.default_rng(1)
+    family = Prior.from_settings(levels.settings["prior"]).sized(size)
+    draws = family.sample(60_000, rng)
+    if not told:
+        draws = draws * np.exp(rng.uniform(-0.6, 0.6, (len(draws), 2)) @ powers())
+    own = Prior(family.medians * np.exp(0.3 * family.log_sds), 0.9 * family.log_sds)
+    mean, sds, left = prior_means(levels, own, draws, size if told else None, size)
+    assert left > 200
+    assert np.abs(mean).max() < 5.0 / np.sqrt(left)
+    assert np.abs(sds - 1.0).max() < 5.0 / np.sqrt(left)
+    wrong, *_ = prior_means(levels, own, draws, None if told else size, size)
+    assert np.abs(wrong).max() > 8.0 / np.sqrt(left)
+
+
+# ---- families -----------------------------------------------------------------------------------
+
+
+def family(name, **p_values):
+    """One in which records of each motion have p-values."""
+
+    def match(motion, seen):
+        return Match(p_values[motion], {"start": 1.0 / p_values[motion], "end": np.nan}, None)
+
+    return SimpleNamespace(name=name, match=match)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "name"),
+    [
+        ({"closing": 0.2, "opening": 0.1}, {"closing": 0.9, "opening": 0.9}, "first"),
+        ({"closing": 0.2, "opening": 1e-5}, {"closing": 0.01, "opening": 0.01}, "second"),
+        ({"closing": 1e-4, "opening": 0.9}, {"closing": 1e-5, "opening": 0.9}, "first"),
+    ],
+)
+def test_the_first_family_that_fits_every_motion_counts_or_the_best(records, first, second, name):
+    families = [family("first", **first), family("second", **second)]
+    usable = [record for record in records if not record.reason]
+    levels, matches = _chosen(families, usable, 1e-3)
+    assert levels.name == name
+    assert len(matches) == len(usable)
+
+
+def test_nothing_is_inferred_out_of_the_family(infer, levels):
+    found = infer(families=[replace(levels, members={m: Never() for m in ("closing", "opening")})])
+    out = found[0]
+    assert out.misfit
+    assert out.draws is None
+    assert np.isfinite(out.measured["stroke"].value)
+    assert np.isnan(out.measured["closing_speed"].value)
+
+
+class Never:
+    """Members of a family that no record is of."""
+
+    def match(self, seen, basis):
+        return Match(0.0, {"start": 1.0, "main motion": 9.0, "end": 1.0}, seen.way[0])
+
+
+def test_the_medians_of_a_slip_in_units_are_far_from_the_prior(infer, records, prior):
+    assert NAMES[5] == "f"
+    slip = Prior(prior.medians * [1, 1, 1, 1, 1, 10, 1], prior.log_sds)
+    (far,) = infer(Given(Size(), slip), records[1:2])
+    assert far.far_from_prior
+    (near,) = infer(Given(Size(), prior), records[1:2])
+    assert not near.far_from_prior
+    assert not near.unresolved

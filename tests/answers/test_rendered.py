@@ -1,0 +1,129 @@
+"""Limits, and answers as a document, in words, as a table and as a tree."""
+
+import csv
+import json
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from breaker.answers.answer import Given
+from breaker.answers.judgement import VERDICTS, judged
+from breaker.answers.plain import document
+from breaker.answers.rows import table_of
+from breaker.answers.trees import tree
+from breaker.answers.words import in_words
+from breaker.family.levels import LevelDraws
+from breaker.mechanism.limits import Limit
+from breaker.mechanism.parameters import NAMES
+
+ALARM = {"raise": 0.95}
+
+
+def limit(name, value, of="model"):
+    return Limit("wide", "closing", ((name, value, True),), of=of)
+
+
+@pytest.fixture
+def verdict(answers):
+    """The verdict of a limit on the first closing, or on one like it."""
+
+    def verdict(limit, answer=answers[0]):
+        (row,) = judged(answer, [limit], ALARM, seed=1)
+        return row["verdict"]
+
+    return verdict
+
+
+def test_verdicts_follow_from_the_draws(answers, verdict):
+    found = []
+    for above in (0.01, 0.5, 1.0):
+        theta = np.ones((100, len(NAMES)))
+        theta[: int(100 * above), -1] = 11.0
+        answer = replace(answers[0], draws=LevelDraws(theta, {}, {}))
+        found.append(verdict(limit("L", 10.0), answer))
+    assert found == list(VERDICTS[1:])
+    assert verdict(limit("L", 10.0), replace(answers[0], unresolved="few")) == "unknown"
+    assert verdict(limit("L", 10.0), replace(answers[0], draws=None)) == "unknown"
+    assert judged(answers[3], [limit("L", 10.0)], ALARM, seed=1) == []  # of the other motion
+
+
+def test_measured_quantities_are_judged_as_measured(answers, infer, timed, verdict):
+    assert (
+        verdict(limit("stroke", 13.0, "record")) == verdict(limit("stroke", 13.0)) == VERDICTS[-1]
+    )
+    out = replace(answers[0], draws=None, misfit=True)
+    assert verdict(limit("stroke", 14.5), out) == "healthy"
+    assert verdict(limit("touch_time", 5.0, "record")) == "unknown"  # no contact was timed
+    assert verdict(limit("touch_time", 5.0)) == VERDICTS[-1]
+    (measured,) = infer(some=[timed(20.09)])
+    assert verdict(limit("touch_time", 5.0, "record"), measured) == VERDICTS[-1]
+    assert verdict(limit("latch_time", 5.0, "record")) == "unknown"
+
+
+@pytest.fixture
+def found(answers):
+    limits = [judged(each, [limit("L", 5.0)], ALARM, seed=1) for each in answers]
+    return document(answers, limits, {"words": ["size given"]}, {"seed": 1})
+
+
+def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answers):
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    first, _, rejected, _ = found["records"]
+    assert [each["accepted"] for each in found["records"]] == [True, True, False, True]
+    assert first["phase"] == "L1"
+    assert "is not there" in rejected["reason"]
+    assert "parameters" not in rejected
+    median = np.median(answers[0].draws.theta[:, -1])
+    assert first["parameters"]["L"]["median"] == pytest.approx(median, rel=1e-5)
+    assert first["verdict"] == "not healthy"
+    assert first["quantities"]["wipe"]["meaning"] == "way still to go at touch"
+    together = found["together"]
+    assert set(together) == {"closing"}
+    medians = [found["records"][k]["parameters"]["mu"]["median"] for k in (0, 1)]
+    spread = together["closing"]["parameters"]["mu"]["sd"]
+    assert spread == pytest.approx(np.std(medians, ddof=1), rel=1e-3)
+    assert together["closing"]["limits"]["wide"]["not healthy"] == 2
+
+
+def test_words_of_an_answer_that_is_not_one_name_the_remedies(answers):
+    few = replace(answers[1], unresolved="effective size 9", prior_p_value=1e-9)
+    few = replace(few, prior_sds=np.linspace(0.0, 6.0, 7))
+    text = in_words(document([few], [[]], {"words": []}, {}))
+    for words in ("NOT resolved (effective size 9)", "--model FILE", "L is +6.0 of its sds"):
+        assert words in " ".join(text.split())
+    parts = {"start": 0.5, "main motion": 3.0, "end": None}
+    match = answers[1].match._replace(p_value=0.0, parts=parts)
+    out = replace(answers[1], misfit=True, draws=None, match=match)
+    text = in_words(document([out], [[]], {"words": []}, {}))
+    assert "more than 99 % of its drives do in: main motion, 3 times." in " ".join(text.split())
+    assert "config/any.yaml" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_a_table_has_a_row_for_each_parameter_and_quantity(found):
+    rows = list(csv.DictReader(table_of(found).splitlines()))
+    counts = Counter((row["motion"], row["operation"]) for row in rows)
+    assert [*counts.values()] == [13, 13, 1, 13]
+    touch = next(row for row in rows if row["output"] == "touch_time")
+    assert (touch["kind"], touch["unit"], touch["source"]) == ("quantity", "ms", "inferred")
+    assert touch["verdict"] == "not healthy"
+    assert float(touch["exceeded_wide"]) == 1.0
+    assert {row["phase"] for row in rows} == {"L1"}
+
+
+def test_a_tree_has_the_records_with_a_posterior(answers):
+    found = tree(answers, Given(), seed=1)
+    posterior = found["posterior"]
+    assert posterior.motion.values.tolist() == ["closing", "closing", "opening"]
+    assert posterior.operation.values.tolist() == [1, 2, 1]
+    draws = answers[1].draws.theta[:, -1]
+    assert np.array_equal(posterior["L"].sel(chain=0, record=1), draws)
+    assert posterior["L"].attrs["unit"] == "mm"
+    assert posterior["part_time"].sel(record=0).isnull().all()
+    prior = found["prior/L"].sel(chain=0, record=1)
+    assert float(prior.std()) > 1.2 * draws.std()
+    assert abs(float(prior.mean()) - draws.mean()) < 3.0 * float(prior.std())
+    with pytest.raises(ValueError, match="no record has a posterior"):
+        tree(answers[2:3], Given(), seed=1)
