@@ -73,3 +73,29 @@ rule family_quality:
         "logs/family/quality.log",
     script:
         "../scripts/family_quality.py"
+
+
+# The paper's checks of the network of levels, on drives that it was not trained on.
+FAMILY_FIGURES = {"sbc": {"subject": "calibration on held-out drives of the family"}}
+FAMILY_FIGURES |= {
+    "contraction": {"prior": config["prior"], "onset_sd": 0.0, "setting": ", family of drives"},
+    "recovery": {},
+}
+for name, params in FAMILY_FIGURES.items():
+    figure(
+        f"{name}_family",
+        "3 Validation",
+        label=f"{name} of the family",
+        of="_{source}",
+        by=name,
+        params=params | {"motions": lambda wildcards: wildcards.source},
+        validation="results/family/levels_{source}.zarr",
+    )
+
+
+rule family:
+    """The networks of the family, and how good they are."""
+    input:
+        expand("results/family/{kind}.safetensors", kind=["levels", "changes"]),
+        expand("figures/{name}_family_{source}.png", name=FAMILY_FIGURES, source=SOURCES),
+        "results/family/quality.csv",

@@ -3,13 +3,13 @@
 from breaker.figures.validation import contraction
 from breaker.mechanism import is_logarithmic, prior_sds
 from breaker.stores import open_store
-from breaker.validation import scores
+from breaker.validation import parameters_of, scores
 from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params
-data = open_store(snakemake.input.validation)
-limit = open_store(snakemake.input.limit)
+data = parameters_of(open_store(snakemake.input.validation))
+limit = snakemake.input.get("limit")  # none is known of a family
 names = data.output.values
 
 judged = scores(
@@ -21,8 +21,8 @@ judged = scores(
 figure = contraction(
     judged,
     names,
-    motion=snakemake.wildcards.motion,
-    limit=limit.contraction.mean("curve").values,
-    setting=params.setting,
+    motion=snakemake.params.get("motions", snakemake.wildcards.get("motion")),
+    limit=open_store(limit).contraction.mean("curve").values if limit else None,
+    setting=params.get("setting", ""),
 )
 figure.savefig(snakemake.output[0])

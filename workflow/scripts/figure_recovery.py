@@ -2,12 +2,12 @@
 
 from breaker.figures.validation import recovery as recovery_figure
 from breaker.stores import open_store
-from breaker.validation import recovery
+from breaker.validation import parameters_of, recovery
 from breaker.workflow import start
 
 log = start(snakemake)
-data = open_store(snakemake.input.validation)
+data = parameters_of(open_store(snakemake.input.validation))
 
 summary = recovery(data.draws.values, data.truth.values)
-figure = recovery_figure(summary, data.output.values, motion=snakemake.wildcards.motion)
+figure = recovery_figure(summary, data.output.values, motion=snakemake.params.get("motions", snakemake.wildcards.get("motion")))
 figure.savefig(snakemake.output[0])

@@ -2,16 +2,16 @@
 
 from breaker.figures.validation import sbc
 from breaker.stores import open_store
-from breaker.validation import judge_draws
+from breaker.validation import judge_draws, parameters_of
 from breaker.workflow import start
 
 log = start(snakemake)
-data = open_store(snakemake.input.validation)
+data = parameters_of(open_store(snakemake.input.validation))
 
 figure = sbc(
     judge_draws(data.draws.values, data.truth.values),
     data.output.values,
-    motion=snakemake.wildcards.motion,
+    motion=snakemake.params.get("motions", snakemake.wildcards.get("motion")),
     subject=snakemake.params.subject + snakemake.params.get("setting", ""),
 )
 figure.savefig(snakemake.output[0])

@@ -23,7 +23,7 @@ _FEWEST, _MOST = 2000, 8000  # drives that components are of
 _CLEAN = (1e-6, 1.1e-6)
 _TOLD = 0.6  # share of the drives whose size is given
 _BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
-_REFERENCE_NOISE = (1e-5, 3e-2)  # of means of many records down
+_CHANGE_NOISE = (1e-5, 1e-2)  # of a sample, share of the stroke: of means of many records down
 _CHANGE = 0.03  # of the logarithm of a parameter
 _ODD = (0.005, 0.3, 3)  # shares of a change, and terms of curves that nobody explains
 _FASTEST = 0.3  # periods of a term in a duration
@@ -192,7 +192,7 @@ class ChangeRows(Rows):
         rng: np.random.Generator,
         *,
         motions: np.ndarray | None = None,
-        noise: Sequence[float] = _REFERENCE_NOISE,
+        noise: Sequence[float] = _CHANGE_NOISE,
         back: float = _BACK,
         odd: bool = True,
     ) -> tuple[np.ndarray, ...]:

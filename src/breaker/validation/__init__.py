@@ -51,6 +51,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "draws_per_second",
             "family_quality",
             "network_row",
+            "parameters_of",
             "quality",
             "quality_words",
         ],

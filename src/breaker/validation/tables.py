@@ -7,14 +7,21 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.mechanism import NAMES
+from breaker.mechanism import NAMES, ONSET
 from breaker.validation.calibration import coverage, judge_draws, judge_ranks, ranks
 from breaker.validation.diagnostics import scores
 
 if TYPE_CHECKING:
     from breaker.posterior import Posterior
 
-__all__ = ["draws_per_second", "family_quality", "network_row", "quality", "quality_words"]
+__all__ = [
+    "draws_per_second",
+    "family_quality",
+    "network_row",
+    "parameters_of",
+    "quality",
+    "quality_words",
+]
 
 _CURVES, _DRAWS = 10, 500  # of the timing
 _FAMILY_LEVEL = 0.01
@@ -97,6 +104,11 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
             "half_width": np.median(high - low, axis=0) / 2.0,
         }
     )
+
+
+def parameters_of(data: xr.Dataset) -> xr.Dataset:
+    """Return a validation without the times of the drive's own contact, which has no symbol."""
+    return data.isel(output=np.isin(data.output.values, [*NAMES, ONSET.name]))
 
 
 def quality_words(table: pd.DataFrame) -> str:
