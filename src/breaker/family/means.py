@@ -60,23 +60,21 @@ def see_mean(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
         ValueError: If a record has no motion from one rest to another.
     """
     own = [see(raw)[0] for raw in raws]
-    stroke, duration = (float(np.median([getattr(s, k) for s in own])) for k in Shape._fields[3::2])
-    units = own[0]._replace(stroke=stroke, duration=duration)
-    all_seen = [see(raw, like or units)[1] for raw in raws]
-    way, present = (np.concatenate([getattr(s, k) for s in all_seen]) for k in ("way", "present"))
-    count, n = present.sum(axis=0), len(raws)
+    stroke, duration = np.median([(each.stroke, each.duration) for each in own], axis=0).tolist()
+    units = like or own[0]._replace(stroke=stroke, duration=duration)
+    seen, n = [see(raw, units)[1] for raw in raws], len(raws)
+    way, present = (
+        np.concatenate([getattr(each, of) for each in seen]) for of in ("way", "present")
+    )
+    count = present.sum(axis=0)
     there = 2 * count >= n
     mean = np.where(there, (way * present).sum(axis=0) / np.maximum(count, 1), way.mean(axis=0))
-    squares, colour, step = (
-        np.mean([getattr(s, k)[0] ** power for s in all_seen])
-        for k, power in (("noise", 2), ("colour", 1), ("step", 1))
-    )
-    numbers = stroke, duration, np.sqrt(squares / n), colour, step
-    seen = Seen(
-        np.array([True]), mean[None], there[None], *(np.array([float(each)]) for each in numbers)
-    )
+    noise = np.sqrt(np.mean([each.noise**2 for each in seen]) / n)
+    colour, step = (np.mean([getattr(each, of) for each in seen]) for of in ("colour", "step"))
+    numbers = (np.array([each]) for each in (stroke, duration, noise, colour, step))
+    whole = Seen(np.array([True]), mean[None], there[None], *numbers)
     both = present & there
-    return Mean(like or units, seen, without_onset(np.tile(mean, (n, 1)), way, both))
+    return Mean(units, whole, without_onset(np.tile(mean, (n, 1)), way, both))
 
 
 def see_change(before: Sequence[Raw], today: Sequence[Raw], basis: Basis) -> tuple[Seen, Seen]:
