@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.mechanism.parameters import MOTIONS
 from breaker.mechanism.size import Size
 from breaker.model.prior import Prior
-from breaker.model.reference import configured_model
 from breaker.records.export import write_curve
 from breaker.synthetic.family import Family
 
@@ -29,14 +28,6 @@ def breakers_of(drawn, rigs, count, rng):
     return [family.new(rng) for _ in range(count)]
 
 
-def records_of(drive, model, count, rng):
-    """Records of a drive on a model's grid, ``(count, t)``."""
-    sensor = model.sensor.noise_and_zero
-    onsets = sensor.onset_sd * rng.standard_normal(count)
-    curves = [drive.travel(model.motion, sensor.times - onset) for onset in onsets]
-    return sensor.corrupt(np.array(curves), rng)
-
-
 def write_breakers(folder, drives, count, rng, size=None, motions=MOTIONS, head=NAMED):
     """Write files of breakers Q0, Q1 ... with their table."""
     size = size or Size()
@@ -55,10 +46,3 @@ def write_breakers(folder, drives, count, rng, size=None, motions=MOTIONS, head=
     table = head + "\n".join(lines) + "\n"
     (folder / "operations.csv").write_text(table, encoding="utf-8")
     return folder
-
-
-def with_prior(defaults, motion, prior):
-    """The model of the reference drive with a prior of a type."""
-    named = zip(NAMES, prior.medians.tolist(), prior.log_sds.tolist(), strict=True)
-    own = {name: {"median": median, "log_sd": log_sd} for name, median, log_sd in named}
-    return configured_model({**defaults, "prior": own}, motion)

@@ -1,4 +1,4 @@
-"""Priors of types whose medians and spread are known, from drives that the model does not fit."""
+"""Priors of types whose medians and spread are known, from drives of the family."""
 
 from dataclasses import replace
 
@@ -7,84 +7,77 @@ import pytest
 
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size
+from breaker.model.prior import Prior
 from breaker.model.randomness import generator
-from breaker.model.reference import reference_model
 from breaker.typical.fits import fit_breaker
-from breaker.typical.fitted import fit_type, room_for_wear
-from tests.typical.drives import breakers_of, records_of, type_of, with_prior
+from breaker.typical.fitted import fit_type, precision_of, room_for_wear
+from breaker.typical.recorded import read_breakers
+from tests.typical.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
 TYPES, BREAKERS, FURTHER = 4, 3, 3
+LEAST = 1e-3
 
 
-def fitted_types(defaults, prior):
-    """A fitted prior of each of some types, its truth, and records of further breakers."""
-    models = {motion: reference_model(motion) for motion in MOTIONS}
-    wide = {m: each.sized(Size(), 0.3) for m, each in models.items()}
+@pytest.fixture(scope="module")
+def types(defaults, prior, levels, tmp_path_factory):
+    """A fitted prior of each of some types, its truth, and draws of further breakers."""
+    found = []
     for number in range(TYPES):
         rng = generator(4, "test type", number)
         drawn = type_of(prior, rng)
         drives = breakers_of(drawn, defaults["rigs"], BREAKERS + FURTHER, rng)
-        records = [{m: records_of(d, models[m], 2, rng) for m in MOTIONS} for d in drives]
-        named = {f"Q{i}": each for i, each in enumerate(records[:BREAKERS])}
-        room = room_for_wear(defaults["rigs"]["wear"]["change"], wide["closing"].prior)
-        fitted = fit_type(wide, named, room, seed=1)
-        yield drawn, fitted, wide, drives[BREAKERS:], records[BREAKERS:]
+        folder = write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng)
+        recorded = read_breakers([folder], MOTIONS, {}, levels)
+        room = room_for_wear(defaults["rigs"]["wear"]["change"], prior)
+        names = list(recorded.operations)
+        some = {name: recorded.operations[name] for name in names[:BREAKERS]}
+        fitted = fit_type(replace(recorded, operations=some), room, 1, LEAST)
+        draws = [levels.draw(recorded.operations[n][0], 500, rng).theta for n in names[BREAKERS:]]
+        fits = [fit_breaker(theta, fitted.reference) for theta in draws]
+        found.append((drawn, fitted, list(zip(drives[BREAKERS:], fits, strict=True))))
+    return found
 
 
-@pytest.fixture(scope="module")
-def types(defaults, prior):
-    return list(fitted_types(defaults, prior))
-
-
-def covered(models, drive, records):
-    """Which parameters are in their 90 % interval under the models' prior, by one record of each
-    motion, and the widths of these intervals.
-    """
-    found = []
-    for motion, model in models.items():
-        fit = fit_breaker({motion: model}, {motion: records[motion][:1]}, np.zeros((1, 7)))
-        mean, cov = fit.posterior(model.prior.precision)
-        sd = np.sqrt(cov.diagonal())
-        off = model.prior.standardise(np.array(drive.theta)) - mean
-        found.append((np.abs(off) < 1.645 * sd, model.prior.log_sds * sd))
-    return np.array([each[0] for each in found]), np.array([each[1] for each in found])
+def covered(drive, fit, own, reference):
+    """Which parameters are in their 90 % interval under a prior, and the sds of these."""
+    precision = np.diag((reference.log_sds / own.log_sds) ** 2)
+    cov = np.linalg.inv(fit.matrix + precision)
+    mean = cov @ (fit.weighted + precision @ reference.standardise(own.medians))
+    sd = np.sqrt(cov.diagonal())
+    return np.abs(reference.standardise(np.array(drive.theta)) - mean) < 1.645 * sd, sd
 
 
 def test_medians_are_recovered_and_log_sds_are_not_too_small(types):
     """28 medians of 4 types, each in 3.5 sds; 28 log-sds, of which 10 % may be below the truth."""
-    for drawn, fitted, *_ in types:
+    for drawn, fitted, _ in types:
         z = fitted.reference.standardise(drawn.medians) - fitted.spread.centre
         assert np.all(np.abs(z) < 3.5 * np.hypot(fitted.spread.centre_sd, fitted.design))
-    below = [fitted.prior.log_sds < drawn.log_sds for drawn, fitted, *_ in types]
+    below = [fitted.prior.log_sds < drawn.log_sds for drawn, fitted, _ in types]
     assert np.mean(below) <= 0.1
 
 
-def test_further_breakers_are_inferred_right_and_better(types, defaults):
-    """168 parameters of 12 breakers, 90 % of them in their intervals: with an effective number of
+def test_further_breakers_are_inferred_right_and_better(types):
+    """84 parameters of 12 breakers, 90 % of them in their intervals: with an effective number of
     24 independent ones, less than 70 % has a probability below 1e-3. A prior that is four times
     too narrow fails: the planted fault.
     """
     inside, faulty, ratio = [], [], []
-    for _, fitted, wide, drives, records in types:
-        prior = fitted.prior
-        narrow = replace(prior, log_sds=prior.log_sds / 4.0)
-        right, wrong = (
-            {motion: with_prior(defaults, motion, each) for motion in MOTIONS}
-            for each in (prior, narrow)
-        )
-        for drive, each in zip(drives, records, strict=True):
-            held, width = covered(right, drive, each)
+    for _, fitted, further in types:
+        narrow = replace(fitted.prior, log_sds=fitted.prior.log_sds / 4.0)
+        for drive, fit in further:
+            held, width = covered(drive, fit, fitted.prior, fitted.reference)
             inside.append(held)
-            faulty.append(covered(wrong, drive, each)[0])
-            ratio.append(width / covered(wide, drive, each)[1])
+            faulty.append(covered(drive, fit, narrow, fitted.reference)[0])
+            _, cov = fit.posterior(precision_of(fitted.reference))
+            ratio.append(width / np.sqrt(cov.diagonal()))
     assert np.mean(inside) > 0.7
     assert np.mean(faulty) < 0.7
     assert np.median(ratio) < 1.0
 
 
 def test_one_breaker_alone_makes_a_wider_prior(types):
-    _, fitted, *_ = types[0]
+    _, fitted, _ = types[0]
     alone = fitted
     for name in ("Q1", "Q2"):
         alone = alone.without(name, generator(1, "test without"))
@@ -103,8 +96,18 @@ def test_room_for_wear(defaults, prior):
 
 
 def test_data_of_the_figure(types):
-    _, fitted, *_ = types[0]
+    _, fitted, _ = types[0]
     data = fitted.to_dataset()
     assert data.sizes == {"kind": 2, "parameter": 7, "breaker": BREAKERS}
     np.testing.assert_allclose(data["median"].sel(kind="fitted"), fitted.prior.medians)
     assert bool((data.low < data.middle).all() & (data.middle < data.high).all())
+
+
+def test_a_size_that_is_read_hides_what_is_common(prior):
+    """Under its precision logarithms are known no better than the size allows."""
+    sds = prior.log_sds * np.sqrt(np.linalg.inv(precision_of(prior)).diagonal())
+    by_name = dict(zip(NAMES, sds, strict=True))
+    assert by_name["mu"] == pytest.approx(0.2)
+    assert by_name["L"] == pytest.approx(np.hypot(0.05, 0.3))
+    big = Prior(prior.medians * Size(9.0, 4.0).factors, prior.log_sds)
+    np.testing.assert_allclose(precision_of(big), precision_of(prior))

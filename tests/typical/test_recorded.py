@@ -16,9 +16,9 @@ def drives(prior, defaults):
     return breakers_of(type_of(prior, rng), defaults["rigs"], 2, rng)
 
 
-@pytest.fixture(scope="module")
-def endurance(defaults):
-    return defaults["endurance"]
+@pytest.fixture
+def read(levels):
+    return lambda folders: read_breakers(folders, MOTIONS, {}, levels)
 
 
 @pytest.fixture
@@ -33,62 +33,64 @@ def names_and_counts(found):
     }
 
 
-def test_breakers_of_a_table(folder, endurance):
-    found = read_breakers([folder], MOTIONS, endurance)
+def test_breakers_of_a_table(folder, read):
+    found = read([folder])
     both = {"closing": 2, "opening": 2}
     assert names_and_counts(found) == {"Q0": both, "Q1": both}
     assert found.rejected == []
     assert found.left_out == {}
-    assert found.drive.size.lengths == pytest.approx(1.0, abs=0.3)
+    assert found.noise_sd == pytest.approx(0.1, rel=0.15)
+    assert [len(each) for each in found.operations["Q0"]] == [2, 2]  # motions of each operation
+    assert found.size.lengths == pytest.approx(1.0, abs=0.3)
 
 
-def test_phases_are_records_of_their_breaker(folder, endurance):
+def test_phases_are_records_of_their_breaker(folder, read):
     table = folder / "operations.csv"
     head, *rows = table.read_text(encoding="utf-8").splitlines()
     phases = [f"{row},L{1 + number % 2}" for number, row in enumerate(rows)]
     table.write_text("\n".join([f"{head},phase", *phases]), encoding="utf-8")
-    found = read_breakers([folder], MOTIONS, endurance)
+    found = read([folder])
     assert names_and_counts(found)["Q0"] == {"closing": 2, "opening": 2}
 
 
-def test_folders_without_names_are_breakers(tmp_path, drives, endurance):
+def test_folders_without_names_are_breakers(tmp_path, drives, read):
     rng = generator(1, "test files")
     folders = [
         write_breakers(tmp_path / name, [drive], 1, rng, head=NAMELESS)
         for name, drive in zip(("one", "other"), drives, strict=True)
     ]
-    found = read_breakers(folders, MOTIONS, endurance)
+    found = read(folders)
     assert list(found.records) == [str(each) for each in folders]
 
 
-def test_a_motion_that_is_nowhere_is_left_out(tmp_path, drives, endurance):
+def test_a_motion_that_is_nowhere_is_left_out(tmp_path, drives, read):
     rng = generator(1, "test files")
     folder = write_breakers(tmp_path / "closings", drives, 1, rng, motions=["closing"])
-    found = read_breakers([folder], MOTIONS, endurance)
-    assert list(found.drive.models) == ["closing"]
+    found = read([folder])
+    assert found.motions == ["closing"]
 
 
-def test_no_more_records_than_are_needed(folder, endurance, monkeypatch):
+def test_no_more_records_than_are_needed(folder, read, monkeypatch):
     monkeypatch.setattr(recorded, "_MOST", 1)
-    found = read_breakers([folder], MOTIONS, endurance)
+    found = read([folder])
     assert names_and_counts(found)["Q0"] == {"closing": 1, "opening": 1}
     assert found.left_out["Q0", "opening"] == 1
 
 
-def test_rejected_records_have_their_reason(folder, endurance):
+def test_rejected_records_have_their_reason(folder, read):
     (folder / "closing_0_1.csv").write_text("time,travel\n0,1\n", encoding="utf-8")
-    found = read_breakers([folder], MOTIONS, endurance)
+    found = read([folder])
     assert names_and_counts(found)["Q0"] == {"closing": 1, "opening": 2}
     assert len(found.rejected) == 1
     assert "closing_0_1.csv" in found.rejected[0]
 
 
-def test_nothing_to_read(tmp_path, folder, endurance):
+def test_nothing_to_read(tmp_path, folder, read):
     with pytest.raises(FileNotFoundError, match=r"has no file of a record.*breaker manifest"):
-        read_breakers([tmp_path], MOTIONS, endurance)
+        read([tmp_path])
     with pytest.raises(FileNotFoundError, match=r"there is no folder .*nowhere"):
-        read_breakers([tmp_path / "nowhere"], MOTIONS, endurance)
+        read([tmp_path / "nowhere"])
     for file in folder.glob("*_*.csv"):
         file.write_text("time,travel\n0,1\n", encoding="utf-8")
     with pytest.raises(ValueError, match="none of 8 records can be used"):
-        read_breakers([folder], MOTIONS, endurance)
+        read([folder])

@@ -22,7 +22,7 @@ def families(tau):
             root = rng.standard_normal((P, P)) + 1.5 * np.eye(P)
             matrix = root @ root.T
             seen = z + np.linalg.solve(root.T, rng.standard_normal(P))
-            fits.append(Fit(z, matrix, matrix @ seen, True))
+            fits.append(Fit(matrix, matrix @ seen))
         yield centre, fits, breakers[-1]
 
 
@@ -70,6 +70,6 @@ def test_much_spread_is_found():
 
 
 def test_one_breaker_says_nothing_of_the_spread():
-    fit = Fit(np.zeros(P), 400.0 * np.eye(P), np.zeros(P), True)
+    fit = Fit(400.0 * np.eye(P), np.zeros(P))
     alone = spread.find_spread([fit], np.eye(P), generator(1, "test"))
     assert np.all(np.abs(alone.between - 0.97) < 0.25)  # 90 % of its prior on the grid

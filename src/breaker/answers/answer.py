@@ -58,7 +58,7 @@ class Given:
         if self.size is not None:
             return theta
         seen = answer.record.seen
-        middle, sd = answer.levels.usual
+        middle, sd = answer.levels.usual.T
         logs = np.log([seen.stroke[0], seen.duration[0]]) - middle
         return theta * np.exp((logs + sd * rng.standard_normal((n, 2))) @ powers())
 

@@ -126,7 +126,7 @@ def _far(record: Mapping) -> list[str]:
     name = max(sds, key=lambda name: abs(sds[name]))
     return [
         f"FAR from the prior (p = {record['fit']['prior_p_value']:.2g}): {name} is "
-        f"{sds[name]:+.1f} of its sds from its median. Check the size, and the unit of each median, "
+        f"{sds[name]:+.1f} of its sds from its median. Check the size and the unit of each median, "
         "or widen the prior: breaker fit-prior fits one"
     ]
 

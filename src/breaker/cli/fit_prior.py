@@ -40,21 +40,21 @@ def _run(options: argparse.Namespace) -> int:
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.mechanism import Size, from_list, speeds_of
-    from breaker.model import configured_model
     from breaker.shipped import DEFAULTS
     from breaker.typical import check_fitted, overlay_of, overlay_text, report
     from breaker.workflow import merge, read
 
     logging.getLogger("breaker").setLevel(logging.ERROR)  # the text has the reasons
     recorded, fitted = _fitted(options.folders, config)
-    usual = read(DEFAULTS)["endurance"]["format"]
-    given = {k: v for k, v in config["endurance"]["format"].items() if v != usual[k]}
-    overlay = overlay_of(recorded, fitted, given)
+    usual = read(DEFAULTS)
+    format_settings = config["endurance"]["format"].items()
+    given = {k: v for k, v in format_settings if v != usual["endurance"]["format"][k]}
+    overlay = overlay_of(recorded, fitted, usual["sensor"], given)
     own = merge(config, overlay)
-    models = {motion: configured_model(own, motion) for motion in recorded.drive.models}
     speeds = speeds_of(own["speeds"], Size(**own["size"]))
-    limits = from_list(limits, [*models], speeds, of=["model"])
-    checks = check_fitted(fitted, models, recorded.records, limits, config["seed"])
+    limits = from_list(limits, recorded.motions, speeds, of=["model"])
+    least = config["endurance"]["misfit_p_value"]
+    checks = check_fitted(fitted, recorded, limits, config["seed"], least)
     text = overlay_text(overlay, recorded, checks)
     if options.output:
         write_lines(options.output, text)
@@ -75,9 +75,13 @@ def _run(options: argparse.Namespace) -> int:
 
 def _fitted(folders: Sequence[str], config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
-    from breaker.typical import fit_type, read_breakers, room_for_wear
+    from breaker.family import open_network
+    from breaker.shipped import model_file
+    from breaker.typical import fit_type, read_breakers, reference_of, room_for_wear
 
-    recorded = read_breakers(each_once(folders), config["motions"], config["endurance"])
-    reference = next(iter(recorded.drive.models.values())).prior
-    room = room_for_wear(config["rigs"]["wear"]["change"], reference)
-    return recorded, fit_type(recorded.drive.models, recorded.records, room, config["seed"])
+    endurance = config["endurance"]
+    levels = open_network(model_file("medium_voltage", "levels"))
+    read = each_once(folders), config["motions"], endurance["format"], levels
+    recorded = read_breakers(*read)
+    room = room_for_wear(config["rigs"]["wear"]["change"], reference_of(recorded))
+    return recorded, fit_type(recorded, room, config["seed"], endurance["misfit_p_value"])

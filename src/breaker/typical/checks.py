@@ -1,24 +1,22 @@
-"""Checks of a fitted prior: limits, the curves it was made from, each breaker by the others.
+"""Checks of a fitted prior: limits, the records it was made from, each breaker by the others.
 
 Each finding is a text and whether it is as it should be.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from breaker.mechanism import NAMES, Limit
-from breaker.model import Model, distance, generator, principal_components
-from breaker.posterior import share_inside
+from breaker.model import generator
 from breaker.typical.fitted import FittedPrior
+from breaker.typical.recorded import Recorded
 
 __all__ = ["Check", "Finding", "check_fitted"]
 
 _DRAWS = 1000
 _FAR = 3.0  # prior sd
-_COMPONENTS = 10
-_UNLIKE = 0.01  # p-value below which a record is unlike the prior's
 _LEAST_SUPPORT = 0.9
 _LEAST_BREAKERS = 3  # of which one can be left out
 
@@ -51,24 +49,24 @@ class Check:
 
 def check_fitted(
     fitted: FittedPrior,
-    models: Mapping[str, Model],
-    records: Mapping[str, Mapping[str, np.ndarray]],
+    recorded: Recorded,
     limits: Sequence[Limit],
     seed: int,
+    least: float,
 ) -> list[Check]:
     """Check a fitted prior.
 
     Args:
-        models: Joint model of each motion, with this prior.
-        records: Records ``(n, t)``, mm, by breaker and motion.
+        recorded: The records that it was made from.
         limits: Limits on the state of the drive, of these motions; none are not checked.
+        least: p-value below which a record is out of the family.
     """
     rng = generator(seed, "fit-prior checks")
     theta = fitted.prior.sample(_DRAWS, rng)
     return [
         Check("breakers", (_source(fitted), *_unfit(fitted))),
         Check("limits", tuple(_far_limits(limits, theta)) or (_NO_LIMITS,)),
-        Check("curves in the prior's band", tuple(_in_band(models, records, rng))),
+        Check("records in the family", tuple(_in_family(recorded, least))),
         Check("each breaker by the others", tuple(_left_out(fitted, seed))),
         Check("contact pressed, f > k_a L", (_support(fitted),)),
     ]
@@ -89,7 +87,7 @@ def _source(fitted: FittedPrior) -> Finding:
 
 
 def _unfit(fitted: FittedPrior) -> list[Finding]:
-    text = "no parameters that fit its records were found, and it is left out; look at them"
+    text = "none of its records is in the family, and it is left out; look at them"
     return [Finding(f"{name}: {text}", good=False) for name in fitted.unfit]
 
 
@@ -110,40 +108,16 @@ def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
     return findings
 
 
-def _in_band(
-    models: Mapping[str, Model],
-    records: Mapping[str, Mapping[str, np.ndarray]],
-    rng: np.random.Generator,
-) -> list[Finding]:
-    """How many samples lie in the 95 % band of the prior's records, and how unlike each record is.
-
-    The p-value is the share of the prior's records that are as far from their middle.
-    """
+def _in_family(recorded: Recorded, least: float) -> list[Finding]:
+    """How the records of each breaker fit the family."""
     findings = []
-    for motion, model in models.items():
-        theta = model.prior.sample(_DRAWS, rng)
-        onset = model.sensor.onset_sd * rng.standard_normal(_DRAWS)
-        exact = model.curves(np.column_stack([theta, onset])[:, : len(model.names)])
-        drawn = model.sensor.corrupt(exact, rng)
-        low, high = np.quantile(drawn, [0.025, 0.975], axis=0)
-        mean, weights = principal_components(exact, model.sensor, _COMPONENTS)
-        farthest = distance(drawn, mean, weights)
-        for name, by_motion in records.items():
-            if motion not in by_motion:
-                continue
-            each = by_motion[motion]
-            inside = share_inside(each, low, high).mean()
-            off = distance(np.where(np.isnan(each), mean, each), mean, weights)
-            p_values = (1 + (farthest >= off[:, None]).sum(axis=1)) / (1 + _DRAWS)
-            unlike = int((p_values < _UNLIKE).sum())
-            findings.append(
-                Finding(
-                    f"{name}, {motion}: {100 * inside:.0f} % of the samples of {len(each)} records "
-                    f"in the 95 % band, least p {p_values.min():.2g}"
-                    + (f"; {unlike} records are unlike the prior's" if unlike else ""),
-                    good=not unlike,
-                )
-            )
+    for name, by_motion in recorded.records.items():
+        for motion, each in by_motion.items():
+            p_values = np.array([recorded.levels.match(motion, seen).p_value for seen in each])
+            out = int((p_values < least).sum())
+            text = f"{name}, {motion}: {len(each)} records, median p {np.median(p_values):.2g}"
+            said = f"{text}; {out} are out of the family, and left out" if out else text
+            findings.append(Finding(said, good=not out))
     return findings
 
 

@@ -5,16 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
-from breaker.mechanism import NAMES, PARAMETERS
-from breaker.model import Model, Prior, generator
+from breaker.mechanism import NAMES, PARAMETERS, powers
+from breaker.model import Prior, generator
 from breaker.typical.fits import Fit, fit_breaker
+from breaker.typical.recorded import Recorded
 from breaker.typical.spread import Spread, find_spread
 
-__all__ = ["FittedPrior", "fit_type", "room_for_wear"]
+__all__ = ["FittedPrior", "fit_type", "precision_of", "reference_of", "room_for_wear"]
 
-_STARTS = 4  # of a fit: the medians, and draws
+_DRAWS = 500  # of each operation
+_SIZE = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
 _DESIGN = 0.6  # share of a breaker's posterior variance taken for an error that its type shares
 _ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
 _WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
@@ -28,11 +29,11 @@ class FittedPrior:
     The parts of its log-sds are in those of the reference prior, ``(p,)``.
 
     Attributes:
-        reference: The default prior, scaled to the size of the type, the size unknown.
+        reference: The family's prior, scaled to about the size of the type.
         fits: What the records of each breaker say, by name.
         spread: Centre and spread of the type.
         room: Room for wear.
-        unfit: Breakers without parameters that fit their records, which are left out.
+        unfit: Breakers without a record in the family, which are left out.
     """
 
     reference: Prior
@@ -72,13 +73,13 @@ class FittedPrior:
 
     def own(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return a breaker's standardised parameters and their sds, by itself, ``(p,)``."""
-        mean, cov = self.fits[name].posterior(self.reference.precision)
+        mean, cov = self.fits[name].posterior(precision_of(self.reference))
         return mean, np.sqrt(cov.diagonal())
 
     def without(self, name: str, rng: np.random.Generator) -> "FittedPrior":
         """Return the prior that the other breakers make."""
         others = {other: fit for other, fit in self.fits.items() if other != name}
-        spread = find_spread([*others.values()], self.reference.precision, rng)
+        spread = find_spread([*others.values()], precision_of(self.reference), rng)
         return FittedPrior(self.reference, others, spread, self.room)
 
     def to_dataset(self) -> xr.Dataset:
@@ -110,39 +111,54 @@ class FittedPrior:
         )
 
 
-def fit_type(
-    models: Mapping[str, Model],
-    records: Mapping[str, Mapping[str, np.ndarray]],
-    room: np.ndarray,
-    seed: int,
-) -> FittedPrior:
+def fit_type(recorded: Recorded, room: np.ndarray, seed: int, least: float) -> FittedPrior:
     """Fit the prior of a type.
 
     Args:
-        models: Joint model of each motion, of the type's size.
-        records: Records ``(n, t)``, mm, by breaker and motion.
-        room: Room for wear, log-sds of the models' prior, ``(p,)``.
+        recorded: Records of some breakers.
+        room: Room for wear, log-sds of the reference prior, ``(p,)``.
+        least: p-value below which a record is out of the family; it is left out.
 
     Raises:
-        ValueError: If no breaker has parameters that fit its records.
+        ValueError: If no breaker has a record in the family.
     """
-    prior = next(iter(models.values())).prior
+    levels, reference = recorded.levels, reference_of(recorded)
     fits = {}
-    for name, each in tqdm(records.items(), desc="fit", unit="breaker", mininterval=1):
-        starts = generator(seed, "fit-prior starts", name).standard_normal((_STARTS, len(NAMES)))
-        starts[0] = 0.0
-        fits[name] = fit_breaker(models, each, starts)
-    found = {name: fit for name, fit in fits.items() if fit.reached}
-    if not found:
+    for name, operations in recorded.operations.items():
+        rng = generator(seed, "fit-prior draws", name)
+        within = [
+            each
+            for each in operations
+            if all(levels.match(motion, seen).p_value >= least for motion, seen in each.items())
+        ]
+        if within:
+            theta = np.concatenate([levels.draw(each, _DRAWS, rng).theta for each in within])
+            fits[name] = fit_breaker(theta, reference)
+    if not fits:
         raise ValueError(
-            f"no parameters that fit the records of {', '.join(fits)} were found: look at the "
-            "records (`breaker inspect FILE --plot PNG`) and at endurance.format"
+            f"no record of {', '.join(recorded.operations)} is of the family "
+            f"{levels.settings['family']}: look at one (`breaker infer FILE --plot PNG`), and at "
+            "endurance.format"
         )
-    rng = generator(seed, "fit-prior spread")
-    spread = find_spread([*found.values()], prior.precision, rng)
-    return FittedPrior(
-        prior, found, spread, room, tuple(name for name in fits if name not in found)
+    spread = find_spread(
+        [*fits.values()], precision_of(reference), generator(seed, "fit-prior spread")
     )
+    unfit = tuple(name for name in recorded.operations if name not in fits)
+    return FittedPrior(reference, fits, spread, room, unfit)
+
+
+def reference_of(recorded: Recorded) -> Prior:
+    """Return the family's prior at the size of the records."""
+    return Prior.from_settings(recorded.levels.settings["prior"]).sized(recorded.size)
+
+
+def precision_of(reference: Prior) -> np.ndarray:
+    """Return the inverse covariance of standardised parameters where the size is only about that.
+
+    It is what parameters share, so their logarithms are known only as well as that of the size.
+    """
+    shared = _SIZE * powers() / reference.log_sds
+    return np.linalg.inv(np.eye(len(NAMES)) + shared.T @ shared)
 
 
 def room_for_wear(change: Mapping[str, tuple[float, float]], prior: Prior) -> np.ndarray:

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.family import Levels, Seen, see
 from breaker.files import MANIFEST, Operation, list_operations, printable, read_manifest
-from breaker.model import reference_model
-from breaker.posterior import DriveRecords, read_drive
+from breaker.mechanism import Size
+from breaker.records import Raw, read_raws
 
 __all__ = ["Recorded", "read_breakers"]
 
@@ -19,45 +20,48 @@ _MOST = 20  # records of a breaker and a motion: more of them say no more of wha
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """Records of the breakers of a type.
+    """Records of the breakers of a type, as networks of a family see them.
 
     Attributes:
-        drive: All records on the grid of the type's size, the models of it, and the noise.
-        labels: Breaker of each record, by motion.
+        levels: Network of the family.
+        operations: By breaker, the records of each operation by motion; of usable ones.
+        noise_sd: Median noise of a sample at rest, mm; nan if none is seen.
+        rejected: Why records were rejected, one text for each.
         left_out: Records that were not read since there are enough, by breaker and motion.
-        scale: Scale of what the model leaves out.
     """
 
-    drive: DriveRecords
-    labels: Mapping[str, np.ndarray]
+    levels: Levels
+    operations: Mapping[str, Sequence[Mapping[str, Seen]]]
+    noise_sd: float
+    rejected: Sequence[str]
     left_out: Mapping[tuple[str, str], int]
-    scale: float
 
     @property
-    def records(self) -> dict[str, dict[str, np.ndarray]]:
-        """Accepted records ``(n, t)``, mm, by breaker and motion; breakers without any are not."""
-        found: dict[str, dict[str, np.ndarray]] = defaultdict(dict)
-        for motion, labels in self.labels.items():
-            curves = self.drive.curves[motion]
-            travel, accepted = curves.travel.values.astype(np.float64), curves.accepted.values
-            for name in dict.fromkeys(labels[accepted].tolist()):
-                found[name][motion] = travel[accepted & (labels == name)]
-        return dict(found)
+    def records(self) -> dict[str, dict[str, list[Seen]]]:
+        """Records by breaker and motion."""
+        found: dict[str, dict[str, list[Seen]]] = {}
+        for name, operations in self.operations.items():
+            for motion, seen in (pair for each in operations for pair in each.items()):
+                found.setdefault(name, {}).setdefault(motion, []).append(seen)
+        return found
 
     @property
-    def rejected(self) -> list[str]:
-        """Why records were rejected, one text for each."""
-        return [
-            str(reason)
-            for curves in self.drive.curves.values()
-            for reason in curves.reason.values[~curves.accepted.values]
-        ]
+    def motions(self) -> list[str]:
+        """Motions that any breaker has."""
+        return list(dict.fromkeys(motion for each in self.records.values() for motion in each))
+
+    @property
+    def size(self) -> Size:
+        """Size of drives of the family with the stroke and the duration of these."""
+        first = [next(iter(each.values())) for some in self.operations.values() for each in some]
+        seen = np.median([(each.stroke[0], each.duration[0]) for each in first], axis=0)
+        return Size(*(float(f"{each:.3g}") for each in seen / np.exp(self.levels.usual[:, 0])))
 
 
 def read_breakers(
-    folders: Sequence[str | Path], motions: Sequence[str], endurance: Mapping
+    folders: Sequence[str | Path], motions: Sequence[str], settings: Mapping, levels: Levels
 ) -> Recorded:
-    """Read some records of the breakers in folders, at the size that they show.
+    """Read some records of the breakers in folders.
 
     A breaker is one of the column ``breaker`` of a folder's table, or else a folder; its phases
     count as records of it.
@@ -65,35 +69,38 @@ def read_breakers(
     Args:
         folders: Each as ``endurance.curves``: with a table, or with a folder for each motion.
         motions: Which to look for; one that no folder has is left out.
-        endurance: The section of the configuration: ``format``, and ``discrepancy``, the scale of
-            what the model leaves out. All breakers of a table count, whichever is chosen there.
+        settings: The section ``endurance.format`` of the configuration.
+        levels: Network of the family of these drives.
 
     Raises:
         ValueError: If a table is wrong, or no record can be used. The message says what to do.
         FileNotFoundError: If no folder has an operation of any motion.
     """
-    operations, labels, left_out = defaultdict(list), defaultdict(list), {}
-    troubles = []
+    found: dict[str, dict[tuple, dict[str, Seen]]] = defaultdict(lambda: defaultdict(dict))
+    noise, rejected, left_out = [], [], {}
+    troubles: list[str] = []
     for motion in motions:
-        for name, found in _listed(folders, motion, troubles).items():
-            some = [found[i] for i in _spread(len(found))]
-            operations[motion] += some
-            labels[motion] += [name] * len(some)
-            if len(found) > len(some):
-                left_out[name, motion] = len(found) - len(some)
-    if not operations:
+        for name, listed in _listed(folders, motion, troubles).items():
+            some = [listed[i] for i in _spread(len(listed))]
+            if len(listed) > len(some):
+                left_out[name, motion] = len(listed) - len(some)
+            for each, raw in zip(some, read_raws(some, settings, motion), strict=True):
+                if not isinstance(raw, Raw):
+                    rejected.append(str(raw))
+                    continue
+                of = each.number, each.phase, os.path.dirname(each.file)
+                found[name][of][motion] = see(raw)[1]
+                noise.append(max(raw.noise_at(raw.step).sd, raw.quantum / np.sqrt(12.0)))
+    if not found and not rejected:
         raise FileNotFoundError(_none(folders, troubles))
-    scale = endurance["discrepancy"]
-    models = {motion: reference_model(motion, scale) for motion in operations}
-    drive = read_drive(operations, endurance["format"], models)
-    by_motion = {motion: np.array(each) for motion, each in labels.items()}
-    recorded = Recorded(drive, by_motion, left_out, scale)
-    if not recorded.records:
+    if not found:
         raise ValueError(
-            f"none of {len(recorded.rejected)} records can be used; check endurance.format and the "
-            "folder. The first reasons: " + " | ".join(recorded.rejected[:3])
+            f"none of {len(rejected)} records can be used; check endurance.format and the "
+            "folder. The first reasons: " + " | ".join(rejected[:3])
         )
-    return recorded
+    seen_noise = float(np.nanmedian(noise)) if np.isfinite(noise).any() else np.nan
+    operations = {name: list(each.values()) for name, each in found.items()}
+    return Recorded(levels, operations, seen_noise, rejected, left_out)
 
 
 def _none(folders: Sequence[str | Path], troubles: Sequence[str]) -> str:

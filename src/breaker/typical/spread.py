@@ -55,7 +55,7 @@ def find_spread(fits: Sequence[Fit], precision: np.ndarray, rng: np.random.Gener
 
         >>> known = 400.0 * np.eye(7)
         >>> places = np.outer([-2.0, -1.0, 0.0, 1.0, 2.0], np.eye(7)[0])
-        >>> fits = [Fit(place, known, known @ place, True) for place in places]
+        >>> fits = [Fit(known, known @ place) for place in places]
         >>> found = find_spread(fits, np.eye(7), np.random.default_rng(1))
         >>> bool(found.between[0] > 1.0), bool((found.between[1:] < 0.6).all())
         (True, True)

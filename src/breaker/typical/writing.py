@@ -1,12 +1,14 @@
 """A fitted prior in words: a report, and the lines of configuration that hold it."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from textwrap import wrap
 
 import numpy as np
 import yaml
 
 from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter
+from breaker.model import Sensor
 from breaker.typical.checks import Check
 from breaker.typical.fitted import FittedPrior
 from breaker.typical.recorded import Recorded
@@ -14,13 +16,18 @@ from breaker.typical.recorded import Recorded
 __all__ = ["overlay_of", "overlay_text", "report"]
 
 _WIDTH = 100  # signs of a line
+# mm, sd of what the components of the workflow's learned error leave out of the reference drive.
+_LEFT_OUT = 0.02
 _ABOUT = {
     "size": ["# Size of the drive beside the default drive."],
     "prior": [
         "# Medians, and sds of the logarithms: spread between breakers, what is not known of the",
         "# type, and room for wear.",
     ],
-    "sensor": ["# Time grid and errors of records at this size; the noise is that of the records."],
+    "sensor": [
+        "# Time grid and errors of records at this size; the noise is that of the records,",
+        "# and what the learned error of the model leaves out.",
+    ],
     "endurance": ["# How the files are read."],
 }
 
@@ -33,23 +40,29 @@ def report(recorded: Recorded, fitted: FittedPrior, checks: Sequence[Check]) -> 
     return "\n".join(lines)
 
 
-def overlay_of(recorded: Recorded, fitted: FittedPrior, format_settings: Mapping) -> dict:
+def overlay_of(
+    recorded: Recorded, fitted: FittedPrior, sensor: Mapping, format_settings: Mapping
+) -> dict:
     """Return what the configuration has to hold for the type.
 
     Args:
+        sensor: The section ``sensor`` of drives of size 1.
         format_settings: What of the section ``endurance.format`` the records need beside defaults.
     """
-    drive, prior = recorded.drive, fitted.prior
-    sensor = next(iter(drive.models.values())).sensor.settings()
+    size, prior, motions = recorded.size, fitted.prior, recorded.motions
+    usual = Sensor.from_settings(sensor).sized(size)
+    seen = recorded.noise_sd if np.isfinite(recorded.noise_sd) else usual.noise_sd
+    noise_sd = float(np.hypot(seen, _LEFT_OUT * size.lengths))
+    sized = replace(usual, noise_sd=noise_sd).settings()
     pairs = zip(NAMES, prior.medians, prior.log_sds, strict=True)
     return {
-        "size": {name: _rounded(getattr(drive.size, name), 6) for name in ("lengths", "times")},
+        "size": {name: _rounded(getattr(size, name), 6) for name in ("lengths", "times")},
         "prior": {
             name: {"median": _rounded(median, 5), "log_sd": _rounded(log_sd, 3)}
             for name, median, log_sd in pairs
         },
-        "sensor": {name: _rounded(value, 6) for name, value in sensor.items()},
-        **({"motions": [*drive.models]} if len(drive.models) < len(MOTIONS) else {}),
+        "sensor": {name: _rounded(value, 6) for name, value in sized.items()},
+        **({"motions": motions} if len(motions) < len(MOTIONS) else {}),
         **({"endurance": {"format": dict(format_settings)}} if format_settings else {}),
     }
 
@@ -75,20 +88,23 @@ def overlay_text(overlay: Mapping, recorded: Recorded, checks: Sequence[Check]) 
 
 def _sources(recorded: Recorded) -> list[str]:
     """What the prior was made from."""
-    records, drive = recorded.records, recorded.drive
+    records, size = recorded.records, recorded.size
     lines = []
-    for motion in drive.models:
+    for motion in recorded.motions:
         counts = [len(each[motion]) for each in records.values() if motion in each]
         of = "one breaker" if len(counts) == 1 else f"{len(counts)} breakers"
         lines.append(f"{sum(counts)} records of {motion} of {of}")
-    lines += drive.said
+    lines.append(
+        f"lengths are about {size.lengths:g} times, times {size.times:g} times those of the "
+        "reference drive"
+    )
     if recorded.left_out:
         lines.append(
             f"{sum(recorded.left_out.values())} more records of these breakers were not needed: of "
             "each, some were taken, spread over all"
         )
-    noise = next(iter(drive.models.values())).sensor.noise_sd
-    lines.append(f"noise of a sample {noise:.3g} mm; scale of the model's error {recorded.scale:g}")
+    if np.isfinite(recorded.noise_sd):
+        lines.append(f"noise of a sample {recorded.noise_sd:.3g} mm")
     return [*lines, "breakers: " + ", ".join(records)]
 
 
