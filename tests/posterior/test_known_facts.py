@@ -8,9 +8,9 @@ import xarray as xr
 from scipy.stats import kstest
 
 from breaker.model import Contact, Facts, Lag, Model, generator
-from breaker.posterior.exact import infer_exactly
 from breaker.posterior.exactness import correct_operations
-from breaker.posterior.laplace import surprise
+from breaker.posterior.laplace import approximate, surprise
+from breaker.posterior.predictive import coordinates
 from tests.corrections import SETTINGS
 from tests.networks_fixtures import PRIOR, SENSOR, left_out
 
@@ -41,9 +41,18 @@ def curves(model):
     return xr.Dataset(data, coords={"operation": [1, 2, 3], "time": model.sensor.times})
 
 
+def infer_exactly(model, curves, draws):
+    """Exact posteriors, from the modes."""
+    rng = generator(1, "test facts", "start")
+    start = [approximate(model, record, draws, rng) for record in curves.travel.values]
+    coords = coordinates(model) | {"draw": np.arange(draws)}
+    data = curves.assign(draws=(("operation", "draw", "output"), np.array(start)))
+    return correct_operations(model, data.assign_coords(coords), SETTINGS, **COMMON)
+
+
 @pytest.fixture(scope="module")
 def unaware(model, curves):
-    return infer_exactly(model, curves, SETTINGS, draws=4000, **COMMON)
+    return infer_exactly(model, curves, 4000)
 
 
 def timed(model, curves, sd=0.1):
@@ -76,7 +85,7 @@ def test_facts_weigh_the_draws_of_records(model, curves, unaware):
     Planted fault: facts that nothing counts.
     """
     known = model.knowing(NEAR)
-    found = infer_exactly(known, curves, SETTINGS, draws=4000, **COMMON)
+    found = infer_exactly(known, curves, 4000)
     assert found.resolved.values.all()
     for i in range(3):
         theta = unaware.draws.values[i].astype(float)[:, :7]
@@ -87,7 +96,7 @@ def test_facts_weigh_the_draws_of_records(model, curves, unaware):
 def test_times_of_the_contact_weigh_the_draws_of_their_record(model, curves, unaware):
     """As above; the record without a time is as it was."""
     data = timed(model, curves)
-    found = infer_exactly(model, data, SETTINGS, draws=4000, **COMMON)
+    found = infer_exactly(model, data, 4000)
     assert found.resolved.values.all()
     for i in range(2):
         z = model.standardise(unaware.draws.values[i].astype(float))
@@ -134,7 +143,7 @@ def test_times_that_the_record_contradicts_are_remarked(model, curves):
     assert kstest(other, "norm").pvalue < 1e-6
     data = timed(model, curves).assign(remarks=("operation", ["odd", "", ""]))
     data.contact_time[1] = 25.0
-    found = infer_exactly(model, data, SETTINGS, draws=50, **COMMON)
+    found = infer_exactly(model, data, 50)
     assert np.isfinite(found.contact_surprise.values[:2]).all()
     assert np.isnan(found.contact_surprise.values[2])
     assert found.remarks.values[[0, 2]].tolist() == ["odd", ""]
@@ -160,6 +169,6 @@ def test_nothing_known_changes_nothing(model, curves, unaware):
 
 def test_times_are_refused_where_the_error_was_learned_without(model, curves):
     bare = model.leaving_out(CURVE)
-    infer_exactly(bare, curves, SETTINGS, draws=50, **COMMON)
+    infer_exactly(bare, curves, 50)
     with pytest.raises(ValueError, match="learned without times of touch"):
-        infer_exactly(bare, timed(model, curves), SETTINGS, draws=50, **COMMON)
+        infer_exactly(bare, timed(model, curves), 50)

@@ -25,13 +25,12 @@ def simulated(model, *purpose):
     return model.standardise(values), model.sensor.corrupt(model.curves(values), rng)
 
 
-@pytest.mark.parametrize("unknown", [0.0, 0.3])
 @pytest.mark.parametrize("scale", [0.0, 1.0])
 @pytest.mark.parametrize("noise_sd", [0.003, 0.3])
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_the_mode_is_no_lower_than_the_truth(motion, noise_sd, scale, unknown):
+def test_the_mode_is_no_lower_than_the_truth(motion, noise_sd, scale):
     """Twice what is gained over the truth is a chi-square of up to 8 degrees of freedom."""
-    model = with_noise(reference_model(motion, scale), noise_sd).sized(Size(10.0, 4.0), unknown)
+    model = with_noise(reference_model(motion, scale), noise_sd).sized(Size(10.0, 4.0))
     for z, record in zip(*simulated(model), strict=True):
         highest, precision = mode(model, record)
         there, truth = model.log_joint(np.stack([highest, z]), record)

@@ -28,10 +28,8 @@ import numpy as np
 
 from breaker.mechanism import Size
 
-if TYPE_CHECKING:  # what reads arrays alone loads neither
+if TYPE_CHECKING:  # what reads arrays alone does not load it
     import xarray as xr
-
-    from breaker.model.prior import Prior
 
 __all__ = ["Discrepancy", "Lag", "Modes", "modes", "open_discrepancy"]
 
@@ -155,32 +153,6 @@ class Discrepancy:
         """Return it as it is for drives of another size."""
         lag = self.lag and self.lag.scaled(size.times)
         return replace(self.scaled(size.lengths), lag=lag)
-
-    def of_unknown_size(self, prior: "Prior", times: np.ndarray, unknown: float) -> "Discrepancy":
-        """Return it for drives whose size is uncertain, to first order in its logarithms.
-
-        A drive that is larger by ``u_l`` and ``u_t``, logarithms of lengths and times, leaves out
-        ``delta + u_l delta - u_t t d(delta)/dt``, and its parameters are larger, too. So the mean
-        moves with the size that is expected at parameters, and what these leave open of the size
-        adds components.
-
-        Args:
-            prior: Prior of their parameters, of which the last two shared factors are the size's.
-            times: Times of the grid, ``(t,)``, ms.
-            unknown: Standard deviation of the logarithms of the size.
-        """
-        shared, expects, lag = prior.shared / prior.log_sds, prior.expects, self.lag
-        moved = np.zeros((len(shared), len(times)))
-        moved[-2:] = unknown * np.array([self.mean, -times * np.gradient(self.mean, times)])
-        moved -= shared @ self.slopes
-        open_ = np.linalg.cholesky(prior.leaves_open).T
-        if lag is not None:
-            later = -shared @ lag.slopes
-            later[-1] += unknown * lag.mean
-            slopes = lag.slopes + later @ expects
-            lag = replace(lag, slopes=slopes, loading=np.append(lag.loading, open_ @ later))
-        factor = np.vstack([self.factor, open_ @ moved])
-        return Discrepancy(self.mean, self.slopes + expects.T @ moved, factor, lag)
 
     def known_as(self, matrix: np.ndarray, offset: np.ndarray | float = 0.0) -> "Discrepancy":
         """Return it by other parameters x, ``z = offset + x @ matrix``, ``matrix (p, p)``."""

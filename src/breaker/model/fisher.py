@@ -88,7 +88,7 @@ def contraction_limit(model: Model, values: np.ndarray) -> np.ndarray:
         values: Outputs in physical units, ``(n, q)``.
     """
     _, slopes = linearise(model, model.standardise(values))
-    precision = slopes @ slopes.swapaxes(1, 2) + model.precision
+    precision = slopes @ slopes.swapaxes(1, 2) + np.eye(slopes.shape[1])
     return 1.0 - np.linalg.inv(precision).diagonal(axis1=-2, axis2=-1)
 
 
@@ -253,12 +253,11 @@ def pool(
         warn: Log a warning if the mode was not reached.
     """
     n = len(next(iter(records.values())))
-    precision = next(iter(models.values())).prior.precision
     centre = np.array(centre, dtype=np.float64)
     for _ in range(_ROUNDS):
         places = np.tile(centre, (n, 1))
         matrix, slope, _ = _together(models, records, places, onsets, 3)
-        step = np.linalg.solve(precision + matrix.sum(0), slope.sum(0) - precision @ centre)
+        step = np.linalg.solve(np.eye(len(NAMES)) + matrix.sum(0), slope.sum(0) - centre)
         # No step farther than half a prior sd: far from the mode the curve bends.
         centre += step * min(1.0, 0.5 / np.abs(step).max())
         if np.abs(step).max() < _REACHED:

@@ -90,29 +90,13 @@ class Model:
             self, facts=facts if facts is not None and facts.names else None, contact=contact
         )
 
-    def sized(self, size: Size, unknown: float = 0.0) -> "Model":
+    def sized(self, size: Size) -> "Model":
         """Return the model of drives of another size, if this is that of size 1.
 
-        Exact at a known size, for the mechanism does not tell sizes apart. The noise is made larger
-        along with the lengths.
-
-        Args:
-            size: Size of the drives, and so of times, errors, and what the model leaves out.
-            unknown: Standard deviation of the logarithms of its factors.
+        Exact, for the mechanism does not tell sizes apart. Times, errors, the noise among them, and
+        what the model leaves out are scaled along.
         """
-        prior = self.prior.sized(size, unknown)
-        sensor = self.sensor.sized(size)
-        if unknown and sensor.discrepancy is not None:
-            left_out = sensor.discrepancy.of_unknown_size(prior, sensor.times, unknown)
-            sensor = replace(sensor, discrepancy=left_out)
-        return replace(self, prior=prior, sensor=sensor)
-
-    @property
-    def precision(self) -> np.ndarray:
-        """Inverse covariance of the standardised outputs under the prior, ``(q, q)``."""
-        matrix, p = np.eye(len(self.outputs)), len(NAMES)
-        matrix[:p, :p] = self.prior.precision
-        return matrix
+        return replace(self, prior=self.prior.sized(size), sensor=self.sensor.sized(size))
 
     @property
     def condition(self) -> tuple[np.ndarray, float]:
@@ -187,18 +171,16 @@ class Model:
     def log_prior(self, z: np.ndarray) -> np.ndarray:
         """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.
 
-        It is ``-inf`` outside the prior's support, beyond 20 prior standard deviations in any of
-        its independent directions, and for drives too fast to be simulated; nan stays nan.
+        It is ``-inf`` outside the prior's support, beyond 20 prior standard deviations of any
+        output, and for drives too fast to be simulated; nan stays nan.
         """
         p = len(NAMES)
-        near = np.all(np.abs(self.prior.independent(z[..., :p])) <= _FARTHEST, axis=-1)
-        near &= np.all(np.abs(z[..., p:]) <= _FARTHEST, axis=-1)
+        near = np.all(np.abs(z) <= _FARTHEST, axis=-1)
         values = self.destandardise(np.where(near[..., None], z, 0.0))
         theta, onset = values[..., :p], values[..., p:].sum(axis=-1)  # 0 where it is no output
         inside = near & self.prior.supported(theta) & ~too_fast(theta, self.sensor.times, onset)
         safe = np.where(inside[..., None], z, 0.0)
         normal = -0.5 * (np.square(safe).sum(-1) + z.shape[-1] * np.log(2 * np.pi))
-        normal = normal + self.prior.log_shared(safe[..., : len(NAMES)])
         result = np.where(inside, normal - self.prior.log_support, -np.inf)
         return np.where(np.isnan(z).any(axis=-1), np.nan, result)
 

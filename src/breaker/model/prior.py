@@ -8,13 +8,13 @@ density is normalised analytically. Outside the half-space the density is zero.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.special import log_ndtr, ndtr, ndtri  # scipy.stats takes most of a second to load
 
-from breaker.mechanism import NAMES, Size, powers, split
+from breaker.mechanism import NAMES, Size, split
 
 __all__ = ["Prior"]
 
@@ -25,9 +25,7 @@ class Prior:
 
     Attributes:
         medians: Medians of the log-normals before conditioning, ``(p,)``, units of the parameters.
-        log_sds: Standard deviations of the natural logarithms, ``(p,)``, without what is shared.
-        shared: Changes of the logarithms that parameters have in common, each as it is at one
-            standard deviation, ``(k, p)``; none by default.
+        log_sds: Standard deviations of the natural logarithms, ``(p,)``.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
@@ -39,7 +37,6 @@ class Prior:
 
     medians: np.ndarray
     log_sds: np.ndarray
-    shared: np.ndarray = field(default_factory=lambda: np.empty((0, len(NAMES))))
 
     def __post_init__(self) -> None:
         for name in ("medians", "log_sds"):
@@ -47,8 +44,6 @@ class Prior:
             if values.shape != (len(NAMES),) or not np.all(np.isfinite(values) & (values > 0)):
                 raise ValueError(f"{name} of the prior must be {len(NAMES)} positive numbers")
             object.__setattr__(self, name, values)
-        if self.shared.ndim != 2 or self.shared.shape[1] != len(NAMES):
-            raise ValueError(f"shared changes are (k, {len(NAMES)}), not {self.shared.shape}")
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Mapping[str, float]]) -> "Prior":
@@ -58,40 +53,9 @@ class Prior:
             log_sds=np.array([settings[name]["log_sd"] for name in NAMES]),
         )
 
-    def sized(self, size: Size, unknown: float = 0.0) -> "Prior":
-        """Return the prior of drives of a size, whose own is that of size 1.
-
-        Args:
-            unknown: Standard deviation of the logarithms of both its factors.
-        """
-        shared = unknown * powers() if unknown else np.empty((0, len(NAMES)))
-        medians = self.medians * size.factors
-        return replace(self, medians=medians, shared=np.concatenate([self.shared, shared]))
-
-    @cached_property
-    def _root(self) -> np.ndarray:
-        """Lower triangular F, ``(p, p)``: standardised parameters have the covariance F F^T."""
-        shared = self.shared / self.log_sds
-        return np.linalg.cholesky(np.eye(len(NAMES)) + shared.T @ shared)
-
-    @cached_property
-    def precision(self) -> np.ndarray:
-        """Inverse covariance of the standardised parameters, before conditioning, ``(p, p)``."""
-        inverse = np.linalg.inv(self._root)
-        return inverse.T @ inverse
-
-    @cached_property
-    def expects(self) -> np.ndarray:
-        """Shared factors expected at standardised parameters z, ``expects @ z``, ``(k, p)``.
-
-        In their standard deviations.
-        """
-        return (self.shared / self.log_sds) @ self.precision
-
-    @cached_property
-    def leaves_open(self) -> np.ndarray:
-        """Covariance of the shared factors about what is expected at parameters, ``(k, k)``."""
-        return np.eye(len(self.shared)) - self.expects @ (self.shared / self.log_sds).T
+    def sized(self, size: Size) -> "Prior":
+        """Return the prior of drives of a size, whose own is that of size 1."""
+        return replace(self, medians=self.medians * size.factors)
 
     @cached_property
     def condition(self) -> tuple[np.ndarray, float]:
@@ -103,15 +67,9 @@ class Prior:
         return signs * self.log_sds, float(signs @ np.log(self.medians))
 
     @cached_property
-    def _half_space(self) -> tuple[np.ndarray, float]:
-        """The condition on independent standard normals ``w``, where ``z = F w``."""
-        slope, offset = self.condition
-        return slope @ self._root, offset
-
-    @cached_property
     def log_support(self) -> float:
         """Log of the probability of ``f > k_a L`` before conditioning."""
-        slope, offset = self._half_space
+        slope, offset = self.condition
         return float(log_ndtr(offset / np.linalg.norm(slope)))
 
     def standardise(self, theta: np.ndarray) -> np.ndarray:
@@ -125,16 +83,11 @@ class Prior:
     def distances(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how far parameters lie from the medians, ``(..., p) -> (..., p), (...)``.
 
-        In standard deviations of each parameter's logarithm, with what parameters share; and all
-        together, squared, which follows a chi-square of p degrees of freedom over the prior.
+        In standard deviations of each parameter's logarithm; and all together, squared, which
+        follows a chi-square of p degrees of freedom over the prior.
         """
         z = self.standardise(theta)
-        spread = np.sqrt(np.square(self._root).sum(axis=1))
-        return z / spread, np.square(self.independent(z)).sum(axis=-1)
-
-    def independent(self, z: np.ndarray) -> np.ndarray:
-        """Map standardised parameters ``(..., p)`` to independent ones, ``z = F w``."""
-        return z @ np.linalg.inv(self._root).T if len(self.shared) else z
+        return z, np.square(z).sum(axis=-1)
 
     @staticmethod
     def supported(theta: np.ndarray) -> np.ndarray:
@@ -148,16 +101,16 @@ class Prior:
         Along the normal of the half-space the coordinate follows a truncated normal, drawn by
         inverting its distribution function. The other directions are unconditioned normals.
         """
-        slope, offset = self._half_space
+        slope, offset = self.condition
         length = np.linalg.norm(slope)
         direction = slope / length
-        w = rng.standard_normal((n, len(NAMES)))
-        # With v = direction . w, the condition is -v < offset / length. Working with -v keeps
+        z = rng.standard_normal((n, len(NAMES)))
+        # With v = direction . z, the condition is -v < offset / length. Working with -v keeps
         # full precision in the common case, where nearly everything is accepted.
         upper = ndtr(offset / length)
         along = -ndtri(upper * (1.0 - rng.random(n)))
-        w += (along - w @ direction)[:, None] * direction
-        return self.destandardise(w @ self._root.T if len(self.shared) else w)
+        z += (along - z @ direction)[:, None] * direction
+        return self.destandardise(z)
 
     def log_prob(self, theta: np.ndarray) -> np.ndarray:
         """Return the log density per unit of ``theta``, ``(..., p) -> (...)``.
@@ -170,13 +123,4 @@ class Prior:
         safe = np.where(inside[..., None], theta, self.medians)
         normal = -(self.standardise(safe) ** 2) / 2 - np.log(np.sqrt(2 * np.pi))
         log_density = normal - np.log(self.log_sds) - np.log(safe)
-        total = log_density.sum(axis=-1) + self.log_shared(self.standardise(safe))
-        return np.where(inside, total - self.log_support, -np.inf)
-
-    def log_shared(self, z: np.ndarray) -> np.ndarray | float:
-        """Return what shared factors add to the log of a standard normal, ``(..., p) -> (...)``."""
-        if not len(self.shared):
-            return 0.0
-        more = self.precision - np.eye(len(NAMES))
-        log_determinant = 2.0 * np.log(self._root.diagonal()).sum()
-        return -0.5 * (np.einsum("...i,ij,...j->...", z, more, z) + log_determinant)
+        return np.where(inside, log_density.sum(axis=-1) - self.log_support, -np.inf)

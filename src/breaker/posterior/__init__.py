@@ -12,7 +12,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "batches": ["Rows", "freeze_inputs", "split"],
         "corrections": ["Corrected", "correct"],
         "estimator": ["Posterior"],
-        "exact": ["infer_exactly"],
         "exactness": ["correct_operations", "correct_validation", "judge", "models_of"],
         "family_network": ["FamilyNetwork", "FamilyRows"],
         "laplace": ["approximate"],
@@ -26,7 +25,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "sample_records",
             "validate",
         ],
-        "sizing": ["DriveRecords", "network_remarks", "read_drive"],
         "solver": ["convergence", "held_out_log_density", "records"],
         "tables": [
             "beside",
