@@ -7,8 +7,8 @@
 A type has medians around those of the default prior, and a share of its log-sds from breaker to
 breaker; each breaker has what the model lacks on top, alike in all of a type or not. Every other
 type is of 150 mm and 3.5 m/s. Three records per motion of some breakers are written to files, the
-prior is fitted to them, and single records of further breakers are inferred exactly: under it, and
-at the size read from their own records. Prints for each parameter the percentage that intervals of
+prior is fitted to them, and single records of further breakers are inferred: under it, and without
+any prior of the type. Prints for each parameter the percentage that intervals of
 90 % contain, and their width (of log-sds: that are not below the truth, and their size).
 """
 
@@ -19,19 +19,20 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.answers import Given, infer_drive, read_operations
+from breaker.family import open_network
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import Prior, configured_model, generator, reference_model
-from breaker.posterior import infer_exactly, read_drive
+from breaker.model import Prior, generator
 from breaker.records import write_curve
-from breaker.shipped import DEFAULTS
+from breaker.shipped import DEFAULTS, model_file
 from breaker.synthetic import Drive, Family
-from breaker.typical import fit_type, overlay_of, read_breakers, room_for_wear
-from breaker.workflow import load, merge
+from breaker.typical import fit_type, read_breakers, reference_of, room_for_wear
+from breaker.workflow import load
 
 SIZES = (Size(), Size(10.35, 4.46))
 OFF = 0.7  # log-sds between types, of the default ones
-RECORDS, FURTHER, NOISE = 3, 3, 0.1
+RECORDS, FURTHER, NOISE, LEAST = 3, 3, 0.1, 1e-3
 
 
 def type_of(default: Prior, share: float, rng: np.random.Generator) -> Prior:
@@ -68,7 +69,7 @@ def write(folder: Path, drive: Drive, size: Size, rng: np.random.Generator) -> d
     return found
 
 
-def one_type(number: int, options: argparse.Namespace, config: dict, folder: Path) -> list:
+def one_type(number: int, options, config: dict, folder: Path, levels) -> list:
     """Fit a type, and infer further breakers; rows of what is judged."""
     breakers = options.breakers
     rng = generator(41, "benchmark of types", breakers, number)
@@ -76,34 +77,26 @@ def one_type(number: int, options: argparse.Namespace, config: dict, folder: Pat
     drawn = type_of(default, options.share, rng)
     drives = drives_of(drawn, config["rigs"], breakers + FURTHER, options.alike, rng)
     files = [write(folder / f"Q{i}", drive, size, rng) for i, drive in enumerate(drives)]
-    recorded = read_breakers(
-        [folder / f"Q{i}" for i in range(breakers)], MOTIONS, config["endurance"]
-    )
-    reference = recorded.drive.models["closing"].prior
+    named = [folder / f"Q{i}" for i in range(breakers)]
+    recorded = read_breakers(named, MOTIONS, {}, levels)
+    reference = reference_of(recorded)
     room = room_for_wear(config["rigs"]["wear"]["change"], reference)
-    fitted = fit_type(recorded.drive.models, recorded.records, room, 1)
-    own = merge(config, overlay_of(recorded, fitted, {}))
-    models = {motion: configured_model(own, motion) for motion in MOTIONS}
+    fitted = fit_type(recorded, room, 1, LEAST)
     spread = fitted.spread
     off = reference.standardise(drawn.medians * size.factors) - spread.centre
     sd = np.hypot(spread.centre_sd, fitted.design)
     rows = [("medians", np.abs(off) < 1.645 * sd, sd * reference.log_sds)]
     rows.append(("log-sds", fitted.prior.log_sds >= drawn.log_sds, fitted.prior.log_sds))
+    settings = {"draws": 500, "misfit_p_value": LEAST, "seed": 1}
     for i in range(breakers, breakers + FURTHER):
-        some = {motion: each[:1] for motion, each in files[i].items()}
         truth = np.log(np.array(drives[i].theta) * size.factors)
-        by_size = read_drive(some, {}, {motion: reference_model(motion) for motion in MOTIONS})
-        by_type = read_drive(some, {}, models, size=Size(), noise_sd=own["sensor"]["noise_sd"])
-        for name, drive in (("size read", by_size), ("fitted", by_type)):
-            for motion in MOTIONS:
-                found = infer_exactly(
-                    *(drive.models[motion], drive.curves[motion], config["correction"]),
-                    **{"draws": 500, "seed": 1, "misfit_p_value": 1e-3},
-                )
-                if not bool(found.resolved[0]):
+        for motion in MOTIONS:
+            records = read_operations({motion: files[i][motion][:1]}, {})
+            for name, given in (("alone", Given()), ("fitted", Given(recorded.size, fitted.prior))):
+                (found,) = infer_drive(records, [levels], given, {}, settings)
+                if found.draws is None or found.unresolved:
                     continue
-                logs = np.log(found.draws.values[0, :, : len(NAMES)].astype(float))
-                low, high = np.quantile(logs, [0.05, 0.95], axis=0)
+                low, high = np.quantile(np.log(found.draws.theta), [0.05, 0.95], axis=0)
                 rows.append((f"{name}, {motion}", (low <= truth) & (truth <= high), high - low))
     return rows
 
@@ -116,9 +109,10 @@ def main() -> None:
     parser.add_argument("--alike", action="store_true")
     options = parser.parse_args()
     config, rows = load([DEFAULTS]), []
+    levels = open_network(model_file("medium_voltage", "levels"))
     for number in range(options.types):
         with tempfile.TemporaryDirectory() as folder:
-            rows += one_type(number, options, config, Path(folder))
+            rows += one_type(number, options, config, Path(folder), levels)
     print(vars(options))
     print(f"{'':22s} n   all  " + "".join(f"{name:>10s}" for name in NAMES))
     for name in dict.fromkeys(row[0] for row in rows):
