@@ -132,7 +132,7 @@ def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) 
     if known and not of_default_size(strokes):
         remarks.append(
             f"a stroke of {np.median(strokes):.4g} mm is that of another size of breaker than "
-            "those of the default prior: breaker infer reads the size from the records, the "
+            "those of the default prior: breaker infer takes any size, the "
             "workflow needs a prior and size of its own, which breaker fit-prior proposes"
         )
     opens = mm * np.array([(sign * travel.levels).min() for travel in travels])
