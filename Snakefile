@@ -45,9 +45,11 @@ FIGURES = [
     "posterior_predictive",
     "endurance_predictive",
     "evolution",
-    "sensitivity",
+    "sbc",
+    "contraction",
+    "exactness",
+    "identifiability",
 ]
-AT_EVERY_SCALE = ["sbc", "contraction", "exactness", "identifiability"]  # a figure for each scale
 DECISIONS = ["verdict", "health", "remaining_life"]
 
 
@@ -57,16 +59,9 @@ rule all:
     input:
         expand("figures/{figure}_{motion}.png", figure=FIGURES, motion=MOTIONS),
         expand(
-            "figures/{figure}_{motion}{scale}.png",
-            figure=AT_EVERY_SCALE,
-            motion=MOTIONS,
-            scale=SCALES,
-        ),
-        expand(
-            "results/{table}/{motion}{scale}_seed{seed}.csv",
+            "results/{table}/{motion}_seed{seed}.csv",
             table=["quality", "exactness"],
             motion=MOTIONS,
-            scale=SCALES,
             seed=SEED,
         ),
         expand("results/endurance/{motion}.csv", motion=MOTIONS),
@@ -101,9 +96,8 @@ rule second_seed:
     """The quality of both motions on a second validation seed, outside of `all`."""
     input:
         expand(
-            "results/quality/{motion}{scale}_seed{seed}.csv",
+            "results/quality/{motion}_seed{seed}.csv",
             motion=MOTIONS,
-            scale=SCALES,
             seed=config["validation"]["second_seed"],
         ),
 

@@ -119,10 +119,10 @@ def bank_of(posterior, n, *, seed=5):
     return simulate(posterior.model, n, generator(seed, "test bank", posterior.motion))
 
 
-def frozen(*, motion="closing", onset=True, network=NETWORK, curves=512, seed=0, discrepancy=None):
+def frozen(*, motion="closing", onset=True, network=NETWORK, curves=512, seed=0):
     """A small new model, its inputs frozen on a bank of its own."""
     made_from = settings(motion=motion, onset=onset, network=network)
-    posterior = Posterior(made_from, seed=seed, discrepancy=discrepancy)
+    posterior = Posterior(made_from, seed=seed)
     freeze_inputs(posterior, bank_of(posterior, curves), generator(0, "test components"))
     return posterior.eval()
 
@@ -213,9 +213,9 @@ def certain_of(values, draws):
     return np.repeat(values[:, None], draws, axis=1)
 
 
-def curved_model(network=NETWORK, discrepancy=None):
+def curved_model(network=NETWORK):
     """A model whose posteriors depend on the record and are far from Gaussian, and records."""
-    posterior = frozen(network=network, discrepancy=discrepancy)
+    posterior = frozen(network=network)
     perturb(posterior.inference, 0.15)
     posterior.solver_steps.fill_(3)
     posterior.density_solver_steps.fill_(3)

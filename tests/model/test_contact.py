@@ -8,7 +8,6 @@ from scipy.stats import multivariate_normal
 
 from breaker.mechanism import Size, travel
 from breaker.model import Contact, Discrepancy, Facts, Lag, Model, linearise_beside
-from breaker.model.saved import open_model, write_model
 from tests.networks_fixtures import PRIOR, left_out
 
 SAMPLES = 12
@@ -151,18 +150,6 @@ def test_derivatives_lead_to_the_mode(model):
     np.testing.assert_allclose(
         -slopes @ residuals, (parts[0] - parts[1]) / 2e-5, rtol=1e-4, atol=1e-3
     )
-
-
-def test_model_files_keep_the_lag(tmp_path):
-    sensor = {"start": -1.0, "stop": 40.0, "samples": SAMPLES, **ERRORS}
-    settings = {"prior": PRIOR, "sensor": sensor, "motion": "closing"}
-    for known in (KNOWN, CURVE):
-        write_model(tmp_path / "m.safetensors", settings, {}, known)
-        with open_model(tmp_path / "m.safetensors") as saved:
-            back = saved.discrepancy
-        assert back.to_arrays().keys() == known.to_arrays().keys()
-        for name, each in known.to_arrays().items():
-            np.testing.assert_array_equal(back.to_arrays()[name], each)
 
 
 def test_arrays_and_back():

@@ -6,8 +6,6 @@ import torch
 from scipy.stats import lognorm, norm
 
 from breaker.mechanism.parameters import NAMES
-from breaker.mechanism.size import Size
-from breaker.model.discrepancy import Discrepancy
 from breaker.posterior.estimator import Posterior
 from tests.networks_fixtures import (
     MARKS,
@@ -190,35 +188,3 @@ def test_sampling_leaves_global_randomness_alone(curved):
 
 
 # ---- size ---------------------------------------------------------------------------------------
-
-
-def test_the_posterior_of_a_scaled_record_is_the_scaled_one(curved):
-    """Draws, densities and distance, to the rounding of single precision; a record in the lengths
-    of the training would give others."""
-    size, (posterior, records) = Size(8.0, 3.0), curved
-    sized, large = posterior.sized(size), 8.0 * records
-    noise = noise_of(posterior, len(records), 30)
-    factors = np.append(size.factors, size.times)[: len(posterior.outputs)]
-    draws = posterior.sample(records, noise)
-    np.testing.assert_allclose(sized.sample(large, noise), factors * draws, rtol=1e-4, atol=1e-5)
-    density = posterior.log_prob(draws, records) - np.log(factors).sum()
-    np.testing.assert_allclose(sized.log_prob(factors * draws, large), density, atol=1e-2)
-    assert np.abs(sized.sample(records, noise) / (factors * draws) - 1).max() > 1e-2
-    np.testing.assert_allclose(sized.distance(large), posterior.distance(records), rtol=1e-6)
-    assert sized.sensor.stop == 3.0 * posterior.sensor.stop
-    assert posterior.size == Size()
-
-
-def test_scale_and_size_may_come_in_any_order():
-    known = Discrepancy(*(np.full(shape, 0.1) for shape in (31, (7, 31), (2, 31))))
-    posterior = Posterior(settings(), discrepancy=known)
-    size = Size(8.0, 3.0)
-    one, other = posterior.at(1.0).sized(size), posterior.sized(size).at(1.0)
-    for found in (one, other):
-        assert found.sensor.discrepancy.mean == pytest.approx(0.8)
-        assert found.model.prior.medians == pytest.approx(
-            size.factors * posterior.model.prior.medians
-        )
-    assert posterior.sized(size).sized(Size()).model.prior.medians == pytest.approx(
-        posterior.model.prior.medians
-    )

@@ -15,10 +15,8 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.joint import Model
 from breaker.model.randomness import generator, seed_integer
-from breaker.model.reference import reference_model
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate
-from breaker.shipped import model_file
 from tests.corrections import SETTINGS
 
 CURVES = 5  # of each motion
@@ -197,24 +195,3 @@ def test_corrected_posteriors_are_those_of_mcmc(model, i):
             _, without_zero = by_correction(faulty, record, start, rng)
             assert largest_score(without_zero, chain) > 2 * LARGEST
         assert largest_score(of_draws(about_mode), chain) > LARGEST
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_a_network_leads_to_the_same_posterior_as_the_mode(motion):
-    """With what the model leaves out, as of three rigs: 96 comparisons, false alarm 1e-3.
-
-    Draws of the network that are not corrected fail.
-    """
-    from breaker.posterior.estimator import Posterior
-
-    model, network = reference_model(motion), Posterior.load(model_file(motion)).at(1.0)
-    largest, uncorrected = norm.isf(FALSE_ALARM / 96 / 2), []
-    for i in range(3):
-        record, rng = simulated(model, i + 1)
-        noise = rng.standard_normal((1, D, 8))
-        by_network = network.sample(record[None], noise)[0]
-        _, one = by_correction(model, record, by_network, rng)
-        _, other = by_correction(model, record, approximate(model, record, D, rng), rng)
-        assert largest_score(one, other) < largest
-        uncorrected.append(largest_score(of_draws(by_network), other))
-    assert max(uncorrected) > largest

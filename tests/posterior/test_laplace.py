@@ -5,13 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker import shipped
 from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import Facts, generator, reference_model
+from breaker.model import Facts, Model, generator
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate, mode
+from breaker.workflow import read
 from tests.corrections import SETTINGS
+from tests.networks_fixtures import left_out
 
 RECORDS = 6
+DEFAULTS = read(shipped.DEFAULTS)
+
+
+def reference_model(motion, scale=1.0):
+    """Of the defaults, with what it leaves out as waves of some 0.1 mm at scale 1."""
+    known = left_out(DEFAULTS["sensor"]["samples"], size=0.1)
+    return Model.from_settings({**DEFAULTS, "motion": motion}, known, scale)
 
 
 def with_noise(model, noise_sd):

@@ -21,7 +21,6 @@ from tests.networks_fixtures import (
     SENSOR,
     Trap,
     curved_model,
-    left_out,
     noise_of,
     one_thread,  # noqa: F401
     settings,
@@ -92,7 +91,7 @@ def test_the_order_of_tensors_does_not_matter(curved, model_file, tmp_path):
     posterior, _ = curved
     tensors = dict(reversed(posterior.state_dict().items()))
     settings_of = dict(reversed(posterior.settings.items()))
-    write(tmp_path / "m.safetensors", settings_of, tensors, None)
+    write(tmp_path / "m.safetensors", settings_of, tensors)
     assert (tmp_path / "m.safetensors").read_bytes() == model_file.read_bytes()
 
 
@@ -188,18 +187,6 @@ def with_value(name, value):
     return with_tensors(change)
 
 
-def with_discrepancy(**changes):
-    """A model trained with a discrepancy, of which some tensors are others."""
-
-    def fault(_, target):
-        Posterior(settings(), discrepancy=left_out()).save(target)
-        tensors, header = parts(target)
-        tensors |= {f"discrepancy.{name}": change for name, change in changes.items()}
-        save_file(tensors, target, metadata=header)
-
-    return fault
-
-
 def raw(header, size=None):
     """A file of a header of any bytes, and of a size that it only claims."""
     length = len(header) if size is None else size
@@ -223,7 +210,7 @@ FAULTS = {
     ),
     "older format": (
         with_header(lambda h: {**h, "format": "breaker posterior 2"}),
-        "its format is 'breaker posterior 2', this version of breaker reads 'breaker posterior 3'",
+        "its format is 'breaker posterior 2', this version of breaker reads 'breaker network 1'",
     ),
     "no settings": (with_header(lambda h: {"format": h["format"]}), DESCRIBE),
     "tensor missing": (with_tensors(lambda t: t.pop("inference.head.bias")), SHAPE),
@@ -273,11 +260,6 @@ FAULTS = {
         with_settings(lambda s: s | {"sensor": s["sensor"] | {"noise_sd": float("nan")}}),
         "sensor.noise_sd is nan",
     ),
-    "discrepancy nan": (with_discrepancy(mean=torch.full((31,), torch.nan).double()), "not finite"),
-    "discrepancy of six": (with_discrepancy(slopes=torch.zeros(6, 31).double()), DESCRIBE),
-    "discrepancy of others": (with_discrepancy(mean=torch.zeros(30).double()), DESCRIBE),
-    "discrepancy single": (with_discrepancy(factor=torch.zeros(2, 31)), "of float32"),
-    "discrepancy a number": (with_discrepancy(mean=torch.ones(()).double()), DESCRIBE),
 }
 
 # What took forever, or all memory.

@@ -101,8 +101,6 @@ def test_reached_is_sorted_by_the_limit():
             assert found_here == pytest.approx(expected)
     assert comparison.identifiability_words(found) == (
         r"over the prior: the prior decides $\mu$ and $L$; $k_b$ partly known"
-        "\n"
-        "this drive, first 20 operations: the prior decides $L$; $k_b$ partly known"
     )
 
 
@@ -127,20 +125,6 @@ def test_unusable_contractions_are_refused():
         comparison.reached(values | {"limit": values["limit"][0]}, NAMES)
     with pytest.raises(ValueError, match="corrected must be finite"):
         comparison.reached(values | {"corrected": np.full((3, 8), np.nan)}, NAMES)
-
-
-def test_the_first_usable_operations_stand_for_the_drive():
-    draws = np.arange(2 * 30 * 4 * 2, dtype=np.float32).reshape(2, 30, 4, 2)
-    drive = xr.Dataset(
-        {
-            "draws": (("posterior", "operation", "draw", "output"), draws),
-            "resolved": ("operation", np.arange(30) % 3 != 1),
-        },
-        {"posterior": ["amortised", "corrected"]},
-    )
-    found = comparison.first_operations(drive, 3)
-    np.testing.assert_array_equal(found, draws[1, [0, 2, 3]])
-    assert comparison.first_operations(drive.isel(operation=[1]), 3).shape == (0, 4, 2)
 
 
 def test_ratios_over_curves_leave_out_those_without():

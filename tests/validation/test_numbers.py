@@ -11,7 +11,6 @@ from breaker.validation.numbers import (
     numbers_of_all,
     numbers_of_decisions,
     numbers_of_motion,
-    numbers_of_validation,
 )
 
 NAMES = [each.name for each in PARAMETERS]
@@ -136,15 +135,6 @@ def test_real_records_have_no_truth(found, tables):
         *(f"drift.{name}" for name in NAMES),
     }
     assert all(found[name] == value for name, value in measured.items())
-
-
-def test_a_validation_without_files_has_all_numbers_but_theirs(found, tables):
-    """That of another scale: the same names, so that a text can state both."""
-    table = quality().assign(calibration_p_reader=np.nan)
-    scaled = numbers_of_validation(table, tables[1])
-    assert not any(name.startswith("calibration_p_files") for name in scaled)
-    assert {"calibration_p", "gap", "efficiency_median", "curves_resolved"} <= set(scaled)
-    assert all(found[name] == value for name, value in scaled.items())
 
 
 def test_when_limits_were_exceeded():

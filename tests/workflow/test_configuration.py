@@ -361,7 +361,6 @@ rigs: {wear: {parameters: [1, 2], elements: [0, 7]}}
 endurance: {discrepancy: 0.5}
 discrepancy: {components: 0}
     endurance.discrepancy is 0.5, but nothing is learned of what the model leaves out
-    validation.discrepancies is [0.0, 1.0], but nothing is learned
 discrepancy: {components: 40}
 sensor: {samples: 39}
     discrepancy.components is 40, but must not exceed sensor.samples (39)

@@ -52,9 +52,6 @@ GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 DISCREPANCY = "results/discrepancy.zarr" if config["discrepancy"]["components"] else []
 # The same for measured curves, which may be taken for those of the model.
 DISCREPANCY_OF_DRIVE = DISCREPANCY if config["endurance"]["discrepancy"] else []
-# Its scales at which posteriors are validated, by what stands in the names of their files: nothing
-# for 0, where the model is right, which is always one of them.
-SCALES = {"": 0.0} | {f"_s{s:g}": s for s in config["validation"]["discrepancies"] if s}
 OWN_CURVES = config["endurance"]["curves"]
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
@@ -68,7 +65,6 @@ wildcard_constraints:
     chunk=r"\d\d\d+",
     kind="levels|changes",
     network="[a-z_]+-[a-z_]+",
-    scale=f"({'|'.join(map(re.escape, SCALES))})",
     shard=r"\d\d\d+",
     seed=r"\d+",
 
@@ -79,45 +75,15 @@ def page(path, category, figure, caption):
 
     def labels(wildcards):
         motion = wildcards.get(place, "both")
-        words = figure + setting_of(wildcards)
-        return {"figure": words, "motion": "together" if motion == "both" else motion}
+        return {"figure": figure, "motion": "together" if motion == "both" else motion}
 
     return report(path, caption=f"../report/{caption}.rst", category=category, labels=labels)
-
-
-def scale_of(wildcards):
-    """The scale of what the model leaves out; 0 for files whose name has none."""
-    return SCALES[wildcards.get("scale", "")]
-
-
-def setting_of(wildcards):
-    """The same in the words of a title."""
-    scale = scale_of(wildcards)
-    return f", model error at scale {scale:g}" if scale else ""
-
-
-def left_out(wildcards):
-    """The store of what the model leaves out; none where it is right."""
-    return DISCREPANCY if scale_of(wildcards) else []
 
 
 def validated(wildcards):
     """The validation that figures show: of the network's posteriors, or of the corrected ones."""
     kind = "_corrected" if config["validation"]["posterior"] == "corrected" else ""
-    scale = wildcards.get("scale", "")
-    return f"results/validation/{wildcards.motion}{kind}{scale}_seed{SEED}.zarr"
-
-
-def through_files(wildcards):
-    """Records that went through files: where the model is right."""
-    path = f"results/validation/{wildcards.motion}_reader_seed{wildcards.seed}.zarr"
-    return [] if wildcards.scale else path
-
-
-def measured_at_scale(wildcards):
-    """The drive at hand, where its curves are judged at the scale of the simulated ones."""
-    same = scale_of(wildcards) == config["endurance"]["discrepancy"]
-    return f"results/endurance/{wildcards.motion}.zarr" if same else []
+    return f"results/validation/{wildcards.motion}{kind}_seed{SEED}.zarr"
 
 
 def network_of(wildcards):

@@ -9,16 +9,14 @@ them and what the curves can say at all.
 rule correct_validation:
     """The exact posteriors of simulated records, from the network's draws."""
     input:
-        validation="results/validation/{motion}{scale}_seed{seed}.zarr",
-        discrepancy=left_out,
+        validation="results/validation/{motion}_seed{seed}.zarr",
     output:
-        directory("results/validation/{motion}_corrected{scale}_seed{seed}.zarr"),
+        directory("results/validation/{motion}_corrected_seed{seed}.zarr"),
     log:
-        "logs/correct_validation/{motion}{scale}_seed{seed}.log",
+        "logs/correct_validation/{motion}_seed{seed}.log",
     params:
         prior=config["prior"],
         sensor=config["sensor"],
-        discrepancy=scale_of,
         correction=config["correction"],
     script:
         "../scripts/correct_validation.py"
@@ -28,21 +26,20 @@ rule judge:
     """The network's own density, held against the exact posterior."""
     input:
         model="results/models/{motion}.safetensors",
-        validation="results/validation/{motion}{scale}_seed{seed}.zarr",
-        corrected="results/validation/{motion}_corrected{scale}_seed{seed}.zarr",
+        validation="results/validation/{motion}_seed{seed}.zarr",
+        corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
     output:
-        store=directory("results/exactness/{motion}{scale}_seed{seed}.zarr"),
+        store=directory("results/exactness/{motion}_seed{seed}.zarr"),
         table=page(
-            "results/exactness/{motion}{scale}_seed{seed}.csv",
+            "results/exactness/{motion}_seed{seed}.csv",
             "4 Exactness",
             "table of the exactness",
             "exactness_table",
         ),
     log:
-        "logs/judge/{motion}{scale}_seed{seed}.log",
+        "logs/judge/{motion}_seed{seed}.log",
     params:
         curves=config["validation"]["judged_curves"],
-        discrepancy=scale_of,
     script:
         "../scripts/judge.py"
 
@@ -73,10 +70,9 @@ rule correct_operations:
 figure(
     "exactness",
     "4 Exactness",
-    of="_{motion}{scale}",
-    judged=f"results/exactness/{{motion}}{{scale}}_seed{SEED}.zarr",
-    amortised=f"results/validation/{{motion}}{{scale}}_seed{SEED}.zarr",
-    corrected=f"results/validation/{{motion}}_corrected{{scale}}_seed{SEED}.zarr",
+    judged=f"results/exactness/{{motion}}_seed{SEED}.zarr",
+    amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
+    corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
 )
 
 
@@ -84,10 +80,8 @@ figure(
 figure(
     "identifiability",
     "4 Exactness",
-    of="_{motion}{scale}",
-    limit="results/identifiability/{motion}{scale}.zarr",
-    amortised=f"results/validation/{{motion}}{{scale}}_seed{SEED}.zarr",
-    corrected=f"results/validation/{{motion}}_corrected{{scale}}_seed{SEED}.zarr",
-    drive=measured_at_scale,
+    limit="results/identifiability/{motion}.zarr",
+    amortised=f"results/validation/{{motion}}_seed{SEED}.zarr",
+    corrected=f"results/validation/{{motion}}_corrected_seed{SEED}.zarr",
     params={"prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
 )

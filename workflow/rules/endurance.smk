@@ -69,7 +69,6 @@ rule infer:
         seed=config["seed"],
         draws=config["endurance"]["draws"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
-        discrepancy=config["endurance"]["discrepancy"],
     script:
         "../scripts/infer.py"
 
@@ -128,40 +127,4 @@ figure(
     truth=TRUTH,
     inferred="results/endurance/{motion}.zarr",
     params={"posterior": config["endurance"]["posterior"]},
-)
-
-
-rule sensitivity:
-    """What a few operations say at several scales of what the model leaves out."""
-    input:
-        model="results/models/{motion}.safetensors",
-        curves=every_chunk("results/endurance/{motion}/curves_{chunk}.zarr"),
-        truth=TRUTH,
-    output:
-        page(
-            "results/sensitivity/{motion}.csv",
-            "5 Endurance test",
-            "table of the sensitivity",
-            "sensitivity_table",
-        ),
-    log:
-        "logs/sensitivity/{motion}.log",
-    params:
-        seed=config["seed"],
-        limits=config["limits"],
-        speeds=SPEEDS,
-        correction=config["correction"],
-        endurance={key: config["endurance"][key] for key in ("draws", "misfit_p_value")},
-        scales=[0.0, 0.5, 1.0, 2.0] if DISCREPANCY else [0.0],
-        operations=8,
-    script:
-        "../scripts/sensitivity.py"
-
-
-# How far conclusions depend on what the model leaves out.
-figure(
-    "sensitivity",
-    "5 Endurance test",
-    table="results/sensitivity/{motion}.csv",
-    params={"misfit_p_value": config["endurance"]["misfit_p_value"]},
 )

@@ -10,8 +10,7 @@ def figure(name, category, *, label=None, of="_{motion}", by=None, params=None, 
         label: Its name in the report, if it is another.
         of: Wildcards in the file's name.
         by: Name of the script, if it is that of another figure.
-        params: Settings that the script takes; where there is a figure for each scale of what the
-            model leaves out, the scale too, in words.
+        params: Settings that the script takes.
         inputs: Files that it takes, by name.
     """
 
@@ -26,6 +25,5 @@ def figure(name, category, *, label=None, of="_{motion}", by=None, params=None, 
             f"logs/figures/{name}{of}.log",
         params:
             **(params or {}),
-            **({"setting": setting_of} if "{scale}" in of else {}),
         script:
             f"../scripts/figure_{by or name}.py"

@@ -11,16 +11,12 @@ IS_DEFAULT = config == yaml.safe_load(
     (Path(workflow.basedir) / "config/config.yaml").read_text(encoding="utf-8")
 )
 
-SCALED = [f"{motion}{scale}" for motion in MOTIONS for scale in SCALES if scale]
-
 
 rule numbers:
     """Every number of a run that a text states, by name."""
     input:
         quality=expand(f"results/quality/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
         exactness=expand(f"results/exactness/{{motion}}_seed{SEED}.csv", motion=MOTIONS),
-        scaled_quality=[f"results/quality/{each}_seed{SEED}.csv" for each in SCALED],
-        scaled_exactness=[f"results/exactness/{each}_seed{SEED}.csv" for each in SCALED],
         prior=expand("results/prior_predictive/{motion}.zarr", motion=MOTIONS),
         validation=expand(f"results/validation/{{motion}}_seed{SEED}.zarr", motion=MOTIONS),
         operations=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
@@ -35,7 +31,6 @@ rule numbers:
         "logs/numbers.log",
     params:
         motions=MOTIONS,
-        scaled=SCALED,
         stated="docs/numbers.csv" if IS_DEFAULT else None,
     script:
         "../scripts/collect_numbers.py"

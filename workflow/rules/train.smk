@@ -1,6 +1,6 @@
 """Training of the posterior of each motion, apart and side by side.
 
-Needs all shards of the motion's bank, and what the model leaves out of it. Makes the model file, the history of the losses and the
+Needs all shards of the motion's bank. Makes the model file, the history of the losses and the
 convergence of the solver. Checkpoints are no outputs, for Snakemake removes those of a failed
 job: they lie in checkpoints/, and a training that was killed goes on from there.
 """
@@ -13,7 +13,6 @@ rule train:
             f"results/bank/{{motion}}/shard_{shard:03d}.zarr"
             for shard in range(config["bank"]["shards"])
         ],
-        discrepancy=DISCREPANCY,
     output:
         model="results/models/{motion}.safetensors",
         history=directory("results/training/{motion}_history.zarr"),

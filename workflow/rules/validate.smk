@@ -1,8 +1,7 @@
 """Validation of each posterior on records that its training never saw.
 
 Needs the model file. Makes the draws of simulated records as Zarr, a table of the quality, and
-the figures of the paper's Secs. 5 and 6: where the model is right, and what matters of it at each
-scale of what the model leaves out.
+the figures of the paper's Secs. 5 and 6.
 """
 
 # Fig. 3: what the prior holds possible, beside the endurance test.
@@ -27,13 +26,12 @@ rule validate:
     input:
         model="results/models/{motion}.safetensors",
     output:
-        directory("results/validation/{motion}{scale}_seed{seed}.zarr"),
+        directory("results/validation/{motion}_seed{seed}.zarr"),
     log:
-        "logs/validate/{motion}{scale}_seed{seed}.log",
+        "logs/validate/{motion}_seed{seed}.log",
     params:
         curves=config["validation"]["curves"],
         draws=config["validation"]["draws"],
-        discrepancy=scale_of,
     script:
         "../scripts/validate.py"
 
@@ -55,18 +53,15 @@ rule validate_reader:
 
 rule identifiability:
     """The contraction that an exact posterior reaches on average over the prior."""
-    input:
-        discrepancy=left_out,
     output:
-        directory("results/identifiability/{motion}{scale}.zarr"),
+        directory("results/identifiability/{motion}.zarr"),
     log:
-        "logs/identifiability/{motion}{scale}.log",
+        "logs/identifiability/{motion}.log",
     params:
         seed=config["seed"],
         curves=config["identifiability"]["curves"],
         prior=config["prior"],
         sensor=config["sensor"],
-        discrepancy=scale_of,
     script:
         "../scripts/identifiability.py"
 
@@ -74,19 +69,19 @@ rule identifiability:
 rule quality:
     """One row an output: calibration, z-score, contraction beside its exact limit."""
     input:
-        validation="results/validation/{motion}{scale}_seed{seed}.zarr",
-        corrected="results/validation/{motion}_corrected{scale}_seed{seed}.zarr",
-        reader=through_files,
-        limit="results/identifiability/{motion}{scale}.zarr",
+        validation="results/validation/{motion}_seed{seed}.zarr",
+        corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
+        reader="results/validation/{motion}_reader_seed{seed}.zarr",
+        limit="results/identifiability/{motion}.zarr",
     output:
         page(
-            "results/quality/{motion}{scale}_seed{seed}.csv",
+            "results/quality/{motion}_seed{seed}.csv",
             "3 Validation",
             "table of the quality",
             "quality",
         ),
     log:
-        "logs/quality/{motion}{scale}_seed{seed}.log",
+        "logs/quality/{motion}_seed{seed}.log",
     params:
         prior=config["prior"],
         onset_sd=config["sensor"]["onset_sd"],
@@ -99,7 +94,6 @@ figure(
     "sbc",
     "3 Validation",
     label="calibration",
-    of="_{motion}{scale}",
     validation=validated,
     params={
         "subject": f"simulation-based calibration, {config['validation']['posterior']} posterior"
@@ -120,9 +114,8 @@ figure(
 figure(
     "contraction",
     "3 Validation",
-    of="_{motion}{scale}",
     validation=validated,
-    limit="results/identifiability/{motion}{scale}.zarr",
+    limit="results/identifiability/{motion}.zarr",
     params={"prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
 )
 

@@ -4,12 +4,7 @@ import pandas as pd
 
 from breaker.posterior import choose
 from breaker.stores import open_store
-from breaker.validation import (
-    numbers_of_all,
-    numbers_of_decisions,
-    numbers_of_motion,
-    numbers_of_validation,
-)
+from breaker.validation import numbers_of_all, numbers_of_decisions, numbers_of_motion
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -27,11 +22,6 @@ for i, motion in enumerate(params.motions):
         open_store(files.truth).sel(motion=motion) if files.truth else None,
     )
     found |= {f"{motion}.{name}": value for name, value in numbers.items()}
-for i, setting in enumerate(params.scaled):  # such as closing_s1
-    pair = (pd.read_csv(files[f"scaled_{kind}"][i]) for kind in ("quality", "exactness"))
-    numbers = numbers_of_validation(*pair)
-    prefix = setting.replace("_", ".", 1)
-    found |= {f"{prefix}.{name}": value for name, value in numbers.items()}
 
 remaining = open_store(files.remaining)
 failures = remaining.failure.to_series().to_dict() if "failure" in remaining else {}

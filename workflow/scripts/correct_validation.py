@@ -1,15 +1,14 @@
 """Correct the posteriors of simulated records of one motion."""
 
-from breaker.model import Model, open_discrepancy
+from breaker.model import Model
 from breaker.posterior import correct_validation
 from breaker.stores import describe, open_store, save
 from breaker.workflow import start
 
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards
-settings = {key: params[key] for key in ("prior", "sensor", "discrepancy", "correction")}
-left_out = open_discrepancy(snakemake.input.get("discrepancy"), wildcards.motion)
-model = Model.from_settings({**settings, "motion": wildcards.motion}, left_out, params.discrepancy)
+settings = {key: params[key] for key in ("prior", "sensor", "correction")}
+model = Model.from_settings({**settings, "motion": wildcards.motion})
 data = open_store(snakemake.input.validation).load()
 
 result = correct_validation(model, data, params.correction, seed=int(wildcards.seed))

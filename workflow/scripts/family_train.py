@@ -21,8 +21,9 @@ log = start(snakemake)
 params, kind, output = snakemake.params, snakemake.wildcards.kind, snakemake.output
 settings, seed = params.networks, params.seed
 made_from = {
-    **{key: params[key] for key in ("seed", "prior", "family", "networks")},
+    **{key: params[key] for key in ("seed", "prior", "networks")},
     "kind": kind,
+    "drives": params.family,
 }
 
 bank, held_out = open_family(snakemake.input.shards, settings["training"]["held_out_curves"])

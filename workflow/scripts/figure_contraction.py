@@ -7,6 +7,7 @@ from breaker.validation import parameters_of, scores
 from breaker.workflow import start
 
 log = start(snakemake)
+source = snakemake.params.get("motions") or snakemake.wildcards.motion
 params = snakemake.params
 data = parameters_of(open_store(snakemake.input.validation))
 limit = snakemake.input.get("limit")  # none is known of a family
@@ -21,7 +22,7 @@ judged = scores(
 figure = contraction(
     judged,
     names,
-    motion=snakemake.params.get("motions", snakemake.wildcards.get("motion")),
+    motion=source,
     limit=open_store(limit).contraction.mean("curve").values if limit else None,
     setting=params.get("setting", ""),
 )

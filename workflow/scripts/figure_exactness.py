@@ -16,6 +16,5 @@ figure = exactness(
     examples(judged, amortised, corrected),
     summary(judged, corrected).iloc[0],
     motion=snakemake.wildcards.motion,
-    setting=snakemake.params.setting,
 )
 figure.savefig(snakemake.output[0])

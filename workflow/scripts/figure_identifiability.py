@@ -3,7 +3,7 @@
 from breaker.figures.identifiability import identifiability
 from breaker.mechanism import is_logarithmic, prior_sds
 from breaker.stores import open_store
-from breaker.validation import contraction, first_operations, reached
+from breaker.validation import contraction, reached
 from breaker.workflow import start
 
 start(snakemake)
@@ -22,12 +22,9 @@ sources = {
     "amortised": amortised.draws.values,
     "corrected": corrected.draws.values,
 }
-if files.drive:
-    sources["drive"] = first_operations(open_store(files.drive))
 found = {name: contraction(draws, **scale) for name, draws in sources.items() if len(draws)}
 figure = identifiability(
     reached({"limit": limit.contraction.values} | found, names),
     motion=snakemake.wildcards.motion,
-    setting=params.setting,
 )
 figure.savefig(snakemake.output[0])

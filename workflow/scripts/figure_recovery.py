@@ -6,8 +6,9 @@ from breaker.validation import parameters_of, recovery
 from breaker.workflow import start
 
 log = start(snakemake)
+source = snakemake.params.get("motions") or snakemake.wildcards.motion
 data = parameters_of(open_store(snakemake.input.validation))
 
 summary = recovery(data.draws.values, data.truth.values)
-figure = recovery_figure(summary, data.output.values, motion=snakemake.params.get("motions", snakemake.wildcards.get("motion")))
+figure = recovery_figure(summary, data.output.values, motion=source)
 figure.savefig(snakemake.output[0])

@@ -6,12 +6,13 @@ from breaker.validation import judge_draws, parameters_of
 from breaker.workflow import start
 
 log = start(snakemake)
+source = snakemake.params.get("motions") or snakemake.wildcards.motion
 data = parameters_of(open_store(snakemake.input.validation))
 
 figure = sbc(
     judge_draws(data.draws.values, data.truth.values),
     data.output.values,
-    motion=snakemake.params.get("motions", snakemake.wildcards.get("motion")),
-    subject=snakemake.params.subject + snakemake.params.get("setting", ""),
+    motion=source,
+    subject=snakemake.params.subject,
 )
 figure.savefig(snakemake.output[0])

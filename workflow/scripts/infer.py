@@ -7,7 +7,7 @@ from breaker.workflow import start
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 
-posterior = Posterior.load(snakemake.input.model).at(params.discrepancy)
+posterior = Posterior.load(snakemake.input.model)
 curves = open_store(snakemake.input.curves).load()
 settings = {key: params[key] for key in ("seed", "draws", "misfit_p_value")}
 result = infer(posterior, curves, **settings)
@@ -18,6 +18,6 @@ log.info(
 )
 title = f"posteriors of measured {motion} operations"
 save(
-    describe(result, title, **settings, discrepancy=params.discrepancy, model=posterior.settings),
+    describe(result, title, **settings, model=posterior.settings),
     snakemake.output[0],
 )

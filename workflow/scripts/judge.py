@@ -5,7 +5,7 @@ from breaker.stores import describe, open_store, save
 from breaker.workflow import start
 
 log = start(snakemake)
-posterior = Posterior.load(snakemake.input.model).at(snakemake.params.discrepancy)
+posterior = Posterior.load(snakemake.input.model)
 data = open_store(snakemake.input.validation).isel(curve=slice(snakemake.params.curves)).load()
 corrected = open_store(snakemake.input.corrected)
 

@@ -9,10 +9,9 @@ from breaker.workflow import start
 
 log = start(snakemake)
 params = snakemake.params
-amortised, corrected, limit = (
-    open_store(snakemake.input[name]) for name in ("validation", "corrected", "limit")
+amortised, corrected, limit, reader = (
+    open_store(snakemake.input[name]) for name in ("validation", "corrected", "limit", "reader")
 )
-reader = open_store(snakemake.input.reader) if snakemake.input.reader else None
 names = amortised.output.values
 
 tables = []

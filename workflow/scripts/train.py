@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from breaker.model import generator, open_bank, open_discrepancy
+from breaker.model import generator, open_bank
 from breaker.posterior import (
     Posterior,
     Rows,
@@ -30,10 +30,8 @@ made_from = {
 bank = open_bank(snakemake.input.shards)
 rows, validation, unseen = split(bank, training["validation_curves"], training["held_out_curves"])
 device = choose_device(training["device"])
-left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
-posterior = Posterior(made_from, seed=seed, discrepancy=left_out)
+posterior = Posterior(made_from, seed=seed)
 freeze_inputs(posterior, rows, generator(seed, "components", motion))
-numbers = {name: each.tolist() for name, each in left_out.to_arrays().items()} if left_out else None
 trainer = Trainer(
     posterior=posterior.to(device),
     rows=Rows.of(rows, posterior, device),
@@ -41,7 +39,7 @@ trainer = Trainer(
     settings=training,
     seed=seed,
     checkpoint=Path(params.checkpoint),
-    fingerprint=fingerprint(made_from | {"left_out": numbers}, snakemake.input.code),
+    fingerprint=fingerprint(made_from, snakemake.input.code),
 )
 history = trainer.run()
 

@@ -7,7 +7,7 @@ from breaker.workflow import start
 log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards
 
-posterior = Posterior.load(snakemake.input.model).at(params.get("discrepancy", 0.0))
+posterior = Posterior.load(snakemake.input.model)
 missing = params.get("missing", 0.0)
 result = validate(posterior, params.curves, params.draws, int(wildcards.seed), missing=missing)
 title = f"posteriors of simulated {wildcards.motion} records"

@@ -16,7 +16,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "columns": ["ALARMS", "DECISIONS", "read_table"],
         "conditions": ["align", "condition", "usable"],
         "page": ["opening"],
-        "scales": ["over_scales", "spread"],
         "series": ["complete", "join", "remaining"],
         "states": ["MAY_BE", "STATES", "health", "judge"],
         "summary": ["verdict"],

@@ -17,6 +17,7 @@ from breaker.records.shape import GRID, STEP
 __all__ = ["Basis", "Seen", "change_inputs", "level_inputs", "without_onset"]
 
 _PARTS = 12  # of the grid, of each of which the share that is there is told
+_RIDGE = 1e-9
 _FARTHEST = 8.0  # sd of a component, beyond which it counts as that
 _USUAL_NOISE, _USUAL_STEP = np.log(4e-3), np.log(0.05)  # in the middle of what is drawn
 
@@ -159,7 +160,8 @@ def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray)
     slope = np.gradient(reference, STEP, axis=1)
     rows = np.stack([np.ones_like(slope), slope], axis=1) * there[:, None]
     change = (present - reference) * there
-    amounts = np.linalg.solve(rows @ rows.swapaxes(1, 2), rows @ change[:, :, None])
+    square = rows @ rows.swapaxes(1, 2) + _RIDGE * np.eye(2)  # regular without a sample, too
+    amounts = np.linalg.solve(square, rows @ change[:, :, None])
     return change - (amounts.swapaxes(1, 2) @ rows)[:, 0]
 
 

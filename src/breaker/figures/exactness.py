@@ -27,7 +27,6 @@ def exactness(
     summary: Mapping,
     *,
     motion: str,
-    setting: str = "",
 ) -> Figure:
     """Draw efficiency, tail, gap and rounds over curves, and three curves with both posteriors.
 
@@ -54,7 +53,7 @@ def exactness(
         grid = place.subplots(1, count, sharey=True, squeeze=False)
         for i, axis in enumerate(grid.flat):
             _example(axis, examples.isel(example=i))
-    text = f"the network against the exact posterior{setting}"
+    text = "the network against the exact posterior"
     style.heading(figure, motion, text, exactness_words(summary))
     style.legend_below(figure, _handles(), columns=3)
     return figure

@@ -28,7 +28,7 @@ _HALF = 0.36  # half the height of a limit's band, in rows
 
 
 @style.styled
-def identifiability(reached: xr.Dataset, *, motion: str, setting: str = "") -> Figure:
+def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
     """Draw contraction of each output: the exact limit, and what posteriors reach.
 
     Args:
@@ -51,7 +51,7 @@ def identifiability(reached: xr.Dataset, *, motion: str, setting: str = "") -> F
     axis.grid(axis="y", visible=False)
     axis.set_xlabel("contraction   (0: nothing learnt, the prior stays;  1: known exactly)")
     _table(table, rows, reached)
-    text = f"how well the curve determines each parameter{setting}"
+    text = "how well the curve determines each parameter"
     style.heading(figure, motion, text, identifiability_words(reached))
     style.legend_below(figure, _handles(reached), columns=2)
     return figure

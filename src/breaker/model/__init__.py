@@ -19,7 +19,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "plausibility": ["distance", "excess", "principal_components"],
         "prior": ["Prior"],
         "randomness": ["generator", "seed_integer"],
-        "reference": ["configured_model", "reference_model"],
         "saved": ["ModelFileError", "SavedModel", "open_model", "write_model"],
         "sensor": ["Sensor", "grid"],
     },

@@ -1,9 +1,8 @@
-"""Model files: all of a posterior in one safetensors file, without pickle.
+"""Model files: all of a network in one safetensors file, without pickle.
 
-Weights, and what the model leaves out where it was trained for that; in the header a JSON text with
-all settings that made it, and a checksum. A file may come from anywhere, so nothing in it is used
-before it is known to be finite and of the size that it should have. This module needs no torch: it
-reads and writes arrays, and knows nothing of networks.
+Weights, and in the header a JSON text with all settings that made them, and a checksum. A file may
+come from anywhere, so nothing in it is used before it is known to be finite and of the size that it
+should have. This module needs no torch: it reads and writes arrays, and knows nothing of networks.
 """
 
 import hashlib
@@ -19,14 +18,11 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from breaker import __version__
-from breaker.mechanism import NAMES
-from breaker.model.discrepancy import Discrepancy
 
 __all__ = ["ModelFileError", "SavedModel", "open_model", "write_model"]
 
-_FORMAT = "breaker posterior 3"
+_FORMAT = "breaker network 1"
 _HEADER = ("format", "breaker_version", "settings", "checksum")
-_DISCREPANCY = "discrepancy."  # begins the names of its tensors
 _LONGEST_HEADER = 1_000_000  # bytes
 _LARGEST = 100_000  # size in the settings of sensor and network
 _MOST = 100  # layers of one kind, one number each or as many as a number says
@@ -50,12 +46,10 @@ class SavedModel:
 
     Attributes:
         settings: What made the model, every number finite.
-        discrepancy: What the model leaves out, if it was trained for that.
         shapes: Shapes of the weights, by their names.
     """
 
     settings: dict
-    discrepancy: Discrepancy | None
     shapes: Mapping[str, tuple[int, ...]]
     _file: safe_open
 
@@ -87,12 +81,8 @@ def open_model(path: str | Path, remedy: str = "train it anew") -> Iterator[Save
             settings = _settings(header)
             if header.get("checksum") not in (None, _checksum(tensors, header)):
                 raise ModelFileError("its checksum is another: it was changed after it was written")
-            names, left_out = set(file.keys()), None
-            apart = {name for name in names if name.startswith(_DISCREPANCY)}
-            if apart:
-                left_out, names = _discrepancy(file, apart, settings), names - apart
-            shapes = {name: tuple(file.get_slice(name).get_shape()) for name in names}
-            yield SavedModel(settings, left_out, shapes, file)
+            shapes = {name: tuple(file.get_slice(name).get_shape()) for name in list(file.keys())}
+            yield SavedModel(settings, shapes, file)
     except SafetensorError as error:
         raise ModelFileError(
             f"{path} is not a model file of breaker ({error}); {remedy}"
@@ -101,12 +91,7 @@ def open_model(path: str | Path, remedy: str = "train it anew") -> Iterator[Save
         raise ModelFileError(f"{path}: {error}; {remedy}") from error
 
 
-def write_model(
-    path: str | Path,
-    settings: Mapping,
-    weights: Mapping[str, np.ndarray],
-    discrepancy: Discrepancy | None = None,
-) -> None:
+def write_model(path: str | Path, settings: Mapping, weights: Mapping[str, np.ndarray]) -> None:
     """Write a model file. The same model gives the same bytes."""
     header = {
         "format": _FORMAT,
@@ -114,9 +99,6 @@ def write_model(
         "settings": json.dumps(settings, sort_keys=True),
     }
     arrays = {name: np.array(each, order="C") for name, each in weights.items()}
-    if discrepancy is not None:
-        for name, each in discrepancy.to_arrays().items():
-            arrays[_DISCREPANCY + name] = np.array(each, np.float64)
     Path(path).write_bytes(_finished(save(arrays, metadata=header)))
 
 
@@ -143,6 +125,8 @@ def _settings(header: Mapping[str, str]) -> dict:
         raise ModelFileError(f"its header has {', '.join(map(repr, unknown))}, which is not known")
     try:
         settings = json.loads(header["settings"])
+        if not isinstance(settings, dict):
+            raise TypeError("they are no section")
         for place, number in _numbers(settings):
             if not math.isfinite(number):
                 raise ValueError(f"{'.'.join(place)} is {number}")
@@ -168,23 +152,6 @@ def _numbers(found: object, place: tuple[str, ...] = ()) -> Iterator[tuple[tuple
             yield from _numbers(each, place)
     elif isinstance(found, int | float):
         yield place or ("settings",), float(found)
-
-
-def _discrepancy(file: safe_open, names: set[str], settings: Mapping) -> Discrepancy:
-    """What the model leaves out, of the parameters and the samples that it has."""
-    try:
-        arrays = {name.removeprefix(_DISCREPANCY): _array(file, name, "float64") for name in names}
-        found = Discrepancy.from_arrays(arrays)
-        if unknown := sorted(arrays.keys() - found.to_arrays().keys()):
-            raise ValueError(f"{_DISCREPANCY}{unknown[0]} is not known")
-        wanted = (len(NAMES), settings["sensor"]["samples"])
-        if found.slopes.shape != wanted:
-            raise ValueError(f"discrepancy.slopes has the shape {found.slopes.shape}, not {wanted}")
-    except ModelFileError:
-        raise
-    except (AttributeError, KeyError, SafetensorError, TypeError, ValueError) as error:
-        raise ModelFileError.of_settings(error) from error
-    return found
 
 
 def _array(file: safe_open, name: str, dtype: str) -> np.ndarray:

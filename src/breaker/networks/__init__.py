@@ -30,7 +30,7 @@ INFERENCE_NETWORKS = {"flow_matching": FlowMatching, "coupling_flow": CouplingFl
 
 
 def build(
-    settings: Mapping[str, Mapping], *, samples: int, dims: int, conditions: int = 0
+    settings: Mapping[str, Mapping], *, samples: int, dims: int
 ) -> tuple[nn.Module, nn.Module]:
     """Build a summary and an inference network from their settings.
 
@@ -38,7 +38,6 @@ def build(
         settings: ``{"summary": {"kind": ..., **sizes}, "inference": {"kind": ..., **sizes}}``.
         samples: Length t of a series.
         dims: Number q of dimensions of what is inferred.
-        conditions: Numbers that go with a series and are known.
 
     Raises:
         ValueError: If a kind is unknown or its sizes do not fit together.
@@ -65,5 +64,5 @@ def build(
         networks.append((table[kind], sizes))
     (summary, summary_sizes), (inference, inference_sizes) = networks
     features = summary_sizes["features"]
-    summary = summary(samples, conditions=conditions, **summary_sizes)
+    summary = summary(samples, **summary_sizes)
     return summary, inference(dims, features, **inference_sizes)

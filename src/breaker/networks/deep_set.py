@@ -107,7 +107,6 @@ class DeepSet(nn.Module):
         pair_width, pair_blocks: Size of the residual network of a pair.
         width, blocks: Size of the residual network that joins the parts.
         missing: Largest share of missing samples in training, and of the records it answers for.
-        conditions: Numbers that go with a record and are known.
 
     Raises:
         ValueError: If that share is not below one.
@@ -124,7 +123,6 @@ class DeepSet(nn.Module):
         width: int,
         blocks: int,
         missing: float,
-        conditions: int = 0,
     ) -> None:
         super().__init__()
         if not 0.0 <= missing < 1.0:
@@ -132,7 +130,7 @@ class DeepSet(nn.Module):
         self.samples, self.missing = samples, missing
         self.highway = SetHighway(samples, components)
         self.pair = ResidualMLP(2 + 2 * _FREQUENCIES, pair_width, pair_width, blocks=pair_blocks)
-        parts = 2 * components + pair_width + 1 + conditions
+        parts = 2 * components + pair_width + 1
         self.join = ResidualMLP(parts, width, features, blocks=blocks)
         self.register_buffer("scale", torch.ones(()))
 
@@ -155,17 +153,14 @@ class DeepSet(nn.Module):
         with torch.no_grad():
             self.scale.copy_(scale)
 
-    def forward(self, x: Tensor, *known: Tensor) -> Tensor:
-        """Map records ``(n, t)``, NaN where a sample is missing, to features ``(n, s)``.
-
-        And conditions ``(n, conditions)``, if it takes any.
-        """
+    def forward(self, x: Tensor) -> Tensor:
+        """Map records ``(n, t)``, NaN where a sample is missing, to features ``(n, s)``."""
         there = (~x.isnan()).to(self.scale)
         scores, log_sd, centred = self.highway(x)
         pooled = self._pool(centred.to(self.scale) / self.scale, there)
         share = there.sum(1, keepdim=True) / self.samples
         parts = [scores.to(self.scale), log_sd.to(self.scale), pooled, share]
-        return self.join(torch.cat([*parts, *known], dim=1))
+        return self.join(torch.cat(parts, dim=1))
 
     def _pool(self, values: Tensor, there: Tensor) -> Tensor:
         """Mean over the pairs that are there, ``(n, t) -> (n, pair_width)``."""

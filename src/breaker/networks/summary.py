@@ -29,7 +29,6 @@ class TimeSeriesNetwork(nn.Module):
         skip: Steps (after the convolutions) that the skip GRU spans.
         skip_width: Width of the skip GRU.
         width, blocks: Size of the residual network that joins the parts.
-        conditions: Numbers that go with a series and are known, such as how far it may be trusted.
 
     Attributes:
         missing: 0, the share of missing samples that it takes: a record is a whole series.
@@ -55,7 +54,6 @@ class TimeSeriesNetwork(nn.Module):
         skip_width: int,
         width: int,
         blocks: int,
-        conditions: int = 0,
     ) -> None:
         super().__init__()
         if not len(channels) == len(kernels) == len(strides):
@@ -74,7 +72,7 @@ class TimeSeriesNetwork(nn.Module):
         self.skip_gru = nn.GRU(channels[-1], skip_width, batch_first=True)
         self.highway = nn.Linear(samples, components)
         self.join = ResidualMLP(
-            components + gru_width + skip * skip_width + conditions,
+            components + gru_width + skip * skip_width,
             *(width, features),
             blocks=blocks,
         )
@@ -116,8 +114,8 @@ class TimeSeriesNetwork(nn.Module):
         skipped = self.skip_gru(series)[1][0]
         return torch.cat([last, skipped.reshape(n, -1)], dim=1)
 
-    def forward(self, x: Tensor, *known: Tensor) -> Tensor:
-        """Map ``(n, t)``, and conditions ``(n, conditions)`` if it takes any, to ``(n, s)``."""
+    def forward(self, x: Tensor) -> Tensor:
+        """Map ``(n, t)`` to ``(n, s)``."""
         centred = x - self.centre
         steps = self.convolutions((centred / self.scale).unsqueeze(1)).transpose(1, 2)
-        return self.join(torch.cat([self.highway(centred), self.recur(steps), *known], dim=1))
+        return self.join(torch.cat([self.highway(centred), self.recur(steps)], dim=1))

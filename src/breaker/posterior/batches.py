@@ -12,12 +12,11 @@ import xarray as xr
 from torch import Tensor
 
 from breaker.model import distance, excess, principal_components
-from breaker.posterior.estimator import SCALES, Posterior
+from breaker.posterior.estimator import Posterior
 
 __all__ = ["Batch", "Rows", "freeze_inputs", "split", "truth"]
 
 _ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
-_RIGHT = 0.4  # share of the records of a training for which the model is right
 
 
 def truth(bank: xr.Dataset, posterior: Posterior) -> np.ndarray:
@@ -49,13 +48,11 @@ class Batch(NamedTuple):
 
     Attributes:
         measured: Records, ``(n, t)``, mm; NaN where a sample is missing.
-        scale: Scale of what the model leaves out of each, ``(n, 1)``.
         z: Standardised outputs, ``(n, q)``.
         noise, time: Start points ``(n, 1, q)`` and times ``(n, 1, 1)`` of flow matching.
     """
 
     measured: Tensor
-    scale: Tensor
     z: Tensor
     noise: Tensor
     time: Tensor
@@ -69,9 +66,6 @@ class Rows:
         travel: Noise-free curves, ``(n, t)``, mm.
         z: Standardised outputs, ``(n, q)``.
         noise_sd, zero_sd: Errors of the sensor, mm.
-        left_out: What the model leaves out at scale 1: mean and slopes as one, ``(1 + p, t)``, and
-            factor ``(c, t)``, mm; None where it is right. Four in ten records have the scale 0,
-            the others one that is uniform.
         missing: Largest share of missing samples. Each record has a share of its own, uniform up
             to this, and each of its samples is missing with that probability.
     """
@@ -81,7 +75,6 @@ class Rows:
     noise_sd: float
     zero_sd: float
     missing: float = 0.0
-    left_out: tuple[Tensor, Tensor] | None = None
 
     @classmethod
     def of(
@@ -89,20 +82,12 @@ class Rows:
     ) -> "Rows":
         """Take the rows of a bank for a posterior, onto the device that it is on."""
         z = posterior.standardise(truth(bank, posterior))
-        left_out = None
-        if (known := posterior.discrepancy) is not None:
-            mean = np.vstack([known.mean, known.slopes])
-            left_out = tuple(
-                torch.as_tensor(each, dtype=torch.float32, device=device)
-                for each in (mean, known.factor)
-            )
         return cls(
             travel=torch.as_tensor(bank.travel.values, dtype=torch.float32, device=device),
             z=torch.as_tensor(z, dtype=torch.float32, device=device),
             noise_sd=posterior.sensor.noise_sd,
             zero_sd=posterior.sensor.zero_sd,
             missing=posterior.summary.missing,
-            left_out=left_out,
         )
 
     def __len__(self) -> int:
@@ -117,64 +102,43 @@ class Rows:
         zero = self.zero_sd * torch.randn((n, 1), generator=rng, device=device)
         noise = torch.randn((n, 1, q), generator=rng, device=device)
         time = torch.rand((n, 1, 1), generator=rng, device=device)
-        measured, scale = travel + error + zero, torch.zeros((n, 1), device=device)
-        if self.left_out is not None:
-            mean, factor = self.left_out
-            random = torch.rand((n, 1), generator=rng, device=device)
-            scale = SCALES[-1] * ((random - _RIGHT) / (1.0 - _RIGHT)).clamp(min=0.0)
-            normal = torch.randn((n, len(factor)), generator=rng, device=device)
-            known = self.z[rows, : len(mean) - 1]
-            measured = measured + scale * (mean[0] + known @ mean[1:] + normal @ factor)
+        measured = travel + error + zero
         if self.missing:
             share = self.missing * torch.rand((n, 1), generator=rng, device=device)
             lost = torch.rand(travel.shape, generator=rng, device=device) < share
             measured = measured.masked_fill(lost, torch.nan)
-        return Batch(measured, scale, self.z[rows], noise, time)
+        return Batch(measured, self.z[rows], noise, time)
 
 
 def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generator) -> None:
     """Set what a posterior takes from the bank once: scales, components, the farthest curve.
 
-    Components are those of curves with what the model leaves out, at scales from 0 to the largest.
-
     Args:
         rows: Rows of the bank.
         rng: Generator of their noise. The records' distance from the bank's centre, and how far
             they leave its envelope, at their 0.9999 quantiles, are the farthest that the prior
-            produces at a scale.
+            produces.
     """
     rows = rows.isel(curve=slice(_ROWS_FOR_COMPONENTS))
-    travel, values = rows.travel.values.astype(np.float64), truth(rows, posterior)
-    known, curves, scales = posterior.discrepancy, travel, SCALES[:1]
-    if known is not None:
-        scales = SCALES
-        size = SCALES[-1] * rng.random((len(travel), 1))
-        shift = posterior.at(1.0).model.shift(values)
-        curves = travel + size * (shift + known.sample((len(travel),), rng))
-    count = posterior.curve_weights.shape[1]
-    mean, weights = principal_components(curves, posterior.sensor, count)
+    travel, sensor = rows.travel.values.astype(np.float64), posterior.sensor
+    mean, weights = principal_components(travel, sensor, posterior.curve_weights.shape[1])
     lowest, highest = travel.min(axis=0), travel.max(axis=0)
-    farthest, margin = [], []
-    for each in map(posterior.at, scales):
-        records = each.sensor.corrupt(travel + each.model.shift(values), rng)
-        farthest.append(np.quantile(distance(records, mean, weights), 0.9999))
-        # At least the noise: a small bank's records may leave its envelope by less.
-        beyond = np.quantile(excess(records, lowest, highest), 0.9999)
-        margin.append(max(posterior.sensor.noise_sd, beyond))
+    records = sensor.corrupt(travel, rng)
     frozen = {
         "curve_mean": mean,
         "curve_weights": weights,
-        "farthest": farthest,
+        "farthest": np.quantile(distance(records, mean, weights), 0.9999),
         "lowest": lowest,
         "highest": highest,
-        "margin": margin,
+        # At least the noise: a small bank's records may leave its envelope by less.
+        "margin": max(sensor.noise_sd, np.quantile(excess(records, lowest, highest), 0.9999)),
     }
     for name, value in frozen.items():
         getattr(posterior, name).copy_(torch.as_tensor(np.array(value), dtype=torch.float64))
     posterior.summary.freeze(
         posterior.curve_mean,
-        torch.as_tensor(np.std(curves - mean)),
+        torch.as_tensor(np.std(travel - mean)),
         posterior.curve_weights,
-        noise_sd=posterior.sensor.noise_sd,
-        offset_sd=posterior.sensor.zero_sd,
+        noise_sd=sensor.noise_sd,
+        offset_sd=sensor.zero_sd,
     )

@@ -1,12 +1,10 @@
 """Amortised posterior of one motion: scaling by the prior, summary network, inference network.
 
 The one place where networks meet the breaker. Networks see the standardised outputs of
-:class:`breaker.model.joint.Model`, and are told how far a drive may be from the model: the scale of
-what the model leaves out.
+:class:`breaker.model.joint.Model`, which is taken for right.
 """
 
 from collections.abc import Mapping
-from copy import copy
 from pathlib import Path
 from typing import Self
 
@@ -14,20 +12,14 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from breaker.mechanism import UNIT, Parameter, Size
-from breaker.model import Discrepancy, Model, Sensor, distance, excess, seed_integer
+from breaker.mechanism import Parameter
+from breaker.model import Model, Sensor, distance, excess, seed_integer
 from breaker.networks import build
 from breaker.posterior.missing import check, completed, expected, lacking
 from breaker.posterior.model_files import read, write
 
-__all__ = ["SCALES", "Posterior"]
+__all__ = ["Posterior"]
 
-SCALES = (0.0, 1.0, 2.0)
-"""Scales of what the model leaves out at which a network's judgement of curves is frozen. Between
-them it is interpolated; a network takes scales up to the last."""
-
-_CONDITIONS = 2  # numbers that say the scale: itself, and a logarithm that tells small ones apart
-_SMALL = 0.03
 _COMPLETED = 100  # records in place of one that is completed
 _SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
 
@@ -39,13 +31,10 @@ class Posterior(nn.Module):
         settings: ``{"motion", "prior", "sensor", "network"}``, each as in the configuration;
             further entries are kept as the record of how the model was made.
         seed: Seed of the first weights.
-        discrepancy: What the model leaves out of the motion. Its scale is then a condition of the
-            network: see ``at``.
 
     Attributes:
         model: Prior, sensor and motion that it is for; ``sensor``, ``motion`` also by themselves.
         name: Name of its training.
-        size: Size of its drives beside those of its training: see ``sized``.
         outputs: What it infers, in order.
         steps, density_steps: Solver steps for sampling and for the density, chosen at the end of
             the training so that either is converged.
@@ -72,13 +61,10 @@ class Posterior(nn.Module):
         9.9
     """
 
-    def __init__(
-        self, settings: Mapping, *, seed: int = 0, discrepancy: Discrepancy | None = None
-    ) -> None:
+    def __init__(self, settings: Mapping, *, seed: int = 0) -> None:
         super().__init__()
         self.settings = dict(settings)
-        self.discrepancy, self.scale, self.size = discrepancy, 0.0, UNIT
-        self.model = Model.from_settings(settings, discrepancy).leaving_out(None)
+        self.model = Model.from_settings(settings)
         self.motion: str = self.model.motion
         self.name = self.motion
         self.outputs: tuple[Parameter, ...] = self.model.outputs
@@ -90,47 +76,17 @@ class Posterior(nn.Module):
                 settings["network"],
                 samples=self.sensor.samples,
                 dims=len(self.outputs),
-                conditions=_CONDITIONS if discrepancy else 0,
             )
         # What the bank's curves look like, in float64: the judge of curves unlike any of them.
         samples = self.sensor.samples
         self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
         self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
-        shapes = {"farthest": len(SCALES), "lowest": samples, "highest": samples}
-        for name, shape in (shapes | {"margin": len(SCALES)}).items():
-            self.register_buffer(name, torch.zeros(shape, dtype=torch.float64))
+        for name in ("farthest", "margin"):
+            self.register_buffer(name, torch.zeros((), dtype=torch.float64))
+        for name in ("lowest", "highest"):
+            self.register_buffer(name, torch.zeros(samples, dtype=torch.float64))
         for name in ("solver_steps", "density_solver_steps"):
             self.register_buffer(name, torch.ones((), dtype=torch.int64))
-
-    def at(self, scale: float) -> Self:
-        """Return the posterior for a scale of what the model leaves out; weights are shared.
-
-        Raises:
-            ValueError: If it was trained without a discrepancy, or not for such a scale.
-        """
-        if scale and self.discrepancy is None:
-            raise ValueError(
-                f"the network of {self.motion} was trained for a model that is right; set "
-                "endurance.discrepancy to 0, or train it with a discrepancy"
-            )
-        if not 0.0 <= scale <= SCALES[-1]:
-            raise ValueError(f"the network takes scales from 0 to {SCALES[-1]:g}, not {scale:g}")
-        found = copy(self)
-        found.scale = float(scale)
-        found.model = Model.from_settings(self.settings, self.discrepancy, scale).sized(self.size)
-        return found
-
-    def sized(self, size: Size) -> Self:
-        """Return the posterior of drives of a size beside that of its training, noise included."""
-        found = copy(self)
-        found.size = size
-        return found.at(self.scale)
-
-    def conditions(self, scale: Tensor) -> tuple[Tensor, ...]:
-        """Return what the network is told of scales ``(n, 1)``: ``(n, 2)``, or nothing."""
-        if self.discrepancy is None:
-            return ()
-        return (torch.cat([scale, torch.log1p(scale / _SMALL)], dim=1),)
 
     @property
     def steps(self) -> int:
@@ -144,7 +100,7 @@ class Posterior(nn.Module):
 
     @property
     def sensor(self) -> Sensor:
-        """Time grid and errors of the records, at its scale of what the model leaves out."""
+        """Time grid and errors of the records."""
         return self.model.sensor
 
     @property
@@ -172,29 +128,17 @@ class Posterior(nn.Module):
 
     # Training, sampling, density.
 
-    def loss(
-        self, measured: Tensor, scale: Tensor, z: Tensor, noise: Tensor, time: Tensor
-    ) -> Tensor:
+    def loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
         """Loss of each row, ``(n,)``, from records ``(n, t)`` and standardised outputs ``(n, q)``.
 
-        ``scale`` ``(n, 1)`` is that of what the model leaves out; ``noise`` ``(n, k, q)`` and
-        ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
+        ``noise`` ``(n, k, q)`` and ``time`` ``(n, k, 1)`` are those of ``FlowMatching.loss``.
         """
-        return self.inference.loss(z, self._features(measured, scale), noise, time)
+        return self.inference.loss(z, self.summary(measured), noise, time)
 
-    def validation_loss(
-        self, measured: Tensor, scale: Tensor, z: Tensor, noise: Tensor, time: Tensor
-    ) -> Tensor:
+    def validation_loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
         """Minus the log density of each row, ``(n,)``; arguments as of ``loss``."""
-        return -self.log_density(measured, scale, z, steps=_SOLVER_STEPS)
-
-    def log_density(self, measured: Tensor, scale: Tensor, z: Tensor, *, steps: int) -> Tensor:
-        """Log density of standardised outputs ``(n, q)`` given records ``(n, t)``, ``(n,)``."""
-        features = self._features(measured, scale)
-        return self.inference.log_prob(z[:, None], features, steps=steps)[:, 0]
-
-    def _features(self, measured: Tensor, scale: Tensor) -> Tensor:
-        return self.summary(measured, *self.conditions(scale))
+        features = self.summary(measured)
+        return -self.inference.log_prob(z[:, None], features, steps=_SOLVER_STEPS)[:, 0]
 
     def completes(self, measured: np.ndarray) -> np.ndarray:
         """Say which records ``(o, t)`` miss more samples than any in its training, ``(o,)``.
@@ -230,7 +174,8 @@ class Posterior(nn.Module):
             # Draws go round the records; of the last round, some may be superfluous.
             rounds = -(-len(start) // len(records))
             turns = np.resize(start, (rounds, len(records), start.shape[1])).swapaxes(0, 1)
-            z = self.inference.sample(self._tensor(turns), self._summary(records), steps=self.steps)
+            features = self.summary(self._tensor(records))
+            z = self.inference.sample(self._tensor(turns), features, steps=self.steps)
             z = z.transpose(0, 1).flatten(0, 1)[: len(start)]
             with np.errstate(over="ignore"):  # counted below
                 draws[i] = self.destandardise(z.cpu().numpy())
@@ -251,8 +196,9 @@ class Posterior(nn.Module):
         check(measured, self.sensor.samples, self.motion, taken=self.summary.missing)
         density = np.empty(values.shape[:2])
         for i, points in enumerate(values):
-            z, record = self._tensor(self.standardise(points[None])), measured[i : i + 1]
-            found = self.inference.log_prob(z, self._summary(record), steps=self.density_steps)
+            z = self._tensor(self.standardise(points[None]))
+            features = self.summary(self._tensor(measured[i : i + 1]))
+            found = self.inference.log_prob(z, features, steps=self.density_steps)
             density[i] = found[0].cpu().numpy()
         return density + self.log_scaling(values)
 
@@ -273,32 +219,24 @@ class Posterior(nn.Module):
         missing, whole = np.isnan(measured), np.array(measured, dtype=np.float64)
         for i in np.flatnonzero(missing.any(axis=1)):
             whole[i] = expected(self.model, whole[i])
-        far = distance(whole / self.size.lengths, mean, weights)
+        far = distance(whole, mean, weights)
         # What is missing leaves no envelope.
-        measured = np.where(missing, lowest, measured / self.size.lengths)
-        farthest, margin = (
-            np.interp(self.scale, SCALES, each.cpu().numpy())
-            for each in (self.farthest, self.margin)
-        )
-        return np.maximum(far / farthest, excess(measured, lowest, highest) / margin)
+        measured = np.where(missing, lowest, measured)
+        beyond = excess(measured, lowest, highest)
+        return np.maximum(far / float(self.farthest), beyond / float(self.margin))
 
     def _tensor(self, values: np.ndarray) -> Tensor:
         return torch.as_tensor(values, dtype=torch.float32, device=self._device)
-
-    def _summary(self, measured: np.ndarray) -> Tensor:
-        """Features ``(n, s)`` of records ``(n, t)``."""
-        scale = self._tensor(np.full((len(measured), 1), self.scale))
-        return self._features(self._tensor(measured / self.size.lengths), scale)
 
     # Model files.
 
     def save(self, path: str | Path) -> None:
         """Write the model file."""
-        write(path, self.settings, self.state_dict(), self.discrepancy)
+        write(path, self.settings, self.state_dict())
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a model file, ready for inference at scale 0: see ``at``.
+        """Read a model file, ready for inference.
 
         Raises:
             FileNotFoundError: If there is no such file.

@@ -69,8 +69,8 @@ def correct_operations(
 ) -> xr.Dataset:
     """Correct the draws of measured operations.
 
-    Where something is known beside a record, of which networks know nothing, the correction starts
-    at the mode of the posterior instead.
+    Where something is known beside a record, or the model may be wrong, of which networks know
+    nothing, the correction starts at the mode of the posterior instead.
 
     Args:
         inferred: What ``predictive.infer`` returns; operations without a posterior stay so.
@@ -183,7 +183,8 @@ def _correct(
     purpose = (seed, "correction")
 
     def start(i: int, rng: np.random.Generator) -> np.ndarray:
-        if models[i].facts is None and models[i].contact is None:
+        model = models[i]
+        if model.facts is None and model.contact is None and model.sensor.discrepancy is None:
             return draws[i]
         return approximate(models[i], measured[i], draws.shape[1], rng)
 

@@ -54,8 +54,10 @@ def mode(
         the curve. Where the mode is on the border of the prior's support, it is just inside.
 
     Example:
-        >>> from breaker.model import reference_model
-        >>> model = reference_model("closing")
+        >>> from breaker.model import Prior, Sensor
+        >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
+        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
+        >>> model = Model(prior, sensor, "closing")
         >>> record = model.curves(np.append(model.prior.medians, 0.0)[None])[0]
         >>> highest, precision = mode(model, record)  # the prior's centre explains the record
         >>> bool(np.abs(highest).max() < 0.01), precision.shape

@@ -11,7 +11,7 @@ from typing import TypeVar
 import torch
 from torch import Tensor, nn
 
-from breaker.model import Discrepancy, ModelFileError, SavedModel, open_model, write_model
+from breaker.model import ModelFileError, SavedModel, open_model, write_model
 
 __all__ = ["read", "write"]
 
@@ -20,19 +20,14 @@ _MOST_STEPS = 1000
 _Module = TypeVar("_Module", bound=nn.Module)
 
 
-def write(
-    path: str | Path,
-    settings: Mapping,
-    weights: Mapping[str, Tensor],
-    discrepancy: Discrepancy | None,
-) -> None:
+def write(path: str | Path, settings: Mapping, weights: Mapping[str, Tensor]) -> None:
     """Write a model file."""
     arrays = {name: each.detach().cpu().numpy() for name, each in weights.items()}
-    write_model(path, settings, arrays, discrepancy)
+    write_model(path, settings, arrays)
 
 
 def read(kind: type[_Module], path: str | Path) -> _Module:
-    """Build a ``kind(settings, discrepancy=...)`` from a model file.
+    """Build a ``kind(settings)`` from a model file.
 
     Raises:
         FileNotFoundError: If there is no such file.
@@ -40,17 +35,17 @@ def read(kind: type[_Module], path: str | Path) -> _Module:
             tensors that make no model.
     """
     with open_model(path) as saved:
-        module = _build(kind, saved.settings, saved.discrepancy)
+        module = _build(kind, saved.settings)
         weights = _weights(saved, module.state_dict())
     module.load_state_dict(weights, assign=True)
     return module
 
 
-def _build(kind: type[_Module], settings: Mapping, discrepancy: Discrepancy | None) -> _Module:
+def _build(kind: type[_Module], settings: Mapping) -> _Module:
     """The module without memory: its tensors have shapes alone."""
     try:
         with torch.device("meta"):
-            return kind(settings, discrepancy=discrepancy)
+            return kind(settings)
     except (ArithmeticError, KeyError, TypeError, ValueError, RuntimeError) as error:
         raise ModelFileError.of_settings(error) from error
 

@@ -64,8 +64,7 @@ def validate(
     rng = generator(seed, "validation records", motion)
     bank = simulate(posterior.model, n, rng)
     values = truth_of(bank, posterior)
-    curves = bank.travel.values.astype(np.float64) + posterior.model.shift(values)
-    measured = sensor.corrupt(curves, rng)
+    measured = sensor.corrupt(bank.travel.values.astype(np.float64), rng)
     if missing:
         measured = remove(measured, missing, generator(seed, "missing samples", motion))
     return sample_records(posterior, measured, values, draws, seed)

@@ -18,9 +18,7 @@ _DENSITY_EVERY = 5  # draw of a curve whose density is compared: a density costs
 def records(posterior: Posterior, rows: xr.Dataset, seed: int) -> np.ndarray:
     """Make records ``(n, t)``, mm, of bank rows: with all that is added to an exact curve."""
     rng = generator(seed, "held out", posterior.motion)
-    curves = rows.travel.values.astype(np.float64)
-    curves = curves + posterior.model.shift(truth(rows, posterior))
-    return posterior.sensor.corrupt(curves, rng)
+    return posterior.sensor.corrupt(rows.travel.values.astype(np.float64), rng)
 
 
 def held_out_log_density(

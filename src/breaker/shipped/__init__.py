@@ -1,12 +1,12 @@
 """Files that ship with the package: every default, their schema, and models trained with them.
 
-``config.yaml`` is that of the project (``config/config.yaml``); the models are those of its default
-run. ``make ship`` brings both up to date, and tests compare them.
+``config.yaml`` is that of the project (``config/config.yaml``); the networks are those of its
+families of drives. ``make ship`` brings both up to date, and tests compare them.
 """
 
 from pathlib import Path
 
-__all__ = ["CARD", "DEFAULTS", "SCHEMA", "model_file"]
+__all__ = ["CARD", "DEFAULTS", "FAMILIES", "KINDS", "SCHEMA", "model_file"]
 
 _HERE = Path(__file__).parent
 
@@ -20,15 +20,18 @@ SCHEMA = _HERE / "config.schema.yaml"
 """JSON schema of the configuration."""
 
 
-def model_file(of: str, kind: str = "") -> Path:
-    """Return a model file, trained with the defaults.
+FAMILIES = ("medium_voltage", "any")
+"""Families of drives, in the order in which they are tried."""
 
-    Args:
-        of: "closing" or "opening"; with a kind, the name of a family of drives.
-        kind: "levels" or "changes", of a network of a family.
+KINDS = ("levels", "changes")
+"""Networks of each."""
+
+
+def model_file(family: str, kind: str) -> Path:
+    """Return the file of a network.
 
     Example:
-        >>> model_file("closing").name, model_file("medium_voltage", "levels").name
-        ('closing.safetensors', 'medium_voltage_levels.safetensors')
+        >>> model_file("medium_voltage", "levels").name
+        'medium_voltage_levels.safetensors'
     """
-    return _HERE / f"{f'{of}_{kind}' if kind else of}.safetensors"
+    return _HERE / f"{family}_{kind}.safetensors"

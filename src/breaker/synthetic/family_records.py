@@ -19,7 +19,8 @@ _FIRST, _STEP = TIMES[0], TIMES[1] - TIMES[0]
 _fast = compiled()
 
 _LONGEST = 600  # samples
-_TRIES = 50
+_TRIES = 20
+_NOTHING = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 1.0])  # what is told of a record that is not there
 _NOISE = (1e-4, 3e-2)  # of a sample, share of the stroke
 _ERROR = 0.1  # of what is told of the noise: of its logarithm, and of its colour
 _SAMPLING = (0.025, 0.15)  # durations between samples; of finer ones the average is taken alike
@@ -47,33 +48,30 @@ def record_shapes(
 
     Returns:
         The records, stroke and duration in those of the curve; the times of 10 % of the way as
-        records show it, and their own durations, ``(n,)``, in durations of the curve.
-
-    Raises:
-        ValueError: If a curve cannot be normalised in any of many records.
+        records show it, and their own durations, ``(n,)``, in durations of the curve. A curve of
+        which none of many records shows a motion, as where the drive hardly arrives, is not there.
     """
     n = len(curves)
     way, present = np.empty((n, GRID.size)), np.empty((n, GRID.size), dtype=np.bool_)
     about = np.empty((n, 6))
     strokes, durations = like if like else np.zeros((2, n))
     limits = np.log(np.array([*noise, *_SAMPLING, *_QUANTUM]))
-    if not _record(curves, rng, limits, strokes, durations, way, present, about):
-        raise ValueError("a curve of the bank has no motion that records show; simulate it anew")
+    there = np.empty(n, dtype=np.bool_)
+    _record(curves, rng, limits, strokes, durations, way, present, about, there)
     origin, stroke, duration, sd, colour, step = about.T
     told = np.exp(_ERROR * rng.standard_normal(n)) * sd
     guess = np.clip(colour + _ERROR * rng.standard_normal(n), 0.0, 0.95)
-    seen = Seen(np.ones(n, dtype=bool), way, present, stroke, duration, told, guess, step)
+    seen = Seen(there, way, present, stroke, duration, told, guess, step)
     return seen, origin, duration
 
 
 @_fast
-def _record(curves, rng, limits, strokes, durations, way, present, about):
-    """Record and normalise all curves; false if one cannot be."""
+def _record(curves, rng, limits, strokes, durations, way, present, about, there):
+    """Record and normalise all curves, and say which of them can be."""
     out = np.empty(_LONGEST)
     for r in range(len(curves)):
-        for attempt in range(_TRIES + 1):
-            if attempt == _TRIES:
-                return False
+        there[r] = False
+        for _ in range(_TRIES):
             begin = rng.uniform(*_BEGINS)
             end = _LAST if rng.random() < _WHOLE else rng.uniform(*_ENDS)
             noise = np.exp(rng.uniform(limits[0], limits[1]))
@@ -90,8 +88,12 @@ def _record(curves, rng, limits, strokes, durations, way, present, about):
             _, stroke, origin, duration = normalise(
                 out[:n], step, like[0], like[1], way[r], present[r]
             )
-            if 0.2 < duration < 5.0 and stroke > 0.3:
+            there[r] = 0.2 < duration < 5.0 and stroke > 0.3
+            if there[r]:
                 break
+        if not there[r]:
+            way[r], present[r], about[r] = 0.0, False, _NOTHING
+            continue
         sd = np.sqrt(noise * noise + quantum * quantum / 12.0)
         length = strokes[r] if strokes[r] > 0.0 else stroke
         unit = durations[r] if durations[r] > 0.0 else duration
@@ -104,7 +106,6 @@ def _record(curves, rng, limits, strokes, durations, way, present, about):
             colour,
             step / duration,
         )
-    return True
 
 
 @_fast

@@ -24,6 +24,7 @@ _CLEAN = (1e-6, 1.1e-6)
 _TOLD = 0.6  # share of the drives whose size is given
 _BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
 _CHANGE_NOISE = (1e-5, 1e-2)  # of a sample, share of the stroke: of means of many records down
+_SAME = 1e-4  # durations, by which touch or parting may move and count as unchanged
 _CHANGE = 0.03  # of the logarithm of a parameter
 _ODD = (0.005, 0.3, 3)  # shares of a change, and terms of curves that nobody explains
 _FASTEST = 0.3  # periods of a term in a duration
@@ -135,7 +136,8 @@ class LevelRows(Rows):
         theta = self.theta[drives, condition]
         y = level_outputs(theta, events, stroke, duration)
         units = np.hstack([np.log(theta) - y[:, : len(NAMES)], 0.0 * events])
-        return x, y, outputs_there(motions), units
+        motions = np.column_stack([first.there, second.there])
+        return x, y, outputs_there(motions) & motions.any(axis=1)[:, None], units
 
     def records(
         self,
@@ -157,7 +159,9 @@ class LevelRows(Rows):
             unit = self.duration[drives, condition, m]
             stroke = self.stroke[drives, condition]
             records[motion] = seen._replace(
-                there=motions[:, m], stroke=seen.stroke * stroke, duration=duration * unit
+                there=seen.there & motions[:, m],
+                stroke=seen.stroke * stroke,
+                duration=duration * unit,
             )
             found = self.events[drives, condition, m]
             events.append((found - origin[:, None]) / duration[:, None])
@@ -213,7 +217,9 @@ class ChangeRows(Rows):
         records, changes, y = self._records(drives, order, motions, rng, noise, odd=odd)
         scales = (self.frozen[name] for name in ("bases", "change_bases", "usual"))
         x = change_inputs(records, changes, *scales)
-        there = np.hstack([np.ones((n, len(NAMES)), dtype=bool), motions])
+        motions = np.column_stack([each.there for each in records.values()])
+        parameters = np.repeat(motions.any(axis=1)[:, None], len(NAMES), axis=1)
+        there = np.hstack([parameters, motions])
         return x, y, there, np.zeros_like(y)
 
     def _records(self, drives, order, motions, rng, noise, *, odd):
@@ -226,13 +232,16 @@ class ChangeRows(Rows):
             unit = self.duration[drives, first, m], self.duration[drives, second, m]
             seen, _, duration = record_shapes(before, rng, noise=noise)
             seen = seen._replace(
-                there=motions[:, m], stroke=seen.stroke * stroke[0], duration=duration * unit[0]
+                there=seen.there & motions[:, m],
+                stroke=seen.stroke * stroke[0],
+                duration=duration * unit[0],
             )
             like = seen.stroke / stroke[1], seen.duration / unit[1]
             present, *_ = record_shapes(after, rng, noise=noise, like=like)
             way = present.way
             if odd:
                 way = way + _odd(before, after, stroke, unit, rng)
+            seen = seen._replace(there=seen.there & present.there)
             there = seen.present & present.present
             both = np.hypot(seen.noise, present.noise)
             references[motion] = seen
@@ -244,7 +253,8 @@ class ChangeRows(Rows):
                 for each, one in zip(order, unit, strict=True)
             ]
             late = np.where(order[0] == order[1], 0.0, takes[1] - takes[0])
-            moved.append(np.where(np.isfinite(late), late, 0.0) / seen.duration)
+            late = np.where(np.isfinite(late), late, 0.0) / seen.duration
+            moved.append(np.where(np.abs(late) < _SAME, 0.0, late))
         both = self.theta[drives, first], self.theta[drives, second]
         return references, changes, change_outputs(*both, np.array(moved).T)
 

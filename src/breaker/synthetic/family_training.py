@@ -47,7 +47,9 @@ def sample_rows(
     n = len(rows)
     motions = np.tile([source != "opening", source != "closing"], (n, 1))
     x, y, there, units = rows.unscaled(np.arange(n), rng, motions=motions)
-    features, told = network.network.features(x), there[0]
+    told = there.any(axis=0)
+    x, y, units = (each[(there == told).all(axis=1)] for each in (x, y, units))
+    features = network.network.features(x)
     values = np.stack([network.network.sample(each, told, draws, rng) for each in features])
     values = network.centre + network.scale * values
 

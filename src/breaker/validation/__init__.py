@@ -22,7 +22,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "KNOWLEDGE",
             "examples",
             "exactness_words",
-            "first_operations",
             "identifiability_words",
             "over_curves",
             "percent",
@@ -44,7 +43,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "numbers_of_all",
             "numbers_of_decisions",
             "numbers_of_motion",
-            "numbers_of_validation",
         ],
         "outcomes": ["contraction_words", "pairs_words", "recovery_words"],
         "tables": [

@@ -19,7 +19,6 @@ __all__ = [
     "compare",
     "exactness_words",
     "examples",
-    "first_operations",
     "identifiability_words",
     "over_curves",
     "percent",
@@ -119,20 +118,6 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
     )
 
 
-def first_operations(drive: xr.Dataset, count: int = 20) -> np.ndarray:
-    """Return the corrected draws ``(n, d, q)`` of the first ``count`` operations, or fewer.
-
-    Operations that were rejected or whose exact posterior was not reached are passed over.
-
-    Args:
-        drive: All operations of a motion: ``draws (posterior, operation, draw, output)`` and
-            ``resolved (operation)``.
-    """
-    usable = np.flatnonzero(drive.resolved.values)[:count]
-    draws = drive.draws.sel(posterior="corrected").isel(operation=usable)
-    return draws.values.astype(np.float64)
-
-
 def over_curves(ratios: np.ndarray) -> np.ndarray:
     """Return 5 %, 50 % and 95 % of ratios ``(n, q)`` over curves, and their number, ``(4, q)``.
 
@@ -175,8 +160,7 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
     Args:
         contractions: Contraction ``(n, q)`` of each source, any ``n``: ``limit``, the exact
             posterior, linearised, at draws from the prior; ``amortised`` and ``corrected``
-            posteriors of simulated curves; and, where known, ``drive``, posteriors of measured
-            operations of the drive at hand.
+            posteriors of simulated curves.
 
     Returns:
         ``mean``, ``lower`` and ``upper`` ``(source, output)``: mean, 5 % and 95 % over curves;
@@ -210,22 +194,13 @@ def reached(contractions: Mapping[str, np.ndarray], names: Sequence[str]) -> xr.
 
 
 def identifiability_words(data: xr.Dataset) -> str:
-    """Describe :func:`reached` in one line over the prior and one for the drive."""
-    lines = [f"over the prior: {_known(data, 'limit')}"]
-    if "drive" in data.source.values:
-        count = data.curves.sel(source="drive").item()
-        lines.append(f"this drive, first {count} operations: {_known(data, 'drive')}")
-    return "\n".join(lines)
-
-
-def _known(data: xr.Dataset, source: str) -> str:
-    """Name the outputs that the prior decides, and those partly known, by a source's mean."""
-    means = zip(data.output.values, data["mean"].sel(source=source).values, strict=True)
+    """Name the outputs that the prior decides, and those partly known, by the limit's mean."""
+    means = zip(data.output.values, data["mean"].sel(source="limit").values, strict=True)
     partly, prior = [], []
     for name, mean in means:
         if mean < KNOWLEDGE[0][0]:
             (partly if mean >= KNOWLEDGE[1][0] else prior).append(_SYMBOLS[str(name)])
-    words = f"the prior decides {_list(prior) if prior else 'nothing'}"
+    words = f"over the prior: the prior decides {_list(prior) if prior else 'nothing'}"
     return words + (f"; {_list(partly)} partly known" if partly else "")
 
 

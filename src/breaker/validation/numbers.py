@@ -16,7 +16,7 @@ from breaker.mechanism import PARAMETERS
 from breaker.validation.calibration import family_p_value
 from breaker.validation.diagnostics import correlation, prior_check
 
-__all__ = ["numbers_of_all", "numbers_of_decisions", "numbers_of_motion", "numbers_of_validation"]
+__all__ = ["numbers_of_all", "numbers_of_decisions", "numbers_of_motion"]
 
 _NAMES = [each.name for each in PARAMETERS]
 
@@ -45,7 +45,7 @@ def numbers_of_motion(
         truth: True parameters of the stand-in, ``value (operation, parameter)``, and the largest
             ``difference (operation)`` of its curves from the model's, mm; None for real records.
     """
-    found = numbers_of_validation(quality, exactness)
+    found = _of_quality(quality) | _of_exactness(exactness.iloc[0])
     draws = validation.draws.sel(output=_NAMES).values
     found |= _of_correlations(draws)
     used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
@@ -61,16 +61,6 @@ def numbers_of_motion(
     if truth is not None:
         found |= _of_stand_in(truth, used)
     return found
-
-
-def numbers_of_validation(quality: pd.DataFrame, exactness: pd.DataFrame) -> dict[str, str]:
-    """Return the numbers of the validation of one motion at one scale, by name.
-
-    Args:
-        quality: Table of the quality, both posteriors.
-        exactness: Table of the exactness, one row.
-    """
-    return _of_quality(quality) | _of_exactness(exactness.iloc[0])
 
 
 def numbers_of_all(quality: pd.DataFrame) -> dict[str, str]:
@@ -120,8 +110,6 @@ def _of_quality(quality: pd.DataFrame) -> dict[str, str]:
     network = quality[quality.posterior == "amortised"].set_index("output")
     found["shortfall"] = _two(network.shortfall.max())
     through_files = network.calibration_p_reader
-    if through_files.isna().all():
-        return found
     found["calibration_p_files"] = _p(family_p_value(through_files))
     return found | {f"calibration_p_files.{name}": _p(x) for name, x in through_files.items()}
 

@@ -282,10 +282,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     ),
     *(((f"family.{name}",), _range) for name in ("strength", "held_preload", "touch")),
     (("rigs.wear",), _wear),
-    *(
-        ((name, "discrepancy.components"), _needs_components)
-        for name in ("endurance.discrepancy", "validation.discrepancies")
-    ),
+    (("endurance.discrepancy", "discrepancy.components"), _needs_components),
     (("speeds",), _speeds),
     (("limits", "motions", "speeds"), _limits),
     (
