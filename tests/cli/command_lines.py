@@ -22,8 +22,9 @@ import pandas as pd
 from tqdm import tqdm
 
 from breaker.cli import main
-from breaker.model import generator, reference_model
+from breaker.model import Prior, generator
 from breaker.shipped import DEFAULTS, model_file
+from breaker.workflow import read
 from tests.cli.conftest import written
 
 BATCH = 25  # lines in one folder
@@ -33,7 +34,7 @@ NEW = ("new.csv", "new.yaml", "new.png", "new.zarr", "made/new.csv", "drive/clos
 PLACES = (
     *RECORDS,
     *("link.csv", "hard.csv", "link.png", "pair.dat", "listed/operations.csv", "few.yaml"),
-    *("config/config.yaml", "closing.safetensors", "record.zarr", "record.zarr/.zattrs", "drive"),
+    *("config/config.yaml", "own.safetensors", "record.zarr", "record.zarr/.zattrs", "drive"),
     *(
         "link/closing/op_2.csv",
         "drive/../a.csv",
@@ -69,7 +70,7 @@ def build(folder: Path) -> None:
     """Put records of several kinds, links, a configuration and a model into a folder."""
     import xarray as xr
 
-    prior = reference_model("closing").prior
+    prior = Prior.from_settings(read(DEFAULTS)["prior"])
     for each in ("drive/closing", "drive/opening", "listed", "config", "made"):
         (folder / each).mkdir(parents=True)
     for name in ("a.csv", "b 2.csv", "drive/closing/op_1.csv", "drive/closing/op_2.csv"):
@@ -84,7 +85,7 @@ def build(folder: Path) -> None:
     (folder / "pair.dat").write_bytes(bytes(100))
     (folder / "few.yaml").write_text("endurance: {draws: 100}\n", encoding="utf-8")
     shutil.copy(DEFAULTS, folder / "config/config.yaml")
-    shutil.copy(model_file("closing"), folder / "closing.safetensors")
+    shutil.copy(model_file("medium_voltage", "levels"), folder / "own.safetensors")
     travel = xr.Dataset({"travel": ("time", [0.0, 1.0])}, {"time": [0.0, 1.0]})
     travel.to_zarr(folder / "record.zarr", zarr_format=2)
     (folder / "link").symlink_to("drive")
@@ -131,7 +132,7 @@ def words_of(number: int, seed: int) -> tuple[str, ...]:
             path = same if rng.random() < 0.1 else path
             words += [option, os.path.abspath(path) if path and rng.random() < 0.2 else path]
     if command == "infer" and rng.random() < 0.1:
-        words += ["--model", "closing.safetensors"]
+        words += ["--model", "own.safetensors"]
     return (*words, "--config", "few.yaml")
 
 

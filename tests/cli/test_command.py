@@ -3,11 +3,10 @@
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 
 from breaker.cli import infer, main
-from breaker.model import generator, reference_model
+from tests.cli.conftest import written
 
 
 @pytest.mark.parametrize("arguments", [[], ["infer"], ["infer", "--json"], ["learn"]])
@@ -33,20 +32,15 @@ def test_help_answers_without_what_infers(arguments):
     assert done.stdout.endswith("imported: []\n")
 
 
-def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path):
-    """Each of these takes a tenth to one second: the first answer is to be there in 1.5."""
-    model = reference_model("closing")
-    record = model.curves(np.append(model.prior.medians, 0.0)[None])[0]
-    rng = generator(1, "test command", "imports")
-    rows = zip(model.sensor.times, record + 0.1 * rng.standard_normal(record.size), strict=True)
+def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path, prior):
+    """Each of these takes a tenth to one second: the first answer is to be there in one."""
     file = tmp_path / "closing.csv"
-    text = "\n".join(f"{time / 1e3:.7f},{travel:.4f}" for time, travel in rows)
-    file.write_text(f"time,travel\ns,mm\n{text}\n", encoding="utf-8")
+    written(file, prior, "closing")
     script = (
         "import sys; from breaker.cli import main\n"
         f"status = main(['infer', {str(file)!r}])\n"
         "heavy = 'torch', 'matplotlib', 'zarr', 'arviz', 'jsonschema', 'snakemake'\n"
-        "heavy += 'scipy.stats', 'scipy.optimize', 'scipy.signal', 'scipy.interpolate'\n"
+        "heavy += 'xarray', 'pandas', 'scipy.special', 'scipy.ndimage', 'scipy.signal'\n"
         "print('imported:', status, sorted({*heavy} & {*sys.modules}))"
     )
     done = subprocess.run(

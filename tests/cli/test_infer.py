@@ -166,8 +166,8 @@ def test_a_network_of_another_family_may_be_named(folder, capsys):
     shipped = str(model_file("medium_voltage", "levels"))
     shutil.copy(shipped, folder / "own.safetensors")
     assert answered(capsys, "a.csv", "--model", "own.safetensors") == answered(capsys, "a.csv")
-    message = failed(capsys, "a.csv", "--model", str(model_file("closing")))
-    assert "no network of a family of drives" in message
+    message = failed(capsys, "a.csv", "--model", str(model_file("medium_voltage", "changes")))
+    assert "is a network of changes" in message
 
 
 def test_a_prior_of_ones_own_weighs_the_draws(folder, capsys):
