@@ -19,9 +19,8 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
-CARD = DOCS.parent / "src" / "breaker" / "shipped" / "MODEL_CARD.md"
 # Pages that state numbers of `make all`; the others name the command that gives their numbers.
-PAGES = (README, CARD, *(DOCS / f"{name}.md" for name in ("method", "decisions", "lives")))
+PAGES = (README, *(DOCS / f"{name}.md" for name in ("method", "decisions", "lives")))
 
 _MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*\n|\n?\Z)", re.S)
 _NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")

@@ -47,15 +47,13 @@ PAGES = ["figure_verdict", "first_page", "figure_health", "figure_remaining_life
 TRENDS = ["trend", "whole_trend", "measured_trend"]
 DECISIONS = ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"]
 MEASURING = ["read_curves", "measured_trend"]
-FROM_INFERENCE = ["correct_operations", "gather", "figure_identifiability"]
-FROM_INFERENCE += [*ENDURANCE_FIGURES, *DECISIONS]
-SENSITIVITY = ["sensitivity", "figure_sensitivity"]
-TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE, *SENSITIVITY]
+FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES, *DECISIONS]
+TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
-LIMIT = ["identifiability", "discrepancy", "discrepancy_cost", "figure_discrepancy"]
+LIMIT = ["identifiability", "discrepancy"]
 # For both motions together.
 ONCE = {"decide", "numbers", "measured_trend", "rig_truth", "discrepancy", *PAGES}
-READING = [*MEASURING, "figure_prior_predictive", "infer", *FROM_INFERENCE, *SENSITIVITY]
+READING = [*MEASURING, "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
 
 def run(folder: Path, *arguments: str) -> str:
@@ -79,7 +77,7 @@ def workflow(tmp_path_factory) -> Path:
     for part in PARTS:
         copy = shutil.copytree if (ROOT / part).is_dir() else shutil.copy2
         copy(ROOT / part, folder / part)
-    run(folder, "-c2", "all")
+    run(folder, "-c2", "all", "family")
     return folder
 
 
@@ -177,7 +175,7 @@ EDITS = {
     ),
     "discrepancy": (
         lambda folder: edit_config(folder, discrepancy={"widening": 1.5}),
-        [*TRAINING, *LIMIT],
+        ["discrepancy", *FROM_INFERENCE],
         2,
     ),
     "validation.posterior": (
@@ -192,13 +190,13 @@ EDITS = {
     ),
     "correction": (
         lambda folder: edit_config(folder, correction={"largest_k": 0.6}),
-        ["correct_validation", *FROM_CORRECTION, *FROM_INFERENCE, *SENSITIVITY],
+        ["correct_validation", *FROM_CORRECTION, *FROM_INFERENCE],
         2,
     ),
     "endurance.curves": (put_own_curves, READING, 2),
     "limits": (
         lambda folder: edit_limits(folder),
-        [*DECISIONS, *SENSITIVITY, "numbers"],
+        [*DECISIONS, "numbers"],
         2,
     ),
     "alarm": (
@@ -228,10 +226,8 @@ TOGETHER = [
     ("validation.seed", "wear_model"),
 ]
 ALONE = [(name,) for name in EDITS if name not in {each for names in TOGETHER for each in names}]
-# Shards, chunks, sources and scales are several jobs; everything else is one a motion, or one.
+# Shards, chunks and sources are several jobs; everything else is one a motion, or one.
 SEVERAL = {"bank_shard", "read_curves", "infer", "correct_operations"}
-SEVERAL |= {"validate", "correct_validation", "judge", "quality", "identifiability"}
-SEVERAL |= {f"figure_{name}" for name in ("sbc", "contraction", "exactness", "identifiability")}
 SEVERAL |= {"condition", "trend", "whole_trend", "figure_changepoint"}
 
 
@@ -257,7 +253,7 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 42
+    assert len(figures) == 30 + 9  # and those of the family
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
@@ -273,10 +269,9 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         *results.glob(f"exactness/{motion}*.zarr"),
         results / "rig/truth.zarr",
         results / "discrepancy.zarr",
-        results / f"discrepancy_cost/{motion}.zarr",
         *results.glob(f"identifiability/{motion}*.zarr"),
     ]
-    assert len(stores) == 2 + 1 + 6 + 2 + 2 + 2 + 1 + 1 + 1 + 2
+    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 1 + 1
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store

@@ -57,31 +57,3 @@ rule discrepancy:
         discrepancy=config["discrepancy"],
     script:
         "../scripts/discrepancy.py"
-
-
-rule discrepancy_cost:
-    """What each error of a record costs, what the model leaves out among them."""
-    input:
-        discrepancy="results/discrepancy.zarr",
-    output:
-        directory("results/discrepancy_cost/{motion}.zarr"),
-    log:
-        "logs/discrepancy_cost/{motion}.log",
-    params:
-        seed=config["seed"],
-        prior=config["prior"],
-        sensor=config["sensor"],
-        curves=config["identifiability"]["curves"],
-    script:
-        "../scripts/discrepancy_cost.py"
-
-
-# What the model leaves out, and what it costs.
-figure(
-    "discrepancy",
-    "1 Simulation",
-    label="what the model leaves out",
-    params={"noise_sd": config["sensor"]["noise_sd"]},
-    discrepancy="results/discrepancy.zarr",
-    cost="results/discrepancy_cost/{motion}.zarr",
-)

@@ -13,7 +13,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "calibration": ["WIDENINGS", "calibrate"],
         "control_charts": ["directed"],
-        "costs": ["contraction_by_error"],
         "detectors": ["compare_detectors", "of_records", "score_alarms"],
         "dialects": ["ANGLES", "DIALECTS", "Dialect"],
         "drive": ["Drive", "Elements", "Stop"],
