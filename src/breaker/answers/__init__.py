@@ -12,7 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "answer": ["FACTS", "Answer", "Given"],
         "inferred": ["infer_drive"],
         "judgement": ["judged"],
-        "operations": ["Record", "read_operations"],
+        "operations": ["read_operations"],
         "changed": ["VERDICT_WORDS", "Compared", "changes", "compare", "measured_changes"],
         "drawn": ["Curve", "Shown", "shown"],
         "trees": ["tree"],

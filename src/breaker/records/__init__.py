@@ -14,10 +14,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "measured": ["Contact", "Measured", "measure_curve"],
         "noise": ["noise_remarks"],
         "opened": ["open_curves", "require_any"],
-        "raw": ["Raw", "read_raw", "read_raws"],
+        "raw": ["Raw", "read_raws"],
         "reader": [
             "Record",
-            "curves_of",
             "read_curves",
             "read_record",
         ],

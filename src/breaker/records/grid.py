@@ -125,7 +125,6 @@ def grid_remarks(
     times: np.ndarray,
     *,
     back: bool,
-    chosen: bool = False,
 ) -> tuple[str, str]:
     """Say where a record does not cover the grid, and where its rate does not fit; "" if it does.
 
@@ -133,7 +132,6 @@ def grid_remarks(
         time: Times of the record's part, ``(n,)``, ms.
         times: The model's grid, ``(t,)``, ms.
         back: Whether the part ends because the travel goes back.
-        chosen: Whether the grid was chosen for the record, so that samples may well be moved.
     """
     step = float(time[-1] - time[0]) / (len(time) - 1)
     late = time[0] - gridded.start - times[0]
@@ -145,7 +143,7 @@ def grid_remarks(
         why = "the travel goes back" if back else "the record ends"
         ends.append(f"{why} {early:.1f} ms before the grid ends, at {time[-1]:.1f} ms")
     rate = ""
-    if (gridded.moved > 0.0 and not chosen) or not gridded.sampled.all():
+    if gridded.moved > 0.0 or not gridded.sampled.all():
         none = int((~gridded.sampled).sum())
         lacks = f"; {none} times of the grid have no sample" if none else ""
         moved = f"moved by up to {gridded.moved:.2g} ms to" if gridded.moved else "whole at"

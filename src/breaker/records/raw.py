@@ -123,14 +123,6 @@ class Raw:
         contact = contact or self.contact
         return measure(self.time[self.inside], self.left, *found, contact=contact, speeds=speeds)
 
-    def duration(self, first: float = 0.1, last: float = 0.9) -> float:
-        """Return the time from one share of the way between the rest positions to another, ms."""
-        way = (self.left - self.segment.before) / (self.segment.after - self.segment.before)
-        there = ~np.isnan(way)
-        time, way = self.time[self.inside][there], np.maximum.accumulate(way[there])
-        begins, ends = np.interp([first, last], way, time)
-        return float(ends - begins)
-
 
 def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str) -> Raw:
     """Read the record of one operation as it is in its file.

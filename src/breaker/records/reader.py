@@ -49,7 +49,6 @@ from breaker.records.scale import Scale
 
 __all__ = [
     "Record",
-    "curves_of",
     "read_curves",
     "read_record",
 ]
@@ -130,33 +129,12 @@ def read_curves(
         ValueError: If the settings lack something, or name an unknown unit or encoding.
 
     """
-    raws = read_raws(operations, settings, motion)
-    errors = {"noise_sd": noise_sd, "zero_sd": zero_sd}
-    return curves_of(operations, raws, times, motion, **errors, speeds=speeds)
-
-
-def curves_of(
-    operations: Sequence[Operation],
-    raws: Sequence[Raw | RejectedCurveError],
-    times: np.ndarray,
-    motion: str,
-    *,
-    noise_sd: float | None = None,
-    zero_sd: float | None = None,
-    speeds: Sequence[Speed] = SPEEDS,
-    chosen: bool = False,
-) -> xr.Dataset:
-    """Put the records of several operations on a grid; as ``read_curves``, of ``read_raws``.
-
-    A grid that was ``chosen`` for these records is no fault of theirs: that samples are moved to
-    its times is not remarked on.
-    """
     records: list[Record | RejectedCurveError] = []
-    for raw in raws:
+    for raw in read_raws(operations, settings, motion):
         try:
             if isinstance(raw, RejectedCurveError):
                 raise raw
-            records.append(_to_grid(raw, times, noise_sd, zero_sd, chosen))
+            records.append(_to_grid(raw, times, noise_sd, zero_sd))
         except RejectedCurveError as error:
             records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
@@ -229,13 +207,7 @@ def read_record(
     return _to_grid(read_raw(operation, settings, scale, motion), times, noise_sd, zero_sd)
 
 
-def _to_grid(
-    raw: Raw,
-    times: np.ndarray,
-    noise_sd: float | None,
-    zero_sd: float | None,
-    chosen: bool = False,
-) -> Record:
+def _to_grid(raw: Raw, times: np.ndarray, noise_sd: float | None, zero_sd: float | None) -> Record:
     """Put a record on the grid."""
     gridded = raw.on_grid(times)
     try:
@@ -246,11 +218,7 @@ def _to_grid(
     noise = raw.noise_at(grid_step)
     remarks = [
         *raw.remarks_on(noise_sd, zero_sd),
-        *grid_remarks(
-            *(gridded, raw.time[raw.inside], times),
-            back=not np.isnan(raw.segment.back),
-            chosen=chosen,
-        ),
+        *grid_remarks(gridded, raw.time[raw.inside], times, back=not np.isnan(raw.segment.back)),
         *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
     ]
     said = tuple(remark for remark in remarks if remark)

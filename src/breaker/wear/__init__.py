@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "events": ["Event"],
         "hypotheses": ["confirmed"],
-        "learned": ["Learned", "by_phase", "phases"],
+        "learned": ["Learned", "by_phase"],
         "lifetime": ["lives_of", "quantiles_of", "remaining_life"],
         "measured": ["follow_measured"],
         "series": ["Series", "likelihood", "series_of"],
