@@ -67,7 +67,6 @@ rule all:
         expand("results/endurance/{motion}.csv", motion=MOTIONS),
         expand("figures/{figure}.png", figure=DECISIONS),
         expand("figures/changepoint_{source}.png", source=SOURCES),
-        expand("figures/discrepancy_{motion}.png", motion=MOTIONS if DISCREPANCY else []),
         "results/decisions.csv",
         "results/first_page.html",
         "results/numbers.csv",

@@ -13,7 +13,7 @@ from breaker.family.levels import LevelDraws
 from breaker.family.membership import PARTS, Match
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.speeds import speeds_of
-from breaker.records.shape import GRID
+from breaker.records import SHAPE_TIMES
 from tests.raws import smooth
 
 SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
@@ -50,7 +50,7 @@ def family(name="any", fits=1.0, later=0.0, **factors):
         times = {m: np.full(draws, 10.0) for m in references}
         return LevelDraws(np.ones((draws, 7)), {m: 0.0 * times[m] for m in times}, times)
 
-    basis = Basis(np.zeros(GRID.size), np.eye(GRID.size)[30:50], np.ones(20))
+    basis = Basis(np.zeros(SHAPE_TIMES.size), np.eye(SHAPE_TIMES.size)[30:50], np.ones(20))
     usual = np.log([[8.0, 1.0], [5.0, 1.0]])
     levels = SimpleNamespace(settings={"family": name}, usual=usual, match=match, draw=state)
     return levels, SimpleNamespace(change_bases=dict.fromkeys(MOTIONS, basis), draw=draw)

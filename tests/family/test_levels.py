@@ -80,4 +80,3 @@ def test_a_fault_at_the_end_is_told_at_the_end(levels):
     late = np.arange(usual.way.shape[1]) > 80
     found = levels.match("opening", usual._replace(way=usual.way + 0.3 * (late - 0.5) * late))
     assert max(found.parts, key=found.parts.get) == "end"
-

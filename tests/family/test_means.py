@@ -6,7 +6,7 @@ import pytest
 from breaker.family.inputs import Basis, without_onset
 from breaker.family.means import see_change, see_mean
 from breaker.mechanism.parameters import MOTIONS
-from breaker.records.shape import GRID, Shape
+from breaker.records import SHAPE_TIMES, Shape
 from breaker.synthetic import family_records
 from breaker.synthetic.family import Family
 from breaker.synthetic.family_bank import simulate_family
@@ -14,8 +14,8 @@ from breaker.synthetic.family_rows import ChangeRows
 from tests.raws import raw_of, smooth
 
 DRIVES = 12
-BASIS = Basis(np.zeros(GRID.size), np.eye(GRID.size)[20:60], np.ones(40))
-UNITS = Shape(np.zeros(GRID.size), GRID > 9.0, 0.0, 80.0, 5.0, 6.0)
+BASIS = Basis(np.zeros(SHAPE_TIMES.size), np.eye(SHAPE_TIMES.size)[20:60], np.ones(40))
+UNITS = Shape(np.zeros(SHAPE_TIMES.size), SHAPE_TIMES > 9.0, 0.0, 80.0, 5.0, 6.0)
 
 
 @pytest.fixture
@@ -77,7 +77,7 @@ def test_a_mean_has_less_noise_and_neither_onset_nor_gap():
     left = without_onset(clean.way, own.seen.way, there)
     assert np.abs(left).max() < 5.0 * one.noise[0]
     # Of nine records the fifth ends at 44 ms, and has made 10 % of its way at 23.3 ms.
-    last = GRID[many.present[0]][-1] * many.duration[0]
+    last = SHAPE_TIMES[many.present[0]][-1] * many.duration[0]
     assert last == pytest.approx(44.0 - 23.3, abs=0.5)
 
 

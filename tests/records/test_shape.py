@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.records.shape import GRID, effective_noise, shape_of
+from breaker.records import SHAPE_TIMES, effective_noise, shape_of
 
 
 def motion(time: np.ndarray) -> np.ndarray:
@@ -30,7 +30,7 @@ def test_a_record_of_another_size_is_the_same_shape(lengths, times, zero):
 
 def test_the_way_is_the_mean_over_a_step_of_the_grid():
     found = shape_of(motion(TIME), 0.1)
-    fine = np.linspace(-0.05, 0.05, 201)[:, None] + GRID
+    fine = np.linspace(-0.05, 0.05, 201)[:, None] + SHAPE_TIMES
     at = found.origin + found.duration * fine
     exact = motion(at).mean(axis=0) / found.stroke
     np.testing.assert_allclose(found.way, exact, atol=5e-4)
@@ -52,7 +52,7 @@ def test_missing_samples_are_told_and_bridged():
     travel = motion(TIME)
     gap = (TIME > 35.0) & (TIME < 60.0)
     found = shape_of(np.where(gap, np.nan, travel), 0.1)
-    at = found.origin + found.duration * GRID
+    at = found.origin + found.duration * SHAPE_TIMES
     assert not found.present[(at > 36.0) & (at < 59.0)].any()
     assert found.present[(at > 62.0) & (at < 119.0)].all()
     assert not found.present[at > 121.0].any()

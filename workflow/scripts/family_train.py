@@ -14,7 +14,7 @@ from breaker.posterior import (
     fingerprint,
 )
 from breaker.stores import describe, save
-from breaker.synthetic import family_rows, members_of, open_family
+from breaker.synthetic import members_of, open_family, rows_of
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -27,7 +27,7 @@ made_from = {
 }
 
 bank, held_out = open_family(snakemake.input.shards, settings["training"]["held_out_curves"])
-rows = family_rows(kind, bank)
+rows = rows_of(kind, bank)
 rows.freeze(generator(seed, "family", kind, "scales"))
 device = choose_device(settings["training"]["device"])
 network = FamilyNetwork(settings["network"], kind, *rows.sizes, atoms=rows.atoms, seed=seed)

@@ -3,7 +3,7 @@
 from breaker.family import open_network
 from breaker.model import generator
 from breaker.stores import describe, save
-from breaker.synthetic import family_rows, open_family, sample_rows
+from breaker.synthetic import open_family, rows_of, sample_rows
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -11,6 +11,6 @@ params, kind, source = snakemake.params, snakemake.wildcards.kind, snakemake.wil
 _, bank = open_family(snakemake.input.shards, params.networks["training"]["held_out_curves"])
 network = open_network(snakemake.input.network)
 rng = generator(params.seed, "validation of the family", kind, source)
-data = sample_rows(network, family_rows(kind, bank, network), source, params.draws, rng)
+data = sample_rows(network, rows_of(kind, bank, network), source, params.draws, rng)
 log.info("%s of %s: %d drives", kind, source, data.sizes["curve"])
 save(describe(data, f"{kind} of held-out drives", source=source), snakemake.output[0])

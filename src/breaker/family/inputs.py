@@ -12,7 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from breaker.mechanism import MOTIONS
-from breaker.records.shape import GRID, STEP
+from breaker.records import SHAPE_STEP, SHAPE_TIMES
 
 __all__ = ["Basis", "Seen", "change_inputs", "level_inputs", "without_onset"]
 
@@ -49,7 +49,7 @@ class Seen(NamedTuple):
     def nothing(cls, n: int) -> Self:
         """Return n records that are not there."""
         one = np.ones(n)
-        shape = np.zeros((n, GRID.size))
+        shape = np.zeros((n, SHAPE_TIMES.size))
         return cls(one == 0.0, shape, shape > 0.0, one, one, one, 0.0 * one, one)
 
 
@@ -60,6 +60,12 @@ class Basis(NamedTuple):
         mean: ``(g,)``.
         directions: Orthonormal, ``(k, g)``.
         variances: Of the components, ``(k,)``.
+
+    Example:
+        >>> shapes = np.outer(np.arange(5.0), np.ones(4))
+        >>> basis = Basis.of(shapes, 1)
+        >>> abs(basis.scores(shapes, np.zeros(5))).round(2).ravel()
+        array([1.41, 0.71, 0.  , 0.71, 1.41])
     """
 
     mean: np.ndarray
@@ -157,7 +163,7 @@ def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray)
     Returns:
         ``(n, g)``; 0 where there are no samples.
     """
-    slope = np.gradient(reference, STEP, axis=1)
+    slope = np.gradient(reference, SHAPE_STEP, axis=1)
     rows = np.stack([np.ones_like(slope), slope], axis=1) * there[:, None]
     change = (present - reference) * there
     square = rows @ rows.swapaxes(1, 2) + _RIDGE * np.eye(2)  # regular without a sample, too
@@ -167,7 +173,7 @@ def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray)
 
 def _shares(present: np.ndarray) -> np.ndarray:
     """Shares of the parts of the grid that are there, ``(n, g) -> (n, parts)``."""
-    whole = present[:, : GRID.size // _PARTS * _PARTS]
+    whole = present[:, : SHAPE_TIMES.size // _PARTS * _PARTS]
     return whole.reshape(len(whole), _PARTS, -1).mean(axis=2)
 
 

@@ -3,9 +3,7 @@
 import numpy as np
 
 from breaker.family.inputs import Seen
-from breaker.records import Raw
-from breaker.records.segments import white_noise
-from breaker.records.shape import Shape, effective_noise, shape_of
+from breaker.records import Raw, Shape, effective_noise, shape_of, white_noise
 
 __all__ = ["see"]
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.family.inputs import Basis, Seen
-from breaker.records.shape import GRID
+from breaker.records import SHAPE_TIMES
 
 __all__ = ["PARTS", "Match", "Membership", "distances"]
 
@@ -89,7 +89,7 @@ def distances(seen: Seen, basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndar
         square of what the nearest shape leaves of each part, in noise, ``(n, 3)``, nan without a
         sample; and the nearest shapes, ``(n, g)``.
     """
-    n, part = len(seen.way), [(a <= GRID) & (b > GRID) for a, b in PARTS.values()]
+    n, part = len(seen.way), [(a <= SHAPE_TIMES) & (b > SHAPE_TIMES) for a, b in PARTS.values()]
     squares, lefts, nearest = np.empty(n), np.empty((n, len(part))), np.empty(seen.way.shape)
     for i, (way, there, noise) in enumerate(zip(seen.way, seen.present, seen.noise, strict=True)):
         rows = basis.directions[:, there]

@@ -22,6 +22,13 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "scale": ["Scale"],
         "segments": ["white_noise"],
-        "shape": ["GRID", "STEP", "Shape", "effective_noise", "shape_of"],
+        "shape": [
+            "SHAPE_STEP",
+            "SHAPE_TIMES",
+            "Shape",
+            "effective_noise",
+            "normalise",
+            "shape_of",
+        ],
     },
 )

@@ -11,12 +11,12 @@ import numpy as np
 
 from breaker.mechanism import compiled
 
-__all__ = ["GRID", "STEP", "Shape", "effective_noise", "shape_of"]
+__all__ = ["SHAPE_STEP", "SHAPE_TIMES", "Shape", "effective_noise", "normalise", "shape_of"]
 
-STEP = 0.1
+SHAPE_STEP = 0.1
 """Between times of the grid, in durations."""
 
-GRID = STEP * np.arange(-20, 101)
+SHAPE_TIMES = SHAPE_STEP * np.arange(-20, 101)
 """Times of the grid, ``(g,)``: after 10 % of the way, in durations."""
 
 _fast = compiled()
@@ -69,7 +69,7 @@ def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shap
         >>> f"{found.rest:.2f} mm, {found.stroke:.2f} mm, {found.origin:.2f} ms"
         '7.00 mm, 150.00 mm, 21.97 ms'
     """
-    way, present = np.empty(GRID.size), np.empty(GRID.size, dtype=np.bool_)
+    way, present = np.empty(SHAPE_TIMES.size), np.empty(SHAPE_TIMES.size, dtype=np.bool_)
     units = (0.0, 0.0) if like is None else (like.stroke, like.duration)
     found = normalise(np.asarray(travel, dtype=np.float64), step, *units, way, present)
     if not found[3] > 0.0:
@@ -85,7 +85,7 @@ def effective_noise(noise_sd: float, colour: float, step: float) -> float:
         colour: Correlation of neighbouring samples.
         step: Between samples, in durations.
     """
-    share = step / STEP * (1.0 + colour) / (1.0 - colour)
+    share = step / SHAPE_STEP * (1.0 + colour) / (1.0 - colour)
     return float(noise_sd * np.sqrt(min(1.0, share)))
 
 
@@ -184,7 +184,7 @@ def _averages(time, value, origin, duration, gap, way, present):
     n, i = value.size, 0
     last, area, total = -np.inf, 0.0, 0.0
     for j in range(2 * way.size):
-        edge = origin + duration * (GRID[j // 2] + (0.5 if j % 2 else -0.5) * STEP)
+        edge = origin + duration * (SHAPE_TIMES[j // 2] + (0.5 if j % 2 else -0.5) * SHAPE_STEP)
         while i < n - 1 and time[i + 1] <= edge:
             total += 0.5 * (value[i] + value[i + 1]) * (time[i + 1] - time[i])
             i += 1
@@ -197,8 +197,8 @@ def _averages(time, value, origin, duration, gap, way, present):
             there = value[i] + share * (value[i + 1] - value[i])
             area = total + 0.5 * (value[i] + there) * (edge - time[i])
         if j % 2:
-            way[j // 2] = (area - last) / (STEP * duration)
-            middle = edge - 0.5 * STEP * duration
+            way[j // 2] = (area - last) / (SHAPE_STEP * duration)
+            middle = edge - 0.5 * SHAPE_STEP * duration
             inside = time[0] <= middle <= time[n - 1]
             k = min(i, n - 2)
             present[j // 2] = inside and time[k + 1] - time[k] <= gap

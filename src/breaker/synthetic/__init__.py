@@ -20,7 +20,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "failure_times": ["true_lives"],
         "family": ["Family"],
         "family_bank": ["shapes", "simulate_family"],
-        "family_training": ["family_rows", "members_of", "open_family", "sample_rows"],
+        "family_training": ["members_of", "open_family", "rows_of", "sample_rows"],
         "high_voltage": ["CHANNELS", "HIGH_VOLTAGE", "write_exports"],
         "judged": ["Reading", "family_of", "judge_records"],
         "judged_lives": ["judge_lives"],

@@ -7,9 +7,9 @@ it shows, by the very code that reads measured ones.
 
 import numpy as np
 
-from breaker.family.inputs import Seen
+from breaker.family import Seen
 from breaker.mechanism import compiled
-from breaker.records.shape import GRID, STEP, normalise
+from breaker.records import SHAPE_STEP, SHAPE_TIMES, normalise
 from breaker.synthetic.family_bank import GRID as TIMES
 
 __all__ = ["record_shapes"]
@@ -52,7 +52,7 @@ def record_shapes(
         which none of many records shows a motion, as where the drive hardly arrives, is not there.
     """
     n = len(curves)
-    way, present = np.empty((n, GRID.size)), np.empty((n, GRID.size), dtype=np.bool_)
+    way, present = np.empty((n, SHAPE_TIMES.size)), np.empty((n, SHAPE_TIMES.size), dtype=np.bool_)
     about = np.empty((n, 6))
     strokes, durations = like if like else np.zeros((2, n))
     limits = np.log(np.array([*noise, *_SAMPLING, *_QUANTUM]))
@@ -97,7 +97,7 @@ def _record(curves, rng, limits, strokes, durations, way, present, about, there)
         sd = np.sqrt(noise * noise + quantum * quantum / 12.0)
         length = strokes[r] if strokes[r] > 0.0 else stroke
         unit = durations[r] if durations[r] > 0.0 else duration
-        share = min(1.0, step / unit / STEP * (1.0 + colour) / (1.0 - colour))
+        share = min(1.0, step / unit / SHAPE_STEP * (1.0 + colour) / (1.0 - colour))
         about[r] = (
             begin + origin,
             stroke,

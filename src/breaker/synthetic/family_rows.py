@@ -7,11 +7,19 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from breaker.family.changes import change_outputs
-from breaker.family.inputs import Basis, Seen, change_inputs, level_inputs, without_onset
-from breaker.family.levels import EVENTS, level_outputs, outputs_there
+from breaker.family import (
+    EVENTS,
+    Basis,
+    Seen,
+    change_inputs,
+    change_outputs,
+    level_inputs,
+    level_outputs,
+    outputs_there,
+    without_onset,
+)
 from breaker.mechanism import MOTIONS, NAMES, compiled
-from breaker.records.shape import GRID
+from breaker.records import SHAPE_TIMES
 from breaker.synthetic.family_bank import GRID as TIMES
 from breaker.synthetic.family_bank import shapes
 from breaker.synthetic.family_records import record_shapes
@@ -166,7 +174,7 @@ class LevelRows(Rows):
             found = self.events[drives, condition, m]
             events.append((found - origin[:, None]) / duration[:, None])
         events = np.hstack(events)
-        return records, np.where(np.isfinite(events), events, GRID[-1])
+        return records, np.where(np.isfinite(events), events, SHAPE_TIMES[-1])
 
 
 class ChangeRows(Rows):
@@ -183,7 +191,7 @@ class ChangeRows(Rows):
         order = np.zeros(n, dtype=int), np.ones(n, dtype=int)
         _, changes, _ = self._records(drives, order, motions, rng, _CLEAN, odd=False)
         change_bases = {
-            motion: Basis.of(each.way, _CHANGE_COMPONENTS)._replace(mean=np.zeros(GRID.size))
+            motion: Basis.of(each.way, _CHANGE_COMPONENTS)._replace(mean=np.zeros(SHAPE_TIMES.size))
             for motion, each in changes.items()
         }
         scale = np.full(len(NAMES) + len(MOTIONS), _CHANGE)
@@ -271,8 +279,8 @@ def _odd(
     size = _sizes(before, after, stroke[1] / stroke[0], unit[0] / unit[1])
     size *= np.exp(rng.uniform(np.log(low), np.log(high), len(size)))
     rate, phase = rng.uniform(0.0, 1.0, (2, len(size), terms, 1))
-    curves = np.sin(2.0 * np.pi * (_FASTEST * rate * GRID + phase)).sum(axis=1)
-    return size[:, None] * np.clip(GRID + 1.0, 0.0, 1.0) * curves  # none at the rest before
+    curves = np.sin(2.0 * np.pi * (_FASTEST * rate * SHAPE_TIMES + phase)).sum(axis=1)
+    return size[:, None] * np.clip(SHAPE_TIMES + 1.0, 0.0, 1.0) * curves  # none at the rest before
 
 
 @_fast

@@ -7,22 +7,19 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from breaker.family.changes import Changes
-from breaker.family.inputs import Basis
-from breaker.family.levels import Levels
-from breaker.family.membership import Membership
+from breaker.family import Basis, Changes, Levels, Membership
 from breaker.mechanism import MOTIONS, NAMES
 from breaker.stores import open_store
 from breaker.synthetic.family_bank import shapes
 from breaker.synthetic.family_records import record_shapes
 from breaker.synthetic.family_rows import ChangeRows, LevelRows, Rows
 
-__all__ = ["family_rows", "members_of", "open_family", "sample_rows"]
+__all__ = ["members_of", "open_family", "rows_of", "sample_rows"]
 
 _LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
 
 
-def family_rows(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> Rows:
+def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> Rows:
     """Return rows of "levels" or "changes", scaled as those that a network was trained on."""
     frozen = {} if like is None else {each.name: getattr(like, each.name) for each in fields(like)}
     return {"levels": LevelRows, "changes": ChangeRows}[kind](bank, frozen)

@@ -24,9 +24,8 @@ __all__ = ["RULES"]
 
 
 def _at_most(limit: str, value: float, most: float) -> str | None:
-    if value <= most:
-        return None
-    return f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
+    fault = f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
+    return fault if value > most else None
 
 
 def _bank(bank: Mapping[str, int], training: Mapping[str, Any]) -> str | None:
@@ -59,15 +58,13 @@ def _layers(series: Mapping[str, Any], kind: str, samples: int) -> str | None:
 
 
 def _solver(reference: int, candidates: Sequence[int]) -> str | None:
-    if reference > max(candidates):
-        return None
-    return f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
+    fault = f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
+    return fault if reference <= max(candidates) else None
 
 
 def _other_seed(name: str, seed: int, other: int) -> str | None:
-    if seed != other:
-        return None
-    return f"is {seed}, which {name} is too. A second look needs another number."
+    fault = f"is {seed}, which {name} is too. A second look needs another number."
+    return fault if seed == other else None
 
 
 def _range(ends: Sequence[float]) -> str | None:
@@ -100,13 +97,12 @@ def _wear(wear: Mapping[str, Any]) -> str | None:
     return None
 
 
-def _needs_components(scales: float | Sequence[float], components: int) -> str | None:
-    if components or not (any(scales) if isinstance(scales, Sequence) else scales):
-        return None
-    return (
-        f"is {scales}, but nothing is learned of what the model leaves out, since "
+def _needs_components(scale: float, components: int) -> str | None:
+    fault = (
+        f"is {scale}, but nothing is learned of what the model leaves out, since "
         "discrepancy.components is 0. Set this to 0 too, or raise discrepancy.components."
     )
+    return fault if scale and not components else None
 
 
 def _speeds(settings: Mapping[str, Sequence[str] | None]) -> str | None:
@@ -269,18 +265,14 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("lives.calibration_seed", "lives.seed"), partial(_other_seed, "lives.seed")),
     *(((f"lives.{name}",), _range) for name in ("ratio", "change", "drift", "scatter")),
     *(((f"judged.{name}",), _range) for name in ("quantum", "colour", "change", "faster")),
+    *(((f"family.{name}",), _range) for name in ("strength", "held_preload", "touch")),
     *(
         ((name,), _from_to)
         for name in (
-            "judged.foreign",
-            "rigs.elements",
-            "rigs.wear.change",
-            "family.elements",
-            "family.more",
-            "family.wear.change",
+            *("judged.foreign", "rigs.elements", "rigs.wear.change"),
+            *("family.elements", "family.more", "family.wear.change"),
         )
     ),
-    *(((f"family.{name}",), _range) for name in ("strength", "held_preload", "touch")),
     (("rigs.wear",), _wear),
     (("endurance.discrepancy", "discrepancy.components"), _needs_components),
     (("speeds",), _speeds),
