@@ -15,7 +15,6 @@ from breaker.cli.settings import limits_of, settings_of
 __all__ = ["add"]
 
 _FACTORS = (0.01, 100.0)  # of a size, as in the configuration
-_SHIPPED = ("medium_voltage", "any")  # families that may ship, the first always does
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -177,10 +176,10 @@ def _given(options: argparse.Namespace, config: Mapping) -> tuple:
 def _families(model: str | None) -> list:
     """The networks of families, in the order in which they are tried."""
     from breaker.family import Levels, open_network
-    from breaker.shipped import model_file
+    from breaker.shipped import FAMILIES, model_file
 
     if model is None:
-        files = [model_file(family, "levels") for family in _SHIPPED]
+        files = [model_file(family, "levels") for family in FAMILIES]
         return [open_network(file) for file in files if file == files[0] or file.exists()]
     network = open_network(model)
     if not isinstance(network, Levels):
