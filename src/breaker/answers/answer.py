@@ -10,7 +10,7 @@ from breaker.answers.operations import Record
 from breaker.family import LevelDraws, Levels, Match
 from breaker.files import SWITCHING
 from breaker.mechanism import NAMES, UNIT, Size, Speed, powers
-from breaker.records import GRID, Measured
+from breaker.records import SHAPE_TIMES, Measured
 
 if TYPE_CHECKING:
     from breaker.model import Prior
@@ -130,5 +130,5 @@ class Answer:
             return self.inferred(name)
         record = self.record
         at = self.draws.switching[record.motion] / record.shape.duration
-        way = np.interp(at, GRID, record.shape.way)
+        way = np.interp(at, SHAPE_TIMES, record.shape.way)
         return record.shape.stroke * (1.0 - way if record.motion == "closing" else way)

@@ -9,7 +9,7 @@ from breaker.answers.answer import Answer, Given
 from breaker.family import PARTS
 from breaker.files import printable
 from breaker.model import generator
-from breaker.records import GRID
+from breaker.records import SHAPE_TIMES
 
 __all__ = ["Curve", "Shown", "shown"]
 
@@ -91,13 +91,13 @@ def _curve(answer: Answer) -> Curve:
     raw, shape = record.raw, record.shape
     sign = 1.0 if record.motion == "closing" else -1.0
     after = record.tenth - raw.moves
-    grid = after + shape.duration * GRID
+    grid = after + shape.duration * SHAPE_TIMES
     time = raw.time[raw.inside] - raw.moves
     near = (time >= grid[0]) & (time <= grid[-1])
     left = np.where(shape.present, sign * shape.stroke * (shape.way - match.nearest), np.nan)
-    usual = np.full(GRID.size, np.nan)
+    usual = np.full(SHAPE_TIMES.size, np.nan)
     for (begin, end), ratio in zip(PARTS.values(), match.parts.values(), strict=True):
-        part = (begin <= GRID) & (end > GRID)
+        part = (begin <= SHAPE_TIMES) & (end > SHAPE_TIMES)
         if np.isfinite(ratio):
             usual[part] = np.sqrt(np.nanmean(np.square(left[part]))) / ratio
     far = answer.far_from_prior and not answer.misfit

@@ -10,7 +10,7 @@ from breaker.answers.answer import Answer, Given
 from breaker.files import ABOUT, SWITCHING, printable
 from breaker.mechanism import PARAMETERS
 from breaker.model import generator
-from breaker.records import GRID
+from breaker.records import SHAPE_TIMES
 
 __all__ = ["tree"]
 
@@ -57,7 +57,7 @@ def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
     groups = {
         "posterior": xr.Dataset(posterior, drawn),
         "prior": xr.Dataset(priors, drawn),
-        "observed_data": xr.Dataset(observed, names | {"time": GRID}),
+        "observed_data": xr.Dataset(observed, names | {"time": SHAPE_TIMES}),
         "sample_stats": xr.Dataset({k: ("record", v) for k, v in statistics.items()}, names),
     }
     about = {"inference_library": "breaker", "inference_library_version": __version__}
