@@ -13,6 +13,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from breaker.model import ModelFileError, open_model
 from breaker.shipped import CARD, DEFAULTS, FAMILIES, KINDS, model_file
 from breaker.workflow import ConfigurationError, load
@@ -21,6 +23,7 @@ __all__ = ["described", "differing", "made_from", "unfit"]
 
 CONFIG = Path("config/config.yaml")
 RESULTS = Path("results/family")
+PAGE = Path("docs/family.md")
 
 
 def made_from(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
@@ -63,7 +66,32 @@ def described(text: str) -> str:
             steps = saved.settings["networks"]["training"]["steps"]
         checksum = f"`{hashlib.sha256(content).hexdigest()}`"
         rows.append(f"| {file.name} | {drives:,} | {steps:,} | {len(content):,} | {checksum} |")
-    start = "<!-- files: made by `make ship` -->\n"
+    return _put(text, "files", rows)
+
+
+def judged(text: str) -> str:
+    """Return the page on families with its tables of how good the networks are."""
+    for family in FAMILIES:
+        table = pd.read_csv(Path("docs") / f"family_{family}.csv")
+        for kind in KINDS:
+            of = table[table.network == kind].set_index(["output", "motions"])
+            names = [name for name in of.index.unique("output") if " " not in name]
+            shown = {"levels": "contraction", "changes": "rms_error"}[kind]
+            rows = [f"| {family} | {' | '.join(names)} | 90 % hold | calibrated |"]
+            rows.append("|---|" + "---|" * (len(names) + 2))
+            for motions in of.index.unique("motions"):
+                here = of.xs(motions, level="motions")
+                cells = [f"{here[shown][name]:.2f}" for name in names]
+                held = f"{100 * here.coverage_90.min():.0f} to {100 * here.coverage_90.max():.0f} %"
+                fine = f"{int(here.calibrated.sum())} of {len(here)}"
+                rows.append(f"| {motions} | {' | '.join(cells)} | {held} | {fine} |")
+            text = _put(text, f"{kind} of {family}", rows)
+    return text
+
+
+def _put(text: str, mark: str, rows: Sequence[str]) -> str:
+    """Put a table where its mark is."""
+    start = f"<!-- {mark}: made by `make ship` -->\n"
     table = re.compile(re.escape(start) + r".*?(?=\n\n|\n*\Z)", re.DOTALL)
     return table.sub(start + "\n".join(rows), text)
 
@@ -86,6 +114,7 @@ def main(overlays: Sequence[str]) -> int:
     shutil.copyfile(RESULTS / "quality.csv", Path("docs") / f"family_{family}.csv")
     shutil.copyfile(CONFIG, DEFAULTS)
     CARD.write_text(described(CARD.read_text(encoding="utf-8")), encoding="utf-8")
+    PAGE.write_text(judged(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
     print(f"shipped in {DEFAULTS.parent}")
     return 0
 

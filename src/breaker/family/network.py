@@ -73,7 +73,7 @@ class Network:
             residual = means[rows, chosen] + width * normal[:, i]
             atom = np.zeros(draws, dtype=bool)
             if i < self.atoms:
-                atom = uniform[:, i, 1] < 1.0 / (1.0 + np.exp(-numbers[:, -1]))
+                atom = uniform[:, i, 1] < _logistic(numbers[:, -1])
             theta[:, i] = np.where(atom, 0.0, place[i] + theta @ weights[i] + scale[i] * residual)
             seen[:, i] = np.where(atom, 0.0, np.clip(residual, -_CLIP, _CLIP))
             seen[:, q + i] = atom
@@ -81,4 +81,8 @@ class Network:
 
 
 def _silu(x: np.ndarray) -> np.ndarray:
-    return x / (1.0 + np.exp(-x))
+    return x * _logistic(x)
+
+
+def _logistic(x: np.ndarray) -> np.ndarray:
+    return 0.5 + 0.5 * np.tanh(0.5 * x)  # without overflow

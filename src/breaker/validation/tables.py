@@ -25,6 +25,7 @@ __all__ = [
 
 _CURVES, _DRAWS = 10, 500  # of the timing
 _FAMILY_LEVEL = 0.01
+_SAME = 1e-12  # variance of what does not vary
 
 
 def quality(
@@ -83,8 +84,8 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
     Returns:
         Columns ``output``, ``calibration_p`` and ``calibrated``, all outputs together at 99 %,
         ``coverage_90``, ``contraction`` (1 - mean square error of the posterior mean over the
-        variance of the truth), ``rms_error`` and ``half_width``, the median half width of 90 %
-        intervals; both in the scale that an output is judged in.
+        variance of the truth, nan where that does not vary), ``rms_error`` and ``half_width``, the
+        median half width of 90 % intervals; both in the scale that an output is judged in.
     """
     draws, truth = data.draws.values, data.truth.values
     logs = log & np.isin(data.output.values, NAMES)
@@ -93,13 +94,15 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
     judged = judge_ranks(found, data.sizes["draw"], alpha=_FAMILY_LEVEL)
     error = draws.mean(axis=1) - truth
     low, high = np.quantile(draws, [0.05, 0.95], axis=1)
+    spread = truth.var(axis=0)
+    varies = spread > _SAME
     return pd.DataFrame(
         {
             "output": data.output.values,
             "calibration_p": judged.p_values,
             "calibrated": ~judged.outside,
             "coverage_90": coverage(found, data.sizes["draw"], levels=[0.9])[0],
-            "contraction": 1.0 - np.square(error).mean(axis=0) / truth.var(axis=0),
+            "contraction": 1.0 - np.square(error).mean(axis=0) / np.where(varies, spread, np.nan),
             "rms_error": np.sqrt(np.square(error).mean(axis=0)),
             "half_width": np.median(high - low, axis=0) / 2.0,
         }
