@@ -1,0 +1,163 @@
+"""An exact judge for the network of levels: Markov chains over parameters and elements.
+
+    python benchmarks/family_exact.py              # 20 records a motion: hours of a core
+    python benchmarks/family_exact.py --records 2 --steps 1500
+
+The likelihood of a drive whose elements are unknown is an integral over them, so chains walk over
+all that the family draws: seven parameters, contact, strength, elements, random forces, and the
+onset; the zero is integrated. The simulator is that of the bank, the sensor that of the defaults,
+the sampler emcee with moves by differences of walkers (0.7 DE, 0.1 DE with gamma 1, 0.2 snooker).
+Unknowns are standard normal numbers of which the family's own code makes a drive.
+
+Written for each record: effective size of the chains, and by how many nats the network's posterior
+differs from theirs, both taken for normal in the logarithms of the parameters; and the ratio of
+their standard deviations.
+"""
+
+import argparse
+import csv
+from pathlib import Path
+
+import emcee
+import numpy as np
+from scipy.special import ndtr
+
+from breaker.family import Levels, Seen, open_network
+from breaker.mechanism import MOTIONS, NAMES, Size
+from breaker.model import Prior, Sensor, generator
+from breaker.records import effective_noise, shape_of
+from breaker.shipped import DEFAULTS, model_file
+from breaker.synthetic import Drive, Family
+from breaker.workflow import load
+
+_MOVES = [
+    (emcee.moves.DEMove(), 0.7),
+    (emcee.moves.DEMove(gamma0=1.0), 0.1),
+    (emcee.moves.DESnookerMove(), 0.2),
+]
+_FIRST = 3000  # draws of the prior, of which walkers start at the best
+_WALKERS = 3  # for each unknown
+_DRAWS = 4000
+
+
+class Numbers:
+    """A generator whose numbers are given as normal scores, in the order in which they are asked.
+
+    Asked for more than there are, as where a family draws a drive again, it raises ValueError; with
+    no scores given it counts them.
+    """
+
+    def __init__(self, scores: np.ndarray | None = None) -> None:
+        self.scores, self.used = scores, 0
+
+    def standard_normal(self, size=None):
+        shape = () if size is None else np.atleast_1d(size)
+        count = int(np.prod(shape))
+        begin, self.used = self.used, self.used + count
+        if self.scores is None:
+            return np.zeros(shape)
+        if self.used > self.scores.size:
+            raise ValueError("these scores make no drive that holds")
+        return self.scores[begin : self.used].reshape(shape)
+
+    def random(self, size=None):
+        return ndtr(self.standard_normal(size))
+
+    def uniform(self, low, high):
+        return low + (high - low) * self.random()
+
+
+def drive_of(family: Family, scores: np.ndarray) -> Drive | None:
+    """The drive that the family draws by scores ``(m,)``; None if they make none."""
+    try:
+        return family.drawn(Numbers(scores))[0]
+    except ValueError:
+        return None
+
+
+def log_posterior(family, sensor, motion, record, scores) -> float:
+    """Log density of scores ``(m + 1,)``, the last that of the onset, but for a constant."""
+    drive = drive_of(family, scores[:-1])
+    if drive is None:
+        return -np.inf
+    try:
+        curve = drive.travel(motion, sensor.times - sensor.onset_sd * scores[-1])
+    except (FloatingPointError, ValueError):
+        return -np.inf
+    chi_square = float(sensor.chi_square(record, curve[None])[0])
+    return -0.5 * (chi_square + float(scores @ scores))
+
+
+def by_chains(family, sensor, motion, record, unknowns, steps, rng):
+    """Draws of the logarithms of the parameters, ``(d, p)``, and their effective size."""
+    walkers = _WALKERS * unknowns
+
+    def log_density(scores):
+        return log_posterior(family, sensor, motion, record, scores)
+
+    first = rng.standard_normal((_FIRST, unknowns))
+    start = first[np.argsort([-log_density(each) for each in first])[:walkers]]
+    sampler = emcee.EnsembleSampler(walkers, unknowns, log_density, moves=_MOVES)
+    sampler.random_state = np.random.RandomState(int(rng.integers(2**31))).get_state()
+    sampler.run_mcmc(start, steps, progress=True)
+    kept = sampler.get_chain(discard=steps // 2)
+    time = np.nanmax(emcee.autocorr.integrated_time(kept[..., :12], quiet=True))
+    flat = kept.reshape(-1, unknowns)
+    chosen = flat[rng.integers(0, len(flat), _DRAWS)]
+    drives = [drive_of(family, each[:-1]) for each in chosen]
+    return np.log([each.theta for each in drives]), walkers * (steps - steps // 2) / time
+
+
+def by_network(levels: Levels, sensor, motion, record, rng) -> np.ndarray:
+    """The same by the network, which is told the size."""
+    step = float(sensor.times[1] - sensor.times[0])
+    shape = shape_of(record if motion == "closing" else -record, step)
+    noise = effective_noise(sensor.noise_sd / shape.stroke, 0.0, step / shape.duration)
+    numbers = shape.stroke, shape.duration, noise, 0.0, step / shape.duration
+    one = np.array([True]), shape.way[None], shape.present[None]
+    seen = Seen(*one, *(np.array([each]) for each in numbers))
+    return np.log(levels.draw({motion: seen}, _DRAWS, rng, size=Size()).theta)
+
+
+def divergence(exact: np.ndarray, other: np.ndarray) -> float:
+    """Kullback-Leibler divergence of two sets of draws ``(d, p)``, taken for normal, nats."""
+    off = other.mean(axis=0) - exact.mean(axis=0)
+    one, two = (np.cov(each, rowvar=False) for each in (exact, other))
+    ratio = np.linalg.solve(two, one)
+    square = off @ np.linalg.solve(two, off)
+    return 0.5 * float(np.trace(ratio) - len(off) + square - np.linalg.slogdet(ratio)[1])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--records", type=int, default=20, help="of each motion")
+    parser.add_argument("--steps", type=int, default=6000, help="of the chains")
+    parser.add_argument("--output", type=Path, default=Path("family_exact.csv"))
+    options = parser.parse_args()
+    config = load([DEFAULTS])
+    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    sensor = Sensor(**config["sensor"])
+    levels = open_network(model_file("medium_voltage", "levels"))
+    count = Numbers()
+    family.drawn(count)
+    with options.output.open("w", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["motion", "record", "effective_size", "gap", *NAMES])
+        for motion in MOTIONS:
+            for i in range(options.records):
+                rng = generator(5, "exact judge of the family", motion, i)
+                drive, _ = family.drawn(rng)
+                times = sensor.times - sensor.onset_sd * rng.standard_normal()
+                record = sensor.corrupt(drive.travel(motion, times)[None], rng)[0]
+                given = family, sensor, motion, record
+                exact, size = by_chains(*given, count.used + 1, options.steps, rng)
+                network = by_network(levels, sensor, motion, record, rng)
+                ratios = network.std(axis=0) / exact.std(axis=0)
+                gap = divergence(exact, network)
+                table.writerow([motion, i, f"{size:.0f}", f"{gap:.3f}", *ratios.round(2)])
+                file.flush()
+                print(f"{motion} {i}: effective size {size:.0f}, gap {gap:.2f} nats")
+
+
+if __name__ == "__main__":
+    main()
