@@ -1,9 +1,10 @@
 """Whether a record is of a drive of the family: its distance from the family's shapes.
 
 Shapes of the family are taken for normal in their principal components, and records for these with
-noise; the square of a record's distance from them (Mahalanobis) is compared with those of drives
-of the family that were held out, at the record's own noise. So its p-value is calibrated though
-shapes are not normal. What the nearest shape leaves of the record says where they differ.
+noise, whatever rests and times they were normalised by. The square of a record's distance from them
+(Mahalanobis) is compared with those of drives of the family that were held out, at the record's own
+noise. So its p-value is calibrated though shapes are not normal. What the nearest shape leaves of
+the record says where they differ.
 """
 
 from collections.abc import Mapping
@@ -15,6 +16,8 @@ from breaker.family.inputs import Basis, Seen
 from breaker.records import SHAPE_TIMES
 
 __all__ = ["PARTS", "Match", "Membership", "distances"]
+
+_FREE = 4.0  # variance of what a record's own rests and times leave open: next to nothing known
 
 PARTS = {"start": (-np.inf, 0.0), "main motion": (0.0, 2.0), "end": (2.0, np.inf)}
 """Parts of a motion, in durations after 10 % of the way."""
@@ -89,14 +92,16 @@ def distances(seen: Seen, basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndar
         square of what the nearest shape leaves of each part, in noise, ``(n, 3)``, nan without a
         sample; and the nearest shapes, ``(n, g)``.
     """
+    directions = np.vstack([basis.directions, _free(basis.mean)])
+    variances = np.append(basis.variances, np.full(len(directions) - len(basis.directions), _FREE))
     n, part = len(seen.way), [(a <= SHAPE_TIMES) & (b > SHAPE_TIMES) for a, b in PARTS.values()]
     squares, lefts, nearest = np.empty(n), np.empty((n, len(part))), np.empty(seen.way.shape)
     for i, (way, there, noise) in enumerate(zip(seen.way, seen.present, seen.noise, strict=True)):
-        rows = basis.directions[:, there]
+        rows = directions[:, there]
         off = way[there] - basis.mean[there]
-        precision = rows @ rows.T / noise**2 + np.diag(1.0 / basis.variances)
+        precision = rows @ rows.T / noise**2 + np.diag(1.0 / variances)
         scores = np.linalg.solve(precision, rows @ off / noise**2)
-        nearest[i] = basis.mean + scores @ basis.directions
+        nearest[i] = basis.mean + scores @ directions
         left = np.where(there, (way - nearest[i]) / noise, np.nan)
         squares[i] = (off @ left[there]) / noise / there.sum()
         lefts[i] = [
@@ -104,3 +109,14 @@ def distances(seen: Seen, basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndar
             for each in part
         ]
     return squares, lefts, nearest
+
+
+def _free(mean: np.ndarray) -> np.ndarray:
+    """How a shape ``(g,)`` looks that was normalised by other rests and times, ``(4, g)``.
+
+    To first order: zero, stroke, origin and duration, as of a record that ends before the drive
+    rests.
+    """
+    slope = np.gradient(mean, SHAPE_TIMES)
+    rows = np.array([np.ones_like(mean), mean, slope, SHAPE_TIMES * slope])
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)

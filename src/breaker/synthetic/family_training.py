@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from breaker.family import Basis, Changes, Levels, Membership
+from breaker.family import Basis, Changes, Levels, Membership, Seen
 from breaker.mechanism import MOTIONS, NAMES
 from breaker.stores import open_store
 from breaker.synthetic.family_bank import shapes
@@ -92,6 +92,7 @@ def members_of(
         levels = {}
         for noise in _LEVELS:
             seen, *_ = record_shapes(curves, rng, noise=(noise, 1.01 * noise))
+            seen = Seen(*(each[seen.there] for each in seen))
             levels[float(np.median(seen.noise))] = seen
         found[motion] = Membership.of(levels, bases[motion])
     return found
