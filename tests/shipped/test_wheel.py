@@ -63,7 +63,7 @@ def test_wheel_and_source_distribution_have_every_file_of_the_package(built):
     with zipfile.ZipFile(built[1]) as wheel:
         assert {name for name in wheel.namelist() if name.startswith("breaker/")} == packaged()
         for name in (
-            "shipped/closing.safetensors",
+            "shipped/any_levels.safetensors",
             "shipped/MODEL_CARD.md",
             "synthetic/angles.csv",
         ):

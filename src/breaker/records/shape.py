@@ -67,7 +67,7 @@ def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shap
         >>> way = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
         >>> found = shape_of(150.0 * way**2 * (3.0 - 2.0 * way) + 7.0, 0.1)
         >>> f"{found.rest:.2f} mm, {found.stroke:.2f} mm, {found.origin:.2f} ms"
-        '7.00 mm, 150.00 mm, 21.97 ms'
+        '7.00 mm, 150.00 mm, 21.95 ms'
     """
     way, present = np.empty(SHAPE_TIMES.size), np.empty(SHAPE_TIMES.size, dtype=np.bool_)
     units = (0.0, 0.0) if like is None else (like.stroke, like.duration)
