@@ -27,7 +27,8 @@ class Match(NamedTuple):
     """How a record fits the family.
 
     Attributes:
-        p_value: Share of the family's drives that are farther out, at the record's noise.
+        p_value: Share of the family's drives that are farther out, at the record's noise; no less
+            than held-out drives can tell.
         parts: By part of the motion, the root mean square of what the nearest shape leaves over
             that of 99 % of the family's drives: above 1 it is there that they differ.
         nearest: The nearest shape, way over stroke, ``(g,)``.
@@ -65,7 +66,7 @@ class Membership(NamedTuple):
             np.exp((1.0 - share) * np.log(each[low]) + share * np.log(each[low + 1]))
             for each in (self.squares, self.left)
         )
-        below = float(np.interp(square, quantiles, self.shares, left=0.0, right=1.0))
+        below = float(np.interp(square, quantiles, self.shares, left=0.0))
         parts = dict(zip(PARTS, (left / usual).tolist(), strict=True))
         return Match(1.0 - below, parts, nearest)
 
