@@ -127,16 +127,6 @@ def test_any_size(model):
     np.testing.assert_allclose(large, small - there * np.log(7.0) - np.log(3.0), rtol=1e-9)
 
 
-def test_the_error_by_other_parameters():
-    rng = np.random.default_rng(5)
-    matrix, offset = rng.standard_normal((7, 7)), rng.standard_normal(7)
-    x = rng.standard_normal(7)
-    lag, other = KNOWN.lag, KNOWN.known_as(matrix, offset).lag
-    expected = lag.mean + (offset + x @ matrix) @ lag.slopes
-    assert other.mean + x @ other.slopes == pytest.approx(expected, rel=1e-12)
-    np.testing.assert_array_equal(other.loading, lag.loading)
-
-
 def test_derivatives_lead_to_the_mode(model):
     """Those beside the record, against differences of the joint density less that of the record."""
     contact = Contact(10.4 if model.motion == "closing" else 2.3, 0.1)

@@ -5,7 +5,7 @@ both are there. Everything else is measured; what needs the touch takes the infe
 contact was timed. A prior of one's own, facts and a timed contact weigh the draws of the network.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +27,7 @@ _SURPRISING = 4.0  # sd, of the contact's time
 
 def infer_drive(
     records: Sequence[Record],
-    families: Sequence[Levels],
+    families: Iterable[Levels],
     given: Given,
     speeds: Mapping,
     settings: Mapping,
@@ -64,7 +64,7 @@ def infer_drive(
 
 
 def _chosen(
-    families: Sequence[Levels], records: Sequence[Record], least: float
+    families: Iterable[Levels], records: Sequence[Record], least: float
 ) -> tuple[Levels, list[Match]]:
     """The family of the records, and how each of them fits it."""
     tried = []

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,11 +13,6 @@ from breaker.records import Raw, Shape, read_raws
 __all__ = ["Record", "read_operations"]
 
 _OTHER = {"closing": "which is no closing", "opening": "which is no opening"}  # of a reason
-
-
-class _View(NamedTuple):
-    shape: Shape
-    seen: Seen
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,6 @@ from breaker.cli.settings import settings_of
 __all__ = ["add"]
 
 _SHARE = 5.0  # percent, of a change
-_FAMILIES = ("medium_voltage", "any")  # of drives, in the order in which they are tried
 _VISITS = ("before", "today")
 # Beside those of the configuration: any record shows them, and where along the way a drive is slow.
 _SPEEDS = {
@@ -122,12 +121,10 @@ def _run(options: argparse.Namespace) -> int:
 def _networks() -> Iterator[tuple]:
     """The networks of each family that ships, opened one by one."""
     from breaker.family import open_network
-    from breaker.shipped import model_file
+    from breaker.shipped import FAMILIES, KINDS, model_file
 
-    for family in _FAMILIES:
-        files = [model_file(family, kind) for kind in ("levels", "changes")]
-        if family == _FAMILIES[0] or all(file.exists() for file in files):
-            yield tuple(map(open_network, files))
+    for family in FAMILIES:
+        yield tuple(open_network(model_file(family, kind)) for kind in KINDS)
 
 
 def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int, bool]:

@@ -6,7 +6,7 @@ import logging
 import math
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.cli.named import MOTIONS, a_path, add_choice, operations_of
 from breaker.cli.outputs import check_outputs, whole, write_lines
@@ -173,14 +173,13 @@ def _given(options: argparse.Namespace, config: Mapping) -> tuple:
     return Given(Size(**config["size"]), prior, known), ["prior and size are the configuration's"]
 
 
-def _families(model: str | None) -> list:
-    """The networks of families, in the order in which they are tried."""
+def _families(model: str | None) -> Iterable:
+    """The networks of families, in the order in which they are tried; opened when they are."""
     from breaker.family import Levels, open_network
     from breaker.shipped import FAMILIES, model_file
 
     if model is None:
-        files = [model_file(family, "levels") for family in FAMILIES]
-        return [open_network(file) for file in files if file == files[0] or file.exists()]
+        return (open_network(model_file(family, "levels")) for family in FAMILIES)
     network = open_network(model)
     if not isinstance(network, Levels):
         raise ValueError(f"{model} is a network of changes; name one of levels")

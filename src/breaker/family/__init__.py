@@ -9,7 +9,14 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "changes": ["ChangeDraws", "Changes", "change_outputs"],
-        "inputs": ["Basis", "Seen", "change_inputs", "level_inputs", "without_onset"],
+        "inputs": [
+            "Basis",
+            "Seen",
+            "change_inputs",
+            "level_inputs",
+            "units_of",
+            "without_onset",
+        ],
         "means": ["Mean", "see_change", "see_mean"],
         "measured": ["see"],
         "levels": ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"],

@@ -7,6 +7,7 @@ has not changed at all is an answer of its own.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -34,6 +35,8 @@ class ChangeDraws:
 @dataclass(frozen=True, eq=False)
 class Changes:
     """A trained network of changes; attributes as of ``Levels``."""
+
+    atoms: ClassVar[int] = len(NAMES) + len(MOTIONS)
 
     settings: Mapping
     network: Network

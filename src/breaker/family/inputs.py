@@ -14,7 +14,7 @@ import numpy as np
 from breaker.mechanism import MOTIONS
 from breaker.records import SHAPE_STEP, SHAPE_TIMES
 
-__all__ = ["Basis", "Seen", "change_inputs", "level_inputs", "without_onset"]
+__all__ = ["Basis", "Seen", "change_inputs", "level_inputs", "units_of", "without_onset"]
 
 _PARTS = 12  # of the grid, of each of which the share that is there is told
 _RIDGE = 1e-9
@@ -79,10 +79,13 @@ class Basis(NamedTuple):
         _, sizes, directions = np.linalg.svd(shapes - mean, full_matrices=False)
         return cls(mean, directions[:count], np.square(sizes[:count]) / len(shapes))
 
+    def amplitudes(self, shapes: np.ndarray) -> np.ndarray:
+        """Return components of shapes ``(n, g)``, ``(n, k)``."""
+        return (shapes - self.mean) @ self.directions.T
+
     def scores(self, shapes: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Return components of shapes ``(n, g)`` with noise ``(n,)``, each of order 1."""
-        found = (shapes - self.mean) @ self.directions.T
-        scaled = found / np.sqrt(self.variances + np.square(noise)[:, None])
+        scaled = self.amplitudes(shapes) / np.sqrt(self.variances + np.square(noise)[:, None])
         return np.clip(scaled, -_FARTHEST, _FARTHEST)
 
 
@@ -99,8 +102,7 @@ def level_inputs(
     """
     first, second = (records[motion] for motion in MOTIONS)
     (stroke, stroke_sd), (duration, duration_sd) = usual
-    one = np.where(first.there, first.stroke, second.stroke)
-    time = np.where(first.there, first.duration, second.duration)
+    one, time = units_of(records)
     both = first.there & second.there
     columns = [
         *(first.there, second.there, told),
@@ -114,6 +116,15 @@ def level_inputs(
         parts = [_shares(seen.present), bases[motion].scores(seen.way, seen.noise)]
         columns += [*(seen.there[:, None] * np.hstack(parts)).T]
     return np.column_stack(columns).astype(np.float32)
+
+
+def units_of(records: Mapping[str, Seen]) -> tuple[np.ndarray, np.ndarray]:
+    """Return stroke and duration of the first motion that is there, ``(n,)`` each."""
+    first, second = (records[motion] for motion in MOTIONS)
+    return (
+        np.where(first.there, first.stroke, second.stroke),
+        np.where(first.there, first.duration, second.duration),
+    )
 
 
 def change_inputs(
@@ -143,11 +154,7 @@ def change_inputs(
         change = changes[motion]
         columns += [seen.there * each for each in (_about(seen)[0], _about(change)[0])]
         scores = change_bases[motion].scores(change.way, change.noise)
-        size = np.arcsinh(
-            (change.way - change_bases[motion].mean)
-            @ change_bases[motion].directions.T
-            / change.noise[:, None]
-        )
+        size = np.arcsinh(change_bases[motion].amplitudes(change.way) / change.noise[:, None])
         parts = [_shares(change.present), bases[motion].scores(seen.way, seen.noise), scores, size]
         columns += [*(seen.there[:, None] * np.hstack(parts)).T]
     return np.column_stack(columns).astype(np.float32)

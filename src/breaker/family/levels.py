@@ -9,6 +9,7 @@ size is given, stroke and duration themselves say more, and are told.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -50,6 +51,9 @@ class Levels:
         centre, scale: Of the outputs, ``(q,)``.
         members: What drives of the family look like, by motion.
     """
+
+    atoms: ClassVar[int] = 0
+    """Number of the first outputs that may be exactly 0."""
 
     settings: Mapping
     network: Network

@@ -17,7 +17,6 @@ __all__ = ["open_network", "write_network"]
 
 _KINDS = {"levels": Levels, "changes": Changes}
 _TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
-_ATOMS = {"levels": 0, "changes": 9}
 
 
 def write_network(
@@ -67,7 +66,7 @@ def open_network(path: str | Path) -> Levels | Changes:
             if name.startswith("network.")
         }
         try:
-            network = Network(weights, _ATOMS[kind])
+            network = Network(weights, _KINDS[kind].atoms)
             found = {name: arrays[name] for name in ("usual", "centre", "scale")}
             for name, tuple_of in _TUPLES.items():
                 if any(each.startswith(f"{name}.") for each in arrays):

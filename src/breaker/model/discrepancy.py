@@ -154,14 +154,6 @@ class Discrepancy:
         lag = self.lag and self.lag.scaled(size.times)
         return replace(self.scaled(size.lengths), lag=lag)
 
-    def known_as(self, matrix: np.ndarray, offset: np.ndarray | float = 0.0) -> "Discrepancy":
-        """Return it by other parameters x, ``z = offset + x @ matrix``, ``matrix (p, p)``."""
-        offset, lag = np.broadcast_to(offset, len(self.slopes)), self.lag
-        if lag is not None:
-            lag = replace(lag, mean=lag.mean + offset @ lag.slopes, slopes=matrix @ lag.slopes)
-        mean = self.mean + offset @ self.slopes
-        return Discrepancy(mean, matrix @ self.slopes, self.factor, lag)
-
     def shift(self, z: np.ndarray) -> np.ndarray:
         """Return the mean at standardised parameters, ``(..., p) -> (..., t)``, mm."""
         return self.mean + z @ self.slopes

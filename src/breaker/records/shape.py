@@ -77,7 +77,8 @@ def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shap
     return Shape(way, present, *found)
 
 
-def effective_noise(noise_sd: float, colour: float, step: float) -> float:
+@_fast
+def effective_noise(noise_sd, colour, step):
     """Return the standard deviation of noise after the average over a step of the grid.
 
     Args:
@@ -86,7 +87,7 @@ def effective_noise(noise_sd: float, colour: float, step: float) -> float:
         step: Between samples, in durations.
     """
     share = step / SHAPE_STEP * (1.0 + colour) / (1.0 - colour)
-    return float(noise_sd * np.sqrt(min(1.0, share)))
+    return noise_sd * np.sqrt(min(1.0, share))
 
 
 @_fast

@@ -9,7 +9,7 @@ import numpy as np
 
 from breaker.family import Seen
 from breaker.mechanism import compiled
-from breaker.records import SHAPE_STEP, SHAPE_TIMES, normalise
+from breaker.records import SHAPE_TIMES, effective_noise, normalise
 from breaker.synthetic.family_bank import GRID as TIMES
 
 __all__ = ["record_shapes"]
@@ -97,12 +97,11 @@ def _record(curves, rng, limits, strokes, durations, way, present, about, there)
         sd = np.sqrt(noise * noise + quantum * quantum / 12.0)
         length = strokes[r] if strokes[r] > 0.0 else stroke
         unit = durations[r] if durations[r] > 0.0 else duration
-        share = min(1.0, step / unit / SHAPE_STEP * (1.0 + colour) / (1.0 - colour))
         about[r] = (
             begin + origin,
             stroke,
             duration,
-            sd / length * np.sqrt(share),
+            effective_noise(sd / length, colour, step / unit),
             colour,
             step / duration,
         )

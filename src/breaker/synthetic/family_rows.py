@@ -10,12 +10,15 @@ import xarray as xr
 from breaker.family import (
     EVENTS,
     Basis,
+    Changes,
+    Levels,
     Seen,
     change_inputs,
     change_outputs,
     level_inputs,
     level_outputs,
     outputs_there,
+    units_of,
     without_onset,
 )
 from breaker.mechanism import MOTIONS, NAMES, compiled
@@ -27,7 +30,7 @@ from breaker.synthetic.family_records import record_shapes
 __all__ = ["ChangeRows", "LevelRows", "Rows"]
 
 _COMPONENTS, _CHANGE_COMPONENTS = 64, 40
-_FEWEST, _MOST = 2000, 8000  # drives that components are of
+_MOST = 8000  # drives that components are of
 _CLEAN = (1e-6, 1.1e-6)
 _TOLD = 0.6  # share of the drives whose size is given
 _BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
@@ -50,7 +53,7 @@ class Rows:
             have it: set by ``freeze``, or that of the training.
     """
 
-    atoms: ClassVar[int] = 0
+    atoms: ClassVar[int]
     """Number of the first outputs that may be exactly 0."""
     names: ClassVar[tuple[str, ...]]
     """Of the outputs."""
@@ -103,7 +106,7 @@ class Rows:
 class LevelRows(Rows):
     """Records of one operation, and the state of the drive."""
 
-    names = (*NAMES, *EVENTS)
+    names, atoms = (*NAMES, *EVENTS), Levels.atoms
 
     def freeze(self, rng: np.random.Generator) -> None:
         """Set the scales."""
@@ -138,13 +141,10 @@ class LevelRows(Rows):
         told = rng.random(n) < _TOLD if told is None else told
         records, events = self.records(drives, condition, motions, rng, **sensor)
         x = level_inputs(records, told, self.frozen["bases"], self.frozen["usual"])
-        first, second = records.values()
-        stroke = np.where(first.there, first.stroke, second.stroke)
-        duration = np.where(first.there, first.duration, second.duration)
         theta = self.theta[drives, condition]
-        y = level_outputs(theta, events, stroke, duration)
+        y = level_outputs(theta, events, *units_of(records))
         units = np.hstack([np.log(theta) - y[:, : len(NAMES)], 0.0 * events])
-        motions = np.column_stack([first.there, second.there])
+        motions = np.column_stack([each.there for each in records.values()])
         return x, y, outputs_there(motions) & motions.any(axis=1)[:, None], units
 
     def records(
@@ -181,7 +181,7 @@ class ChangeRows(Rows):
     """Records of a drive in two conditions, and what has changed."""
 
     names = (*NAMES, *(f"later {motion}" for motion in MOTIONS))
-    atoms = len(names)
+    atoms = Changes.atoms
 
     def freeze(self, rng: np.random.Generator) -> None:
         """Set the scales."""
