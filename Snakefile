@@ -86,7 +86,7 @@ rule widening:
 
 
 rule judged:
-    """Posteriors, trends and alarms on rigs that the model does not fit, outside of `all`."""
+    """Trends and alarms on rigs that the model does not fit, outside of `all`."""
     input:
         "figures/judged.png",
 

@@ -1,35 +1,16 @@
-"""Single records of judged rigs: sensors as stated, intervals that hold, and ones that cannot."""
+"""Judged rigs: elements and sensors as stated, and no record of a drive that does not hold."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from breaker.mechanism.parameters import NAMES
-from breaker.model.discrepancy import Discrepancy
-from breaker.model.joint import Model
-from breaker.synthetic.judged import READ, Reading, family_of, judge_records, record_of
+from breaker.synthetic.judged import Reading, family_of, record_of
 
 
 @pytest.fixture(scope="module")
 def judged(defaults):
-    return defaults["judged"] | {"scales": [0.0]}
-
-
-@pytest.fixture(scope="module")
-def exact(prior, defaults, judged):
-    """A family of drives of the model, and a sensor as the model has it."""
-    plain = judged | {"rounded": 0.0, "coloured": 0.0}
-    return family_of("held_back", prior, defaults["rigs"] | {"strength": 0.0}, plain), plain
-
-
-def nothing(model):
-    t = model.sensor.samples
-    return Discrepancy(np.zeros(t), np.zeros((7, t)), np.zeros((0, t)))
-
-
-def hits(rows):
-    return ((rows.lower <= rows.truth) & (rows.truth <= rows.upper)).to_numpy()
+    return defaults["judged"]
 
 
 def test_only_foreign_rigs_have_what_the_family_lacks(prior, defaults, judged):
@@ -58,48 +39,8 @@ def test_sensors_round_and_colour(sensor, judged):
     assert judged["quantum"][0] <= min(quanta) < max(quanta) <= judged["quantum"][1]
 
 
-def test_a_drive_that_does_not_hold_has_no_record(exact, sensor):
-    drive = exact[0].new(np.random.default_rng(3)).changed(f=0.1)
+def test_a_drive_that_does_not_hold_has_no_record(prior, defaults, judged, sensor):
+    family = family_of("held_back", prior, defaults["rigs"], judged)
+    drive = family.new(np.random.default_rng(3)).changed(f=0.1)
     read = record_of(drive, sensor, "closing", Reading(0.0, 0.0), np.random.default_rng(4))
     assert np.isnan(read).all()
-
-
-def test_rows(prior, sensor, defaults, judged):
-    models = {motion: Model(prior, sensor, motion) for motion in READ}
-    left_out = {motion: nothing(model) for motion, model in models.items()}
-    family = family_of("foreign", prior, defaults["rigs"], judged)
-    settings = judged | {"scales": [1.0, 0.0]}
-    rows = judge_records(
-        "foreign", family, models, left_out, [3, 7], settings, defaults["correction"]
-    )
-    assert len(rows) == 2 * 2 * 2 * 9
-    assert rows.groupby("motion", sort=False).quantity.unique().map(list).to_dict() == {
-        motion: [*NAMES, *names] for motion, names in READ.items()
-    }
-    assert (rows.lower <= rows.upper)[rows.resolved].all()
-    same = rows[rows.quantity == "f"].groupby("rig").truth.nunique()
-    assert same.tolist() == [1, 1]
-    alone = judge_records(
-        "foreign", family, models, left_out, [7], settings, defaults["correction"]
-    )
-    np.testing.assert_array_equal(alone.lower, rows[rows.rig == 7].lower)
-
-
-def test_overconfident_posteriors_are_noticed(exact, prior, sensor, defaults, monkeypatch):
-    """Of 20 intervals of the touch time, at least 12 hold, with probability 1 - 7e-5.
-
-    With a fifth of the noise that there is they would hold in a quarter.
-    """
-    family, settings = exact
-    found = {}
-    true = sensor.corrupt  # whatever the model takes the noise for
-    monkeypatch.setattr(Reading, "corrupt", lambda self, curve, _, rng: true(curve, rng))
-    for share in (1.0, 0.2):
-        model = Model(prior, replace(sensor, noise_sd=share * sensor.noise_sd), "closing")
-        rows = judge_records(
-            *("held_back", family, {"closing": model}, {"closing": nothing(model)}),
-            *(range(20), settings, defaults["correction"]),
-        )
-        found[share] = hits(rows[rows.quantity == "touch_time"]).sum()
-    assert found[1.0] >= 12
-    assert found[0.2] < 12

@@ -4,53 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from breaker.synthetic.judged_scores import score_lives, score_power, score_records
-
-
-def record(rig, truth, *, lower=-1.0, upper=1.0, resolved=True, p_value=0.5, quantity="f"):
-    place = {"set": "held_back", "rig": rig, "motion": "closing", "scale": 1.0}
-    values = {"quantity": quantity, "truth": truth, "lower": lower, "median": 0.0, "upper": upper}
-    return place | values | {"resolved": resolved, "p_value": p_value}
+from breaker.synthetic.judged_scores import score_lives, score_power
 
 
 def one(table, score, quantity=""):
     (row,) = table[(table.score == score) & (table.quantity == quantity)].itertuples()
     return row
-
-
-def test_coverage_of_single_records_by_hand():
-    """Ends count as inside; an unresolved record counts in the share resolved alone."""
-    rows = pd.DataFrame(
-        [
-            record(0, 0.0),
-            record(1, 1.0, p_value=1e-4),
-            record(2, 1.1),
-            record(3, 5.0),
-            record(4, 0.0, lower=np.nan, upper=np.nan, resolved=False, p_value=np.nan),
-        ]
-    )
-    table = score_records(rows)
-    coverage = one(table, "coverage", "f")
-    assert (coverage.value, coverage.n) == (0.5, 4)
-    # Clopper and Pearson, 2 of 4.
-    assert coverage.lower_95 == pytest.approx(0.0676, abs=1e-4)
-    assert coverage.upper_95 == pytest.approx(0.9324, abs=1e-4)
-    assert one(table, "resolved").value == 0.8
-    assert one(table, "p below 0.001").value == 0.25
-
-
-def test_intervals_that_are_too_narrow_are_noticed():
-    """Normal errors of unit size, 400 records: half the width holds in 59 %, far from 85 %.
-
-    The right width would be noticed with a probability below 1e-3.
-    """
-    errors = np.random.default_rng(1).standard_normal(400)
-    shown = {}
-    for width in (1.645, 0.82):
-        rows = [record(i, e, lower=-width, upper=width) for i, e in enumerate(errors)]
-        shown[width] = one(score_records(pd.DataFrame(rows)), "coverage", "f")
-    assert shown[1.645].upper_95 > 0.85
-    assert shown[0.82].upper_95 < 0.85
 
 
 def life(number, *events, change=1200, faster=5.0, ratio=8.0):

@@ -1,4 +1,4 @@
-"""Rigs that the model does not fit: posteriors, trends and alarms held against their truth.
+"""Rigs that the model does not fit: trends and alarms held against their truth.
 
 Outside of `all`. Needs what the model leaves out, and no network. Goes through the rigs in jobs of a
 few, each rig with a generator of its own; an interrupted evaluation goes on with the jobs that are
@@ -6,34 +6,10 @@ missing.
 """
 
 JUDGED = config["judged"]
-SINGLE = ["held_back", "foreign"]  # sets of single records
 
 
 wildcard_constraints:
     family="tuning|held_back|foreign",
-
-
-rule judged_records:
-    """The exact posteriors of single records of some rigs."""
-    input:
-        discrepancy="results/discrepancy.zarr",
-    output:
-        "results/judged/jobs/records_{family}_{chunk}.csv",
-    log:
-        "logs/judged_records/{family}_{chunk}.log",
-    benchmark:
-        "results/benchmarks/judged_records_{family}_{chunk}.tsv"
-    params:
-        motions=MOTIONS,
-        prior=config["prior"],
-        sensor=config["sensor"],
-        rigs=config["rigs"],
-        size=config["size"],
-        judged=JUDGED,
-        correction=config["correction"],
-        numbers=part_of(JUDGED["rigs"], JUDGED["rigs_per_job"]),
-    script:
-        "../scripts/judged_records.py"
 
 
 rule judged_lives:
@@ -85,15 +61,6 @@ rule judged_faults:
 rule judged_scores:
     """Coverage, errors, false alarms and power over all judged rigs."""
     input:
-        records=[
-            file
-            for family in SINGLE
-            for file in jobs(
-                JUDGED["rigs"],
-                JUDGED["rigs_per_job"],
-                f"results/judged/jobs/records_{family}_{{job:03d}}.csv",
-            )
-        ],
         lives=[
             file
             for family, count in JUDGED["lives"].items()
@@ -107,7 +74,6 @@ rule judged_scores:
             JUDGED["faults"], JUDGED["faults_per_job"], "results/judged/jobs/faults_{job:03d}.csv"
         ),
     output:
-        records="results/judged/records.csv",
         lives="results/judged/lives.csv",
         faults="results/judged/faults.csv",
     log:
@@ -125,7 +91,6 @@ figure(
     "8 Judged rigs",
     label="judged rigs",
     of="",
-    records="results/judged/records.csv",
     lives="results/judged/lives.csv",
     faults="results/judged/faults.csv",
 )

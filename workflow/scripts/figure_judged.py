@@ -6,5 +6,5 @@ from breaker.figures.judged import judged
 from breaker.workflow import start
 
 log = start(snakemake)
-tables = [pd.read_csv(snakemake.input[kind]) for kind in ("records", "lives", "faults")]
+tables = [pd.read_csv(snakemake.input[kind]) for kind in ("lives", "faults")]
 judged(*tables).savefig(snakemake.output[0])

@@ -2,18 +2,17 @@
 
 import pandas as pd
 
-from breaker.synthetic import score_lives, score_power, score_records
+from breaker.synthetic import score_lives, score_power
 from breaker.workflow import start
 
 log = start(snakemake)
 judged = snakemake.params.judged
 rows = {
     kind: pd.concat(pd.read_csv(file, dtype={"name": str}) for file in snakemake.input[kind])
-    for kind in ("records", "lives", "faults")
+    for kind in ("lives", "faults")
 }
 common = {"settle": snakemake.params.settle, "every": judged["every"]}
 tables = {
-    "records": score_records(rows["records"]),
     "lives": score_lives(rows["lives"], operations=judged["operations"], **common),
     "faults": score_power(rows["faults"], records=judged["fault_records"], **common),
 }

@@ -1,4 +1,4 @@
-"""Posteriors, trends and alarms held against the truth of rigs that the model does not fit."""
+"""Trends and alarms held against the truth of rigs that the model does not fit."""
 
 from collections.abc import Sequence
 
@@ -24,29 +24,26 @@ _STEP = 0.16  # between sets and scales, on the axis
 
 
 @style.styled
-def judged(records: pd.DataFrame, lives: pd.DataFrame, faults: pd.DataFrame) -> Figure:
+def judged(lives: pd.DataFrame, faults: pd.DataFrame) -> Figure:
     """Draw coverage by quantity, set and scale, and the power for each fault.
 
     Args:
-        records, lives, faults: What ``synthetic.score_records``, ``score_lives`` and
-            ``score_power`` return; shares with their 95 % intervals.
+        lives, faults: What ``synthetic.score_lives`` and ``score_power`` return; shares with their
+            95 % intervals.
     """
-    figure, axes = style.panels(6, columns=3, width=5.6, height=3.6)
-    single = records[records.score == "coverage"]
-    for axis, (motion, rows) in zip(axes, single.groupby("motion", sort=False), strict=False):
-        _coverage(axis, rows, f"{motion}: one record", list(rows.quantity.unique()))
-    _power(axes[2], faults)
+    figure, axes = style.panels(4, columns=2, width=5.6, height=3.6)
+    _power(axes[0], faults)
     for axis, score, title in (
-        (axes[3], "level", "level of the trend"),
-        (axes[4], "slope", "drift of the trend"),
+        (axes[1], "level", "level of the trend"),
+        (axes[2], "slope", "drift of the trend"),
     ):
         _coverage(axis, lives[lives.score == f"coverage, {score}"], title, NAMES)
     rest = lives[lives.score == "coverage, remaining"]
-    _coverage(axes[5], rest, "remaining life", list(rest.quantity.unique()))
-    axes[5].set_xlabel("share of the way from change to end")
-    for axis, letter in zip(axes, "abcdef", strict=True):
+    _coverage(axes[3], rest, "remaining life", list(rest.quantity.unique()))
+    axes[3].set_xlabel("share of the way from change to end")
+    for axis, letter in zip(axes, "abcd", strict=True):
         axis.set_title(f"({letter}) {axis.get_title(loc='left')}", loc="left")
-    used = [look for name, look in _SETS.items() if name in {*records.set, *lives.set}]
+    used = [look for name, look in _SETS.items() if name in set(lives.set)]
     handles = [style.dot_key(label, color) for label, color in used]
     handles += [
         style.dot_key("the same without an error of the model", mfc="white"),

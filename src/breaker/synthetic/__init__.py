@@ -3,7 +3,7 @@
 A family of drives that are richer than the model, what the model leaves out of them, and the
 simulated endurance test, one of them, which wears out and writes CSV files; simulated lives until
 failure with scores for change points, and control charts beside them; and drives of the family on
-which posteriors, trends and alarms are judged.
+which trends and alarms are judged.
 """
 
 import lazy_loader
@@ -22,10 +22,10 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "family_bank": ["shapes", "simulate_family"],
         "family_training": ["members_of", "open_family", "rows_of", "sample_rows"],
         "high_voltage": ["CHANNELS", "HIGH_VOLTAGE", "write_exports"],
-        "judged": ["Reading", "family_of", "judge_records"],
+        "judged": ["Reading", "family_of"],
         "judged_lives": ["judge_lives"],
         "judged_power": ["judge_power"],
-        "judged_scores": ["score_lives", "score_power", "score_records"],
+        "judged_scores": ["score_lives", "score_power"],
         "learning": ["ensemble", "learn"],
         "measuring": ["measure_drives", "own_quantities"],
         "rigs": ["Rig"],

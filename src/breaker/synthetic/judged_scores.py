@@ -10,30 +10,10 @@ from breaker.synthetic.judged_power import FAULTS
 from breaker.synthetic.lives import WINDOW
 from breaker.synthetic.prognostics import false_alarms_per, share
 
-__all__ = ["score_lives", "score_power", "score_records"]
+__all__ = ["score_lives", "score_power"]
 
-_MISFIT = 1e-3  # p-value below which a record counts as one that the model cannot produce
 _CLEAR = 5.0  # ratio from which a change should be found
 _ENDS = ("value", "lower_95", "upper_95", "n")
-
-
-def score_records(rows: pd.DataFrame) -> pd.DataFrame:
-    """Score what ``judge_records`` returns.
-
-    Returns:
-        A row per set, motion, scale, ``score`` and quantity: "coverage" of the 90 % interval where
-        the posterior is resolved, share "resolved", and share of "p below 0.001"; with the 95 %
-        interval of Clopper & Pearson, and the number n that it is a share of.
-    """
-    found, by = [], ["set", "motion", "scale"]
-    for place, every in rows.groupby(by, sort=False):
-        begins = dict(zip(by, place, strict=True))
-        for quantity, some in every.groupby("quantity", sort=False):
-            found.append(begins | _row("coverage", _inside(some[some.resolved]), quantity))
-        each = every.drop_duplicates("rig")
-        found.append(begins | _row("resolved", each.resolved))
-        found.append(begins | _row("p below 0.001", each.p_value[each.resolved] < _MISFIT))
-    return pd.DataFrame(found)
 
 
 def score_lives(rows: pd.DataFrame, *, settle: int, every: int, operations: int) -> pd.DataFrame:

@@ -153,7 +153,6 @@ _PRODUCTS = {
 _IN_JOBS = (  # what, and how much of it is in a job
     ("rig.operations", "endurance.operations_per_job", "endurance.curves"),
     ("lives.lives", "lives.lives_per_job"),
-    ("judged.rigs", "judged.rigs_per_job"),
     ("judged.lives", "judged.lives_per_job"),
     ("judged.faults", "judged.faults_per_job"),
 )
