@@ -1,6 +1,6 @@
 """An exact judge for the network of levels: Markov chains over parameters and elements.
 
-    python benchmarks/family_exact.py              # 20 records a motion: hours of a core
+    python benchmarks/family_exact.py              # 20 records a motion: two hours of a core
     python benchmarks/family_exact.py --records 2 --steps 1500
 
 The likelihood of a drive whose elements are unknown is an integral over them, so chains walk over
@@ -9,13 +9,15 @@ onset; the zero is integrated. The simulator is that of the bank, the sensor tha
 the sampler emcee with moves by differences of walkers (0.7 DE, 0.1 DE with gamma 1, 0.2 snooker).
 Unknowns are standard normal numbers of which the family's own code makes a drive.
 
-Written for each record: effective size of the chains, and by how many nats the network's posterior
-differs from theirs, both taken for normal in the logarithms of the parameters; and the ratio of
-their standard deviations.
+Written for each record: effective size of the chains, how far their halves are apart and their last
+walker behind; by how many nats the network's posterior differs from theirs, both taken for normal
+in the logarithms of the parameters; and the ratio of their standard deviations.
 """
 
 import argparse
+import contextlib
 import csv
+import math
 from pathlib import Path
 
 import emcee
@@ -36,7 +38,10 @@ _MOVES = [
     (emcee.moves.DESnookerMove(), 0.2),
 ]
 _FIRST = 3000  # draws of the prior, of which walkers start at the best
-_WALKERS = 3  # for each unknown
+_WALKERS = 2  # for each unknown
+_BEFORE = 800  # steps of a first run
+_STUCK = 25.0  # nats; five sd of the log density of 57 unknowns
+_LOOKED_AT = 12  # scores whose chains are judged: strength and kinds, and the parameters
 _DRAWS = 4000
 
 
@@ -47,18 +52,19 @@ class Numbers:
     """
 
     def __init__(self, scores: np.ndarray) -> None:
-        self.scores, self.used = scores, 0
+        self.scores, self.shares, self.used = scores, ndtr(scores), 0
 
-    def standard_normal(self, size=None):
-        shape = () if size is None else np.atleast_1d(size)
-        count = int(np.prod(shape))
-        begin, self.used = self.used, self.used + count
-        if self.used > self.scores.size:
+    def standard_normal(self, size=()):
+        return self._next(self.scores, size)
+
+    def random(self, size=()):
+        return self._next(self.shares, size)
+
+    def _next(self, numbers, size):
+        begin, self.used = self.used, self.used + math.prod(np.atleast_1d(size).tolist())
+        if self.used > numbers.size:
             raise ValueError("these scores make no drive that holds")
-        return self.scores[begin : self.used].reshape(shape)
-
-    def random(self, size=None):
-        return ndtr(self.standard_normal(size))
+        return numbers[begin] if size == () else numbers[begin : self.used].reshape(size)
 
     def uniform(self, low, high):
         return low + (high - low) * self.random()
@@ -82,37 +88,55 @@ def unknowns_of(family: Family) -> int:
     return min(counts)
 
 
-def log_posterior(family, sensor, motion, record, scores) -> float:
-    """Log density of scores ``(m + 1,)``, the last that of the onset, but for a constant."""
-    drive = drive_of(family, scores[:-1])
-    if drive is None:
-        return -np.inf
-    try:
-        curve = drive.travel(motion, sensor.times - sensor.onset_sd * scores[-1])
-    except (FloatingPointError, ValueError):
-        return -np.inf
-    chi_square = float(sensor.chi_square(record, curve[None])[0])
-    return -0.5 * (chi_square + float(scores @ scores))
+def log_posterior(family, sensor, motion, record, scores) -> np.ndarray:
+    """Log densities of scores ``(w, m + 1)``, the last that of the onset, but for a constant."""
+    curves = np.full((len(scores), sensor.times.size), np.nan)
+    for i, each in enumerate(scores):
+        drive = drive_of(family, each[:-1])
+        if drive is not None:
+            with contextlib.suppress(FloatingPointError, ValueError):
+                curves[i] = drive.travel(motion, sensor.times - sensor.onset_sd * each[-1])
+    there = np.isfinite(curves).all(axis=1)
+    found = np.full(len(scores), -np.inf)
+    chi_square = sensor.chi_square(record, curves[there])
+    found[there] = -0.5 * (chi_square + np.square(scores[there]).sum(axis=1))
+    return found
 
 
 def by_chains(family, sensor, motion, record, unknowns, steps, rng):
-    """Draws of the logarithms of the parameters, ``(d, p)``, and their effective size."""
+    """Draws of the logarithms of the parameters, ``(d, p)``, and how far the chains have come.
+
+    Walkers that are stuck far below the others after a first run start anew among these (Hou et al.
+    2012). Returned are further the effective size, the largest distance of the means of the two
+    halves of what is kept, in sd, and by how many nats the last walker is below the median.
+    """
     walkers = _WALKERS * unknowns
 
     def log_density(scores):
         return log_posterior(family, sensor, motion, record, scores)
 
     first = rng.standard_normal((_FIRST, unknowns))
-    start = first[np.argsort([-log_density(each) for each in first])[:walkers]]
-    sampler = emcee.EnsembleSampler(walkers, unknowns, log_density, moves=_MOVES)
+    start = first[np.argsort(-log_density(first))[:walkers]]
+    sampler = emcee.EnsembleSampler(walkers, unknowns, log_density, moves=_MOVES, vectorize=True)
     sampler.random_state = np.random.RandomState(int(rng.integers(2**31))).get_state()
-    sampler.run_mcmc(start, steps, progress=True)
-    kept = sampler.get_chain(discard=steps // 2)
-    time = np.nanmax(emcee.autocorr.integrated_time(kept[..., :12], quiet=True))
-    flat = kept.reshape(-1, unknowns)
+    sampler.run_mcmc(start, _BEFORE)
+    density = sampler.get_log_prob()[-1]
+    arrived = np.flatnonzero(density > np.median(density) - _STUCK)
+    late = np.unique(sampler.get_chain()[_BEFORE // 2 :, arrived].reshape(-1, unknowns), axis=0)
+    start = late[rng.permutation(len(late))[:walkers]]
+    sampler.reset()
+    sampler.run_mcmc(start, steps)
+    density = sampler.get_log_prob()[-1]
+    stuck = np.median(density) - density.min()
+    kept = sampler.get_chain(discard=steps // 4)[..., :_LOOKED_AT]
+    time = np.nanmax(emcee.autocorr.integrated_time(kept, quiet=True))
+    one, two = (each.mean(axis=(0, 1)) for each in np.array_split(kept, 2))
+    apart = np.abs(one - two) / kept.std(axis=(0, 1))
+    flat = sampler.get_chain(discard=steps // 4, flat=True)
     chosen = flat[rng.integers(0, len(flat), _DRAWS)]
     drives = [drive_of(family, each[:-1]) for each in chosen]
-    return np.log([each.theta for each in drives]), walkers * (steps - steps // 2) / time
+    draws = np.log([each.theta for each in drives])
+    return draws, walkers * (steps - steps // 4) / time, apart.max(), stuck
 
 
 def by_network(levels: Levels, sensor, motion, record, rng) -> np.ndarray:
@@ -138,7 +162,7 @@ def divergence(exact: np.ndarray, other: np.ndarray) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--records", type=int, default=20, help="of each motion")
-    parser.add_argument("--steps", type=int, default=6000, help="of the chains")
+    parser.add_argument("--steps", type=int, default=2000, help="of the chains")
     parser.add_argument("--output", type=Path, default=Path("family_exact.csv"))
     options = parser.parse_args()
     config = load([DEFAULTS])
@@ -148,21 +172,24 @@ def main() -> None:
     unknowns = unknowns_of(family) + 1  # and the onset
     with options.output.open("w", newline="") as file:
         table = csv.writer(file)
-        table.writerow(["motion", "record", "effective_size", "gap", *NAMES])
-        for motion in MOTIONS:
-            for i in range(options.records):
+        table.writerow(["motion", "record", "effective_size", "apart", "stuck", "gap", *NAMES])
+        for i in range(options.records):
+            for motion in MOTIONS:
                 rng = generator(5, "exact judge of the family", motion, i)
                 drive, _ = family.drawn(rng)
                 times = sensor.times - sensor.onset_sd * rng.standard_normal()
                 record = sensor.corrupt(drive.travel(motion, times)[None], rng)[0]
                 given = family, sensor, motion, record
-                exact, size = by_chains(*given, unknowns, options.steps, rng)
+                exact, size, apart, stuck = by_chains(*given, unknowns, options.steps, rng)
                 network = by_network(levels, sensor, motion, record, rng)
                 ratios = network.std(axis=0) / exact.std(axis=0)
                 gap = divergence(exact, network)
-                table.writerow([motion, i, f"{size:.0f}", f"{gap:.3f}", *ratios.round(2)])
+                draws = options.output.with_name(f"{options.output.stem}_{motion}_{i}.npz")
+                np.savez_compressed(draws, exact=exact, network=network, truth=np.log(drive.theta))
+                told = f"{size:.0f}", f"{apart:.2f}", f"{stuck:.0f}", f"{gap:.3f}"
+                table.writerow([motion, i, *told, *ratios.round(2)])
                 file.flush()
-                print(f"{motion} {i}: effective size {size:.0f}, gap {gap:.2f} nats")
+                print(f"{motion} {i}: effective size {size:.0f}, gap {gap:.2f} nats", flush=True)
 
 
 if __name__ == "__main__":

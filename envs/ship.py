@@ -22,7 +22,7 @@ from breaker.workflow import ConfigurationError, load
 __all__ = ["described", "differing", "made_from", "unfit"]
 
 CONFIG = Path("config/config.yaml")
-RESULTS = Path("results/family")
+RESULTS = Path("results/family/trained")
 PAGE = Path("docs/family.md")
 
 

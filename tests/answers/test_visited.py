@@ -121,6 +121,14 @@ def test_parameters_of_a_drive_of_no_family_are_withheld():
     assert "--motion" in odd
 
 
+def test_a_change_beyond_any_wear_is_not_told():
+    found = document(family(gamma_b=1e36))
+    assert (found["parameters"], inferred(found)) == ("beyond", {})
+    assert found["headline"].endswith("no wear of a drive is as large as this change")
+    assert "are rate and ratio of both files right?" in found["trust"][1]
+    assert document(family(gamma_b=1.6))["parameters"] == "told"
+
+
 def test_motions_that_contradict_each_other_are_told_apart():
     found = document(family(f=0.9, f_closing=0.85, f_opening=1.0))
     assert found["parameters"] == "apart"

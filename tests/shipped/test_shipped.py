@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from breaker.family import is_of
 from breaker.shipped import CARD, DEFAULTS, FAMILIES, KINDS, model_file
 from breaker.workflow.configuration import load
 
@@ -27,7 +28,11 @@ def test_the_defaults_that_ship_are_those_of_the_project():
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_networks_that_ship_are_those_of_the_configuration(family, kind):
-    assert ship.unfit(model_file(family, kind), load([DEFAULTS, *OVERLAYS[family]]), kind) == []
+    config, file = load([DEFAULTS, *OVERLAYS[family]]), model_file(family, kind)
+    assert ship.unfit(file, config, kind) == []
+    assert is_of(file, config["prior"], {**config["family"], "drives": 10})
+    assert not is_of(file, config["prior"], {**config["family"], "model": 0.2})
+    assert not is_of(file, {**config["prior"], "mu": {"median": 1.0}}, config["family"])
 
 
 def test_all_of_them_together_are_small():
@@ -83,5 +88,5 @@ def test_nothing_is_shipped_from_other_results(tmp_path):
     )
     assert done.returncode == 1
     assert "nothing is shipped" in done.stdout
-    assert "there is no model file results/family/levels.safetensors" in done.stdout
+    assert "there is no model file results/family/trained/levels.safetensors" in done.stdout
     assert before == {file: file.read_bytes() for file in before}

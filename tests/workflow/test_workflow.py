@@ -253,7 +253,7 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 30 + 9  # and those of the family
+    assert len(figures) == 30 + 12  # and those of the family
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 

@@ -5,7 +5,9 @@ import re
 from math import ceil
 from pathlib import Path
 
+from breaker.family import is_of
 from breaker.mechanism import Size, speeds_of
+from breaker.shipped import FAMILIES, KINDS, model_file
 from breaker.workflow import ConfigurationError, configuration, missing_packages, modules_of
 
 if workflow.is_main_process:  # jobs run on what was checked before the first one
@@ -62,6 +64,7 @@ os.environ.update(BREAKER_ROOT=str(workflow.basedir))  # for the script beside t
 wildcard_constraints:
     motion="closing|opening",
     source="closing|opening|both",
+    origin="shipped|trained",
     chunk=r"\d\d\d+",
     kind="levels|changes",
     network="[a-z_]+-[a-z_]+",
@@ -119,3 +122,31 @@ def lives_of_seed(wildcards):
     seed = wildcards.get("seed", lives["calibration_seed"])
     path = f"results/lives/seed{seed}/lives_{{job:03d}}.zarr"
     return jobs(lives["lives"], lives["lives_per_job"], path)
+
+
+def shard_of_family(wildcards):
+    """How many drives a shard has."""
+    every, more = divmod(config["family"]["drives"], config["family"]["shards"])
+    return every + (int(wildcards.shard) < more)
+
+
+def network_of_family(wildcards):
+    """The file of a network, of the package or of this run."""
+    if wildcards.origin == "shipped":
+        return str(model_file(config["family"]["name"], wildcards.kind))
+    return f"results/family/trained/{wildcards.kind}.safetensors"
+
+
+def judged_family(origin, sources):
+    """Figures and table of how good networks are."""
+    figures = expand(
+        f"figures/{{name}}_family_{origin}_{{source}}.png", name=FAMILY_FIGURES, source=sources
+    )
+    return [*figures, f"results/family/{origin}/quality.csv"]
+
+
+def judged_shipped(wildcards):
+    """The same of the networks that ship; nothing where they are of another prior or family."""
+    name, drives = config["family"]["name"], (config["prior"], config["family"])
+    fit = name in FAMILIES and all(is_of(model_file(name, kind), *drives) for kind in KINDS)
+    return judged_family("shipped", SOURCES[-1:]) if fit else []

@@ -1,12 +1,17 @@
-"""Networks of a family: the bank of its drives.
+"""Networks of a family: the bank of its drives, trainings on it, and how good networks are.
 
-Needs nothing but the configuration. Makes one Zarr store a shard, each a job of its own, whose
-content depends on the seed, the prior, the family and its number.
+`all` judges those that ship, where they are of the configured family, on drives that it simulates
+anew; `family` trains networks, and judges them on the same drives.
 """
+
+from breaker.shipped import KINDS
 
 FAMILY_SHARDS = expand(
     "results/family/bank/shard_{shard:03d}.zarr", shard=range(config["family"]["shards"])
 )
+
+
+DRIVES = {key: value for key, value in config["family"].items() if key != "name"}
 
 
 rule family_shard:
@@ -19,9 +24,25 @@ rule family_shard:
     params:
         seed=config["seed"],
         prior=config["prior"],
-        family={key: value for key, value in config["family"].items() if key != "name"},
+        family=DRIVES,
+        part=lambda wildcards: int(wildcards.shard),
+        drives=shard_of_family,
     script:
         "../scripts/family_shard.py"
+
+
+use rule family_shard as family_held_out with:
+    output:
+        directory("results/family/held_out.zarr"),
+    log:
+        "logs/family/held_out.log",
+    priority: 0
+    params:
+        seed=config["seed"],
+        prior=config["prior"],
+        family=DRIVES,
+        part="held out",
+        drives=config["family_networks"]["training"]["held_out_curves"],
 
 
 rule family_train:
@@ -29,8 +50,8 @@ rule family_train:
     input:
         shards=FAMILY_SHARDS,
     output:
-        network="results/family/{kind}.safetensors",
-        history=directory("results/family/{kind}_history.zarr"),
+        network="results/family/trained/{kind}.safetensors",
+        history=directory("results/family/trained/{kind}_history.zarr"),
     log:
         "logs/family/train_{kind}.log",
     priority: 10
@@ -46,18 +67,17 @@ rule family_train:
 
 
 rule validate_family:
-    """Draw from the posterior of held-out drives of the family, by the files that answers are by."""
+    """Draw from the posterior of drives that no training has seen."""
     input:
-        shards=FAMILY_SHARDS,
-        network="results/family/{kind}.safetensors",
+        drives="results/family/held_out.zarr",
+        network=network_of_family,
     output:
-        directory("results/family/{kind}_{source}.zarr"),
+        directory("results/family/{origin}/{kind}_{source}.zarr"),
     log:
-        "logs/family/validate_{kind}_{source}.log",
+        "logs/family/validate_{origin}_{kind}_{source}.log",
     params:
         seed=config["validation"]["seed"],
         draws=config["validation"]["draws"],
-        networks=config["family_networks"],
     script:
         "../scripts/validate_family.py"
 
@@ -65,12 +85,17 @@ rule validate_family:
 rule family_quality:
     """One row an output and motion: calibration, width and error on held-out drives."""
     input:
-        levels=expand("results/family/levels_{source}.zarr", source=SOURCES),
-        changes=expand("results/family/changes_{source}.zarr", source=SOURCES),
+        levels=expand("results/family/{{origin}}/levels_{source}.zarr", source=SOURCES),
+        changes=expand("results/family/{{origin}}/changes_{source}.zarr", source=SOURCES),
     output:
-        page("results/family/quality.csv", "3 Validation", "table of the family", "family_table"),
+        page(
+            "results/family/{origin}/quality.csv",
+            "3 Validation",
+            "table of the family",
+            "family_table",
+        ),
     log:
-        "logs/family/quality.log",
+        "logs/family/quality_{origin}.log",
     script:
         "../scripts/family_quality.py"
 
@@ -80,22 +105,24 @@ FAMILY_FIGURES = {"sbc": {"subject": "calibration on held-out drives of the fami
 FAMILY_FIGURES |= {
     "contraction": {"prior": config["prior"], "onset_sd": 0.0, "setting": ", family of drives"},
     "recovery": {},
+    "pairs": {},
 }
+PRIOR = f"results/prior_predictive/{MOTIONS[0]}.zarr"
 for name, params in FAMILY_FIGURES.items():
     figure(
         f"{name}_family",
         "3 Validation",
         label=f"{name} of the family",
-        of="_{source}",
+        of="_{origin}_{source}",
         by=name,
         params=params | {"motions": lambda wildcards: wildcards.source},
-        validation="results/family/levels_{source}.zarr",
+        validation="results/family/{origin}/levels_{source}.zarr",
+        **({"prior": PRIOR} if name == "pairs" else {}),
     )
 
 
 rule family:
-    """The networks of the family, and how good they are."""
+    """Networks trained on the configured family, and how good they are."""
     input:
-        expand("results/family/{kind}.safetensors", kind=["levels", "changes"]),
-        expand("figures/{name}_family_{source}.png", name=FAMILY_FIGURES, source=SOURCES),
-        "results/family/quality.csv",
+        expand("results/family/trained/{kind}.safetensors", kind=KINDS),
+        judged_family("trained", SOURCES),

@@ -5,11 +5,11 @@ import numpy as np
 from breaker.figures.pairs import pairs
 from breaker.mechanism import is_logarithmic
 from breaker.stores import open_store
-from breaker.validation import correlation
+from breaker.validation import correlation, parameters_of
 from breaker.workflow import start
 
 log = start(snakemake)
-data = open_store(snakemake.input.validation)
+data = parameters_of(open_store(snakemake.input.validation))
 prior = open_store(snakemake.input.prior)
 names = data.output.values
 
@@ -21,7 +21,7 @@ figure = pairs(
     draws,
     truth,
     names,
-    motion=snakemake.wildcards.motion,
+    motion=snakemake.params.get("motions") or snakemake.wildcards.motion,
     correlation=correlation(draws, log=is_logarithmic(names)),
 )
 figure.savefig(snakemake.output[0])

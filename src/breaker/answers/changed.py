@@ -15,7 +15,7 @@ from math import erfc
 import numpy as np
 
 from breaker.answers.plain import plainly
-from breaker.family import Changes, Levels, Match, Mean, Seen, see_change, see_mean
+from breaker.family import Changes, Levels, Match, Mean, Seen, see_change, see_mean, worn
 from breaker.files import SWITCHING
 from breaker.mechanism import (
     NAMES,
@@ -56,7 +56,8 @@ class Compared:
         matches: How the mean of each visit fits these, by motion and visit.
         fits: Whether all do; if not, there are no draws.
         ratios: Draws of the parameters over what they were, ``(d, p)``: of both motions together,
-            or of each where they contradict each other; by the motions they are of.
+            or of each where they contradict each other; by the motions they are of. None, of
+            ``later`` neither, where the change is larger than any wear of the family.
         later: By how much touch or parting come later, in shares of the time that they took before,
             ``(d,)``, by motion.
         agreement: Of the parameter in which motions agree least, the probability that they do as
@@ -104,6 +105,8 @@ def compare(
     state = levels.draw({m: mean for m, (mean, _) in both.items()}, _DRAWS, rng)
     took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
     whole, *alone = draws
+    if not worn(np.log(draws[whole].ratios)):
+        return found
     agreement = np.ones(len(NAMES))
     if alone:
         agreement = _agreement(*(draws[motions].ratios for motions in alone))

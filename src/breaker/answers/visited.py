@@ -19,6 +19,7 @@ _UNLIKE = 0.1  # share of the stroke, beyond any wear of the family of drives
 _GROUPS = {"measured": "measured", "parameter": "inferred"}  # titles, where one begins
 _NOT_TOLD = {
     "withheld": "Parameters are withheld: the drive is of no family that ships",
+    "beyond": "No parameter is told: no wear of a drive is as large as this change",
     "apart": "No parameter is told: closing and opening contradict each other",
 }
 
@@ -41,6 +42,7 @@ def visits_document(
     """
     state = "told" if found.fits else "withheld"
     state = "apart" if len(found.ratios) > 1 else state
+    state = "beyond" if found.fits and not found.ratios else state
     matches = {
         motion: {visit: _plain(match) for visit, match in by.items()}
         for motion, by in found.matches.items()
@@ -105,7 +107,12 @@ def _trust(document: Mapping) -> list[str]:
     said.append(f"drives of {family} look like both visits (least p = {least:.2g})")
     agreement = document["agreement"]
     how = f"{agreement['parameter']}, p = {agreement['p_value']:.2g}"
-    if document["parameters"] == "apart":
+    if document["parameters"] == "beyond":
+        said.append(
+            "WARNING: the change is larger than any that the networks know. Are both visits of the "
+            "same drive and phase, and are rate and ratio of both files right?"
+        )
+    elif document["parameters"] == "apart":
         said.append(
             f"WARNING: closing and opening contradict each other ({how}), so that something else "
             "has changed, or a record is of another drive; what each indicates is listed apart"

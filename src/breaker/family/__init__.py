@@ -8,7 +8,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "changes": ["ChangeDraws", "Changes", "change_outputs"],
+        "changes": ["ChangeDraws", "Changes", "change_outputs", "worn"],
         "inputs": [
             "Basis",
             "Seen",
@@ -22,6 +22,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "levels": ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"],
         "membership": ["PARTS", "Match", "Membership", "distances"],
         "network": ["Network"],
-        "saved": ["open_network", "write_network"],
+        "saved": ["is_of", "open_network", "write_network"],
     },
 )

@@ -15,7 +15,9 @@ from breaker.family.inputs import Basis, Seen, change_inputs
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES
 
-__all__ = ["ChangeDraws", "Changes", "change_outputs"]
+__all__ = ["ChangeDraws", "Changes", "change_outputs", "worn"]
+
+_MOST = np.log(2.0)  # of the logarithm of a parameter; no wear of a family is half as large
 
 
 @dataclass(frozen=True)
@@ -85,3 +87,15 @@ def change_outputs(before: np.ndarray, after: np.ndarray, later: np.ndarray) -> 
     """
     ratios = np.where(after == before, 1.0, after / before)
     return np.hstack([np.log(ratios), later])
+
+
+def worn(draws: np.ndarray) -> np.ndarray:
+    """Whether wear may be what draws tell: no network knows of larger changes than its family has.
+
+    Args:
+        draws: Logarithms of the parameters over what they were, ``(..., d, p)``.
+
+    Returns:
+        ``(...)`` of bool: whether the median of each is below a factor of 2.
+    """
+    return (np.abs(np.median(draws, axis=-2)) < _MOST).all(axis=-1)

@@ -13,9 +13,10 @@ from breaker.family.network import Network
 from breaker.mechanism import MOTIONS
 from breaker.model import ModelFileError, open_model, write_model
 
-__all__ = ["open_network", "write_network"]
+__all__ = ["is_of", "open_network", "write_network"]
 
 _KINDS = {"levels": Levels, "changes": Changes}
+_SIZES = {"drives", "shards"}  # of a bank, not of its drives
 _TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}
 
 
@@ -77,3 +78,22 @@ def open_network(path: str | Path) -> Levels | Changes:
             return _KINDS[kind](settings=saved.settings, network=network, **found)
         except (KeyError, TypeError, ValueError) as error:
             raise ModelFileError.of_settings(error) from error
+
+
+def is_of(path: str | Path, prior: Mapping, family: Mapping) -> bool:
+    """Whether a network was trained on drives of this prior and this family.
+
+    Args:
+        prior, family: Sections of the configuration; sizes of the bank do not count.
+
+    Raises:
+        FileNotFoundError: If there is no such file.
+        ModelFileError: If it is no model file.
+    """
+
+    def drives(settings: Mapping) -> dict:
+        return {name: value for name, value in settings.items() if name not in _SIZES}
+
+    with open_model(path) as saved:
+        known = saved.settings
+        return known["prior"] == prior and drives(known["drives"]) == drives(family)

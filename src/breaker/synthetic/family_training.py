@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from breaker.family import Basis, Changes, Levels, Membership, Seen
+from breaker.family import Basis, Changes, Levels, Membership, Seen, worn
 from breaker.mechanism import MOTIONS, NAMES
 from breaker.stores import open_store
 from breaker.synthetic.family_bank import shapes
@@ -26,7 +26,12 @@ def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -
 
 
 def sample_rows(
-    network: Levels | Changes, rows: Rows, source: str, draws: int, rng: np.random.Generator
+    network: Levels | Changes,
+    rows: Rows,
+    source: str,
+    draws: int,
+    rng: np.random.Generator,
+    **sensor,
 ) -> xr.Dataset:
     """Draw from the posteriors of one record of each motion of each drive.
 
@@ -35,20 +40,24 @@ def sample_rows(
         rows: Drives, in the scales of the network.
         source: Which motions there are: "closing", "opening" or "both".
         draws: Number of draws of each.
+        sensor: As of the ``unscaled`` of the rows.
 
     Returns:
         ``draws (curve, draw, output)`` and ``truth (curve, output)``: parameters, or their changes
         in percent, and events, in durations. What is exactly 0 has a random order, by a jitter of
-        a billionth of a scale.
+        a billionth of a scale. Changes beyond any wear are left out, as answers withhold them; the
+        attribute ``withheld`` counts them.
     """
     n = len(rows)
     motions = np.tile([source != "opening", source != "closing"], (n, 1))
-    x, y, there, units = rows.unscaled(np.arange(n), rng, motions=motions)
+    x, y, there, units = rows.unscaled(np.arange(n), rng, motions=motions, **sensor)
     told = there.any(axis=0)
     x, y, units = (each[(there == told).all(axis=1)] for each in (x, y, units))
     features = network.network.features(x)
     values = np.stack([network.network.sample(each, told, draws, rng) for each in features])
     values = network.centre + network.scale * values
+    kept = worn(values[..., : len(NAMES)]) if rows.atoms else np.ones(len(values), dtype=bool)
+    values, y, units = values[kept], y[kept], units[kept]
 
     def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:
         jitter = 1e-9 * network.scale * rng.standard_normal(outputs.shape)
@@ -63,6 +72,7 @@ def sample_rows(
             "truth": (("curve", "output"), physical(y, units)),
         },
         {"output": np.array(rows.names)[told]},
+        {"withheld": int((~kept).sum())},
     )
 
 
