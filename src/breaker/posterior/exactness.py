@@ -4,7 +4,7 @@ Each record has a random generator of its own, so that its result does not depen
 records.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +20,6 @@ from breaker.posterior.weights import importance
 
 __all__ = [
     "Density",
-    "correct_each",
     "correct_operations",
     "correct_validation",
     "judge",
@@ -168,61 +167,27 @@ def _correct(
     settings: Mapping,
     seed: int,
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Correct records one by one; those without draws stay without.
-
-    Args:
-        models: Joint model of each record.
-        measured: Records, ``(n, t)``, mm.
-        draws: The network's, ``(n, d, q)``, nan where there are none.
-        keys: What each record's generator is named by, ``(n,)``.
-
-    Returns:
-        Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
-    """
-    present = np.isfinite(draws).all(axis=(1, 2))
-    purpose = (seed, "correction")
-
-    def start(i: int, rng: np.random.Generator) -> np.ndarray:
-        model = models[i]
-        if model.facts is None and model.contact is None and model.sensor.discrepancy is None:
-            return draws[i]
-        return approximate(models[i], measured[i], draws.shape[1], rng)
-
-    return correct_each(models, measured, start, present, keys, settings, purpose, draws.shape[1:])
-
-
-def correct_each(
-    models: Sequence[Model],
-    measured: np.ndarray,
-    start: Callable[[int, np.random.Generator], np.ndarray],
-    present: np.ndarray,
-    keys: np.ndarray,
-    settings: Mapping,
-    purpose: tuple[int, str],
-    shape: tuple[int, int],
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Correct records one by one, each with a random generator of its own.
 
     Args:
         models: Joint model of each record.
         measured: Records, ``(n, t)``, mm.
-        start: Returns the draws that record i starts from, ``(d, q)``.
-        present: Which records there are, ``(n,)``.
+        draws: The network's, ``(n, d, q)``, nan where there are none; those stay without.
         keys: What each record's generator is named by, ``(n,)``.
-        settings: The section ``correction`` of the configuration.
-        purpose: Seed of the generators, and what they are for.
-        shape: Of the draws of each, ``(d, q)``.
 
     Returns:
-        Draws, ``(n, d, q)``, nan where there are none, and for each name in ``ABSENT`` an array
-        ``(n,)``.
+        Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
     """
     rows = [dict(ABSENT) for _ in keys]
-    values = np.full((len(keys), *shape), np.nan)
-    for i in tqdm(np.flatnonzero(present), desc="correcting", mininterval=5, unit="record"):
-        rng = generator(*purpose, models[i].motion, int(keys[i]))
+    values = np.full(draws.shape, np.nan)
+    present = np.flatnonzero(np.isfinite(draws).all(axis=(1, 2)))
+    for i in tqdm(present, desc="correcting", mininterval=5, unit="record"):
+        model, start = models[i], draws[i]
+        rng = generator(seed, "correction", model.motion, int(keys[i]))
         try:
-            found = correct(models[i], measured[i], start(i, rng), settings, rng)
+            if model.facts or model.contact or model.sensor.discrepancy:
+                start = approximate(model, measured[i], len(start), rng)
+            found = correct(model, measured[i], start, settings, rng)
         except (ArithmeticError, ValueError) as error:
             # One strange record must not end the job of all others.
             rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"
