@@ -7,6 +7,7 @@ import numba
 import numpy as np
 import pytest
 import torch
+from scipy.stats import norm
 
 from breaker.mechanism.curves import travel
 from breaker.model.bank import simulate
@@ -275,12 +276,39 @@ class WrongSign(FlowMatching):
         return velocity, -trace
 
 
-class NoScale(FlowMatching):
-    """Planted fault: the density forgets the determinant of the base."""
+def without_scale(kind):
+    """Planted fault: a kind of network whose density forgets the determinant of the base."""
 
-    def base(self, features):
-        base = super().base(features)
-        return base._replace(log_det=torch.zeros_like(base.log_det))
+    class NoScale(kind):
+        def base(self, features):
+            base = super().base(features)
+            return base._replace(log_det=torch.zeros_like(base.log_det))
+
+    return NoScale
+
+
+def density_by_autograd(network, noise, features, steps=1):
+    """Draws, and their log density from the Jacobian of the sampling map, one point at a time."""
+    points, densities = torch.empty_like(noise), torch.empty(noise.shape[:2], dtype=noise.dtype)
+    for i, j in np.ndindex(*noise.shape[:2]):
+
+        def sample(start, condition=features[i : i + 1]):
+            return network.sample(start[None, None], condition, steps=steps)[0, 0]
+
+        points[i, j] = sample(noise[i, j]).detach()
+        jacobian = torch.autograd.functional.jacobian(sample, noise[i, j])
+        normal_density = norm.logpdf(noise[i, j].numpy()).sum()
+        densities[i, j] = normal_density - torch.linalg.slogdet(jacobian).logabsdet
+    return points, densities
+
+
+@torch.no_grad()
+def mass(network, features, ticks, *, steps=1):
+    """Integral of a density of two dimensions over eight base sds each side, ``(n,)``."""
+    base, line = network.base(features), torch.linspace(-8, 8, ticks, dtype=torch.float64)
+    grid = torch.cartesian_prod(line, line).expand(len(features), -1, -1)
+    density = network.log_prob(base.restore(grid), features, steps=steps).exp()
+    return density.sum(1) * (line[1] - line[0]) ** 2 / torch.linalg.det(base.factor)
 
 
 class Trap:

@@ -5,25 +5,27 @@ import math
 import numpy as np
 import pytest
 import torch
-from scipy.stats import multivariate_normal, norm
+from scipy.stats import multivariate_normal
 
 from breaker.networks import flow_matching
 from breaker.networks.flow_matching import FlowMatching
 from tests.networks_fixtures import (
     MARKS,
-    NoScale,
     WrongSign,
     built,
-    gradients_of,
+    density_by_autograd,
+    mass,
     normal,
     one_thread,  # noqa: F401
     perturb,
     silu,
+    without_scale,
 )
 
 pytestmark = MARKS
 
 DIMS, FEATURES, WIDTH, BLOCKS = 3, 4, 10, 2
+FAULTS = (WrongSign, without_scale(FlowMatching))
 
 
 def gaussian(dims=DIMS, features=FEATURES):
@@ -48,39 +50,6 @@ def test_base_is_lower_triangular_with_its_log_determinant():
     assert (factor.diagonal(dim1=1, dim2=2) > 0).all()
     assert (factor.tril(-1).abs().sum(0)[torch.tril_indices(3, 3, -1).unbind()] > 0).all()
     torch.testing.assert_close(log_det, torch.logdet(factor), rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("steps", [1, 7])
-def test_a_new_network_is_the_gaussian_of_its_head(steps):
-    network, features = gaussian(), normal(2, FEATURES)
-    noise = normal(2, 20_000, DIMS, seed=2)
-    with torch.no_grad():
-        mean, factor, _ = network.base(features)
-        draws = network.sample(noise, features, steps=steps)
-        density = network.log_prob(draws[:, :50], features, steps=steps)
-    for i in range(2):
-        inverse = np.linalg.inv(factor[i].numpy())
-        covariance = inverse @ inverse.T
-        # Exactly: draws are the noise carried by the inverse of the factor.
-        expected = mean[i].numpy() + noise[i].numpy() @ inverse.T
-        np.testing.assert_allclose(draws[i].numpy(), expected, rtol=0, atol=1e-12)
-        exact = multivariate_normal(mean[i].numpy(), covariance).logpdf(draws[i, :50].numpy())
-        np.testing.assert_allclose(density[i].numpy(), exact, rtol=0, atol=1e-10)
-        # And by their moments: 2 x 9 whitened numbers, each within 4.5 standard errors, so a false
-        # alarm in both curves has a probability of 36 * 7e-6 = 2.5e-4.
-        assert deviation(draws[i].numpy(), mean[i].numpy(), covariance) < 4.5
-        # Planted fault: the factor instead of its inverse.
-        wrong = mean[i].numpy() + noise[i].numpy() @ factor[i].numpy().T
-        assert deviation(wrong, mean[i].numpy(), covariance) > 4.5
-
-
-def deviation(draws, mean, covariance):
-    """Largest deviation of mean and covariance of draws ``(d, q)``, in standard errors."""
-    d, q = draws.shape
-    white = np.linalg.solve(np.linalg.cholesky(covariance), (draws - mean).T).T
-    of_mean = white.mean(axis=0) * math.sqrt(d)
-    of_covariance = (white.T @ white / d - np.eye(q)) * np.sqrt(d / (1 + np.eye(q)))
-    return max(np.abs(of_mean).max(), np.abs(of_covariance).max())
 
 
 # ---- velocity field and loss --------------------------------------------------------------------
@@ -146,13 +115,6 @@ def test_the_flow_does_not_pull_at_the_base():
     torch.testing.assert_close(from_loss, network.head.weight.grad, rtol=0, atol=1e-12)
 
 
-def test_gradients_reach_every_weight():
-    network = built(FlowMatching, DIMS, FEATURES, width=WIDTH, blocks=BLOCKS).double()
-    theta, features = normal(32, DIMS), normal(32, FEATURES, seed=2)
-    given = theta, features, normal(32, 2, DIMS, seed=3), torch.rand_like(normal(32, 2, 1))
-    gradients_of(network, lambda: network.loss(*given).mean(), steps=3)
-
-
 def test_divergence_is_the_trace_of_the_jacobian():
     """To round-off, and beside the velocity itself."""
     network, features, y = curved(), normal(2, FEATURES), normal(2, 3, DIMS, seed=2)
@@ -185,22 +147,6 @@ def test_blocks_of_points_make_no_difference(monkeypatch, tangents):
 # ---- draws and density of a curved posterior -----------------------------------------------------
 
 
-def density_by_autograd(network, noise, features, steps):
-    """Draws, and their log density from the Jacobian of the sampling map, one point at a time."""
-    points, densities = torch.empty_like(noise), torch.empty(noise.shape[:2], dtype=noise.dtype)
-    for i in range(noise.shape[0]):
-        for j in range(noise.shape[1]):
-
-            def sample(start, condition=features[i : i + 1]):
-                return network.sample(start[None, None], condition, steps=steps)[0, 0]
-
-            points[i, j] = sample(noise[i, j])
-            jacobian = torch.autograd.functional.jacobian(sample, noise[i, j])
-            normal_density = norm.logpdf(noise[i, j].numpy()).sum()
-            densities[i, j] = normal_density - torch.linalg.slogdet(jacobian).logabsdet
-    return points.detach(), densities.detach()
-
-
 def density_errors(network, steps):
     """Largest error of the density of draws that were made with as many steps."""
     noise, features = normal(2, 2, DIMS), normal(2, FEATURES, seed=2)
@@ -227,7 +173,7 @@ def test_density_is_that_of_the_sampling_map():
     errors = density_errors(curved(), steps)
     assert 2.4 < slope(steps, errors) < 3.5
     assert errors[-1] < 1e-3
-    for fault in (WrongSign, NoScale):
+    for fault in FAULTS:
         assert density_errors(curved(kind=fault), [32]) > 0.1
 
 
@@ -255,42 +201,11 @@ def test_draws_converge_with_the_order_of_the_midpoint_rule():
     assert orders[1] < 1.3
 
 
-def mass(network, features, *, steps):
-    """Integral of a density of two dimensions over eight base sds each side, ``(n,)``."""
-    with torch.no_grad():
-        mean, factor, _ = network.base(features)
-        ticks = torch.linspace(-8, 8, 65, dtype=torch.float64)
-        grid = torch.cartesian_prod(ticks, ticks).expand(len(features), -1, -1)
-        points = torch.linalg.solve_triangular(factor, grid.transpose(1, 2), upper=False)
-        points = points.transpose(1, 2) + mean.unsqueeze(1)
-        density = network.log_prob(points, features, steps=steps).exp()
-    cell = (ticks[1] - ticks[0]) ** 2 / torch.linalg.det(factor)
-    return (density.sum(1) * cell).numpy()
-
-
 def test_density_integrates_to_one():
     """The trapezoidal sum of a smooth density is exact to round-off; the solver errs by 1/k^2."""
     features = normal(2, FEATURES, seed=2)
-    errors = [np.abs(mass(curved(2), features, steps=k) - 1.0).max() for k in (8, 16)]
+    errors = [float((mass(curved(2), features, 65, steps=k) - 1).abs().max()) for k in (8, 16)]
     assert errors[1] < 2e-3
     assert errors[1] < errors[0] / 3.0
-    for fault in (WrongSign, NoScale):
-        assert np.abs(mass(curved(2, kind=fault), features, steps=16) - 1.0).max() > 0.02
-
-
-def test_rows_do_not_see_each_other():
-    network, n = curved(), 5
-    noise, features = normal(n, 7, DIMS), normal(n, FEATURES, seed=2)
-    time = torch.full((n, 7, 1), 0.4, dtype=torch.float64)
-    with torch.no_grad():
-        draws = network.sample(noise, features, steps=4)
-        density = network.log_prob(draws, features, steps=4)
-        loss = network.loss(draws[:, 0], features, noise, time)
-        for i in range(n):
-            row = slice(i, i + 1)
-            alone = network.sample(noise[row], features[row], steps=4)
-            torch.testing.assert_close(alone, draws[row], rtol=0, atol=1e-12)
-            alone = network.log_prob(draws[row, 2:3], features[row], steps=4)
-            torch.testing.assert_close(alone, density[row, 2:3], rtol=0, atol=1e-12)
-            alone = network.loss(draws[row, 0], features[row], noise[row], time[row])
-            torch.testing.assert_close(alone, loss[row], rtol=0, atol=1e-12)
+    for fault in FAULTS:
+        assert (mass(curved(2, kind=fault), features, 65, steps=16) - 1).abs().max() > 0.02

@@ -11,11 +11,9 @@ from torch import nn
 
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.flow_matching import FlowMatching
-from tests.networks import test_coupling_flow
+from tests.networks import test_coupling_flow, test_flow_matching
 from tests.networks_fixtures import (
     MARKS,
-    NoScale,
-    WrongSign,
     built,
     normal,
     one_thread,  # noqa: F401
@@ -73,7 +71,14 @@ class Case(NamedTuple):
 COUPLING = {"transforms": 2, "bins": 8, "hidden": [32, 32]}
 CASES = {
     "flow matching": Case(
-        FlowMatching, {"width": 48, "blocks": 2}, (WrongSign, NoScale), 500, 24, 1000, 0.02, 0.01
+        FlowMatching,
+        {"width": 48, "blocks": 2},
+        test_flow_matching.FAULTS,
+        500,
+        24,
+        1000,
+        0.02,
+        0.01,
     ),
     "coupling flow": Case(
         CouplingFlow, COUPLING, test_coupling_flow.FAULTS, 600, 1, 4000, 0.05, 0.015

@@ -1,0 +1,93 @@
+"""What holds for every inference network: its Gaussian, its gradients, rows by themselves."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import multivariate_normal
+
+from breaker.networks.coupling_flow import CouplingFlow
+from breaker.networks.flow_matching import FlowMatching
+from tests.networks_fixtures import (
+    MARKS,
+    built,
+    gradients_of,
+    normal,
+    one_thread,  # noqa: F401
+    perturb,
+)
+
+pytestmark = MARKS
+
+DIMS, FEATURES = 3, 4
+KINDS = {
+    FlowMatching: {"width": 10, "blocks": 2},
+    CouplingFlow: {"transforms": 4, "bins": 5, "hidden": [11, 9]},
+}
+
+
+@pytest.fixture(params=KINDS)
+def new(request):
+    """A new network."""
+    return built(request.param, DIMS, FEATURES, **KINDS[request.param]).double()
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+def test_a_new_network_is_the_gaussian_of_its_head(new, steps):
+    perturb(new.head, 0.4)
+    features, noise = normal(2, FEATURES), normal(2, 20_000, DIMS, seed=2)
+    with torch.no_grad():
+        mean, factor, _ = (value.numpy() for value in new.base(features))
+        draws = new.sample(noise, features, steps=steps)
+        density = new.log_prob(draws[:, :50], features, steps=steps).numpy()
+    draws = draws.numpy()
+    for i in range(2):
+        inverse = np.linalg.inv(factor[i])
+        covariance = inverse @ inverse.T
+        # Exactly: draws are the noise carried by the inverse of the factor.
+        expected = mean[i] + noise[i].numpy() @ inverse.T
+        np.testing.assert_allclose(draws[i], expected, rtol=0, atol=1e-12)
+        exact = multivariate_normal(mean[i], covariance).logpdf(draws[i, :50])
+        np.testing.assert_allclose(density[i], exact, rtol=0, atol=1e-10)
+        # And by their moments: 2 x 9 whitened numbers, each within 4.5 standard errors, so a false
+        # alarm in both curves has a probability of 36 * 7e-6 = 2.5e-4.
+        assert deviation(draws[i], mean[i], covariance) < 4.5
+        # Planted fault: the factor instead of its inverse.
+        wrong = mean[i] + noise[i].numpy() @ factor[i].T
+        assert deviation(wrong, mean[i], covariance) > 4.5
+
+
+def deviation(draws, mean, covariance):
+    """Largest deviation of mean and covariance of draws ``(d, q)``, in standard errors."""
+    d, q = draws.shape
+    white = np.linalg.solve(np.linalg.cholesky(covariance), (draws - mean).T).T
+    of_mean = white.mean(axis=0) * math.sqrt(d)
+    of_covariance = (white.T @ white / d - np.eye(q)) * np.sqrt(d / (1 + np.eye(q)))
+    return max(np.abs(of_mean).max(), np.abs(of_covariance).max())
+
+
+def test_gradients_reach_every_weight(new):
+    theta, features = normal(32, DIMS), normal(32, FEATURES, seed=2)
+    given = theta, features, normal(32, 2, DIMS, seed=3), torch.rand_like(normal(32, 2, 1))
+    gradients_of(new, lambda: new.loss(*given).mean(), steps=3)
+
+
+def test_rows_and_draws_do_not_see_each_other(new):
+    network, n = perturb(new, 0.35), 5
+    noise, features = normal(n, 7, DIMS), normal(n, FEATURES, seed=2)
+    time = torch.full((n, 7, 1), 0.4, dtype=torch.float64)
+    with torch.no_grad():
+        draws = network.sample(noise, features, steps=4)
+        density = network.log_prob(draws, features, steps=4)
+        loss = network.loss(draws[:, 0], features, noise, time)
+        for i in range(n):
+            row = slice(i, i + 1)
+            alone = network.sample(noise[row, 2:3], features[row], steps=4)
+            torch.testing.assert_close(alone, draws[row, 2:3], rtol=0, atol=1e-12)
+            alone = network.log_prob(draws[row, 2:3], features[row], steps=4)
+            torch.testing.assert_close(alone, density[row, 2:3], rtol=0, atol=1e-12)
+            alone = network.loss(draws[row, 0], features[row], noise[row], time[row])
+            torch.testing.assert_close(alone, loss[row], rtol=0, atol=1e-12)
+        other = network.log_prob(draws, features.roll(1, 0), steps=4)
+    assert (other - density).abs().min() > 1e-3
