@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, multivariate_normal, multivariate_t, norm
-from scipy.stats import t as student
+from scipy.stats import multivariate_normal, multivariate_t, norm
 
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.joint import Model
@@ -14,7 +13,7 @@ from breaker.posterior import corrections as correction
 from breaker.posterior.corrections import correct, temper
 from breaker.posterior.transport import TriangularMap
 from breaker.posterior.weights import Importance
-from tests.corrections import SETTINGS
+from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
 
 RECORD = np.zeros(3)
 LOG_EVIDENCE = 118.25
@@ -126,12 +125,9 @@ def repeated(model, how, repeats=REPEATS):
 
 
 def evidence_p_value(results):
-    """Two-sided, of the sum of squared z-scores of the log evidence: chi-square."""
-    scores = [
-        (r.importance.log_evidence - LOG_EVIDENCE) / r.importance.log_evidence_se for r in results
-    ]
-    law, square = chi2(len(scores)), np.square(scores).sum()
-    return 2 * min(law.cdf(square), law.sf(square))
+    """Of the log evidence."""
+    errors = [r.importance.log_evidence - LOG_EVIDENCE for r in results]
+    return errors_p_value(errors, [r.importance.log_evidence_se for r in results])
 
 
 def moments_p_value(model, results):
@@ -142,9 +138,7 @@ def moments_p_value(model, results):
     """
     centred = np.array([model.standardise(r.draws) - model.mean for r in results])
     found = np.hstack([centred.mean(1), np.square(centred).mean(1)])
-    error = found - np.r_[np.zeros(4), model.variance]
-    score = error.mean(0) / (error.std(0, ddof=1) / np.sqrt(len(error)))
-    return min(1.0, 2 * student(len(error) - 1).sf(np.abs(score).max()) * score.size)
+    return means_p_value(found - np.r_[np.zeros(4), model.variance])
 
 
 @pytest.mark.parametrize("how", STARTS)
@@ -530,11 +524,6 @@ def test_unusable_ratios_are_refused(value, count, message):
 
 
 # ---- the model of the breaker --------------------------------------------------------------------
-
-
-def from_prior(model, n, rng):
-    onset = model.sensor.onset_sd * rng.standard_normal((n, 1))
-    return np.hstack([model.prior.sample(n, rng), onset])
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from scipy.stats import chi2, multivariate_normal, norm
+from scipy.stats import multivariate_normal, norm
 from scipy.stats import t as student
 
 from breaker.mechanism.curves import Motion
@@ -23,7 +23,7 @@ from breaker.posterior.tables import beside, choose, summary, table, table_of_bo
 from breaker.records.opened import open_curves
 from breaker.stores import describe, save
 from breaker.validation.calibration import calibration_p_values, family_p_value, ranks
-from tests.corrections import SETTINGS
+from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
 from tests.networks_fixtures import MARKS, frozen, one_thread, pin  # noqa: F401
 
 pytestmark = MARKS
@@ -76,8 +76,7 @@ CUT = Linear(
 def records_of(model, n, name):
     """Truth ``(n, q)``, physical units, and records ``(n, t)``."""
     rng = generator(1, "test exactness", name)
-    onset = model.sensor.onset_sd * rng.standard_normal((n, 1))
-    values = np.hstack([model.prior.sample(n, rng), onset])
+    values = from_prior(model, n, rng)
     return values, model.sensor.corrupt(model.curves(values), rng)
 
 
@@ -123,16 +122,13 @@ def moments_p_value(data):
         centred = MODEL.standardise(draws) - mean
         e = np.linalg.solve(np.linalg.cholesky(covariance), centred.T)
         found.append(np.r_[e.mean(axis=1), np.square(e).mean(axis=1) - 1.0])
-    score = np.mean(found, axis=0) / (np.std(found, axis=0, ddof=1) / np.sqrt(len(found)))
-    return min(1.0, 2 * student(len(found) - 1).sf(np.abs(score).max()) * score.size)
+    return means_p_value(found)
 
 
 def evidence_p_value(data):
-    """Two-sided, of the sum of squared z-scores of the log evidence: chi-square."""
+    """Of the log evidence."""
     expected = np.array([MODEL.exact(record)[2] for record in data.measured.values])
-    scores = (data.log_evidence.values - expected) / data.log_evidence_se.values
-    law, square = chi2(scores.size), np.square(scores).sum()
-    return 2 * min(law.cdf(square), law.sf(square))
+    return errors_p_value(data.log_evidence.values - expected, data.log_evidence_se.values)
 
 
 # ---- simulated records ---------------------------------------------------------------------------

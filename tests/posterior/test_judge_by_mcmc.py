@@ -17,18 +17,13 @@ from breaker.model.joint import Model
 from breaker.model.randomness import generator, seed_integer
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate
-from tests.corrections import SETTINGS
+from tests.corrections import SETTINGS, from_prior
 
 CURVES = 5  # of each motion
 WALKERS, BURN_IN, STEPS = 160, 80, 320  # autocorrelation times are about 25 steps
 FALSE_ALARM = 1e-3  # of all comparisons of both motions together
 COMPARISONS = CURVES * len(MOTIONS) * 8 * 2 * 2  # means and sds, from either start
 D = 2000  # draws
-
-
-def from_prior(model, n, rng):
-    onset = model.sensor.onset_sd * rng.standard_normal((n, 1))
-    return np.hstack([model.prior.sample(n, rng), onset])
 
 
 class Watched:

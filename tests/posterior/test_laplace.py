@@ -11,7 +11,7 @@ from breaker.model import Facts, Model, generator
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate, mode
 from breaker.workflow import read
-from tests.corrections import SETTINGS
+from tests.corrections import SETTINGS, from_prior
 from tests.networks_fixtures import left_out
 
 RECORDS = 6
@@ -30,8 +30,7 @@ def with_noise(model, noise_sd):
 
 def simulated(model, *purpose):
     rng = generator(1, "test laplace", model.motion, *purpose)
-    onset = model.sensor.onset_sd * rng.standard_normal((RECORDS, 1))
-    values = np.hstack([model.prior.sample(RECORDS, rng), onset])
+    values = from_prior(model, RECORDS, rng)
     return model.standardise(values), model.sensor.corrupt(model.curves(values), rng)
 
 

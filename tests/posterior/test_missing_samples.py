@@ -18,6 +18,7 @@ from breaker.posterior.predictive import infer, predict_stages, summaries
 from breaker.posterior.tables import table
 from breaker.records.export import write_curve
 from breaker.records.reader import read_curves
+from tests.corrections import SETTINGS
 from tests.networks_fixtures import (
     COMBINATIONS,
     DEEP_SET,
@@ -259,8 +260,7 @@ def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(files, curved):
     posterior, _ = curved
     found = infer(posterior, read(files, posterior), draws=2000, seed=1, misfit_p_value=1e-3)
     assert found.accepted.all()
-    settings = {"round_draws": 500, "draws": 3000, "rounds": 40, "efficiency": 0.5}
-    settings |= {"fit_size": 100, "smallest_size": 400, "largest_k": 0.7}
+    settings = SETTINGS | {"draws": 3000, "rounds": 40, "efficiency": 0.5}
     exact = correct_operations(posterior.model, found, settings, seed=1, misfit_p_value=1e-3)
     assert exact.resolved.all()
     assert ((exact.p_value > 1e-3) & (exact.p_value < 1 - 1e-3)).all()
@@ -275,9 +275,6 @@ def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(files, curved):
 
 
 # ---- exact posteriors ---------------------------------------------------------------------------
-
-SETTINGS = {"round_draws": 500, "draws": 2000, "rounds": 20, "efficiency": 0.6}
-SETTINGS |= {"fit_size": 100, "smallest_size": 400, "largest_k": 0.7}
 
 
 def smallest_p_value(draws, values):

@@ -5,11 +5,12 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, chisquare, multivariate_normal, norm
+from scipy.stats import chisquare, multivariate_normal, norm
 
 from breaker.model.randomness import generator
 from breaker.posterior import weights as exact
 from breaker.posterior.weights import importance, resample
+from tests.corrections import errors_p_value
 
 TWO_SIDED = norm.isf(0.5e-3)  # 3.29 standard errors: false alarm 1e-3
 
@@ -141,23 +142,16 @@ def repeats(linear):
     return error, np.array([r.log_evidence_se for r in results]), results
 
 
-def calibration_p_value(error, error_sd):
-    """Two-sided, of the sum of squared z-scores."""
-    tail = chi2(len(error))
-    square = np.sum((error / error_sd) ** 2)
-    return 2 * min(tail.cdf(square), tail.sf(square))
-
-
 def test_evidence_is_unbiased_and_its_error_calibrated(repeats):
     """False alarm 1e-3 each. The evidence itself is unbiased, its logarithm only nearly."""
     error, error_sd, results = repeats
     ratio = np.exp(error)
     assert abs(ratio.mean() - 1) < TWO_SIDED * ratio.std() / np.sqrt(len(ratio))
-    assert calibration_p_value(error, error_sd) > 1e-3
+    assert errors_p_value(error, error_sd) > 1e-3
     # The faults: the error of a weight that has the effective size, and of equal weights.
     sizes = np.array([result.size for result in results])
-    assert calibration_p_value(error, 1 / np.sqrt(sizes)) < 1e-6
-    assert calibration_p_value(error, np.full(len(error), 1 / np.sqrt(400))) < 1e-6
+    assert errors_p_value(error, 1 / np.sqrt(sizes)) < 1e-6
+    assert errors_p_value(error, np.full(len(error), 1 / np.sqrt(400))) < 1e-6
 
 
 def test_constants_shift_the_evidence_alone(judged):
