@@ -9,10 +9,12 @@ import numba
 import pytest
 import yaml
 
+from breaker.family.saved import open_network
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
+from breaker.shipped import model_file
 
 numba.set_num_threads(1)  # it has as many as there are cores for those tests that ask for more
 DEFAULTS = Path(__file__).parents[1] / "config" / "config.yaml"
@@ -42,3 +44,9 @@ def sensor(defaults):
 @pytest.fixture(scope="session")
 def models(prior, sensor):
     return {motion: Model(prior, sensor, motion) for motion in MOTIONS}
+
+
+@pytest.fixture(scope="session")
+def levels():
+    """The network of levels that ships."""
+    return open_network(model_file("medium_voltage", "levels"))

@@ -8,18 +8,11 @@ import pytest
 from breaker.answers.answer import Given
 from breaker.answers.inferred import infer_drive
 from breaker.answers.operations import read_operations
-from breaker.family.saved import open_network
 from breaker.files.manifest import Operation
-from breaker.shipped import model_file
 from tests.cli.conftest import written
 
 SETTINGS = {"draws": 400, "misfit_p_value": 1e-3, "seed": 1}
 TOUCH = 20.09  # ms in the record, of the model that it is of
-
-
-@pytest.fixture(scope="package")
-def levels():
-    return open_network(model_file("medium_voltage", "levels"))
 
 
 @pytest.fixture(scope="package")

@@ -1,9 +1,7 @@
-"""Short chains, so that tests are quick, and the network of the family."""
+"""Short chains, so that tests are quick."""
 
 import pytest
 
-from breaker.family.saved import open_network
-from breaker.shipped import model_file
 from breaker.typical import spread
 
 
@@ -13,8 +11,3 @@ def short_chains():
         patch.setattr(spread, "_SWEEPS", 200)
         patch.setattr(spread, "_UNSETTLED", 40)
         yield
-
-
-@pytest.fixture(scope="package")
-def levels():
-    return open_network(model_file("medium_voltage", "levels"))

@@ -12,10 +12,8 @@ from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
 from breaker.wear.events import Event
-from breaker.wear.series import Series
-from breaker.wear.state import State
 from breaker.wear.trend import Follower
-from tests.wear.parts import part
+from tests.wear.parts import assert_goes_on, part, recorded
 
 P = len(NAMES)
 GAMMA_A, F = (NAMES.index(name) for name in ("gamma_a", "f"))
@@ -35,13 +33,7 @@ def follower(models, defaults):
 
 def life(models, z, rng):
     """Records of standardised parameters ``(o, p)``."""
-    z = z + SCATTER / models["closing"].prior.log_sds * rng.standard_normal(z.shape)
-    records, outputs = {}, {}
-    for motion, model in models.items():
-        outputs[motion] = np.column_stack([z, rng.standard_normal(len(z))])
-        curves = model.curves(model.destandardise(outputs[motion]))
-        records[motion] = model.sensor.corrupt(curves, rng)
-    return Series(OPERATIONS[: len(z)], records, outputs)
+    return recorded(models, OPERATIONS, z, rng, scatter=SCATTER)
 
 
 @pytest.fixture(scope="module")
@@ -128,12 +120,7 @@ def test_an_inspection_starts_nothing_anew(follower, greased):
 def test_events_in_other_chunks_are_as_in_one(split, follower, known, greased):
     """Bit by bit, with the event in the first operation of a chunk, and in the chunk before."""
     series = with_event(greased[0], "Greased")
-    state, first = follower.follow(follower.begin(series), part(series, slice(0, split)))
-    again = State.from_dataset(state.to_dataset())
-    end, second = follower.follow(again, part(series, slice(split, None)))
-    joined = xr.concat([first, second], dim="operation", data_vars="minimal")
-    xr.testing.assert_identical(joined, known[1])
-    xr.testing.assert_identical(end.to_dataset(), known[0].to_dataset())
+    assert_goes_on(follower, series, split, known)
 
 
 def test_a_transducer_mounted_again_changes_levels_as_seen_but_no_slope(follower, models):

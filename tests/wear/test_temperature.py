@@ -11,11 +11,9 @@ from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
 from breaker.wear.events import Event
-from breaker.wear.series import Series
-from breaker.wear.state import State
 from breaker.wear.temperature import FRICTION, Felt, Warmth
 from breaker.wear.trend import Follower
-from tests.wear.parts import part
+from tests.wear.parts import assert_goes_on, part, recorded
 
 P = len(NAMES)
 COUNT = 90
@@ -45,14 +43,8 @@ def seasons(models):
     z[:, FRICTION] = SLOPE * (OPERATIONS - 1) / 1000
     sds = models["closing"].prior.log_sds
     z[:, FRICTION] += EFFECT / 100 / sds[FRICTION] * (temperature - 12.0) / 10.0
-    z += SCATTER / sds * rng.standard_normal(z.shape)
-    records, outputs = {}, {}
-    for motion, model in models.items():
-        outputs[motion] = np.column_stack([z, rng.standard_normal(COUNT)])
-        curves = model.curves(model.destandardise(outputs[motion]))
-        records[motion] = model.sensor.corrupt(curves, rng)
     temperature[::9] = np.nan
-    return Series(OPERATIONS, records, outputs, None, temperature)
+    return recorded(models, OPERATIONS, z, rng, scatter=SCATTER, temperature=temperature)
 
 
 @pytest.fixture(scope="module")
@@ -110,12 +102,7 @@ def test_a_known_effect_is_not_learnt(models, settings, seasons):
 
 def test_a_stored_state_goes_on_as_if_never_interrupted(follower, followed, seasons):
     """Bit by bit, between temperatures, with an operation without one first."""
-    state, first = follower.follow(follower.begin(seasons), part(seasons, slice(0, 45)))
-    again = State.from_dataset(state.to_dataset())
-    end, second = follower.follow(again, part(seasons, slice(45, None)))
-    joined = xr.concat([first, second], dim="operation", data_vars="minimal")
-    xr.testing.assert_identical(joined, followed[1])
-    xr.testing.assert_identical(end.to_dataset(), followed[0].to_dataset())
+    assert_goes_on(follower, seasons, 45, followed)
 
 
 def test_other_grease_has_another_effect(follower, seasons):

@@ -12,9 +12,10 @@ from breaker.model.randomness import generator
 from breaker.stores import describe, save
 from breaker.wear.changepoint import KINDS
 from breaker.wear.rows import age_bins
-from breaker.wear.series import Series, likelihood, series_of
+from breaker.wear.series import likelihood, series_of
 from breaker.wear.state import State
 from breaker.wear.trend import Follower
+from tests.wear.parts import part, recorded
 
 P = len(NAMES)
 MU, GAMMA_A, GAP = (NAMES.index(name) for name in ("mu", "gamma_a", "L"))
@@ -55,23 +56,8 @@ def live(models, operations, level, slope, rng, motions=("closing",), bend=None)
     z = level + slope * (operations - operations[0])[:, None] / 1000
     if bend:
         z = z + bend[1] * np.maximum(operations - bend[0], 0)[:, None] / 1000
-    prior = models["closing"].prior
-    scattered = z + SCATTER / prior.log_sds * rng.standard_normal(z.shape)
-    records, outputs = {}, {}
-    for motion in motions:
-        model = models[motion]
-        outputs[motion] = np.column_stack([scattered, rng.standard_normal(len(z))])
-        curves = model.curves(model.destandardise(outputs[motion]))
-        records[motion] = model.sensor.corrupt(curves, rng)
-    return Series(operations, records, outputs), z
-
-
-def part(series, chosen):
-    return Series(
-        series.operations[chosen],
-        {m: each[chosen] for m, each in series.records.items()},
-        {m: each[chosen] for m, each in series.outputs.items()},
-    )
+    used = {motion: models[motion] for motion in motions}
+    return recorded(used, operations, z, rng, scatter=SCATTER), z
 
 
 def run(follower, series):
