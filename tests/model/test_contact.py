@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.stats import multivariate_normal
 
 from breaker.mechanism import Size, travel
@@ -142,14 +143,23 @@ def test_derivatives_lead_to_the_mode(model):
     )
 
 
-def test_arrays_and_back():
-    back = Discrepancy.from_arrays(KNOWN.to_arrays())
-    for name in ("mean", "slopes", "loading", "sd"):
-        np.testing.assert_array_equal(getattr(back.lag, name), getattr(KNOWN.lag, name))
-    assert Discrepancy.from_arrays(CURVE.to_arrays()).lag is None
-    arrays = KNOWN.to_arrays()
-    del arrays["lag_sd"]
+def test_what_was_stored_is_read_with_its_lag_or_without():
+    """As it is stored, in single precision, and beside more."""
+    dims = {"mean": "t", "slopes": "pt", "factor": "ct"}
+    dims |= {"lag_mean": "", "lag_slopes": "p", "lag_loading": "c", "lag_sd": ""}
+    values = [CURVE.mean, CURVE.slopes, CURVE.factor, LAG.mean, LAG.slopes, LAG.loading, LAG.sd]
+    stored = {name: (tuple(dims[name]), each) for name, each in zip(dims, values, strict=True)}
+    data = xr.Dataset(stored).assign(more=("t", np.zeros(SAMPLES))).astype(np.float32)
+    back = Discrepancy.from_dataset(data)
+    for found, known, names in (
+        (back, CURVE, ("mean", "slopes", "factor")),
+        (back.lag, LAG, ("mean", "slopes", "loading", "sd")),
+    ):
+        for name in names:
+            assert np.asarray(getattr(found, name)).dtype == np.float64
+            np.testing.assert_allclose(getattr(found, name), getattr(known, name), rtol=1e-6)
+    assert Discrepancy.from_dataset(data.drop_vars([*dims][3:])).lag is None
     with pytest.raises(KeyError, match="lag_sd"):
-        Discrepancy.from_arrays(arrays)
+        Discrepancy.from_dataset(data.drop_vars("lag_sd"))
     with pytest.raises(ValueError, match=r"slopes \(p,\) and loading \(c,\) of the lag"):
         replace(CURVE, lag=replace(LAG, loading=np.zeros(2)))

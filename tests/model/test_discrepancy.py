@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.special import logsumexp
 from scipy.stats import chi2, kstest, multivariate_normal, norm
 
@@ -63,16 +62,6 @@ def test_scaling_and_shift():
     np.testing.assert_allclose(KNOWN.sd, np.sqrt(np.diag(KNOWN.factor.T @ KNOWN.factor)))
     assert KNOWN.scaled(0.0) is None
     assert KNOWN.scaled(0) is None
-
-
-def test_dataset_and_back():
-    data = KNOWN.to_dataset().assign(more=("time", np.zeros(SAMPLES)))
-    back = Discrepancy.from_dataset(data.astype(np.float32))
-    for name in ("mean", "slopes", "factor"):
-        found = getattr(back, name)
-        assert found.dtype == np.float64
-        np.testing.assert_allclose(found, getattr(KNOWN, name), rtol=1e-6)
-    assert isinstance(data, xr.Dataset)
 
 
 @pytest.mark.parametrize(

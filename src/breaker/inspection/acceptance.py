@@ -21,7 +21,6 @@ _PART = 50  # files that one process reads at a time
 _FAR = 8.0  # robust sd from the median of the others, from which a record stands out
 _MATTERS = 0.03  # share of the median by which it has to
 _FEWEST = 8  # records, of which some can stand out
-_NAMED = 5  # records that are named
 _WIDTH = 100  # signs of a line
 
 

@@ -18,7 +18,6 @@ model's is one more normal number, with the same components:
 ``lag = s (mean + z slopes + xi loading + sd eta)``,   ``eta ~ N(0, 1)``.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -33,17 +32,8 @@ if TYPE_CHECKING:  # what reads arrays alone does not load it
 
 __all__ = ["Discrepancy", "Lag", "Modes", "modes", "open_discrepancy"]
 
-_CURVE = {
-    "mean": ("time",),
-    "slopes": ("parameter", "time"),
-    "factor": ("component", "time"),
-}
-_LAG = {
-    "lag_mean": (),
-    "lag_slopes": ("parameter",),
-    "lag_loading": ("component",),
-    "lag_sd": (),
-}
+_CURVE = ("mean", "slopes", "factor")
+_LAG = ("lag_mean", "lag_slopes", "lag_loading", "lag_sd")
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,35 +97,16 @@ class Discrepancy:
             raise ValueError(f"slopes (p,) and loading (c,) of the lag are {found}, not {wanted}")
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "Discrepancy":
-        """Return what ``to_arrays`` returned, or what more than that holds it.
+    def from_dataset(cls, data: "xr.Dataset") -> "Discrepancy":
+        """Return that of one motion from what ``synthetic.learn`` returns.
 
         Raises:
             KeyError: If a part is missing; the lag may be missing as a whole.
         """
-        names = [*_CURVE, *(_LAG if _LAG.keys() & arrays.keys() else ())]
-        parts = {name: np.asarray(arrays[name], dtype=np.float64) for name in names}
+        names = [*_CURVE, *(_LAG if any(name in data for name in _LAG) else ())]
+        parts = {name: np.asarray(data[name], dtype=np.float64) for name in names}
         lag = [parts.pop(name) for name in _LAG if name in parts]
         return cls(**parts, lag=Lag(*lag) if lag else None)
-
-    def to_arrays(self) -> dict[str, np.ndarray]:
-        """Return all its numbers by name."""
-        parts = {name: getattr(self, name) for name in _CURVE}
-        if self.lag is not None:
-            parts |= {name: getattr(self.lag, name.removeprefix("lag_")) for name in _LAG}
-        return {name: np.asarray(each) for name, each in parts.items()}
-
-    @classmethod
-    def from_dataset(cls, data: "xr.Dataset") -> "Discrepancy":
-        """Return what ``to_dataset`` returned, or what more than that holds it."""
-        return cls.from_arrays(data.data_vars)
-
-    def to_dataset(self) -> "xr.Dataset":
-        """Return it as a dataset over ``time``, ``parameter`` and ``component``."""
-        import xarray as xr
-
-        dims = _CURVE | _LAG
-        return xr.Dataset({name: (dims[name], each) for name, each in self.to_arrays().items()})
 
     @property
     def sd(self) -> np.ndarray:

@@ -40,14 +40,11 @@ def approximate(model: Model, record: np.ndarray, n: int, rng: np.random.Generat
     return model.destandardise(highest + wide @ root)
 
 
-def mode(
-    model: Model, record: np.ndarray, start: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
+def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mode of a record's posterior, and the negative curvature of its log there.
 
     Args:
         record: On the sensor's grid, ``(t,)``, mm; NaN where a sample is missing.
-        start: Standardised outputs near it, ``(q,)``, if any are known.
 
     Returns:
         Standardised outputs, ``(q,)``, and the curvature, ``(q, q)``, without second derivatives of
@@ -63,8 +60,6 @@ def mode(
         >>> bool(np.abs(highest).max() < 0.01), precision.shape
         (True, (8, 8))
     """
-    if start is not None:
-        return _climb(model, record, start, _LAST_STEPS, _LAST_REACHED)
     z = np.zeros(len(model.outputs))
     left = record - model.curves(model.destandardise(z[None]))[0]
     rungs = np.log(np.nanstd(left) / model.sensor.noise_sd) / -np.log(_LESS)

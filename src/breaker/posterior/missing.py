@@ -66,11 +66,9 @@ def _moments(model: Model) -> tuple[np.ndarray, np.ndarray]:
     Of the curves by simulation, of what the sensor adds exactly.
     """
     bank = simulate(model, _CURVES, generator(0, "moments of records", model.motion))
-    curves = bank.travel.values.astype(np.float64) + model.shift(bank.parameters.values)
+    curves = bank.travel.values.astype(np.float64)
     mean, sensor = curves.mean(axis=0), model.sensor
     errors = sensor.noise_sd**2 * np.eye(len(mean)) + sensor.zero_sd**2
-    if sensor.discrepancy is not None:
-        errors = errors + sensor.discrepancy.factor.T @ sensor.discrepancy.factor
     return mean, (curves - mean).T @ (curves - mean) / len(curves) + errors
 
 
@@ -78,7 +76,7 @@ def expected(model: Model, record: np.ndarray) -> np.ndarray:
     """Fill in the missing samples of a record ``(t,)`` by those expected, given the others.
 
     Args:
-        model: Joint model, at the scale of what it leaves out.
+        model: Joint model of a network, which takes the model for right.
         record: Record, mm; NaN where a sample is missing.
 
     Example:
