@@ -37,6 +37,7 @@ def record_shapes(
     *,
     noise: tuple[float, float] = _NOISE,
     like: tuple[np.ndarray, np.ndarray] | None = None,
+    wanted: np.ndarray | None = None,
 ) -> tuple[Seen, np.ndarray, np.ndarray]:
     """Record curves of one motion, and normalise the records.
 
@@ -45,6 +46,7 @@ def record_shapes(
         noise: Range of the noise of a sample, share of the stroke, log-uniform.
         like: Stroke and duration of other records, ``(n,)`` each, in which these are measured; as
             strokes and durations of these curves.
+        wanted: Which curves are recorded, ``(n,)`` of bool; all if None. Others are not there.
 
     Returns:
         The records, stroke and duration in those of the curve; the times of 10 % of the way as
@@ -56,7 +58,7 @@ def record_shapes(
     about = np.empty((n, 6))
     strokes, durations = like if like else np.zeros((2, n))
     limits = np.log(np.array([*noise, *_SAMPLING, *_QUANTUM]))
-    there = np.empty(n, dtype=np.bool_)
+    there = np.ones(n, dtype=np.bool_) if wanted is None else wanted.copy()
     _record(curves, rng, limits, strokes, durations, way, present, about, there)
     origin, stroke, duration, sd, colour, step = about.T
     told = np.exp(_ERROR * rng.standard_normal(n)) * sd
@@ -67,11 +69,11 @@ def record_shapes(
 
 @_fast
 def _record(curves, rng, limits, strokes, durations, way, present, about, there):
-    """Record and normalise all curves, and say which of them can be."""
+    """Record and normalise the curves that are to be there, and say which of them can be."""
     out = np.empty(_LONGEST)
     for r in range(len(curves)):
-        there[r] = False
-        for _ in range(_TRIES):
+        wanted, there[r] = there[r], False
+        for _ in range(_TRIES if wanted else 0):
             begin = rng.uniform(*_BEGINS)
             end = _LAST if rng.random() < _WHOLE else rng.uniform(*_ENDS)
             noise = np.exp(rng.uniform(limits[0], limits[1]))

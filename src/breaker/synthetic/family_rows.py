@@ -163,14 +163,11 @@ class LevelRows(Rows):
         records, events = {}, []
         for m, motion in enumerate(MOTIONS):
             curves = self._curves(drives, condition, m)
-            seen, origin, duration = record_shapes(curves, rng, **sensor)
+            wanted = motions[:, m]
+            seen, origin, duration = record_shapes(curves, rng, wanted=wanted, **sensor)
             unit = self.duration[drives, condition, m]
             stroke = self.stroke[drives, condition]
-            records[motion] = seen._replace(
-                there=seen.there & motions[:, m],
-                stroke=seen.stroke * stroke,
-                duration=duration * unit,
-            )
+            records[motion] = seen._replace(stroke=seen.stroke * stroke, duration=duration * unit)
             found = self.events[drives, condition, m]
             events.append((found - origin[:, None]) / duration[:, None])
         events = np.hstack(events)
@@ -238,17 +235,15 @@ class ChangeRows(Rows):
             before, after = (self._curves(drives, each, m) for each in order)
             stroke = self.stroke[drives, first], self.stroke[drives, second]
             unit = self.duration[drives, first, m], self.duration[drives, second, m]
-            seen, _, duration = record_shapes(before, rng, noise=noise)
-            seen = seen._replace(
-                there=seen.there & motions[:, m],
-                stroke=seen.stroke * stroke[0],
-                duration=duration * unit[0],
-            )
+            seen, _, duration = record_shapes(before, rng, noise=noise, wanted=motions[:, m])
+            seen = seen._replace(stroke=seen.stroke * stroke[0], duration=duration * unit[0])
             like = seen.stroke / stroke[1], seen.duration / unit[1]
-            present, *_ = record_shapes(after, rng, noise=noise, like=like)
-            way = present.way
+            present, *_ = record_shapes(after, rng, noise=noise, like=like, wanted=seen.there)
+            way, some = present.way, present.there
             if odd:
-                way = way + _odd(before, after, stroke, unit, rng)
+                both = (each[some] for each in (before, after))
+                sizes = (tuple(one[some] for one in each) for each in (stroke, unit))
+                way[some] += _odd(*both, *sizes, rng)
             seen = seen._replace(there=seen.there & present.there)
             there = seen.present & present.present
             both = np.hypot(seen.noise, present.noise)
