@@ -50,3 +50,17 @@ def models(prior, sensor):
 def levels():
     """The network of levels that ships."""
     return open_network(model_file("medium_voltage", "levels"))
+
+
+@pytest.fixture(scope="module")
+def one_thread():
+    """One thread of torch, so that the order of its sums is always the same."""
+    # numba too: its parallel kernels set the number of threads that torch then works with.
+    import torch  # most tests do without
+
+    threads, of_numba = torch.get_num_threads(), numba.get_num_threads()
+    numba.set_num_threads(1)
+    torch.set_num_threads(1)
+    yield
+    numba.set_num_threads(of_numba)
+    torch.set_num_threads(threads)

@@ -3,7 +3,6 @@
 from functools import cache
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
 import torch
@@ -86,18 +85,6 @@ MARKS = [
     pytest.mark.usefixtures("one_thread"),
     pytest.mark.filterwarnings("ignore:`torch.jit.script` is:DeprecationWarning"),
 ]
-
-
-@pytest.fixture(scope="module")
-def one_thread():
-    """One thread of torch, so that the order of its sums is always the same."""
-    # numba too: its parallel kernels set the number of threads that torch then works with.
-    threads, of_numba = torch.get_num_threads(), numba.get_num_threads()
-    numba.set_num_threads(1)
-    torch.set_num_threads(1)
-    yield
-    numba.set_num_threads(of_numba)
-    torch.set_num_threads(threads)
 
 
 def settings(*, motion="closing", onset=True, network=NETWORK):

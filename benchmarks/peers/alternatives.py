@@ -108,7 +108,7 @@ def main() -> None:
 
     def network(measured: np.ndarray) -> np.ndarray:
         noise = rng.standard_normal((1, _DRAWS, data.z.shape[1]))
-        return posterior.standardise(posterior.sample(measured[None], noise))[0]
+        return posterior.model.standardise(posterior.sample(measured[None], noise))[0]
 
     unresolved: list[str] = []
 

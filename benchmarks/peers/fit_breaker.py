@@ -96,7 +96,7 @@ class Breaker:
         """Draw ``(o, d, q)`` with the solver's steps that the training chose."""
         shape = (len(measured), draws, len(self.posterior.outputs))
         noise = np.random.default_rng(seed).standard_normal(shape)
-        return self.posterior.standardise(self.posterior.sample(measured, noise))
+        return self.posterior.model.standardise(self.posterior.sample(measured, noise))
 
     def sample_with_calls(self, measured: np.ndarray, draws: int, calls: int) -> np.ndarray:
         """Draw ``(o, d, q)`` with so many calls of the velocity network: two a step."""
@@ -110,8 +110,8 @@ class Breaker:
 
     def log_prob(self, measured: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Log density of ``(o, d, q)`` given records, ``(o, d)``."""
-        values = self.posterior.destandardise(z)
-        return self.posterior.log_prob(values, measured) - self.posterior.log_scaling(values)
+        values = self.posterior.model.destandardise(z)
+        return self.posterior.log_prob(values, measured) - self.posterior.model.log_scaling(values)
 
     def choose_solver(self, measured: np.ndarray, z: np.ndarray) -> str:
         """Say how draws and densities are computed: no differently for many of them."""

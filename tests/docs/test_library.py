@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.networks_fixtures import MARKS, one_thread  # noqa: F401
+from tests.networks_fixtures import MARKS
 
 pytestmark = MARKS
 PAGE = Path(__file__).parents[2] / "docs" / "library.md"

@@ -12,6 +12,7 @@ from breaker.files.sources import read_columns
 from breaker.files.units import split_unit, unit_of
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
+from tests.files.refused import told
 
 TIME = 0.1 * np.arange(40)
 TRAVEL = np.round(0.05 * np.arange(40) ** 1.2, 3)
@@ -43,12 +44,7 @@ def assert_read(columns, *, lines=None, remarks=()):
 
 
 def rejection(file, channel="", **settings):
-    with pytest.raises(RejectedCurveError) as caught:
-        read(file, channel, **settings)
-    message = str(caught.value)
-    assert message.startswith(str(file))
-    assert "\n" not in message
-    return message.removeprefix(str(file))
+    return told(file, lambda: read(file, channel, **settings))
 
 
 # ---- dialects ---------------------------------------------------------------------------------

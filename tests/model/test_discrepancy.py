@@ -7,6 +7,7 @@ from scipy.stats import chi2, kstest, multivariate_normal, norm
 
 from breaker.model import Discrepancy, Model, Sensor, generator
 from breaker.model.fisher import contraction_limit, information, linearise
+from tests.model.laws import covariance, covariance_p_value
 from tests.networks_fixtures import PRIOR, left_out
 
 SAMPLES = 12
@@ -30,13 +31,6 @@ def sensor():
 def model():
     settings = {"prior": PRIOR, "sensor": {**SENSOR, "stop": 40.0}, "motion": "closing"}
     return Model.from_settings(settings, KNOWN)
-
-
-def covariance(sensor):
-    """Covariance of a record about its expected curve, written out."""
-    t, factor = sensor.samples, sensor.discrepancy.factor
-    noise, zero = sensor.noise_sd**2 * np.eye(t), sensor.zero_sd**2 * np.ones((t, t))
-    return noise + zero + factor.T @ factor
 
 
 def some_missing(n, *, seed=2):
@@ -157,22 +151,13 @@ def test_the_error_is_integrated(sensor):
     assert sensor.log_likelihood(record, np.zeros(SAMPLES)) == pytest.approx(expected, abs=1e-8)
 
 
-def whitened_p_value(residual, whole):
-    """p-value of residuals ``(n, t)`` under a covariance, by the squares along its axes."""
-    variances, vectors = np.linalg.eigh(whole)
-    white = residual @ vectors / np.sqrt(variances)
-    tails = [chi2(len(column)).cdf(column @ column) for column in white.T]
-    each = [2 * min(tail, 1 - tail) for tail in tails]
-    return min(*each, kstest(white.ravel(), "norm").pvalue) * (len(each) + 1)
-
-
 def test_records_have_the_covariance(sensor):
     """False alarm 1e-3. Planted fault: the error of the model left out."""
     exact = np.zeros((4000, SAMPLES))
     records = sensor.corrupt(exact, generator(1, "test records"))
-    assert whitened_p_value(records, covariance(sensor)) > 1e-3
+    assert covariance_p_value(records, covariance(sensor)) > 1e-3
     plain = sensor.noise_and_zero.corrupt(exact, generator(1, "test records"))
-    assert whitened_p_value(plain, covariance(sensor)) < 1e-9
+    assert covariance_p_value(plain, covariance(sensor)) < 1e-9
 
 
 @pytest.mark.parametrize("lost", [0, 5, SAMPLES - 1])
@@ -197,12 +182,12 @@ def test_what_a_repetition_shares(sensor, lost):
     axes = vectors[:, variances > 1e-9]
     assert axes.shape[1] == 1 + len(KNOWN.factor)
     within = axes.T @ left @ axes
-    assert whitened_p_value((draws - mean) @ axes, within) > 1e-3
+    assert covariance_p_value((draws - mean) @ axes, within) > 1e-3
     across = (draws - mean) @ vectors[:, variances <= 1e-9]
     assert np.abs(across).max() < 1e-9
     certain = Sensor(**{**SENSOR, "noise_sd": 1e-3}, discrepancy=KNOWN)
     wrong = certain.sample_shared(records, np.zeros_like(records), generator(1, "test shared"))
-    assert whitened_p_value((wrong - mean) @ axes, within) < 1e-9
+    assert covariance_p_value((wrong - mean) @ axes, within) < 1e-9
 
 
 def test_what_many_records_share_is_that_of_each(sensor):

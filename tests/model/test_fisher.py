@@ -18,6 +18,7 @@ from breaker.model.fisher import (
 )
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
+from tests.model.laws import covariance
 
 P = len(NAMES)
 ALPHA = 1e-3  # false-alarm probability of a chi-square, both tails together
@@ -34,11 +35,6 @@ def outputs_of(model, n):
     z = np.column_stack([model.prior.standardise(model.prior.sample(n, rng)), np.zeros(n)])
     z[:, P] = rng.standard_normal(n)
     return z[:, : len(model.names)]
-
-
-def covariance(sensor):
-    t = sensor.samples
-    return sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
 
 
 # ---- limit -----------------------------------------------------------------------------------

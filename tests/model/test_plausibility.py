@@ -8,6 +8,7 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.plausibility import distance, excess, principal_components
 from breaker.model.randomness import generator
+from tests.model.laws import covariance
 
 COUNT = 16
 
@@ -26,9 +27,7 @@ def scores(records, mean, weights):
 
 def covariances(curves, sensor):
     """Of the signal over the bank, and of a record's errors, ``(t, t)`` each."""
-    t = sensor.samples
-    errors = sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
-    return np.cov(curves, rowvar=False, bias=True), errors
+    return np.cov(curves, rowvar=False, bias=True), covariance(sensor)
 
 
 def test_scores_are_uncorrelated_with_unit_variance(curves, sensor):

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from scipy.linalg import sqrtm
-from scipy.stats import chi2, kstest, multivariate_normal, norm
+from scipy.stats import kstest, multivariate_normal, norm
 
 from breaker.model.randomness import generator
 from breaker.model.sensor import Sensor, grid
+from tests.model.laws import covariance, covariance_p_value
 
 SAMPLES = 12
 
@@ -25,36 +26,14 @@ def records(small):
     return exact, small.corrupt(exact, rng)
 
 
-def covariance(sensor):
-    t = sensor.samples
-    return sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
-
-
 def without_zero(sensor):
     return Sensor.from_settings({**sensor.settings(), "zero_sd": 0.0})
-
-
-def two_sided(statistic, freedom):
-    tail = chi2(freedom)
-    return 2 * min(tail.cdf(statistic), tail.sf(statistic))
-
-
-def covariance_p_value(residual, sensor):
-    """p-value of residuals ``(n, t)`` under the covariance of a record.
-
-    The sum of the n records' squares along each eigenvector is chi-square with n degrees of
-    freedom; their joint normality is tested on all whitened numbers.
-    """
-    variances, vectors = np.linalg.eigh(covariance(sensor))
-    white = residual @ vectors / np.sqrt(variances)
-    p_values = [two_sided(column @ column, len(column)) for column in white.T]
-    return min(*p_values, kstest(white.ravel(), "norm").pvalue) * (len(p_values) + 1)
 
 
 def test_corrupted_records_have_the_covariance(small, records):
     """False alarm 1e-3 over the 13 tests together."""
     exact, measured = records
-    assert covariance_p_value(measured - exact, small) > 1e-3
+    assert covariance_p_value(measured - exact, covariance(small)) > 1e-3
 
 
 @pytest.mark.parametrize("fault", ["no zero", "zero per sample", "noise of a record", "noise"])
@@ -67,7 +46,7 @@ def test_wrong_errors_are_caught(small, fault):
         "noise of a record": lambda: np.hypot(0.2, 0.1) * rng.standard_normal((4000, 1)) + exact,
         "noise": lambda: 1.1 * small.corrupt(exact, rng),
     }[fault]()
-    assert covariance_p_value(residual, small) < 1e-9
+    assert covariance_p_value(residual, covariance(small)) < 1e-9
 
 
 def test_whitening_is_the_inverse_root_of_the_covariance(small):

@@ -14,7 +14,6 @@ from tests.networks_fixtures import (
     density_by_autograd,
     mass,
     normal,
-    one_thread,  # noqa: F401
     perturb,
     without_scale,
 )

@@ -12,14 +12,7 @@ from breaker.model.sensor import Sensor
 from breaker.networks.deep_set import DeepSet, SetHighway
 from breaker.networks.flow_matching import FlowMatching
 from breaker.posterior.batches import Rows
-from tests.networks_fixtures import (
-    MARKS,
-    built,
-    gradients_of,
-    one_thread,  # noqa: F401
-    perturb,
-    residual_by_hand,
-)
+from tests.networks_fixtures import MARKS, built, gradients_of, perturb, residual_by_hand
 
 pytestmark = MARKS
 

@@ -16,7 +16,6 @@ from tests.networks_fixtures import (
     density_by_autograd,
     mass,
     normal,
-    one_thread,  # noqa: F401
     perturb,
     silu,
     without_scale,

@@ -9,14 +9,7 @@ from scipy.stats import multivariate_normal
 
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.flow_matching import FlowMatching
-from tests.networks_fixtures import (
-    MARKS,
-    built,
-    gradients_of,
-    normal,
-    one_thread,  # noqa: F401
-    perturb,
-)
+from tests.networks_fixtures import MARKS, built, gradients_of, normal, perturb
 
 pytestmark = MARKS
 

@@ -14,7 +14,6 @@ from tests.networks_fixtures import (
     arrays,
     built,
     gradients_of,
-    one_thread,  # noqa: F401
     perturb,
     residual_by_hand,
     silu,

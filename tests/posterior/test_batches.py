@@ -8,7 +8,7 @@ from scipy.stats import chi2, hypergeom
 from breaker.model.randomness import generator
 from breaker.posterior.batches import Rows, freeze_inputs, split, truth
 from breaker.posterior.estimator import Posterior
-from tests.networks_fixtures import MARKS, SENSOR, bank_of, one_thread, settings  # noqa: F401
+from tests.networks_fixtures import MARKS, SENSOR, bank_of, settings
 
 pytestmark = MARKS
 
@@ -49,7 +49,9 @@ def test_truth_and_rows_are_what_the_posterior_infers(onset):
     if onset:
         np.testing.assert_array_equal(values[:, 7], bank.onset.values)
     rows = Rows.of(bank, posterior, torch.device("cpu"))
-    np.testing.assert_allclose(rows.z.numpy(), posterior.standardise(values), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        rows.z.numpy(), posterior.model.standardise(values), rtol=0, atol=1e-6
+    )
     np.testing.assert_array_equal(rows.travel.numpy(), bank.travel.values)
     assert (rows.noise_sd, rows.zero_sd) == (posterior.sensor.noise_sd, posterior.sensor.zero_sd)
 

@@ -11,10 +11,8 @@ from tests.networks_fixtures import (
     MARKS,
     PRIOR,
     SENSOR,
-    curved_model,
     frozen,
     noise_of,
-    one_thread,  # noqa: F401
     pin,
     settings,
 )
@@ -22,17 +20,9 @@ from tests.networks_fixtures import (
 pytestmark = MARKS
 
 
-@pytest.fixture(scope="module")
-def curved():
-    return curved_model()
-
-
 @pytest.fixture(params=[True, False], ids=["onset", "no onset"])
 def new(request):
     return Posterior(settings(onset=request.param))
-
-
-# ---- scaling ------------------------------------------------------------------------------------
 
 
 def values_of(posterior, *shape):
@@ -45,26 +35,6 @@ def values_of(posterior, *shape):
     values[..., :7] = median * np.exp(log_sd * z[..., :7])
     values[..., 7:] = SENSOR["onset_sd"] * z[..., 7:]
     return values, z
-
-
-def test_standardised_outputs_are_logarithms_in_prior_sds(new):
-    values, z = values_of(new, 2, 5)
-    before = values.copy()
-    np.testing.assert_allclose(new.standardise(values), z, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(new.destandardise(z), values, rtol=1e-13)
-    np.testing.assert_allclose(new.destandardise(new.standardise(values)), values, rtol=1e-14)
-    np.testing.assert_array_equal(values, before)
-    assert new.names == [*NAMES, "onset"][: z.shape[-1]]
-
-
-def test_log_scaling_is_the_jacobian_of_standardise(new):
-    values, _ = values_of(new, 4)
-    slopes = []
-    for row in values:
-        step = 1e-6 * np.diag(np.abs(row))
-        jacobian = (new.standardise(row + step) - new.standardise(row - step)).T
-        slopes.append(np.linalg.slogdet(jacobian / (2 * np.diag(step)))[1])
-    np.testing.assert_allclose(new.log_scaling(values), slopes, rtol=0, atol=1e-6)
 
 
 # ---- draws and densities ------------------------------------------------------------------------
@@ -94,7 +64,7 @@ def test_density_changes_variables_once(new):
     np.testing.assert_allclose(density, expected, rtol=0, atol=2e-4)
     # Planted faults: the change of variables left out, or made twice, is seen.
     for times in (-1, 1):
-        assert np.abs(density + times * new.log_scaling(values) - expected).min() > 0.1
+        assert np.abs(density + times * new.model.log_scaling(values) - expected).min() > 0.1
 
 
 def test_draws_of_a_pinned_model_are_its_noise_in_physical_units(new):
@@ -102,26 +72,26 @@ def test_draws_of_a_pinned_model_are_its_noise_in_physical_units(new):
     pin(new, mean, sd)
     noise = noise_of(new, 2, 6)
     draws = new.sample(np.zeros((2, SENSOR["samples"])), noise)
-    np.testing.assert_allclose(new.standardise(draws), mean + sd * noise, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(new.model.standardise(draws), mean + sd * noise, rtol=0, atol=1e-5)
 
 
-def test_density_of_draws_is_that_of_the_network(curved):
+def test_density_of_draws_is_that_of_the_network(series):
     """In physical units it is the network's own times the Jacobian, for every curve by itself."""
-    posterior, records = curved
+    posterior, records = series
     draws = posterior.sample(records, noise_of(posterior, 5, 4))
     with torch.no_grad():
-        z = torch.from_numpy(posterior.standardise(draws)).float()
+        z = torch.from_numpy(posterior.model.standardise(draws)).float()
         features = posterior.summary(torch.from_numpy(records).float())
         network = posterior.inference.log_prob(z, features, steps=3).numpy()
-    expected = network + posterior.log_scaling(draws)
+    expected = network + posterior.model.log_scaling(draws)
     np.testing.assert_allclose(posterior.log_prob(draws, records), expected, rtol=0, atol=1e-3)
     # Planted fault: the densities given the next curve are others.
     assert np.abs(posterior.log_prob(draws, np.roll(records, 1, 0)) - expected).max() > 0.1
 
 
-def test_draws_of_a_curve_do_not_depend_on_the_others(curved):
+def test_draws_of_a_curve_do_not_depend_on_the_others(series):
     """Bit for bit: alone, among others, in any order."""
-    posterior, records = curved
+    posterior, records = series
     noise = noise_of(posterior, 5, 40)
     together = posterior.sample(records, noise)
     density = posterior.log_prob(together, records)
@@ -135,9 +105,9 @@ def test_draws_of_a_curve_do_not_depend_on_the_others(curved):
     assert np.unique(together[:, 0, 0]).size == 5
 
 
-def test_more_draws_leave_the_first_alone(curved):
+def test_more_draws_leave_the_first_alone(series):
     """Within float32, for matrix products of other sizes sum in another order."""
-    posterior, records = curved
+    posterior, records = series
     noise = noise_of(posterior, 5, 40)
     few = posterior.sample(records, noise[:, :7])
     np.testing.assert_allclose(few, posterior.sample(records, noise)[:, :7], rtol=1e-4, atol=1e-5)
@@ -145,8 +115,8 @@ def test_more_draws_leave_the_first_alone(curved):
 
 @pytest.mark.parametrize("method", ["sample", "log_prob"])
 @pytest.mark.parametrize("shape", [(2, 30), (31,), (1, 2, 31)])
-def test_records_of_another_grid_raise(curved, method, shape):
-    posterior, _ = curved
+def test_records_of_another_grid_raise(series, method, shape):
+    posterior, _ = series
     values = np.ones((2, 3, 8))
     arguments = (np.zeros(shape), values) if method == "sample" else (values, np.zeros(shape))
     with pytest.raises(ValueError, match=r"shape \(o, 31\), not \("):
@@ -154,15 +124,15 @@ def test_records_of_another_grid_raise(curved, method, shape):
 
 
 @pytest.mark.filterwarnings("ignore:overflow encountered")
-def test_draws_that_are_not_finite_raise(curved):
-    _, records = curved
+def test_draws_that_are_not_finite_raise(series):
+    _, records = series
     posterior = pin(frozen(), 1e30, 1.0)
     with pytest.raises(FloatingPointError, match="draws of 5 of 5 curves are not finite"):
         posterior.sample(records, noise_of(posterior, 5, 3))
 
 
-def test_rows_and_noise_that_do_not_match_raise(curved):
-    posterior, records = curved
+def test_rows_and_noise_that_do_not_match_raise(series):
+    posterior, records = series
     with pytest.raises(ValueError, match=r"shorter|longer"):
         posterior.sample(records, noise_of(posterior, 4, 3))
 
@@ -179,8 +149,8 @@ def test_first_weights_come_from_the_seed_and_the_motion():
         assert not torch.equal(first, next(iter(other.parameters())))
 
 
-def test_sampling_leaves_global_randomness_alone(curved):
-    posterior, records = curved
+def test_sampling_leaves_global_randomness_alone(series):
+    posterior, records = series
     state, of_numpy = torch.random.get_rng_state(), np.random.get_state()[1].copy()
     posterior.log_prob(posterior.sample(records, noise_of(posterior, 5, 3)), records)
     assert torch.equal(torch.random.get_rng_state(), state)

@@ -24,7 +24,7 @@ from breaker.records.opened import open_curves
 from breaker.stores import describe, save
 from breaker.validation.calibration import calibration_p_values, family_p_value, ranks
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
-from tests.networks_fixtures import MARKS, frozen, one_thread, pin  # noqa: F401
+from tests.networks_fixtures import MARKS, frozen, pin
 
 pytestmark = MARKS
 
@@ -598,7 +598,7 @@ def test_a_network_is_such_a_density():
     data = validate(posterior, 3, 60, seed=3)
     exact = data.assign(log_evidence=("curve", np.zeros(3)), resolved=("curve", np.ones(3) > 0))
     result = judge(posterior, data, exact)
-    z = posterior.standardise(data.truth.values)
+    z = posterior.model.standardise(data.truth.values)
     expected = norm.logpdf(z).sum(axis=1)
     np.testing.assert_allclose(result.truth_log_density, expected, atol=1e-4)
     joint = [

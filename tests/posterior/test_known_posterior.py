@@ -12,12 +12,7 @@ from torch import nn
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.flow_matching import FlowMatching
 from tests.networks import test_coupling_flow, test_flow_matching
-from tests.networks_fixtures import (
-    MARKS,
-    built,
-    normal,
-    one_thread,  # noqa: F401
-)
+from tests.networks_fixtures import MARKS, built, normal
 
 pytestmark = MARKS
 

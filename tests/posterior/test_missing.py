@@ -7,12 +7,7 @@ from scipy.stats import chi2, norm
 
 from breaker.model.randomness import generator
 from breaker.posterior.missing import completed, expected, remove, widening
-from tests.networks_fixtures import (
-    MARKS,
-    frozen,
-    one_thread,  # noqa: F401
-    simulated,
-)
+from tests.networks_fixtures import MARKS, frozen, simulated
 
 pytestmark = MARKS
 

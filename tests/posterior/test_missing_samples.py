@@ -29,7 +29,6 @@ from tests.networks_fixtures import (
     frozen,
     new_trainer,
     noise_of,
-    one_thread,  # noqa: F401
     pin,
     simulated,
 )
@@ -43,12 +42,6 @@ SETS = {"summary": DEEP_SET, "inference": NETWORK["inference"]}
 def curved():
     """A model that takes missing samples, and whole records."""
     return curved_model(SETS)
-
-
-@pytest.fixture(scope="module")
-def series():
-    """A model that does not, and whole records."""
-    return curved_model()
 
 
 def lose(records, share, *, seed=3):
@@ -108,10 +101,10 @@ def test_draws_and_density_are_those_of_the_networks(curved):
     records, noise = lose(whole, 0.3), noise_of(posterior, 5, 6)
     draws = posterior.sample(records, noise)
     density = posterior.log_prob(draws, records)
-    x, z = torch.from_numpy(records).float(), torch.from_numpy(posterior.standardise(draws))
+    x, z = torch.from_numpy(records).float(), torch.from_numpy(posterior.model.standardise(draws))
     with torch.no_grad():
         expected = posterior.inference.log_prob(z.float(), posterior.summary(x), steps=3).numpy()
-    expected = expected + posterior.log_scaling(draws)
+    expected = expected + posterior.model.log_scaling(draws)
     np.testing.assert_allclose(density, expected, rtol=0, atol=2e-3)
     for i in range(5):
         row = slice(i, i + 1)
@@ -120,7 +113,9 @@ def test_draws_and_density_are_those_of_the_networks(curved):
     # Planted fault: the samples filled with the bank's mean.
     filled = np.where(np.isnan(records), posterior.curve_mean.numpy(), records)
     wrong = posterior.sample(filled, noise)
-    assert np.abs(posterior.standardise(wrong) - posterior.standardise(draws)).max() > 1e-3
+    assert (
+        np.abs(posterior.model.standardise(wrong) - posterior.model.standardise(draws)).max() > 1e-3
+    )
 
 
 @pytest.mark.parametrize("method", ["sample", "log_prob", "distance"])
@@ -264,7 +259,7 @@ def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(files, curved):
     exact = correct_operations(posterior.model, found, settings, seed=1, misfit_p_value=1e-3)
     assert exact.resolved.all()
     assert ((exact.p_value > 1e-3) & (exact.p_value < 1 - 1e-3)).all()
-    z = posterior.standardise(exact.draws.values.astype(np.float64))
+    z = posterior.model.standardise(exact.draws.values.astype(np.float64))
     whole, lacking = (np.linalg.slogdet(np.cov(draws.T))[1] for draws in z)
     assert lacking > whole + 0.5
     # Predicted records have no gaps, and samples that are missing are not outside of the band.

@@ -22,7 +22,6 @@ from tests.networks_fixtures import (
     Trap,
     curved_model,
     noise_of,
-    one_thread,  # noqa: F401
     settings,
 )
 
@@ -30,34 +29,16 @@ pytestmark = MARKS
 
 
 @pytest.fixture(scope="module")
-def curved():
-    return curved_model()
-
-
-@pytest.fixture(scope="module")
-def model_file(curved, tmp_path_factory):
+def model_file(series, tmp_path_factory):
     path = tmp_path_factory.mktemp("model") / "closing.safetensors"
-    curved[0].save(path)
+    series[0].save(path)
     return path
 
 
-def test_a_loaded_model_is_the_saved_one_bit_for_bit(curved, model_file):
-    posterior, records = curved
-    loaded = Posterior.load(model_file)
-    noise = noise_of(posterior, 5, 20)
-    draws = posterior.sample(records, noise)
-    np.testing.assert_array_equal(loaded.sample(records, noise), draws)
-    density = posterior.log_prob(draws, records)
-    np.testing.assert_array_equal(loaded.log_prob(draws, records), density)
-    np.testing.assert_array_equal(loaded.distance(records), posterior.distance(records))
-    assert loaded.settings == posterior.settings
-    assert (loaded.steps, loaded.motion, loaded.names) == (3, "closing", posterior.names)
-    assert not loaded.training
-
-
 @pytest.mark.parametrize("name", COMBINATIONS)
-def test_every_combination_of_networks_is_kept(name, tmp_path):
-    """With its frozen inputs, and records with samples missing where they are accepted."""
+def test_a_loaded_model_is_the_saved_one_bit_for_bit(name, tmp_path):
+    """Of every combination of networks, with its frozen inputs, and records with samples missing
+    where they are accepted."""
     posterior, records = curved_model(COMBINATIONS[name])
     if posterior.summary.missing:
         records[:, ::3] = np.nan
@@ -71,6 +52,10 @@ def test_every_combination_of_networks_is_kept(name, tmp_path):
     density = posterior.log_prob(draws, records)
     np.testing.assert_array_equal(loaded.log_prob(draws, records), density)
     np.testing.assert_array_equal(loaded.distance(records), posterior.distance(records))
+    assert loaded.settings == posterior.settings
+    assert (loaded.steps, loaded.motion) == (posterior.steps, "closing")
+    assert loaded.names == posterior.names
+    assert not loaded.training
 
 
 def test_a_model_file_explains_itself(model_file):
@@ -80,28 +65,28 @@ def test_a_model_file_explains_itself(model_file):
     assert set(header) == {"format", "breaker_version", "settings", "checksum"}
 
 
-def test_equal_models_are_equal_bytes(curved, model_file, tmp_path):
+def test_equal_models_are_equal_bytes(series, model_file, tmp_path):
     """The library alone writes three texts in six orders: twelve files alike by chance, 2e-9."""
     for _ in range(12):
-        curved[0].save(tmp_path / "again.safetensors")
+        series[0].save(tmp_path / "again.safetensors")
         assert (tmp_path / "again.safetensors").read_bytes() == model_file.read_bytes()
 
 
-def test_the_order_of_tensors_does_not_matter(curved, model_file, tmp_path):
-    posterior, _ = curved
+def test_the_order_of_tensors_does_not_matter(series, model_file, tmp_path):
+    posterior, _ = series
     tensors = dict(reversed(posterior.state_dict().items()))
     settings_of = dict(reversed(posterior.settings.items()))
     write(tmp_path / "m.safetensors", settings_of, tensors)
     assert (tmp_path / "m.safetensors").read_bytes() == model_file.read_bytes()
 
 
-def test_a_model_stays_as_it_was_when_its_file_is_written_over(curved, model_file, tmp_path):
+def test_a_model_stays_as_it_was_when_its_file_is_written_over(series, model_file, tmp_path):
     target = tmp_path / "m.safetensors"
     target.write_bytes(model_file.read_bytes())
     loaded = Posterior.load(target)
     with target.open("r+b") as file:  # in place, as a copy over it does
         file.write(bytes(target.stat().st_size))
-    for name, value in curved[0].state_dict().items():
+    for name, value in series[0].state_dict().items():
         torch.testing.assert_close(loaded.state_dict()[name], value, rtol=0, atol=0)
 
 

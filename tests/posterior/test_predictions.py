@@ -7,13 +7,8 @@ from scipy.stats import binom, chi2, kstest
 
 from breaker.model.randomness import generator
 from breaker.posterior.predictive import predict, predictive_p_value
-from tests.networks_fixtures import (
-    MARKS,
-    certain_of,
-    frozen,
-    one_thread,  # noqa: F401
-    simulated,
-)
+from tests.model.laws import covariance
+from tests.networks_fixtures import MARKS, certain_of, frozen, simulated
 
 pytestmark = MARKS
 
@@ -24,6 +19,11 @@ def posterior():
 
 
 # ---- predictive p-value -------------------------------------------------------------------------
+
+
+def squares_of(residual, whole):
+    """Squared Mahalanobis distances of residuals ``(n, t)``, ``(n,)``."""
+    return np.einsum("nt,nt->n", residual, np.linalg.solve(whole, residual.T).T)
 
 
 @pytest.mark.parametrize(("motion", "onset"), [("closing", True), ("opening", False)])
@@ -37,10 +37,8 @@ def test_p_value_at_the_truth_is_uniform_and_in_closed_form(motion, onset):
             for record, row in zip(records[:40], values[:40], strict=True)
         ]
     )
-    sensor, t = posterior.sensor, records.shape[1]
-    covariance = sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
-    residual = records - exact
-    squares = np.einsum("nt,nt->n", residual, np.linalg.solve(covariance, residual.T).T)
+    t = records.shape[1]
+    squares = squares_of(records - exact, covariance(posterior.sensor))
     closed_form = chi2.sf(squares, t)
     np.testing.assert_allclose(found, closed_form[:40], rtol=1e-9, atol=1e-12)
     assert kstest(closed_form, "uniform").pvalue > 1e-3
@@ -51,16 +49,15 @@ def test_p_value_at_the_truth_is_uniform_and_in_closed_form(motion, onset):
 
 def test_p_value_counts_the_samples_that_are_there(posterior):
     values, exact, records = simulated(posterior, 10)
-    sensor, there = posterior.sensor, np.arange(records.shape[1]) % 3 != 1
+    there = np.arange(records.shape[1]) % 3 != 1
     cut = np.where(there, records, np.nan)
     found = [
         predictive_p_value(posterior.model, record, row[None])
         for record, row in zip(cut, values, strict=True)
     ]
-    residual, t = (records - exact)[:, there], there.sum()
-    covariance = sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
-    squares = np.einsum("nt,nt->n", residual, np.linalg.solve(covariance, residual.T).T)
-    np.testing.assert_allclose(found, chi2.sf(squares, t), rtol=1e-9, atol=1e-12)
+    left = covariance(posterior.sensor)[np.ix_(there, there)]
+    squares = squares_of((records - exact)[:, there], left)
+    np.testing.assert_allclose(found, chi2.sf(squares, there.sum()), rtol=1e-9, atol=1e-12)
 
 
 def test_p_value_is_the_mean_over_draws(posterior):

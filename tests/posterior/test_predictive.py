@@ -18,16 +18,7 @@ from breaker.posterior.predictive import (
 from breaker.posterior.tables import table
 from breaker.records.opened import open_curves
 from breaker.stores import save
-from tests.networks_fixtures import (
-    DEEP_SET,
-    MARKS,
-    NETWORK,
-    exact_curves,
-    frozen,
-    one_thread,  # noqa: F401
-    pin,
-    simulated,
-)
+from tests.networks_fixtures import DEEP_SET, MARKS, NETWORK, exact_curves, frozen, pin, simulated
 
 pytestmark = MARKS
 
@@ -139,7 +130,7 @@ def test_operations_have_draws_of_their_own(inferred):
 def test_flags_of_fit_and_prior(posterior, curves):
     """A certain model fits its own record, not one with a bump; a tripled curve is unlike all."""
     values, _, records = simulated(posterior, 1)
-    certain = pin(frozen(curves=2048), posterior.standardise(values)[0], 1e-4)
+    certain = pin(frozen(curves=2048), posterior.model.standardise(values)[0], 1e-4)
     bump = 0.45 * np.exp(-np.square((posterior.sensor.times - 30) / 6))
     three = curves.isel(operation=[0, 2, 3]).copy(deep=True)
     three["travel"][:] = np.stack([records[0], records[0] + bump, 3 * records[0]])
@@ -276,7 +267,7 @@ def test_stages_are_accepted_operations_over_the_whole_life(posterior, inferred,
 def test_share_inside_counts_the_main_motion_alone(posterior, curves):
     """Up to three quarters of the way of a closing; here by hand, from the exact curve."""
     values, exact, records = simulated(posterior, 1)
-    certain = pin(frozen(curves=2048), posterior.standardise(values)[0], 1e-4)
+    certain = pin(frozen(curves=2048), posterior.model.standardise(values)[0], 1e-4)
     times = posterior.sensor.times
     first, after = (int(np.searchsorted(times, t)) for t in (0.0, 40.0))
     last = next(k for k, x in enumerate(exact[0]) if x >= 0.75 * exact[0, -1])

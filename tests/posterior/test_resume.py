@@ -1,31 +1,17 @@
 """A training that was killed ends with the weights of an uninterrupted one, bit for bit."""
 
 import pickle
-from functools import partial
 from pathlib import Path
 
 import pytest
 import torch
 
 from breaker.posterior.training import Trainer
-from tests.networks_fixtures import (
-    MARKS,
-    Trap,
-    new_trainer,
-    one_thread,  # noqa: F401
-    same,
-    weights,
-)
+from tests.networks_fixtures import MARKS, Trap, same, weights
 
 pytestmark = MARKS
 
 UNREADABLE = (EOFError, RuntimeError, ValueError, pickle.UnpicklingError)
-
-
-@pytest.fixture
-def trainer(tmp_path):
-    """Maker of trainings that share one checkpoint."""
-    return partial(new_trainer, tmp_path)
 
 
 class Killed(Exception):
@@ -42,6 +28,12 @@ def stopping_at(step, kind=Trainer):
     return Stopping
 
 
+def kill(trainer, step, **more):
+    """Let a training run up to a step."""
+    with pytest.raises(Killed):
+        trainer(kind=stopping_at(step), **more).run()
+
+
 @pytest.mark.parametrize("step", [8, 7, 2], ids=["at a checkpoint", "after one", "before any"])
 def test_a_resumed_training_is_the_uninterrupted_one(trainer, step):
     """Bit for bit: weights, losses, history. A second kill changes nothing either."""
@@ -49,12 +41,10 @@ def test_a_resumed_training_is_the_uninterrupted_one(trainer, step):
     history = whole.run()
     whole.checkpoint.unlink()
 
-    with pytest.raises(Killed):
-        trainer(kind=stopping_at(step)).run()
+    kill(trainer, step)
     assert whole.checkpoint.exists() == (step >= 4)
     if step == 8:
-        with pytest.raises(Killed):
-            trainer(kind=stopping_at(9)).run()
+        kill(trainer, 9)
     resumed = trainer()
     resumed_history = resumed.run()
     assert resumed.step == 10
@@ -85,16 +75,14 @@ def test_an_inexact_resume_would_be_seen(trainer, kind):
     whole = trainer()
     whole.run()
     whole.checkpoint.unlink()
-    with pytest.raises(Killed):
-        trainer(kind=stopping_at(7)).run()
+    kill(trainer, 7)
     resumed = trainer(kind=kind)
     resumed.run()
     assert not same(weights(whole), weights(resumed))
 
 
 def test_resuming_is_said(trainer, capsys):
-    with pytest.raises(Killed):
-        trainer(kind=stopping_at(7)).run()
+    kill(trainer, 7)
     training = trainer()
     training.run()
     assert f"going on from step 4 of {training.checkpoint}" in capsys.readouterr().out
@@ -102,8 +90,7 @@ def test_resuming_is_said(trainer, capsys):
 
 def test_a_checkpoint_of_another_training_is_ignored_and_said(trainer, capsys):
     """Left alone at first, and written over by this training's own."""
-    with pytest.raises(Killed):
-        trainer(kind=stopping_at(7), mark="another training", learning_rate=1e-4).run()
+    kill(trainer, 7, mark="another training", learning_rate=1e-4)
     training = trainer()
     training.run()
     text = capsys.readouterr().out
@@ -127,8 +114,7 @@ def test_a_finished_training_has_nothing_left_to_do(trainer):
 
 def test_a_checkpoint_is_written_whole_or_not_at_all(trainer, monkeypatch):
     """A kill in the middle of writing leaves the checkpoint before."""
-    with pytest.raises(Killed):
-        trainer(kind=stopping_at(7)).run()
+    kill(trainer, 7)
     training = trainer()
     before = training.checkpoint.read_bytes()
 
@@ -155,8 +141,7 @@ def test_a_checkpoint_is_data_and_never_run(trainer, tmp_path):
 @pytest.mark.parametrize("share", [0.0, 0.5])
 def test_a_checkpoint_that_cannot_be_read_stops_the_training(trainer, share):
     """Never a silent start from the beginning, nor one from half a state."""
-    with pytest.raises(Killed):
-        trainer(kind=stopping_at(7)).run()
+    kill(trainer, 7)
     training = trainer()
     content = training.checkpoint.read_bytes()
     training.checkpoint.write_bytes(content[: int(share * len(content))])

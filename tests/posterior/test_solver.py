@@ -7,16 +7,7 @@ from scipy.stats import chi2, norm
 from breaker.model.randomness import generator
 from breaker.posterior.batches import truth
 from breaker.posterior.solver import convergence, held_out_log_density, records
-from tests.networks_fixtures import (
-    COUPLING_FLOW,
-    MARKS,
-    NETWORK,
-    bank_of,
-    frozen,
-    one_thread,  # noqa: F401
-    perturb,
-    pin,
-)
+from tests.networks_fixtures import COUPLING_FLOW, MARKS, NETWORK, bank_of, frozen, perturb, pin
 
 pytestmark = MARKS
 
@@ -56,7 +47,7 @@ def test_differences_are_in_posterior_sds_of_standardised_outputs(curved, measur
     draws = {}
     for steps in (2, 32):
         curved.solver_steps.fill_(steps)
-        draws[steps] = curved.standardise(curved.sample(measured, noise))
+        draws[steps] = curved.model.standardise(curved.sample(measured, noise))
     sd = draws[32].std(axis=1, ddof=1)
     expected = np.abs(draws[2] - draws[32]) / sd[:, None]
     found = result.sel(solver_steps=2)
@@ -134,13 +125,16 @@ def test_held_out_density_of_a_gaussian_model(onset):
     mean, sd = np.linspace(-0.4, 0.4, len(posterior.outputs)), 0.8
     pin(posterior, mean, sd)
     rows = bank_of(posterior, 40, seed=8)
-    z = posterior.standardise(truth(rows, posterior))
+    z = posterior.model.standardise(truth(rows, posterior))
     expected = norm(mean, sd).logpdf(z).sum(axis=1)
     found, error = held_out_log_density(posterior, records(posterior, rows, 1), rows)
     assert found == pytest.approx(expected.mean(), abs=1e-4)
     assert error == pytest.approx(expected.std(ddof=1) / np.sqrt(40), rel=1e-4)
     # Planted fault: the density of physical units is far from it.
-    assert abs(found + posterior.log_scaling(truth(rows, posterior)).mean() - expected.mean()) > 1
+    assert (
+        abs(found + posterior.model.log_scaling(truth(rows, posterior)).mean() - expected.mean())
+        > 1
+    )
 
 
 def test_records_carry_zero_and_noise_of_the_seed(curved):

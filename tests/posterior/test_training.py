@@ -2,28 +2,15 @@
 
 import math
 import random
-from functools import partial
 
 import numpy as np
 import pytest
 import torch
 
 from breaker.posterior.training import choose_device, fingerprint
-from tests.networks_fixtures import (
-    MARKS,
-    new_trainer,
-    one_thread,  # noqa: F401
-    same,
-    weights,
-)
+from tests.networks_fixtures import MARKS, same, weights
 
 pytestmark = MARKS
-
-
-@pytest.fixture
-def trainer(tmp_path):
-    """Maker of trainings that share one checkpoint."""
-    return partial(new_trainer, tmp_path)
 
 
 # ---- randomness ---------------------------------------------------------------------------------

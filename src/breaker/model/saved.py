@@ -27,6 +27,7 @@ _LONGEST_HEADER = 1_000_000  # bytes
 _LARGEST = 100_000  # size in the settings of sensor and network
 _MOST = 100  # layers of one kind, one number each or as many as a number says
 _LAYERS = ("blocks", "pair_blocks", "transforms")
+_REMEDY = "train it anew"
 _TYPES = {"F64": "float64", "F32": "float32", "I64": "int64"}
 
 
@@ -60,11 +61,18 @@ class SavedModel:
             ModelFileError: If it is of another type than ``dtype``, or has numbers that are not
                 finite.
         """
-        return _array(self._file, name, dtype)
+        found = self._file.get_slice(name).get_dtype()
+        if _TYPES.get(found) != dtype:
+            raise ModelFileError(f"tensor {name} is of {_TYPES.get(found, found)}, not {dtype}")
+        # A copy of its own: the file may be written over while the model is in use.
+        array = np.array(self._file.get_tensor(name))
+        if not np.isfinite(array).all():
+            raise ModelFileError(f"tensor {name} has numbers that are not finite")
+        return array
 
 
 @contextmanager
-def open_model(path: str | Path, remedy: str = "train it anew") -> Iterator[SavedModel]:
+def open_model(path: str | Path) -> Iterator[SavedModel]:
     """Open a model file; what is raised while it is open names the file and the remedy.
 
     Raises:
@@ -73,7 +81,7 @@ def open_model(path: str | Path, remedy: str = "train it anew") -> Iterator[Save
             written, or holds settings or tensors that make no model.
     """
     if not Path(path).is_file():
-        raise FileNotFoundError(f"there is no model file {path}; {remedy}")
+        raise FileNotFoundError(f"there is no model file {path}; {_REMEDY}")
     try:
         tensors = _hash_of_tensors(path)
         with safe_open(str(path), framework="numpy") as file:
@@ -85,10 +93,10 @@ def open_model(path: str | Path, remedy: str = "train it anew") -> Iterator[Save
             yield SavedModel(settings, shapes, file)
     except SafetensorError as error:
         raise ModelFileError(
-            f"{path} is not a model file of breaker ({error}); {remedy}"
+            f"{path} is not a model file of breaker ({error}); {_REMEDY}"
         ) from error
     except ModelFileError as error:
-        raise ModelFileError(f"{path}: {error}; {remedy}") from error
+        raise ModelFileError(f"{path}: {error}; {_REMEDY}") from error
 
 
 def write_model(path: str | Path, settings: Mapping, weights: Mapping[str, np.ndarray]) -> None:
@@ -152,18 +160,6 @@ def _numbers(found: object, place: tuple[str, ...] = ()) -> Iterator[tuple[tuple
             yield from _numbers(each, place)
     elif isinstance(found, int | float):
         yield place or ("settings",), float(found)
-
-
-def _array(file: safe_open, name: str, dtype: str) -> np.ndarray:
-    """A tensor of a type, all of it finite."""
-    found = file.get_slice(name).get_dtype()
-    if _TYPES.get(found) != dtype:
-        raise ModelFileError(f"tensor {name} is of {_TYPES.get(found, found)}, not {dtype}")
-    # A copy of its own: the file may be written over while the model is in use.
-    array = np.array(file.get_tensor(name))
-    if not np.isfinite(array).all():
-        raise ModelFileError(f"tensor {name} has numbers that are not finite")
-    return array
 
 
 def _finished(file: bytes) -> bytes:

@@ -81,7 +81,7 @@ class Rows:
         cls, bank: xr.Dataset, posterior: Posterior, device: torch.device | str = "cpu"
     ) -> "Rows":
         """Take the rows of a bank for a posterior, onto the device that it is on."""
-        z = posterior.standardise(truth(bank, posterior))
+        z = posterior.model.standardise(truth(bank, posterior))
         return cls(
             travel=torch.as_tensor(bank.travel.values, dtype=torch.float32, device=device),
             z=torch.as_tensor(z, dtype=torch.float32, device=device),

@@ -112,20 +112,6 @@ class Posterior(nn.Module):
     def _device(self) -> torch.device:
         return self.curve_mean.device
 
-    # Scaling between physical units and what networks see.
-
-    def standardise(self, values: np.ndarray) -> np.ndarray:
-        """Map outputs ``(..., q)`` in physical units to standardised ones."""
-        return self.model.standardise(values)
-
-    def destandardise(self, z: np.ndarray) -> np.ndarray:
-        """Map standardised outputs ``(..., q)`` to physical units."""
-        return self.model.destandardise(z)
-
-    def log_scaling(self, values: np.ndarray) -> np.ndarray:
-        """Return the log of ``|d z / d values|``, ``(..., q) -> (...)``."""
-        return self.model.log_scaling(values)
-
     # Training, sampling, density.
 
     def loss(self, measured: Tensor, z: Tensor, noise: Tensor, time: Tensor) -> Tensor:
@@ -178,7 +164,7 @@ class Posterior(nn.Module):
             z = self.inference.sample(self._tensor(turns), features, steps=self.steps)
             z = z.transpose(0, 1).flatten(0, 1)[: len(start)]
             with np.errstate(over="ignore"):  # counted below
-                draws[i] = self.destandardise(z.cpu().numpy())
+                draws[i] = self.model.destandardise(z.cpu().numpy())
         bad = ~np.isfinite(draws).all(axis=(1, 2))
         if bad.any():
             raise FloatingPointError(
@@ -196,11 +182,11 @@ class Posterior(nn.Module):
         check(measured, self.sensor.samples, self.motion, taken=self.summary.missing)
         density = np.empty(values.shape[:2])
         for i, points in enumerate(values):
-            z = self._tensor(self.standardise(points[None]))
+            z = self._tensor(self.model.standardise(points[None]))
             features = self.summary(self._tensor(measured[i : i + 1]))
             found = self.inference.log_prob(z, features, steps=self.density_steps)
             density[i] = found[0].cpu().numpy()
-        return density + self.log_scaling(values)
+        return density + self.model.log_scaling(values)
 
     @torch.no_grad()
     def distance(self, measured: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ def held_out_log_density(
     In standardised outputs, so that it does not depend on units: nats above the prior's scale.
     """
     values = truth(rows, posterior)[:, None]
-    density = posterior.log_prob(values, measured)[:, 0] - posterior.log_scaling(values)[:, 0]
+    density = posterior.log_prob(values, measured)[:, 0] - posterior.model.log_scaling(values)[:, 0]
     return float(density.mean()), float(density.std(ddof=1) / np.sqrt(len(density)))
 
 
@@ -95,7 +95,7 @@ def _differences(
 
     def draw(steps: int) -> np.ndarray:
         posterior.solver_steps.fill_(steps)
-        return posterior.standardise(posterior.sample(measured, noise))
+        return posterior.model.standardise(posterior.sample(measured, noise))
 
     def density(steps: int) -> np.ndarray:
         posterior.density_solver_steps.fill_(steps)
@@ -103,7 +103,7 @@ def _differences(
 
     finest = draw(settings["reference"])
     spread = finest.std(axis=1, ddof=1, keepdims=True)
-    points = posterior.destandardise(finest[:, ::_DENSITY_EVERY])
+    points = posterior.model.destandardise(finest[:, ::_DENSITY_EVERY])
     finest_density = density(settings["reference"])
     columns = []
     for steps in candidates:

@@ -1,0 +1,19 @@
+"""Trainings and models that tests of posteriors share."""
+
+from functools import partial
+
+import pytest
+
+from tests.networks_fixtures import curved_model, new_trainer
+
+
+@pytest.fixture
+def trainer(tmp_path):
+    """Maker of trainings that share one checkpoint."""
+    return partial(new_trainer, tmp_path)
+
+
+@pytest.fixture(scope="module")
+def series():
+    """A model that takes whole records alone, and such records."""
+    return curved_model()
