@@ -1,15 +1,15 @@
 """What tests of corrected posteriors share: default settings, and how results are judged."""
 
 import numpy as np
-import yaml
 from scipy.stats import chi2
 from scipy.stats import t as student
 
 from breaker.shipped import DEFAULTS
+from breaker.workflow import read
 
 __all__ = ["SETTINGS", "errors_p_value", "from_prior", "means_p_value"]
 
-SETTINGS = yaml.safe_load(DEFAULTS.read_text(encoding="utf-8"))["correction"]
+SETTINGS = read(DEFAULTS)["correction"]
 
 
 def from_prior(model, n, rng):

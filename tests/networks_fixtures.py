@@ -8,6 +8,7 @@ import pytest
 import torch
 from scipy.stats import norm
 
+from breaker import shipped
 from breaker.mechanism.curves import travel
 from breaker.model.bank import simulate
 from breaker.model.discrepancy import Discrepancy
@@ -16,24 +17,10 @@ from breaker.networks.flow_matching import FlowMatching
 from breaker.posterior.batches import Rows, freeze_inputs, split, truth
 from breaker.posterior.estimator import Posterior
 from breaker.posterior.training import Trainer
+from breaker.workflow import read
 
-PRIOR = {
-    "mu": {"median": 2.0, "log_sd": 0.20},
-    "k_a": {"median": 0.045, "log_sd": 0.15},
-    "k_b": {"median": 0.040, "log_sd": 0.20},
-    "gamma_a": {"median": 0.30, "log_sd": 0.20},
-    "gamma_b": {"median": 0.12, "log_sd": 0.40},
-    "f": {"median": 0.75, "log_sd": 0.10},
-    "L": {"median": 10.0, "log_sd": 0.05},
-}
-SENSOR = {
-    "start": -2.0,
-    "stop": 58.0,
-    "samples": 31,
-    "noise_sd": 0.1,
-    "onset_sd": 0.3,
-    "zero_sd": 0.1,
-}
+DEFAULTS = read(shipped.DEFAULTS)
+PRIOR, SENSOR = DEFAULTS["prior"], DEFAULTS["sensor"] | {"samples": 31}
 NETWORK = {
     "summary": {
         "kind": "time_series",

@@ -5,17 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker import shipped
 from breaker.mechanism import MOTIONS, NAMES, Size
 from breaker.model import Facts, Model, generator
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate, mode
-from breaker.workflow import read
 from tests.corrections import SETTINGS, from_prior
-from tests.networks_fixtures import left_out
+from tests.networks_fixtures import DEFAULTS, left_out
 
 RECORDS = 6
-DEFAULTS = read(shipped.DEFAULTS)
 
 
 def reference_model(motion, scale=1.0):
