@@ -50,9 +50,12 @@ MEASURING = ["read_curves", "measured_trend"]
 FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES, *DECISIONS]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
+PRIOR_DRAWS = [*PRIOR_PREDICTIVE, "figure_pairs_family"]
 LIMIT = ["identifiability", "discrepancy"]
+FAMILY_FIGURES = ("sbc", "contraction", "recovery", "pairs")
+FAMILY = ["family_quality", *(f"figure_{name}_family" for name in FAMILY_FIGURES)]
 # For both motions together.
-ONCE = {"decide", "numbers", "measured_trend", "rig_truth", "discrepancy", *PAGES}
+ONCE = {"decide", "numbers", "measured_trend", "rig_truth", "discrepancy", *PAGES, *FAMILY}
 READING = [*MEASURING, "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
 
@@ -144,12 +147,12 @@ def put_own_curves(folder: Path) -> None:
 EDITS = {
     "style of one figure": (
         lambda folder: append(folder, "src/breaker/figures/pairs.py"),
-        ["figure_pairs"],
+        ["figure_pairs", "figure_pairs_family"],
         2,
     ),
     "validation.seed": (
         lambda folder: edit_config(folder, validation={"seed": 21}),
-        VALIDATION,
+        [*VALIDATION, "validate_family", *FAMILY],
         2,
     ),
     "training.closing": (edit_closing_training, TRAINING, 1),
@@ -165,7 +168,7 @@ EDITS = {
     ),
     "sensor.onset_sd": (
         lambda folder: edit_config(folder, sensor={"onset_sd": 0.2}),
-        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT],
+        ["bank_shard", *PRIOR_DRAWS, *TRAINING, *LIMIT],
         2,
     ),
     "prior": (
@@ -212,7 +215,7 @@ EDITS = {
     "mechanism.py": (
         lambda folder: append(folder, "src/breaker/mechanism/curves.py"),
         # The reader takes the names of quantities from where curves are read, too.
-        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT, "rig_truth", *MEASURING],
+        ["bank_shard", *PRIOR_DRAWS, *TRAINING, *LIMIT, "rig_truth", *MEASURING],
         2,
     ),
     "README.md": (lambda folder: append(folder, "README.md", "A comment."), [], 2),
@@ -227,7 +230,7 @@ TOGETHER = [
 ]
 ALONE = [(name,) for name in EDITS if name not in {each for names in TOGETHER for each in names}]
 # Shards, chunks and sources are several jobs; everything else is one a motion, or one.
-SEVERAL = {"bank_shard", "read_curves", "infer", "correct_operations"}
+SEVERAL = {"bank_shard", "read_curves", "infer", "correct_operations", "validate_family"}
 SEVERAL |= {"condition", "trend", "whole_trend", "figure_changepoint"}
 
 
@@ -253,7 +256,7 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 30 + 12  # and those of the family
+    assert len(figures) == 30 + 4 + 12  # and those of shipped networks, and of the family's
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 

@@ -100,13 +100,17 @@ def contraction(
         symbol = style.parameter(name).symbol
         axis.set_title(f"{symbol}   {words}\nz-score sd {scores.z_sd[i]:.2f}")
     largest = max(4.2, 1.05 * abs(scores.z).max())
-    axes[0].set(xlim=(min(0.0, 1.05 * scores.contraction.min()), 1.02), ylim=(-largest, largest))
+    lowest = scores.contraction.min()
+    if lowest < -1.0:  # a few that know less than the prior does would hide all others
+        lowest = np.quantile(scores.contraction, 0.002)
+    left = int((scores.contraction < lowest).sum())
+    axes[0].set(xlim=(min(0.0, 1.05 * lowest), 1.02), ylim=(-largest, largest))
     style.label_outer(axes, "contraction", "z-score")
     outcome = contraction_words(scores, style.symbols(names), limit)
     style.heading(figure, motion, f"z-score against contraction{setting}", outcome)
     label = "mean contraction of the exact posterior"
     handles = [
-        style.dot_key("one simulated curve", ms=4),
+        style.dot_key(f"one simulated curve{f'; {left} left of the axes' * (left > 0)}", ms=4),
         style.line_key("z-score ±3", ls=":", lw=0.9),
         limit is not None and style.line_key(label, style.MEASURED, "--", lw=1.2),
     ]
