@@ -64,10 +64,13 @@ def test_true_values_and_how_many_intervals_hold_them_are_stated(done, defaults)
     assert f"{held} of the 7 intervals" in TEXT
     for name in NAMES:
         assert f"{truth[name]:.3g}" in TEXT
+    held = 0
     for each, quantity in zip(records, ("touch_time", "part_time"), strict=True):
         switches = drive.operate(each["motion"], np.arange(0.0, 300.0, 0.1))[1]
         low, high = each["quantities"][quantity]["interval_95"]
-        assert low <= switches <= high
+        held += low <= switches <= high
+        assert f"{switches:.1f}" in TEXT
+    assert f"{held} of the 2 intervals" in TEXT
         assert f"{switches:.1f}" in TEXT
 
 
