@@ -71,7 +71,6 @@ def test_true_values_and_how_many_intervals_hold_them_are_stated(done, defaults)
         held += low <= switches <= high
         assert f"{switches:.1f}" in TEXT
     assert f"{held} of the 2 intervals" in TEXT
-        assert f"{switches:.1f}" in TEXT
 
 
 def test_the_last_settings_are_those_of_a_workflow(done, tmp_path):
