@@ -2,6 +2,7 @@
 
     python benchmarks/family_exact.py              # 20 records a motion: two hours of a core
     python benchmarks/family_exact.py --records 2 --steps 1500
+    python benchmarks/family_exact.py --draw docs/family_exact.png     # the first records, drawn
 
 The likelihood of a drive whose elements are unknown is an integral over them, so chains walk over
 all that the family draws: seven parameters, contact, strength, elements, random forces, and the
@@ -21,11 +22,12 @@ import math
 from pathlib import Path
 
 import emcee
+import matplotlib.pyplot as plt
 import numpy as np
 from scipy.special import ndtr
 
 from breaker.family import Levels, Seen, open_network
-from breaker.mechanism import MOTIONS, NAMES, Size
+from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Size
 from breaker.model import Prior, Sensor, generator
 from breaker.records import effective_noise, shape_of
 from breaker.shipped import DEFAULTS, model_file
@@ -159,12 +161,35 @@ def divergence(exact: np.ndarray, other: np.ndarray) -> float:
     return 0.5 * float(np.trace(ratio) - len(off) + square - np.linalg.slogdet(ratio)[1])
 
 
+def draw(table: Path, picture: Path) -> None:
+    """Draw the marginals of both for the first two records of each motion."""
+    figure, axes = plt.subplots(4, len(NAMES), figsize=(13, 6.5), layout="constrained")
+    for row, (i, motion) in enumerate((i, motion) for motion in MOTIONS for i in range(2)):
+        with np.load(table.with_name(f"{table.stem}_{motion}_{i}.npz")) as found:
+            by = {name: np.exp(found[name]) for name in ("exact", "network", "truth")}
+        for k, axis in enumerate(axes[row]):
+            edges = np.histogram_bin_edges(np.hstack([by["exact"][:, k], by["network"][:, k]]), 40)
+            axis.hist(by["exact"][:, k], edges, density=True, color="0.75", label="chains")
+            axis.hist(by["network"][:, k], edges, density=True, histtype="step", label="network")
+            axis.axvline(by["truth"][k], color="k", ls="--", lw=1.0, label="truth")
+            axis.set(yticks=[])
+            if row == 0:
+                axis.set_title(f"{PARAMETERS[k].symbol} ({PARAMETERS[k].unit or '1'})")
+        axes[row, 0].set_ylabel(f"{motion} {i + 1}")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.savefig(picture, dpi=100)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--records", type=int, default=20, help="of each motion")
     parser.add_argument("--steps", type=int, default=2000, help="of the chains")
     parser.add_argument("--output", type=Path, default=Path("family_exact.csv"))
+    parser.add_argument("--draw", type=Path, metavar="PNG", help="draw a run that there is")
     options = parser.parse_args()
+    if options.draw:
+        draw(options.output, options.draw)
+        return
     config = load([DEFAULTS])
     family = Family(Prior.from_settings(config["prior"]), config["family"])
     sensor = Sensor(**config["sensor"])
