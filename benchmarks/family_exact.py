@@ -26,10 +26,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.special import ndtr
 
-from breaker.family import Levels, Seen, open_network
+from breaker.family import Levels, open_network, seen_of
 from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Size
 from breaker.model import Prior, Sensor, generator
-from breaker.records import effective_noise, shape_of
+from breaker.records import shape_of
 from breaker.shipped import DEFAULTS, model_file
 from breaker.synthetic import Drive, Family
 from breaker.workflow import load
@@ -145,10 +145,7 @@ def by_network(levels: Levels, sensor, motion, record, rng) -> np.ndarray:
     """The same by the network, which is told the size."""
     step = float(sensor.times[1] - sensor.times[0])
     shape = shape_of(record if motion == "closing" else -record, step)
-    noise = effective_noise(sensor.noise_sd / shape.stroke, 0.0, step / shape.duration)
-    numbers = shape.stroke, shape.duration, noise, 0.0, step / shape.duration
-    one = np.array([True]), shape.way[None], shape.present[None]
-    seen = Seen(*one, *(np.array([each]) for each in numbers))
+    seen = seen_of(shape, sensor.noise_sd, 0.0, step)
     return np.log(levels.draw({motion: seen}, _DRAWS, rng, size=Size()).theta)
 
 

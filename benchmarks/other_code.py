@@ -18,10 +18,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from breaker.answers.changed import changes, compare
-from breaker.family import Seen, open_network
+from breaker.family import open_network, seen_of
 from breaker.mechanism import MOTIONS, NAMES, Size
 from breaker.model import Prior, Sensor, generator
-from breaker.records import effective_noise, shape_of
+from breaker.records import shape_of
 from breaker.shipped import DEFAULTS, FAMILIES, KINDS, model_file
 from breaker.workflow import load
 from tests.raws import raw_of
@@ -116,13 +116,16 @@ class Other:
 def levels(prior: Prior, sensor: Sensor, count: int) -> None:
     """Print which share of 95 % intervals holds the truth, one operation of each drive."""
     network, held = open_network(model_file(FAMILIES[0], KINDS[0])), defaultdict(list)
+    step = float(sensor.times[1] - sensor.times[0])
     for number in range(count):
         rng = generator(1, "other code", number)
         drive, seen, switching = Other.drawn(prior, rng), {}, {}
         for motion in MOTIONS:
             late = sensor.onset_sd * rng.standard_normal()
             curve, switching[motion] = drive.travel(motion, sensor.times - late)
-            seen[motion] = seen_of(sensor.corrupt(curve[None], rng)[0], motion, sensor)
+            record = sensor.corrupt(curve[None], rng)[0]
+            shape = shape_of(record if motion == "closing" else -record, step)
+            seen[motion] = seen_of(shape, sensor.noise_sd, 0.0, step)
             member = network.match(motion, seen[motion]).p_value >= P_VALUE
             held[motion, "of the family"].append(member)
         for motions in (*((m,) for m in MOTIONS), MOTIONS):
@@ -135,17 +138,6 @@ def levels(prior: Prior, sensor: Sensor, count: int) -> None:
                 held[" and ".join(motions), name].append(low <= truth <= high)
     for (motions, name), each in held.items():
         print(f"{motions:<20} {name:<18} {np.mean(each):.2f}")
-
-
-def seen_of(record: np.ndarray, motion: str, sensor: Sensor) -> Seen:
-    """A record on the sensor's grid as networks see it."""
-    step = float(sensor.times[1] - sensor.times[0])
-    shape = shape_of(record if motion == "closing" else -record, step)
-    noise = effective_noise(sensor.noise_sd / shape.stroke, 0.0, step / shape.duration)
-    numbers = shape.stroke, shape.duration, noise, 0.0, step / shape.duration
-    return Seen(
-        np.ones(1, bool), shape.way[None], shape.present[None], *map(np.atleast_1d, numbers)
-    )
 
 
 def visit(drive: Other, count: int, rng: np.random.Generator) -> dict:

@@ -102,11 +102,11 @@ def compare(
         motions: network.draw(*_parts(both, motions), _DRAWS, rng)
         for motions in dict.fromkeys([tuple(both), *((m,) for m in both)])
     }
-    state = levels.draw({m: mean for m, (mean, _) in both.items()}, _DRAWS, rng)
-    took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
     whole, *alone = draws
     if not worn(np.log(draws[whole].ratios)):
         return found
+    state = levels.draw({m: mean for m, (mean, _) in both.items()}, _DRAWS, rng)
+    took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
     agreement = np.ones(len(NAMES))
     if alone:
         agreement = _agreement(*(draws[motions].ratios for motions in alone))

@@ -18,7 +18,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "without_onset",
         ],
         "means": ["Mean", "see_change", "see_mean"],
-        "measured": ["see"],
+        "measured": ["see", "seen_of"],
         "levels": ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"],
         "membership": ["PARTS", "Match", "Membership", "distances"],
         "network": ["Network"],

@@ -5,7 +5,7 @@ import numpy as np
 from breaker.family.inputs import Seen
 from breaker.records import Raw, Shape, effective_noise, shape_of, white_noise
 
-__all__ = ["see"]
+__all__ = ["see", "seen_of"]
 
 _LEAST = 5e-5  # noise over the stroke, below which no network was trained
 
@@ -29,8 +29,20 @@ def see(raw: Raw, like: Shape | None = None) -> tuple[Shape, Seen]:
     shape, noise = shape_of(forward, raw.step, like), raw.noise_at(raw.step)
     sd, colour = noise.process if np.isfinite(noise.sd) else (white_noise(forward), 0.0)
     sd = max(sd, raw.quantum / np.sqrt(12.0))
+    return shape, seen_of(shape, sd, colour, raw.step, like)
+
+
+def seen_of(shape: Shape, sd: float, colour: float, step: float, like: Shape | None = None) -> Seen:
+    """Return a normalised record as networks see it, one record, physical units.
+
+    Args:
+        shape: The record.
+        sd, colour: Noise of a sample, mm, and the correlation of neighbouring ones.
+        step: Between samples, ms.
+        like: As of ``see``.
+    """
     length, unit = (shape.stroke, shape.duration) if like is None else (like.stroke, like.duration)
-    told = max(effective_noise(sd / length, colour, raw.step / unit), _LEAST)
-    numbers = shape.stroke, shape.duration, told, colour, raw.step / shape.duration
+    told = max(effective_noise(sd / length, colour, step / unit), _LEAST)
+    numbers = shape.stroke, shape.duration, told, colour, step / shape.duration
     there = np.array([True]), shape.way[None], shape.present[None]
-    return shape, Seen(*there, *(np.array([each]) for each in numbers))
+    return Seen(*there, *(np.array([each]) for each in numbers))
