@@ -32,8 +32,6 @@ include: "workflow/rules/endurance.smk"
 include: "workflow/rules/decide.smk"
 include: "workflow/rules/numbers.smk"
 include: "workflow/rules/networks.smk"
-include: "workflow/rules/lives.smk"
-include: "workflow/rules/judged.smk"
 
 
 FIGURES = [
@@ -44,13 +42,12 @@ FIGURES = [
     "pairs",
     "posterior_predictive",
     "endurance_predictive",
-    "evolution",
     "sbc",
     "contraction",
     "exactness",
     "identifiability",
 ]
-DECISIONS = ["verdict", "health", "remaining_life"]
+LIFE = ["verdict", "health", "remaining_life", "changepoint", "evolution"]
 
 
 rule all:
@@ -65,31 +62,11 @@ rule all:
             seed=SEED,
         ),
         expand("results/endurance/{motion}.csv", motion=MOTIONS),
-        expand("figures/{figure}.png", figure=DECISIONS),
-        expand("figures/changepoint_{source}.png", source=SOURCES),
-        "results/decisions.csv",
+        expand("figures/{figure}.png", figure=LIFE),
+        expand("results/{table}.csv", table=["decisions", "limits", "changes"]),
         "results/first_page.html",
         "results/numbers.csv",
         judged_shipped,
-
-
-rule lives:
-    """Change points and remaining life on simulated lives, outside of `all`."""
-    input:
-        "figures/prognostics.png",
-        "figures/detectors.png",
-
-
-rule widening:
-    """How wide trends must be, from the lives that settings are tuned on, outside of `all`."""
-    input:
-        "results/lives/widening.csv",
-
-
-rule judged:
-    """Trends and alarms on rigs that the model does not fit, outside of `all`."""
-    input:
-        "figures/judged.png",
 
 
 rule second_seed:

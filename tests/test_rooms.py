@@ -19,8 +19,9 @@ FLOORS = [
     {"mechanism", "files", "networks"},
     {"records"},
     {"model", "workflow", "inspection"},
-    {"posterior", "wear", "family"},
-    {"validation", "decisions", "typical"},
+    {"posterior", "family"},
+    {"validation", "wear", "typical"},
+    {"decisions"},
     {"answers"},
     {"synthetic", "figures"},
     {"cli"},  # draws a picture of what it inspects

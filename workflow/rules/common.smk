@@ -2,7 +2,6 @@
 
 import os
 import re
-from math import ceil
 from pathlib import Path
 
 from breaker.family import is_of
@@ -39,16 +38,6 @@ MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
 SPEEDS = {each.name: each.points for each in speeds_of(config["speeds"], Size(**config["size"]))}
-# Limits by what their quantities are read from, and the trends of those that records show.
-LIMITS = {
-    of: [each for each in config["limits"] if each.get("of", "model") == of]
-    for of in ("model", "record")
-}
-MEASURED_TREND = (
-    "results/trend/record.zarr"
-    if any(each["motion"] in MOTIONS for each in LIMITS["record"])
-    else []
-)
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
 # Store of what the model leaves out; none where the model is taken for right.
 DISCREPANCY = "results/discrepancy.zarr" if config["discrepancy"]["components"] else []
@@ -98,30 +87,6 @@ def network_of(wildcards):
         "inference": {**sections["inference"], "kind": inference},
     }
     return configuration.chosen_network(chosen)
-
-
-def jobs(count, size, path):
-    """The files of as many jobs as there are rigs for."""
-    return [path.format(job=job) for job in range(ceil(count / size))]
-
-
-def part_of(count, size):
-    """The numbers of the rigs of a job."""
-
-    def numbers(wildcards):
-        total = count[wildcards.family] if isinstance(count, dict) else count
-        first = int(wildcards.chunk) * size
-        return list(range(first, min(first + size, total)))
-
-    return numbers
-
-
-def lives_of_seed(wildcards):
-    """All jobs of the lives of a seed."""
-    lives = config["lives"]
-    seed = wildcards.get("seed", lives["calibration_seed"])
-    path = f"results/lives/seed{seed}/lives_{{job:03d}}.zarr"
-    return jobs(lives["lives"], lives["lives_per_job"], path)
 
 
 def shard_of_family(wildcards):

@@ -119,12 +119,3 @@ figure(
     label="posterior predictive",
     predictive="results/endurance/{motion}_predictive.zarr",
 )
-
-# Fig. 10: the parameters over all operations.
-figure(
-    "evolution",
-    "5 Endurance test",
-    truth=TRUTH,
-    inferred="results/endurance/{motion}.zarr",
-    params={"posterior": config["endurance"]["posterior"]},
-)

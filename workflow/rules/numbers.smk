@@ -21,16 +21,18 @@ rule numbers:
         validation=expand(f"results/validation/{{motion}}_seed{SEED}.zarr", motion=MOTIONS),
         operations=expand("results/endurance/{motion}.zarr", motion=MOTIONS),
         predictive=expand("results/endurance/{motion}_predictive.zarr", motion=MOTIONS),
-        trend=expand("results/trend/{motion}.zarr", motion=MOTIONS),
         truth=TRUTH,
-        alarms="results/alarms.csv",
-        remaining="results/remaining.zarr",
+        life="results/life.zarr",
+        limits="results/limits.csv",
+        decisions="results/decisions.csv",
     output:
         "results/numbers.csv",
     log:
         "logs/numbers.log",
     params:
         motions=MOTIONS,
+        limits=config["limits"],
+        speeds=SPEEDS,
         stated="docs/numbers.csv" if IS_DEFAULT else None,
     script:
         "../scripts/collect_numbers.py"

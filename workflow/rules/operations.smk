@@ -1,7 +1,7 @@
 """How the operations of the endurance test are divided into jobs, and what each job takes.
 
 A chunk holds the same numbers in every motion, so that appended operations run their own chunk and
-no other. Trends go through the chunks one after the other.
+no other. A life goes through all of them at once.
 """
 
 from functools import cache
@@ -47,16 +47,6 @@ def known():
     return list_known(OWN_CURVES, numbers, **CHOSEN) if OWN_CURVES else ({}, {})
 
 
-def of_chunk(place):
-    """Events (0) or temperatures (1) of the operations of a chunk."""
-
-    def values(wildcards):
-        wanted = set(chunks()[wildcards.chunk])
-        return {number: value for number, value in known()[place].items() if number in wanted}
-
-    return values
-
-
 def every_chunk(pattern):
     """A file of every chunk of the motion of the wildcards, or of any."""
 
@@ -95,22 +85,6 @@ def curve_files(wildcards):
     return [] if OWN_CURVES else f"{CURVE_FOLDER}/{wildcards.motion}"
 
 
-def corrected(motion):
-    """What holds the operations of a chunk in a motion, if it is one of the source.
-
-    A motion that has none of these operations gives its first ones, which are then left out.
-    """
-
-    def files(wildcards):
-        if wildcards.get("source", "both") not in (motion, "both"):
-            return []
-        own = chunks(motion)
-        chunk = wildcards.chunk if wildcards.chunk in own else next(iter(own))
-        return [f"results/endurance/{motion}/corrected_{chunk}.zarr"]
-
-    return files
-
-
 def curves_of(motion):
     """The records of all operations of a motion."""
 
@@ -118,24 +92,3 @@ def curves_of(motion):
         return [f"results/endurance/{motion}/curves_{chunk}.zarr" for chunk in chunks(motion)]
 
     return files
-
-
-CORRECTED = {motion: corrected(motion) for motion in MOTIONS}
-
-
-def state_before(wildcards):
-    """The state of a trend after the chunk before; the first one has none."""
-    names = list(chunks())
-    before = names[: names.index(wildcards.chunk)][-1:]
-    return [f"results/trend/{wildcards.source}/state_{chunk}.zarr" for chunk in before]
-
-
-def medians_of_source(wildcards):
-    """What holds the posterior medians of single operations of a motion; of both there are none."""
-    return [] if wildcards.source == "both" else [f"results/endurance/{wildcards.source}.zarr"]
-
-
-def trust_of_sources(wildcards):
-    """How far the model can be trusted, of each source, as known after all operations."""
-    last = list(chunks())[-1]
-    return [f"results/trend/{source}/trust_{last}.zarr" for source in SOURCES]

@@ -2,9 +2,11 @@
 
 import pandas as pd
 
+from breaker.mechanism import from_list, speeds_of
 from breaker.posterior import choose
 from breaker.stores import open_store
-from breaker.validation import numbers_of_all, numbers_of_decisions, numbers_of_motion
+from breaker.synthetic import failures
+from breaker.validation import numbers_of_all, numbers_of_life, numbers_of_motion
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -18,14 +20,16 @@ for i, motion in enumerate(params.motions):
         pd.read_csv(files.exactness[i]),
         *(open_store(files[kind][i]) for kind in ("prior", "validation")),
         choose(open_store(files.operations[i]), "corrected"),
-        *(open_store(files[kind][i]) for kind in ("predictive", "trend")),
+        open_store(files.predictive[i]),
         open_store(files.truth).sel(motion=motion) if files.truth else None,
     )
     found |= {f"{motion}.{name}": value for name, value in numbers.items()}
 
-remaining = open_store(files.remaining)
-failures = remaining.failure.to_series().to_dict() if "failure" in remaining else {}
-found |= numbers_of_decisions(pd.read_csv(files.alarms), failures)
+limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
+truth = open_store(files.truth).load() if files.truth else None
+tables = (pd.read_csv(file) for file in (files.limits, files.decisions))
+ends = failures(truth, limits) if truth is not None else {}
+found |= numbers_of_life(open_store(files.life), *tables, ends)
 
 log.info("%d numbers", len(found))
 pd.Series(found, name="value").rename_axis("name").to_csv(snakemake.output[0])

@@ -1,55 +1,39 @@
-"""Join single operations and trends into decisions, alarms and the first page."""
+"""Say how a drive stands to its limits: tables, and the sentences of the first page."""
 
-import pandas as pd
+import json
+from pathlib import Path
 
 from breaker.decisions import (
-    alarm_table,
-    dated,
+    change_table,
+    days_per_operation,
     decide,
-    health,
-    join,
-    judge,
-    remaining,
-    step_table,
-    trust_table,
-    verdict,
-    with_measured,
+    headline,
+    known_of,
+    limit_table,
+    limit_words,
+    since_new,
+    standing,
+    trust,
 )
-from breaker.mechanism import from_list, speeds_of
+from breaker.records import open_curves
 from breaker.stores import describe, open_store, save
-from breaker.synthetic import true_lives
 from breaker.workflow import start
 
 log = start(snakemake)
-params, found = snakemake.params, snakemake.input
-wear_model, alarm = params.wear_model, params.alarm
-limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
-condition = join([open_store(file).load() for file in found.conditions])
-trends = {data.attrs["source"]: data for data in (open_store(f).load() for f in found.trends)}
-curves = dict(zip(params.motions, (open_store(file) for file in found.curves), strict=True))
-together = "both" in trends and trends["both"].sizes["operation"] > 0
-used = {source: trends[source] for source in (["both"] if together else params.motions)}
-by_source = dict(zip(trends, (open_store(file).load() for file in found.trust), strict=True))
-trust = trust_table([by_source[source] for source in used])
+planning, output = snakemake.params.planning, snakemake.output
+life = open_store(snakemake.input.life).load()
+curves = {m: open_curves(snakemake.input[m]) for m in snakemake.params.motions}
+known = known_of(curves, life.operation.values)
+pace = days_per_operation(life.operation.values, list(known.date))
+stands = standing(life, planning, pace)
+decisions, limits = decide(life, stands, known), limit_table(life, stands)
+changes = change_table(life)
+sentences = [since_new(changes, life), headline(decisions, limits), trust(life)]
+log.info(" ".join(sentences))
 
-measured = {"record": open_store(found.measured).load()} if found.measured else {}
-left = remaining(used | measured, limits, condition.operation.values)
-followed = with_measured(used, measured.get("record"))
-judged = judge(condition, left, followed, alarm=alarm, toward=wear_model["toward"])
-left = left.assign(told=judged.told)
-if found.truth:
-    left = left.assign(true_lives(open_store(found.truth).load(), limits))
-asked = {"alarm": alarm, "notice": wear_model["notice"], "measured": measured.get("record")}
-rows = decide(judged, left, used, curves, trust, **asked)
-page = verdict(judged, left, followed, rows, trust, baseline=wear_model["baseline"])
-log.info("%s %s %s %s", *(page.attrs[name] for name in ("headline", "wearing", "left", "trust")))
-
-settings = {"limits": params.limits, "alarm": alarm, "wear_model": wear_model}
-save(describe(health(judged, alarm), "health", **settings), snakemake.output.health)
-save(describe(left, "remaining life", **settings), snakemake.output.remaining)
-save(describe(page, "verdict", **settings), snakemake.output.verdict)
-rows.to_csv(snakemake.output.decisions, index=False, float_format="%.10g")
-alarms = alarm_table(judged, {limit.name: limit.motion for limit in limits})
-alarms = dated(pd.concat([alarms, step_table(used)], ignore_index=True), rows)
-alarms.to_csv(snakemake.output.alarms, index=False, float_format="%.5g")
-trust.to_csv(snakemake.output.trust, index=False, float_format="%.3g")
+save(describe(stands, "standing", planning=planning), output.standing)
+decisions.to_csv(output.decisions, index=False, float_format="%.10g")
+limits.to_csv(output.limits, index=False, float_format="%.6g")
+changes.to_csv(output.changes, index=False, float_format="%.4g")
+words = {"sentences": sentences, "limits": limit_words(limits).to_dict("list")}
+Path(output.words).write_text(json.dumps(words, indent=1), encoding="utf-8")

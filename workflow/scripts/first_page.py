@@ -1,16 +1,15 @@
 """Write what the report opens on."""
 
+import json
 from pathlib import Path
 
-from breaker.decisions import DECISIONS, opening, read_table
-from breaker.stores import open_store
+import pandas as pd
+
+from breaker.decisions import opening
 from breaker.workflow import start
 
 log = start(snakemake)
-found = snakemake.input
-page = opening(
-    open_store(found.verdict),
-    read_table(found.decisions, DECISIONS),
-    Path(found.figure).read_bytes(),
-)
+words = json.loads(Path(snakemake.input.words).read_text(encoding="utf-8"))
+picture = Path(snakemake.input.figure).read_bytes()
+page = opening(words["sentences"], pd.DataFrame(words["limits"]), picture)
 Path(snakemake.output[0]).write_text(page, encoding="utf-8")

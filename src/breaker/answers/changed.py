@@ -15,7 +15,17 @@ from math import erfc
 import numpy as np
 
 from breaker.answers.plain import plainly
-from breaker.family import Changes, Levels, Match, Mean, Seen, see_change, see_mean, worn
+from breaker.family import (
+    Changes,
+    Levels,
+    Match,
+    Mean,
+    Seen,
+    agreement_of,
+    see_change,
+    see_mean,
+    worn,
+)
 from breaker.files import SWITCHING
 from breaker.mechanism import (
     NAMES,
@@ -109,7 +119,7 @@ def compare(
     took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
     agreement = np.ones(len(NAMES))
     if alone:
-        agreement = _agreement(*(draws[motions].ratios for motions in alone))
+        agreement = agreement_of(*(draws[motions].ratios for motions in alone))
     apart = agreement.min() < _APART
     return replace(
         found,
@@ -146,19 +156,6 @@ def _belonging(
 def _parts(both: Mapping[str, tuple[Seen, Seen]], motions: Sequence[str]) -> tuple[dict, dict]:
     """References and changes of some motions."""
     return {m: both[m][0] for m in motions}, {m: both[m][1] for m in motions}
-
-
-def _agreement(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """How probable it is that draws ``(d, p)`` and others are as far apart, ``(p,)``.
-
-    Twice the share of pairs in which that of the larger draws is the smaller one.
-    """
-    found = np.empty(one.shape[1])
-    for k, (a, b) in enumerate(zip(one.T, np.sort(other, axis=0).T, strict=True)):
-        sides = [np.searchsorted(b, a, side).mean() / len(b) for side in ("left", "right")]
-        below = np.mean(sides)
-        found[k] = 2.0 * min(below, 1.0 - below)
-    return found
 
 
 def changes(found: Compared, beyond: float = 0.05) -> list[dict]:

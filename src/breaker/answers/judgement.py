@@ -1,6 +1,6 @@
 """Which limits are exceeded: how probably, by one record."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,28 +13,26 @@ __all__ = ["VERDICTS", "judged"]
 VERDICTS = ("unknown", "healthy", "in doubt", "not healthy")
 """Verdicts on a record, the worst last."""
 
+_LEVELS = 0.05, 0.95  # probabilities, from which a limit is in doubt, and exceeded
 
-def judged(answer: Answer, limits: Sequence[Limit], alarm: Mapping, *, seed: int) -> list[dict]:
+
+def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[dict]:
     """Return how probably a record exceeds each limit of its motion, and the verdict.
 
     Parameters and the time of touch or parting are judged by their draws; all else as measured,
-    with normal errors. A limit ``of: record`` takes only what the record shows by itself.
-
-    Args:
-        alarm: The section ``alarm`` of the configuration: from its ``raise`` on, a limit counts as
-            exceeded, and is in doubt from 5 % on.
+    with normal errors. A limit ``of: record`` takes only what the record shows by itself; one
+    ``of: change`` is of no single record. From 95 % on a limit is exceeded, from 5 % on in doubt.
     """
-    limits = [each for each in limits if each.motion == answer.record.motion]
+    motion = answer.record.motion
+    limits = [each for each in limits if each.motion == motion and each.of != "change"]
     if answer.record.reason or not limits:
         return []
-    from breaker.decisions import MAY_BE  # takes long to load, and few answers need it
-
     rows = []
     for limit in limits:
         probability = _probability(answer, limit, seed)
         verdict = VERDICTS[0]
         if np.isfinite(probability):
-            verdict = VERDICTS[1 + (probability >= MAY_BE) + (probability >= alarm["raise"])]
+            verdict = VERDICTS[1 + sum(probability >= level for level in _LEVELS)]
         row = {"name": limit.name, "words": limit.words}
         rows.append(row | {"probability": probability, "verdict": verdict})
     return rows

@@ -122,7 +122,7 @@ def _run(options: argparse.Namespace) -> int:
     answers = infer_drive(records, families, given, config["speeds"], settings)
     speeds = next((each.speeds for each in answers if each.speeds), ())
     limits = from_list(limits, motions, speeds) if speeds else []
-    verdicts = [judged(each, limits, config["alarm"], seed=config["seed"]) for each in answers]
+    verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     about = {"size": given.size and vars(given.size), "words": words}
     found = document(answers, verdicts, about, settings | {"known": dict(given.known)})
     rejected = [each for each in found["records"] if not each["accepted"]]

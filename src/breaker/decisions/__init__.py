@@ -1,8 +1,7 @@
-"""Decisions: alarms on limits, the table of what to do, and the summary on the first page.
+"""Decisions: how a drive stands to its limits, by when to service, and the first page.
 
-Combines the posteriors of single operations with the trends of the drive: one row per operation,
-and four sentences on the first page: whether it is healthy, what is wearing, how long it has left,
-and how far the model can be trusted.
+From a followed life to one record per limit and operation; tables hold these, and words are
+rendered from the tables.
 """
 
 import lazy_loader
@@ -10,18 +9,19 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "actions": ["ACTIONS"],
-        "alarms": ["alarm_table", "first"],
-        "changes": ["step_table"],
-        "columns": ["ALARMS", "DECISIONS", "read_table"],
-        "conditions": ["align", "condition", "usable"],
+        "dates": ["days_per_operation"],
         "page": ["opening"],
-        "series": ["complete", "join", "remaining"],
-        "states": ["MAY_BE", "STATES", "health", "judge"],
-        "summary": ["verdict"],
-        "table": ["dated", "decide"],
-        "trust": ["trust_table"],
-        "wearing": ["with_measured"],
+        "standing": ["STATES", "standing"],
+        "tables": [
+            "CHANGES",
+            "DECISIONS",
+            "LIMITS",
+            "change_table",
+            "decide",
+            "known_of",
+            "limit_table",
+        ],
         "wording": ["about", "in_percent", "span"],
+        "words": ["headline", "limit_words", "since_new", "trust"],
     },
 )

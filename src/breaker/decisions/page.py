@@ -1,10 +1,10 @@
 """The first page as HTML: what the report opens on."""
 
 import base64
+from collections.abc import Sequence
 from html import escape
 
 import pandas as pd
-import xarray as xr
 
 __all__ = ["opening"]
 
@@ -23,29 +23,21 @@ div:has(> div > div > .prose #first-page) { align-items: flex-start; }
 </style>"""
 
 
-def opening(verdict: xr.Dataset, decisions: pd.DataFrame, picture: bytes) -> str:
-    """Return headline, sentences, picture and the last row of the table of decisions.
+def opening(sentences: Sequence[str], limits: pd.DataFrame, picture: bytes) -> str:
+    """Return sentences, the table of limits and a picture.
 
     Args:
-        verdict: What :func:`breaker.decisions.verdict` returns.
-        decisions: What :func:`breaker.decisions.decide` returns; only what its last row states.
+        sentences: The first is the headline.
+        limits: What :func:`breaker.decisions.limit_words` returns.
         picture: The figure of the verdict, PNG.
 
     Returns:
         One element of HTML, which loads nothing.
     """
-    sentences = "".join(
-        f"<p>{escape(verdict.attrs[name])}</p>" for name in ("wearing", "left", "trust")
-    )
+    first, *others = map(escape, sentences)
     encoded = base64.b64encode(picture).decode()
-    last = decisions.iloc[-1].replace("", None).dropna().rename("after the last operation")
     return (
-        f'{_STYLE}<div id="first-page"><h1>{escape(verdict.attrs["headline"])}</h1>{sentences}'
-        f'<img alt="The verdict: one row per limit" src="data:image/png;base64,{encoded}">'
-        f"{last.map(_plain).to_frame().to_html(border=0)}</div>"
+        f'{_STYLE}<div id="first-page"><h1>{first}</h1>{"".join(f"<p>{s}</p>" for s in others)}'
+        f"{limits.to_html(index=False, border=0)}"
+        f'<img alt="How each limit stands" src="data:image/png;base64,{encoded}"></div>'
     )
-
-
-def _plain(value: object) -> str:
-    """Write a value of a table; whole numbers without a point."""
-    return f"{value:.10g}" if isinstance(value, float) else str(value)

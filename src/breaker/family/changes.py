@@ -15,7 +15,7 @@ from breaker.family.inputs import Basis, Seen, change_inputs
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES
 
-__all__ = ["ChangeDraws", "Changes", "change_outputs", "worn"]
+__all__ = ["ChangeDraws", "Changes", "agreement_of", "change_outputs", "worn"]
 
 _MOST = np.log(2.0)  # of the logarithm of a parameter; no wear of a family is half as large
 
@@ -63,19 +63,38 @@ class Changes:
                 references; its noise is that of both.
             draws: Number of draws d.
         """
+        motions = [motion for motion in MOTIONS if motion in references]
+        y = self.draws(references, changes, draws, rng)[0]
+        later = {
+            m: float(references[m].duration[0]) * y[:, len(NAMES) + MOTIONS.index(m)]
+            for m in motions
+        }
+        return ChangeDraws(np.exp(y[:, : len(NAMES)]), later)
+
+    def draws(
+        self,
+        references: Mapping[str, Seen],
+        changes: Mapping[str, Seen],
+        draws: int,
+        rng: np.random.Generator,
+    ) -> np.ndarray:
+        """Draw from the posteriors of several changes, the same random numbers for each.
+
+        Args:
+            references, changes, draws: As of ``draw``, n of each motion at hand.
+
+        Returns:
+            Logarithms of the parameters over what they were, and by how much touch and parting come
+            later, in durations, ``(n, d, p + 2)``.
+        """
+        n = len(next(iter(references.values())).way)
         known, changed = (
-            {m: each.get(m, Seen.nothing(1)) for m in MOTIONS} for each in (references, changes)
+            {m: each.get(m, Seen.nothing(n)) for m in MOTIONS} for each in (references, changes)
         )
         x = change_inputs(known, changed, self.bases, self.change_bases, self.usual)
         there = np.array([True] * len(NAMES) + [m in references for m in MOTIONS])
-        features = self.network.features(x)[0]
-        y = self.centre + self.scale * self.network.sample(features, there, draws, rng)
-        later = {
-            m: float(known[m].duration[0]) * y[:, len(NAMES) + k]
-            for k, m in enumerate(MOTIONS)
-            if m in references
-        }
-        return ChangeDraws(np.exp(y[:, : len(NAMES)]), later)
+        found = self.network.sample(self.network.features(x), there, draws, rng)
+        return self.centre + self.scale * found
 
 
 def change_outputs(before: np.ndarray, after: np.ndarray, later: np.ndarray) -> np.ndarray:
@@ -99,3 +118,16 @@ def worn(draws: np.ndarray) -> np.ndarray:
         ``(...)`` of bool: whether the median of each is below a factor of 2.
     """
     return (np.abs(np.median(draws, axis=-2)) < _MOST).all(axis=-1)
+
+
+def agreement_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """How probable it is that draws ``(d, p)`` and others are as far apart, ``(p,)``.
+
+    Twice the share of pairs in which that of the larger draws is the smaller one.
+    """
+    found = np.empty(one.shape[1])
+    for k, (a, b) in enumerate(zip(one.T, np.sort(other, axis=0).T, strict=True)):
+        sides = [np.searchsorted(b, a, side).mean() / len(b) for side in ("left", "right")]
+        below = np.mean(sides)
+        found[k] = 2.0 * min(below, 1.0 - below)
+    return found

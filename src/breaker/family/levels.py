@@ -87,8 +87,8 @@ class Levels:
         }
         x = level_inputs(at_one, told, self.bases, self.usual)
         there = outputs_there([m in records for m in MOTIONS])
-        features = self.network.features(x)[0]
-        y = self.centre + self.scale * self.network.sample(features, there, draws, rng)
+        found = self.network.sample(self.network.features(x), there, draws, rng)[0]
+        y = self.centre + self.scale * found
         first = seen[motions[0]]
         scale = Size(float(first.stroke[0]), float(first.duration[0]))
         events = {

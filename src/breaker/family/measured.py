@@ -3,7 +3,7 @@
 import numpy as np
 
 from breaker.family.inputs import Seen
-from breaker.records import Raw, Shape, effective_noise, shape_of, white_noise
+from breaker.records import Raw, Shape, effective_noise, shape_of
 
 __all__ = ["see", "seen_of"]
 
@@ -12,8 +12,6 @@ _LEAST = 5e-5  # noise over the stroke, below which no network was trained
 
 def see(raw: Raw, like: Shape | None = None) -> tuple[Shape, Seen]:
     """Normalise a measured record.
-
-    Its noise is that of the rest before the motion; of a record without rest, what is white in it.
 
     Args:
         raw: The record.
@@ -26,10 +24,8 @@ def see(raw: Raw, like: Shape | None = None) -> tuple[Shape, Seen]:
         ValueError: If the record has no motion from one rest to another.
     """
     forward = raw.left if raw.motion == "closing" else -raw.left
-    shape, noise = shape_of(forward, raw.step, like), raw.noise_at(raw.step)
-    sd, colour = noise.process if np.isfinite(noise.sd) else (white_noise(forward), 0.0)
-    sd = max(sd, raw.quantum / np.sqrt(12.0))
-    return shape, seen_of(shape, sd, colour, raw.step, like)
+    shape = shape_of(forward, raw.step, like)
+    return shape, seen_of(shape, *raw.process, raw.step, like)
 
 
 def seen_of(shape: Shape, sd: float, colour: float, step: float, like: Shape | None = None) -> Seen:

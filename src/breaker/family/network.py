@@ -41,42 +41,43 @@ class Network:
     def sample(
         self, features: np.ndarray, there: np.ndarray, draws: int, rng: np.random.Generator
     ) -> np.ndarray:
-        """Draw outputs for one input.
+        """Draw outputs for inputs, the same random numbers for each.
 
         Args:
-            features: ``(s,)``.
-            there: Which outputs the input can tell, ``(q,)`` of bool.
+            features: ``(n, s)``.
+            there: Which outputs the inputs can tell, ``(q,)`` of bool.
             draws: Number of draws d.
 
         Returns:
-            ``(d, q)``; 0 where an output is not told.
+            ``(n, d, q)``; 0 where an output is not told.
         """
-        q = self.dims
+        n, q = len(features), self.dims
         head = self._layer("head", features, "inference")
-        place, scale, below = np.split(head, [q, 2 * q])
-        weights = np.zeros((q, q), dtype=head.dtype)
-        weights[np.tril_indices(q, -1)] = below
+        place, scale, below = np.split(head, [q, 2 * q], axis=1)
+        weights = np.zeros((n, q, q), dtype=head.dtype)
+        weights[:, *np.tril_indices(q, -1)] = below
         scale = np.exp(np.clip(scale, -_WIDEST, _WIDEST))
-        shift = self._layer("project", features, "inference").reshape(q, -1)
+        shift = self._layer("project", features, "inference").reshape(n, q, -1)
         enter, leave, bias = (self.arrays[f"inference.{k}"] for k in ("enter", "leave", "bias"))
-        theta, seen = np.zeros((draws, q)), np.zeros((draws, 2 * q), dtype=head.dtype)
+        theta, seen = np.zeros((n, draws, q)), np.zeros((n, draws, 2 * q), dtype=head.dtype)
         uniform, normal = rng.random((draws, q, 2)), rng.standard_normal((draws, q))
         for i in np.flatnonzero(there):
             earlier = np.r_[:i, q : q + i]
-            hidden = _silu(seen[:, earlier] @ enter[i, earlier] + shift[i])
+            hidden = _silu(seen[..., earlier] @ enter[i, earlier] + shift[:, None, i])
             numbers = hidden @ leave[i] + bias[i]
-            logits, means, widths = np.split(numbers[:, :-1], 3, axis=1)
-            share = np.cumsum(np.exp(logits - logits.max(axis=1, keepdims=True)), axis=1)
-            chosen = (share < uniform[:, i, :1] * share[:, -1:]).sum(axis=1)
-            rows = np.arange(draws)
-            width = np.exp(np.clip(widths[rows, chosen], -_WIDEST, _WIDEST))
-            residual = means[rows, chosen] + width * normal[:, i]
-            atom = np.zeros(draws, dtype=bool)
+            logits, means, widths = np.split(numbers[..., :-1], 3, axis=-1)
+            share = np.cumsum(np.exp(logits - logits.max(axis=-1, keepdims=True)), axis=-1)
+            chosen = (share < uniform[:, i, :1] * share[..., -1:]).sum(axis=-1, keepdims=True)
+            mean, width = (np.take_along_axis(e, chosen, axis=-1)[..., 0] for e in (means, widths))
+            residual = mean + np.exp(np.clip(width, -_WIDEST, _WIDEST)) * normal[:, i]
+            atom = np.zeros((n, draws), dtype=bool)
             if i < self.atoms:
-                atom = uniform[:, i, 1] < _logistic(numbers[:, -1])
-            theta[:, i] = np.where(atom, 0.0, place[i] + theta @ weights[i] + scale[i] * residual)
-            seen[:, i] = np.where(atom, 0.0, np.clip(residual, -_CLIP, _CLIP))
-            seen[:, q + i] = atom
+                atom = uniform[:, i, 1] < _logistic(numbers[..., -1])
+            value = place[:, i, None] + np.einsum("ndq,nq->nd", theta, weights[:, i])
+            value += scale[:, i, None] * residual
+            theta[..., i] = np.where(atom, 0.0, value)
+            seen[..., i] = np.where(atom, 0.0, np.clip(residual, -_CLIP, _CLIP))
+            seen[..., q + i] = atom
         return theta
 
 

@@ -49,8 +49,9 @@ class Limit:
         motion: Motion whose quantities it is about.
         parts: (quantity, value, whether it holds above the value rather than below), at least one.
         speeds: How speeds are defined.
-        of: What its quantities are read from, one of ``SOURCES``: "model", inferred parameters, or
-            "record", the record itself.
+        of: What its quantities are read from, one of ``SOURCES``: "model", inferred parameters,
+            "record", the record itself, or "change", changes of parameters in percent.
+        since: What changes are from: "new", or the last known "event".
 
     Example:
         >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -66,13 +67,17 @@ class Limit:
     parts: tuple[tuple[str, float, bool], ...]
     speeds: tuple[Speed, ...] = SPEEDS
     of: str = "model"
+    since: str = "new"
 
     def __post_init__(self) -> None:
         names = dict.fromkeys(self.quantities)
         place = self.motion, self.speeds, self.of
-        wrong = [text for name in names if (text := check_quantity(name, *place))]
         if self.of not in SOURCES:
             wrong = [f"of is {self.of}. Set it to {' or '.join(SOURCES)}."]
+        elif not self.motion and self.of != "change":
+            wrong = ["it has no motion. Set it to closing or opening."]
+        else:
+            wrong = [text for name in names if (text := check_quantity(name, *place))]
         bounds = {(name, is_upper): value for name, value, is_upper in self.parts}
         for name in names:
             above, below = bounds.get((name, True), -np.inf), bounds.get((name, False), np.inf)
@@ -95,11 +100,12 @@ class Limit:
                 bounds exclude each other.
         """
         parts = (
-            (quantity, float(value), side == "upper")
+            (quantity, float(str(value).removesuffix("%")), side == "upper")
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        return cls(entry["name"], entry["motion"], tuple(parts), speeds, entry.get("of", "model"))
+        about = entry.get("of", "model"), entry.get("since", "new")
+        return cls(entry["name"], entry.get("motion", ""), tuple(parts), speeds, *about)
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -109,6 +115,8 @@ class Limit:
     @property
     def units(self) -> tuple[str, ...]:
         """Units of ``quantities``."""
+        if self.of == "change":
+            return ("%",) * len(self.parts)
         every = quantities(self.speeds)
         return tuple(every[name].unit for name in self.quantities)
 
@@ -125,13 +133,14 @@ class Limit:
     @property
     def words(self) -> str:
         """The condition in words: "touch_time above 10 ms", "measured stroke below 9 mm"."""
-        read = "measured " if self.of == "record" else ""
-        return " and ".join(
-            f"{read}{quantity} {'above' if is_upper else 'below'} {value:g} {unit}".removesuffix(
-                " 1"
-            )
+        read = {"record": "measured ", "change": "change of "}.get(self.of, "")
+        form = "+g" if self.of == "change" else "g"
+        words = " and ".join(
+            f"{read}{quantity} {'above' if is_upper else 'below'} {value:{form}} {unit}"
+            .removesuffix(" 1")
             for (quantity, value, is_upper), unit in zip(self.parts, self.units, strict=True)
         )
+        return f"{words} since the last event" if self.since == "event" else words
 
     def excess(self, values: ArrayLike) -> np.ndarray:
         """Return how far values are beyond the limit, ``(..., parts) -> (..., parts)``.
@@ -212,5 +221,9 @@ def from_list(
     Args:
         of: What the quantities of these limits are read from, some of ``SOURCES``.
     """
-    limits = (Limit.from_settings(each, speeds) for each in entries if each["motion"] in motions)
+    limits = (
+        Limit.from_settings(each, speeds)
+        for each in entries
+        if each.get("motion") in (*motions, None)
+    )
     return [limit for limit in limits if limit.of in of]

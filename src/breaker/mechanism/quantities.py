@@ -51,10 +51,11 @@ _TRAVEL = Point(10.0, "%"), Point(90.0, "%")  # between which a travel time is t
 _SHARPEST = 1e-3  # of its value, to which a fact can be known
 _LARGEST_FACT = 1e6
 
-SOURCES = ("model", "record")
-"""What a quantity is read from: the model at inferred parameters, or a record itself."""
+SOURCES = ("model", "record", "change")
+"""What a quantity is read from: the model at inferred parameters, a record itself, or the change of
+a parameter, in percent."""
 
-_MODEL, _RECORD = ((each,) for each in SOURCES)
+_MODEL, _RECORD = ("model",), ("record",)
 
 
 @dataclass(frozen=True)
@@ -63,11 +64,11 @@ class Quantity(Parameter):
 
     Attributes:
         motions: Motions that have it.
-        of: What it can be read from, one or both of ``SOURCES``.
+        of: What it can be read from, some of ``SOURCES``.
     """
 
     motions: tuple[str, ...]
-    of: tuple[str, ...] = SOURCES
+    of: tuple[str, ...] = (*_MODEL, *_RECORD)
 
 
 _FIXED = (
@@ -174,6 +175,9 @@ def check_quantity(
         >>> check_quantity("latch_time", "closing")
         'latch_time is not of the model: records alone show it, in limits with of: record.'
     """
+    if of == "change":
+        known = ", ".join(NAMES)
+        return None if name in NAMES else f"{name} has no change: parameters alone have, {known}."
     every = quantities(speeds)
     there = [each for each in every.values() if motion in each.motions and of in each.of]
     known = ", ".join(each.name for each in there)

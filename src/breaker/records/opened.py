@@ -18,7 +18,7 @@ def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
         RejectedCurveError: If not one operation was accepted.
     """
     parts = [open_store(store) for store in stores]
-    curves = xr.concat(parts, dim="operation", join="exact", combine_attrs="override").load()
+    curves = xr.concat(parts, dim="operation", join="outer", combine_attrs="override").load()
     require_any(curves)
     return curves
 

@@ -22,7 +22,7 @@ from breaker.records.leaps import leap_remark
 from breaker.records.measured import Contact, Measured, measure
 from breaker.records.noise import REST, Noise, noise_at_rest
 from breaker.records.scale import Scale, seen_quantum
-from breaker.records.segments import Segment, SegmentError, find_segment
+from breaker.records.segments import Segment, SegmentError, find_segment, white_noise
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
 __all__ = ["Raw", "read_raw", "read_raws"]
@@ -89,6 +89,16 @@ class Raw:
         time = self.time[self.inside]
         before = (time >= self.moves - REST[0]) & (time <= self.moves - REST[1])
         return noise_at_rest(self.left[before], self.step, grid_step, self.quantum)
+
+    @property
+    def process(self) -> tuple[float, float]:
+        """Standard deviation of the noise of a sample, mm, and its correlation with the next.
+
+        Of the rest before the motion; of a record without rest, what is white in it.
+        """
+        noise = self.noise_at(self.step)
+        sd, colour = noise.process if np.isfinite(noise.sd) else (white_noise(self.left), 0.0)
+        return max(sd, self.quantum / np.sqrt(12.0)), colour
 
     def remarks_on(self, noise_sd: float | None = None, zero_sd: float | None = None) -> list[str]:
         """Say what is doubtful about it, without a model's grid; "" is nothing.

@@ -115,6 +115,8 @@ def read_curves(
     Returns:
         Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
         all are, where the file was rejected), ``missing``: the number of these samples,
+        ``record`` (mm), the motion as it is in the file, over ``sample``, with ``record_noise``
+        (mm) and ``record_colour`` of a sample;
         ``accepted``, ``reason``, ``file``, ``first_motion``: the file's time that is 0 on the
         grid, ms; ``contact_time``: when the main contact touched or parted, ms on the grid, and
         ``contact_sd``, its error's; ``latch_time``: from the trigger to the first motion, ms, NaN
@@ -169,6 +171,7 @@ def _dataset(
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
+            **_as_read(records),
             "missing": ("operation", np.isnan(travel).sum(axis=1)),
             "accepted": ("operation", np.array(accepted, dtype=bool)),
             **{name: ("operation", np.array(values, dtype=str)) for name, values in texts.items()},
@@ -179,10 +182,31 @@ def _dataset(
         coords={
             "operation": ("operation", [each.number for each in operations]),
             "time": ("time", times, {"unit": "ms"}),
+            "sample": np.arange(
+                max((r.left.size for r in records if isinstance(r, Record)), default=1)
+            ),
             **quantities,
         },
         attrs={"motion": motion},
     )
+
+
+def _as_read(records: Sequence[Record | RejectedCurveError]) -> dict[str, tuple]:
+    """The motions as they are in the files, and the noise of a sample; nan without one."""
+    there = [record if isinstance(record, Record) else None for record in records]
+    longest = max((record.left.size for record in there if record), default=1)
+    read, noise = (
+        np.full((len(there), longest), np.nan, np.float32),
+        np.full((len(there), 2), np.nan),
+    )
+    for i, record in enumerate(there):
+        if record:
+            read[i, : record.left.size], noise[i] = record.left, record.process
+    return {
+        "record": (("operation", "sample"), read, {"unit": "mm"}),
+        "record_noise": ("operation", noise[:, 0], {"unit": "mm"}),
+        "record_colour": ("operation", noise[:, 1]),
+    }
 
 
 def read_record(

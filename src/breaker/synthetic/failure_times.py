@@ -5,17 +5,18 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.decisions import first
-from breaker.mechanism import Limit
+from breaker.mechanism import NAMES, Limit
 
 __all__ = ["failures", "true_lives"]
+
+_NEW = 50  # first operations, that changes are from
 
 
 def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
     """Return the operations at which a drive's level is first beyond each limit, nan if never.
 
-    Quantities are those of the model at the true parameters, or what records without noise show,
-    as each limit says.
+    Quantities are those of the model at the true parameters, what records without noise show, or
+    changes of the true parameters since the first operations, as each limit says.
 
     Args:
         truth: What ``truth_of`` returns; for limits on one of both, ``value`` or ``measured`` is
@@ -33,7 +34,10 @@ def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
     """
     operations = truth.operation.values.astype(float)
     over = {limit.name: (_excess(truth, limit) > 0).all(axis=-1) for limit in limits}
-    return {name: first(each, operations) for name, each in over.items()}
+    return {
+        name: float(operations[each.argmax()]) if each.any() else np.nan
+        for name, each in over.items()
+    }
 
 
 def _excess(truth: xr.Dataset, limit: Limit) -> np.ndarray:
@@ -43,6 +47,10 @@ def _excess(truth: xr.Dataset, limit: Limit) -> np.ndarray:
     """
     if limit.of == "model":
         return np.nan_to_num(limit.excess(limit.evaluate(truth.value.values)), nan=np.inf)
+    if limit.of == "change":
+        places = [NAMES.index(name) for name in limit.quantities]
+        value = truth.value.values[:, places]
+        return limit.excess(100.0 * (value / value[:_NEW].mean(axis=0) - 1.0))
     seen = truth.measured.sel(motion=limit.motion, quantity=list(limit.quantities))
     return limit.excess(seen.transpose("operation", "quantity").values)
 

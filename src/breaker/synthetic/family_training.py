@@ -54,7 +54,9 @@ def sample_rows(
     told = there.any(axis=0)
     x, y, units = (each[(there == told).all(axis=1)] for each in (x, y, units))
     features = network.network.features(x)
-    values = np.stack([network.network.sample(each, told, draws, rng) for each in features])
+    values = np.stack(
+        [network.network.sample(each[None], told, draws, rng)[0] for each in features]
+    )
     values = network.centre + network.scale * values
     kept = worn(values[..., : len(NAMES)]) if rows.atoms else np.ones(len(values), dtype=bool)
     values, y, units = values[kept], y[kept], units[kept]

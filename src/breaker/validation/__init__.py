@@ -41,7 +41,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "numbers": [
             "numbers_of_all",
-            "numbers_of_decisions",
+            "numbers_of_life",
             "numbers_of_motion",
         ],
         "outcomes": ["contraction_words", "pairs_words", "recovery_words"],

@@ -16,7 +16,7 @@ from breaker.mechanism import PARAMETERS
 from breaker.validation.calibration import family_p_value
 from breaker.validation.diagnostics import correlation, prior_check
 
-__all__ = ["numbers_of_all", "numbers_of_decisions", "numbers_of_motion"]
+__all__ = ["numbers_of_all", "numbers_of_life", "numbers_of_motion"]
 
 _NAMES = [each.name for each in PARAMETERS]
 
@@ -28,7 +28,6 @@ def numbers_of_motion(
     validation: xr.Dataset,
     operations: xr.Dataset,
     predictive: xr.Dataset,
-    trend: xr.Dataset,
     truth: xr.Dataset | None = None,
 ) -> dict[str, str]:
     """Return the numbers of one motion by name, without the motion.
@@ -41,7 +40,6 @@ def numbers_of_motion(
         operations: Corrected posteriors of the endurance test, ``draws (operation, draw, output)``,
             and their records, ``travel (operation, time)``.
         predictive: Predicted records at a few stages, with ``share_inside (stage)``.
-        trend: Trend through all operations, with ``change_alarm (change)``.
         truth: True parameters of the stand-in, ``value (operation, parameter)``, and the largest
             ``difference (operation)`` of its curves from the model's, mm; None for real records.
     """
@@ -55,9 +53,6 @@ def numbers_of_motion(
     found["prior_inside"] = _percent(check.inside.mean())
     found["misfit"] = _percent(used.misfit.mean())
     found |= _ends("inside", predictive.share_inside, _percent)
-    found["changes"] = _count(trend.change_alarm.size)
-    for i, operation in enumerate(trend.change_alarm.values, start=1):
-        found[f"change_{i}"] = _count(operation)
     if truth is not None:
         found |= _of_stand_in(truth, used)
     return found
@@ -78,23 +73,30 @@ def numbers_of_all(quality: pd.DataFrame) -> dict[str, str]:
     return found
 
 
-def numbers_of_decisions(alarms: pd.DataFrame, failures: Mapping[str, float]) -> dict[str, str]:
-    """Return when each limit was exceeded, by name of the limit; only what happened.
+def numbers_of_life(
+    life: xr.Dataset, limits: pd.DataFrame, decisions: pd.DataFrame, failures: Mapping[str, float]
+) -> dict[str, str]:
+    """Return when a life changed, when each limit was exceeded, and when a service was planned.
 
     Args:
-        alarms: Table of alarms, one row per spell in which a limit was exceeded.
+        life: Over ``change``, ``noticed`` and ``certainty``.
+        limits: Table of limits, with ``limit`` and ``certain``.
+        decisions: Table of decisions, with ``operation``, ``state`` and ``service_by``.
         failures: True operation at which each limit is first exceeded; empty for real records.
-
-    >>> alarms = pd.DataFrame({"limit": ["slow"], "from_operation": [1200]})
-    >>> numbers_of_decisions(alarms, {"slow": 1100.0})
-    {'slow.failure': '1,100', 'slow.exceeded': '1,200'}
     """
-    found = {}
+    noticed = life.noticed.values[life.certainty.values >= 0.0]
+    found = {"changes": _count(noticed.size)}
+    found |= {f"change_{i}": _count(each) for i, each in enumerate(noticed, start=1)}
     for name, operation in failures.items():
-        if np.isfinite(operation):
+        if operation == operation:
             found[f"{name}.failure"] = _count(operation)
-    for name, operation in alarms.groupby("limit").from_operation.min().items():
-        found[f"{name}.exceeded"] = _count(operation)
+    for row in limits.drop_duplicates("limit").itertuples():
+        if row.certain == row.certain:
+            found[f"{row.limit}.exceeded"] = _count(row.certain)
+    planned = decisions[decisions.state.isin(["plan", "now"]) & decisions.service_by.notna()]
+    if len(planned):
+        found["first_plan"] = _count(planned.operation.iloc[0])
+        found["service_moves"] = _count((planned.service_by.diff().fillna(0) != 0).sum())
     return found
 
 

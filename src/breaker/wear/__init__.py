@@ -1,7 +1,7 @@
-"""Trends of the parameters over the operations, changes of wear, and the remaining life.
+"""A life in the drive's own curves: the path of its wear, changes of it, and how long it may go on.
 
-The first operations give the reference. Bayesian online change-point detection with straight lines
-follows, one operation after another; its state is stored, so that later operations continue it.
+Records become coordinates in units of the drive's own scatter; one tracker follows these and
+whatever is measured; networks of a family read off what has changed since new.
 """
 
 import lazy_loader
@@ -9,15 +9,13 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "coordinates": ["Coordinates"],
         "events": ["Event"],
-        "hypotheses": ["confirmed"],
-        "learned": ["Learned", "by_phase"],
-        "lifetime": ["lives_of", "quantiles_of", "remaining_life"],
-        "measured": ["follow_measured"],
-        "series": ["Series", "likelihood", "series_of"],
-        "state": ["State"],
-        "steps": ["IN_ROW"],
-        "trend": ["Follower"],
-        "trust": ["trust_in"],
+        "followed": ["follow_life"],
+        "forecast": ["Forecast", "Future"],
+        "path": ["KINDS", "Block", "Change", "Path"],
+        "readout": ["Readout", "name_set"],
+        "series": ["Motion", "Series", "series_of"],
+        "tracker": ["Tracker"],
     },
 )

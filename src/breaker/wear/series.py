@@ -1,132 +1,172 @@
-"""Records of operations, and the likelihood of each near the trend."""
+"""Records of a life as its tracker takes them: shapes in common units, and what is measured."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import NAMES
-from breaker.model import Model, climb
+from breaker.family import Seen, seen_of
+from breaker.records import SHAPE_TIMES, Shape, shape_of
 from breaker.wear.events import Event
-from breaker.wear.reference import Reference, onset_of
 
-__all__ = ["Series", "likelihood", "series_of"]
+__all__ = ["Motion", "Series", "series_of"]
 
-_ROOM = 0.02  # share of a parameter by which an operation may differ from the prediction
-_ALIKE = 5.0  # K, within which operations are compared without regard to their temperature
-_MOVES = 2  # Gauss-Newton steps to where an operation's likelihood is taken
+_ALIKE = 5.0  # K, within which new operations are compared
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Records of one motion, in the units of its new ones.
+
+    Attributes:
+        way, present: Shapes, ``(o, g)``; nothing is present of an operation without a record.
+        noise: Of a record, share of the stroke, ``(o,)``; nan without one.
+        stroke, duration: Units, mm and ms.
+        measured: Quantities that are followed, ``(o,)`` each, by name; nan where one is not shown.
+    """
+
+    way: np.ndarray
+    present: np.ndarray
+    noise: np.ndarray
+    stroke: float
+    duration: float
+    measured: Mapping[str, np.ndarray]
+
+    @property
+    def there(self) -> np.ndarray:
+        """Which operations have a record, ``(o,)`` of bool."""
+        return self.present.any(axis=1)
+
+    def seen(self, way: np.ndarray, noise: np.ndarray | float) -> Seen:
+        """Return shapes in these units as networks see them, ``(n, g)``, and their noise."""
+        n = len(way)
+        one, there = np.ones(n), np.isfinite(way)
+        numbers = (self.stroke * one, self.duration * one, noise * one, 0.0 * one, 0.05 * one)
+        return Seen(there.any(axis=1), np.where(there, way, 0.0), there, *numbers)
+
+
+@dataclass(frozen=True, eq=False)
 class Series:
-    """Records of some operations, in one or both motions.
+    """A life.
 
     Attributes:
         operations: Their numbers, rising, ``(o,)``.
-        records: Records of each motion, ``(o, t)``, mm; nan where a sample is missing, or where
-            there is no record that can be used.
-        outputs: Means of each motion's own posteriors, standardised, ``(o, q)``, from which modes
-            are searched; nan where there is none.
-        events: What was done before operations, by their number; None if nothing was.
+        motions: Records, by motion.
+        new: Which operations are new, indices.
+        events: What was done before operations, by index.
         temperature: °C, ``(o,)``, nan where it is not known; None if none is.
     """
 
     operations: np.ndarray
-    records: Mapping[str, np.ndarray]
-    outputs: Mapping[str, np.ndarray]
-    events: Mapping[int, Event] | None = None
+    motions: Mapping[str, Motion]
+    new: np.ndarray
+    events: Mapping[int, Event]
     temperature: np.ndarray | None = None
 
-    def event(self, i: int) -> Event:
-        """What was done before operation ``i`` of the series; ``Event("")`` if nothing was."""
-        return (self.events or {}).get(int(self.operations[i]), Event(""))
+    def new_of(self, motion: str) -> np.ndarray:
+        """Indices of the new operations that have a record of a motion."""
+        return self.new[self.motions[motion].there[self.new]]
 
-    def temperature_of(self, i: int) -> float:
-        """Temperature of operation ``i`` of the series, °C, nan if not known."""
-        return np.nan if self.temperature is None else float(self.temperature[i])
-
-    def alike(self, places: np.ndarray) -> np.ndarray:
-        """Return the most of given places ``(n,)`` with no event between, and about as warm.
-
-        Where any has a temperature, these are within 5 K of their median.
-        """
-        if self.events and places.size:
-            renewed = [self.event(i).renews for i in range(int(places[-1]) + 1)]
-            spells = np.cumsum(renewed)[places]
-            places = places[spells == np.bincount(spells).argmax()]
-        if self.temperature is not None and np.isfinite(self.temperature[places]).any():
-            known = self.temperature[places]
-            median = np.nanquantile(known, 0.5, method="lower")  # one of them
-            places = places[np.abs(known - median) <= _ALIKE]
-        return places
-
-    def usable(self, motion: str) -> np.ndarray:
-        """Say which operations have a record and a posterior of a motion, ``(o,)``."""
-        return np.isfinite(self.records[motion]).any(1) & np.isfinite(self.outputs[motion]).all(1)
+    @property
+    def warm(self) -> np.ndarray | None:
+        """Temperature above that of the new operations, 10 K, ``(o,)``; 0 where not known."""
+        if self.temperature is None or not np.isfinite(self.temperature).any():
+            return None
+        known = self.temperature[self.new]
+        of = known if np.isfinite(known).any() else self.temperature
+        return np.nan_to_num((self.temperature - np.nanmean(of)) / 10.0)
 
 
 def series_of(
-    models: Mapping[str, Model],
     data: Mapping[str, xr.Dataset],
-    usable: Mapping[str, np.ndarray],
+    reference: int | Sequence[int],
+    *,
+    followed: Mapping[str, Sequence[str]],
     events: Mapping[int, Event] | None = None,
     temperatures: Mapping[int, float] | None = None,
 ) -> Series:
     """Return the series of measured operations.
 
     Args:
-        data: What ``decisions.align`` returns of each motion, for the same operations.
-        usable: Which of them have a posterior, ``(o,)``.
-        events: What was done before operations, by their number.
+        data: What ``records.read_curves`` returns of each motion.
+        reference: How many of the first operations with a record are new; or the first and the last
+            number of those that are.
+        followed: Names of measured quantities that are followed, by motion.
+        events, temperatures: By the number of an operation.
+
+    Raises:
+        ValueError: If no operation that is new has a record.
     """
-    records, outputs = {}, {}
-    for motion, model in models.items():
-        there = usable[motion]
-        records[motion] = np.where(there[:, None], data[motion].travel.values, np.nan)
-        outputs[motion] = np.full((len(there), len(model.names)), np.nan)
-        draws = data[motion].draws.values[there].astype(np.float64)
-        outputs[motion][there] = model.standardise(draws).mean(axis=1)
-    operations = next(iter(data.values())).operation.values
-    known = [(temperatures or {}).get(int(operation), np.nan) for operation in operations]
-    return Series(operations, records, outputs, events, np.array(known) if temperatures else None)
+    operations = np.unique(np.concatenate([each.operation.values for each in data.values()]))
+    whole = {motion: each.reindex(operation=operations) for motion, each in data.items()}
+    usable = {m: each.accepted.values == True for m, each in whole.items()}  # noqa: E712, nan is not
+    known = np.array([(temperatures or {}).get(int(o), np.nan) for o in operations])
+    place = {int(o): i for i, o in enumerate(operations)}
+    done = {place[o]: each for o, each in (events or {}).items() if o in place}
+    new = _new(operations, usable, reference, done, known)
+    motions = {m: _motion(m, whole[m], usable[m], new, followed.get(m, ())) for m in whole}
+    motions = {motion: each for motion, each in motions.items() if each is not None}
+    if not motions:
+        raise ValueError("no operation that counts as new has a record: see wear_model.reference")
+    return Series(operations, motions, new, done, known if temperatures else None)
 
 
-def likelihood(
-    models: Mapping[str, Model],
-    series: Series,
-    i: int,
-    reference: Reference | None,
-    predicted: tuple[np.ndarray, np.ndarray] | None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the Gaussian likelihood of an operation's records; zeros without a record.
+def _new(
+    operations: np.ndarray,
+    usable: Mapping[str, np.ndarray],
+    reference: int | Sequence[int],
+    events: Mapping[int, Event],
+    temperature: np.ndarray,
+) -> np.ndarray:
+    """Indices of the operations that are new: with all motions, no work between, about as warm."""
+    there = np.flatnonzero(np.logical_and.reduce(list(usable.values())))
+    if not there.size:
+        there = np.flatnonzero(np.logical_or.reduce(list(usable.values())))
+    if np.ndim(reference):
+        low, high = reference
+        return there[(operations[there] >= low) & (operations[there] <= high)]
+    renewed = [i for i, event in events.items() if event.renews]
+    spells = np.searchsorted(np.sort(renewed), there[:reference], side="right")
+    first = there[:reference]
+    if first.size:
+        first = first[spells == np.bincount(spells).argmax()]
+        known = temperature[first]
+        if np.isfinite(known).any():
+            near = np.abs(known - np.nanmedian(known)) <= _ALIKE
+            first = first[near]
+    return first
 
-    It is taken at the mode of the likelihood times the prediction of the trend, which is widened
-    for scatter and for a change not noticed yet. So that place follows the records in the
-    directions that they determine, and stays at the trend in all others.
 
-    Args:
-        models: Joint model of each motion that has a usable record.
-        i: Which operation of them.
-        reference: Where the trend started; None before there is one.
-        predicted: Predicted mean ``(p,)`` and covariance ``(p, p)`` of the standardised
-            parameters; None in the first operations.
+def _motion(
+    motion: str, data: xr.Dataset, usable: np.ndarray, new: np.ndarray, names: Sequence[str]
+) -> Motion | None:
+    """Records of a motion in the units of the new ones; None if none of these has a record."""
+    n, sign = len(usable), 1.0 if motion == "closing" else -1.0
+    records, step = sign * data.record.values, 1.0 / data.rate.values
+    way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
+    noise = np.full(n, np.nan)
+    own = [each for i in new if usable[i] and (each := _shape(records[i], step[i]))]
+    if not own:
+        return None
+    stroke, duration = np.median([(each.stroke, each.duration) for each in own], axis=0).tolist()
+    units = own[0]._replace(stroke=stroke, duration=duration)
+    for i in np.flatnonzero(usable):
+        shape = _shape(records[i], step[i], units)
+        if shape is None:
+            continue
+        way[i], present[i] = shape.way, shape.present
+        sd, colour = data.record_noise.values[i], data.record_colour.values[i]
+        noise[i] = seen_of(shape, sd, colour, step[i], units).noise[0]
+    there = data.measured.sel(quantity=list(names)).values.T if names else ()
+    measured = dict(zip(names, there, strict=True))
+    return Motion(way, present, noise, stroke, duration, measured)
 
-    Returns:
-        Information ``(p, p)`` and slope ``(p,)`` of the log likelihood, and the standardised
-        parameters where they are taken, ``(p,)``.
-    """
-    p, one = len(NAMES), slice(i, i + 1)
-    nothing = np.zeros((p, p)), np.zeros(p), np.zeros(p)
-    if not models or reference is None:
-        return nothing
-    records = {motion: series.records[motion][one] for motion in models}
-    outputs = {motion: series.outputs[motion][one] for motion in models}
-    room = np.diag(np.square(_ROOM / next(iter(models.values())).prior.log_sds))
-    mean, spread = (reference.centre, np.zeros((p, p))) if predicted is None else predicted
-    onsets = {motion: onset_of(each) for motion, each in outputs.items()}
-    expected = mean, np.linalg.inv(spread + room)
-    centre, matrix, slope = climb(
-        models, records, mean[None], onsets, *expected, moves=_MOVES, later_steps=1
-    )
-    return matrix[0], slope[0], centre[0]
+
+def _shape(record: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
+    """Normalise a record ``(s,)``, padded with nan; None if it shows no motion."""
+    there = np.flatnonzero(np.isfinite(record))
+    try:
+        return shape_of(record[: there[-1] + 1] if there.size else record, step, like)
+    except ValueError:
+        return None

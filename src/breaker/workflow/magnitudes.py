@@ -39,14 +39,13 @@ def _product(names: tuple[str, ...], most: float, *values: float) -> str | None:
     )
 
 
-def _jobs(
-    size_name: str, count: int | Mapping[str, int], size: int, *curves: str | None
-) -> str | None:
-    most = max(count.values()) if isinstance(count, Mapping) else count
-    if most / size <= _JOBS or any(curves):
+def _jobs(operations: int, size: int, curves: str | None) -> str | None:
+    if operations / size <= _JOBS or curves:
         return None
-    least = math.ceil(most / _JOBS)
-    return f"makes more than {_JOBS} jobs. Lower it, or raise {size_name} to {least} or more."
+    return (
+        f"makes more than {_JOBS} jobs. Lower it, or raise endurance.operations_per_job to "
+        f"{math.ceil(operations / _JOBS)} or more."
+    )
 
 
 @cache
@@ -147,19 +146,11 @@ _PRODUCTS = {
     ("rig.operations", "rig.sensor.rate", "rig.sensor.length"): 2e8,
     ("validation.draws", "validation.curves"): 2e7,
     ("endurance.draws", "endurance.operations_per_job"): 2e7,
-    ("wear_model.lines", "wear_model.horizon"): 2e7,
-    ("lives.draws", "lives.operations"): 1e8,
 }
-_IN_JOBS = (  # what, and how much of it is in a job
-    ("rig.operations", "endurance.operations_per_job", "endurance.curves"),
-    ("lives.lives", "lives.lives_per_job"),
-    ("judged.lives", "judged.lives_per_job"),
-    ("judged.faults", "judged.faults_per_job"),
-)
 
 MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     *((names, partial(_product, names, most)) for names, most in _PRODUCTS.items()),
-    *((names, partial(_jobs, names[1])) for names in _IN_JOBS),
+    (("rig.operations", "endurance.operations_per_job", "endurance.curves"), _jobs),
     (("rig",), _moves),
     *(((f"prior.{each.name}.median", "size"), partial(_unlike, each)) for each in PARAMETERS),
     (("prior",), _support),
@@ -167,6 +158,5 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("sensor.onset_sd",), partial(_off_or_above, 0.001)),
     (("rig.elements.linkage",), partial(_off_or_above, _LINKAGE)),
     (("rigs.elements", "rigs.strength"), _linkages),
-    (("judged.foreign",), _linkages),
     (("endurance.format",), _format),
 )

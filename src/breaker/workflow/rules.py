@@ -131,7 +131,7 @@ def _limits(
     if wrong:
         return f"cannot be used. {' '.join(wrong)}"
     # There may be limits of motions that are not worked on, but not only such.
-    if not any(entry["motion"] in motions for entry in entries):
+    if not any(entry.get("motion") in (*motions, None) for entry in entries):
         return f"has no limit of {' or '.join(motions)} (motions). Add one."
     return None
 
@@ -180,9 +180,10 @@ def _events(events: Mapping[str, Sequence[str]]) -> str | None:
     return " ".join(wrong) or None
 
 
-def _effect(mean_sd: Sequence[float]) -> str | None:
-    _, sd = mean_sd
-    return None if sd >= 0 else f"is {mean_sd}, but a standard deviation cannot be negative."
+def _reference(reference: int | Sequence[int]) -> str | None:
+    """The first operations, or the first and the last of those that are new."""
+    wrong = not isinstance(reference, int) and reference[0] > reference[1]
+    return f"is {reference}, but the first comes before the last. Swap them." if wrong else None
 
 
 def _curves(
@@ -246,11 +247,6 @@ _AT_MOST = {  # a key, and the one that it must not exceed
     "validation.judged_curves": "validation.curves",
     "correction.smallest_size": "correction.draws",
     "correction.fit_size": "correction.round_draws",
-    "alarm.clear": "alarm.raise",
-    "wear_model.notice": "wear_model.horizon",
-    "wear_model.baseline": "endurance.operations_per_job",
-    "lives.operations": "wear_model.horizon",
-    "judged.operations": "wear_model.horizon",
 }
 
 RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
@@ -262,14 +258,11 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     ),
     (("solver.reference", "solver.candidates"), _solver),
     (("validation.second_seed", "validation.seed"), partial(_other_seed, "validation.seed")),
-    (("lives.calibration_seed", "lives.seed"), partial(_other_seed, "lives.seed")),
-    *(((f"lives.{name}",), _range) for name in ("ratio", "change", "drift", "scatter")),
-    *(((f"judged.{name}",), _range) for name in ("quantum", "colour", "change", "faster")),
     *(((f"family.{name}",), _range) for name in ("strength", "held_preload", "touch")),
     *(
         ((name,), _from_to)
         for name in (
-            *("judged.foreign", "rigs.elements", "rigs.wear.change"),
+            *("rigs.elements", "rigs.wear.change"),
             *("family.elements", "family.more", "family.wear.change"),
         )
     ),
@@ -288,7 +281,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("known", "speeds", "endurance.posterior"), _known),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
     (("endurance.events",), _events),
-    (("wear_model.friction_by_temperature",), _effect),
+    (("wear_model.reference",), _reference),
     (
         (
             *("endurance.curves", "motions", "endurance.breaker", "endurance.phase"),

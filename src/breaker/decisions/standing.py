@@ -1,0 +1,151 @@
+"""How a drive stands to each of its limits after every operation: one vocabulary, one record each.
+
+A limit is *now* where it is exceeded, or the operation has come by which to service; *plan* where
+that is within the planning horizon; *healthy* before; and *unknown* where too little is known:
+before the drive was followed long enough, without records, or where a service would have to be
+planned for a quantity, or a date, that is known too badly. Such a limit is told apart, with its
+probability, and hides no other.
+
+The operation by which to service is after a share of what is left for almost sure. What is told
+moves by evidence alone: where the estimate leaves it by a share of what is left.
+
+Shapes: ``o`` operations, ``a`` of them asked, ``l`` limits.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+__all__ = ["STATES", "standing", "steady"]
+
+STATES = ("unknown", "healthy", "plan", "now")
+"""States of a limit and of a drive, the most urgent last."""
+
+_RAISE, _CLEAR = 0.95, 0.5  # probability from which a limit is exceeded, and below which no more
+_VAGUE = 0.25  # half a 90 % interval over the way to a limit, from which the limit cannot be told
+_EARLY = 0.4  # life that is left for almost sure over that left by half, below which it is vague
+_MOVES = 0.4  # share of what is left, by which an estimate leaves what is told
+_UNKNOWN, _HEALTHY, _PLAN, _NOW = range(len(STATES))
+
+
+def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> xr.Dataset:
+    """Say how the drive stands.
+
+    Args:
+        life: What ``wear.follow_life`` returns.
+        settings: The section ``planning`` of the configuration: ``operations`` and ``years`` ahead.
+        per_operation: Days from one operation to the next, of late, ``(o,)``; nan if not known.
+
+    Returns:
+        Dataset over ``operation`` and ``limit``: ``state``, number in ``STATES``; ``beyond``, the
+        probability that it is exceeded; ``service_by``, a number, inf without one; ``left``, by
+        ``quantile``, operations, 0 where it is exceeded; and over ``operation`` the drive's own
+        ``drive_state``, ``subject``, the limit that it is about (-1 without one), and
+        ``drive_service_by``. Over ``limit``: ``certain`` and ``crossed``, the first operation at
+        which it is exceeded for sure, and from which on it is likelier than not; nan if it is not
+        exceeded at the end.
+    """
+    asked, operations = life.asked.values, life.operation.values
+    beyond, exceeded = life.beyond.values, _exceeded(life.beyond.values)
+    early = life.steady.values[..., 0]
+    due = asked[:, None] + np.where(np.isfinite(early), life.attrs["margin"] * early, early)
+    by = np.array([steady(each, asked) for each in due.T]).reshape(-1, len(asked)).T
+    at = np.searchsorted(asked, operations, side="right") - 1
+    shown, at = at >= 0, np.maximum(at, 0)
+    by, over = np.where(shown[:, None], by[at], np.inf), exceeded[at] & shown[:, None]
+    gone = (operations - asked[at])[:, None, None]
+    left = np.maximum(life.remaining.values[at] - gone, 0.0)
+    left = np.where(shown[:, None, None], left, np.nan)
+    beyond = np.where(shown[:, None], beyond[at], np.nan)
+    unknown = np.isnan(beyond) | (operations < life.attrs["told"])[:, None]
+    ahead = by - operations[:, None]
+    soon = ahead <= settings["operations"]
+    with np.errstate(invalid="ignore"):
+        soon |= ahead * per_operation[:, None] <= 365.25 * settings["years"]
+    unknown |= _vague(life)[at] & soon
+    state = np.where(soon, np.where(ahead <= 0.0, _NOW, _PLAN), _HEALTHY)
+    state = np.where(over, _NOW, np.where(unknown, _UNKNOWN, state))
+    by = np.where(unknown & ~over, np.inf, np.where(over, np.minimum(by, operations[:, None]), by))
+    certain, crossed = _since(over, beyond, operations)
+    drive = state.max(axis=1, initial=_UNKNOWN)
+    urgent = np.where(state == drive[:, None], by, np.inf)
+    urgent = np.where(drive[:, None] == _UNKNOWN, np.inf, urgent)
+    some = np.isfinite(urgent).any(axis=1) if state.shape[1] else np.zeros(len(drive), bool)
+    subject = (
+        np.where(some, urgent.argmin(axis=1), -1) if state.shape[1] else np.full(len(drive), -1)
+    )
+    each = ("operation", "limit")
+    return xr.Dataset(
+        {
+            "state": (each, state.astype(np.int8)),
+            "beyond": (each, beyond),
+            "service_by": (each, by),
+            "left": ((*each, "quantile"), np.where(over[..., None], 0.0, left)),
+            "certain": ("limit", certain),
+            "crossed": ("limit", crossed),
+            "drive_state": ("operation", drive.astype(np.int8)),
+            "drive_service_by": ("operation", by.min(axis=1, initial=np.inf)),
+            "subject": ("operation", subject),
+        },
+        {name: life[name] for name in ("operation", "limit", "quantile")},
+        {"states": list(STATES)},
+    )
+
+
+def _exceeded(beyond: np.ndarray) -> np.ndarray:
+    """Return from when to when each limit is exceeded, ``(a, l)`` of bool, with a hysteresis."""
+    found = np.zeros(beyond.shape, dtype=bool)
+    for k in range(len(beyond)):
+        before = found[k - 1] if k else np.zeros(beyond.shape[1], dtype=bool)
+        found[k] = (beyond[k] >= _RAISE) | (before & ~(beyond[k] < _CLEAR))
+    return found
+
+
+def _vague(life: xr.Dataset) -> np.ndarray:
+    """Say of which limits the quantity, or the life that is left, is known badly, ``(a, l)``."""
+    value = life.value.values
+    half = (value[..., 2] - value[..., 0]) / 2.0
+    way = np.abs(life.part_bound.values - life.new.values)
+    unsure = ~(half <= _VAGUE * way)
+    of, early, middle = life.part_limit.values, *np.moveaxis(life.steady.values[..., :2], -1, 0)
+    every = [unsure[:, of == name].any(axis=1) for name in life.limit.values]
+    badly = (early < _EARLY * middle) & (life.of.values != "record")
+    return np.array(every, dtype=bool).reshape(-1, len(value)).T | badly
+
+
+def steady(estimate: np.ndarray, operations: np.ndarray) -> np.ndarray:
+    """Return what is told of an estimated operation, ``(a,)``, moved by evidence alone.
+
+    >>> steady(np.array([500.0, 510, 380, 385]), np.array([100, 200, 300, 370])).tolist()
+    [500.0, 500.0, 380.0, 380.0]
+
+    Args:
+        estimate: Operations by which to service, ``(a,)``; inf beyond the horizon, nan not known.
+        operations: After which they were estimated, ``(a,)``.
+    """
+    told, found = np.inf, []
+    for new, operation in zip(estimate.tolist(), operations.tolist(), strict=True):
+        if np.isnan(new) or told < new <= operation:
+            pass
+        elif (
+            np.isinf(new)
+            or np.isinf(told)
+            or abs(new - told) > max(1.0, _MOVES * (max(new, told) - operation))
+        ):
+            told = new
+        found.append(told)
+    return np.floor(np.array(found))
+
+
+def _since(
+    over: np.ndarray, beyond: np.ndarray, operations: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return since when limits are exceeded for sure, and since when likely, ``(l,)`` each."""
+    certain, crossed = np.full((2, over.shape[1]), np.nan)
+    for j in np.flatnonzero(over[-1]):
+        first = len(over) - int(np.argmin(over[::-1, j])) if not over[:, j].all() else 0
+        likely = np.nan_to_num(beyond[: first + 1, j]) >= _CLEAR
+        begins = first + 1 - int(np.argmin(likely[::-1])) if not likely.all() else 0
+        certain[j], crossed[j] = operations[first], operations[min(begins, first)]
+    return certain, crossed

@@ -1,0 +1,142 @@
+"""The first page in sentences, rendered from the tables; nothing is read back from them."""
+
+import math
+
+import pandas as pd
+import xarray as xr
+
+from breaker.decisions.wording import about, and_so_on, in_percent, span
+
+__all__ = ["headline", "limit_words", "since_new", "trust"]
+
+_NOTED = 2.0  # percent, beyond which a change is worth a word
+_SURE = 0.05  # probability of no change below which a parameter is named
+_MOST = 4
+_USUAL = {
+    "f": "closing force",
+    "k_a": "opening spring",
+    "k_b": "contact spring",
+    "mu": "mass ratio",
+}
+_USUAL |= {"gamma_a": "drive friction", "gamma_b": "contact friction", "L": "contact gap"}
+
+
+def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
+    """Say what has changed since new, and what may have.
+
+    Args:
+        changes: What ``change_table`` returns; its last row counts.
+        life: What ``wear.follow_life`` returns.
+    """
+    row = changes.iloc[-1]
+    if not life.attrs["family"]:
+        return "Since new: parameters are withheld, see trust; what is measured holds."
+    if row.noticed < life.attrs["told"]:
+        return f"Since new: nothing is told before operation {life.attrs['told']:,}."
+    names = [str(name) for name in life.parameter.values]
+    if math.isnan(row[names[0]]):
+        return "Since new: the change is larger than any wear that the networks know."
+    sure = [name for name in names if row[f"{name}_unchanged"] < _SURE]
+    sure.sort(key=lambda name: -abs(row[name]))
+    told = [f"{_USUAL[name]} {row[name]:+.2g} % ({_span(row, name)})" for name in sure]
+    rest = [name for name in names if name not in sure]
+    may = [name for name in rest if max(abs(row[f"{name}_5"]), abs(row[f"{name}_95"])) > _NOTED]
+    words = ", ".join(told) if told else "nothing for sure"
+    if may:
+        words += f"; perhaps {', '.join(f'{_USUAL[name]} ({_span(row, name)} %)' for name in may)}"
+    if len(may) < len(rest):
+        words += f"; nothing else beyond {_NOTED:g} %"
+    return f"Since new: {words}."
+
+
+def _span(row: pd.Series, name: str) -> str:
+    """A 90 % interval, percent."""
+    return f"{row[f'{name}_5']:+.2g} to {row[f'{name}_95']:+.2g}"
+
+
+def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
+    """Say what to do after the last operation, and why.
+
+    Args:
+        decisions, limits: What ``decide`` and ``limit_table`` return.
+    """
+    row = decisions.iloc[-1]
+    by_limit = limits.drop_duplicates("limit")
+    unknown = by_limit[by_limit.state == "unknown"]
+    ends = span(row.operations_left_5, row.operations_left_95)
+    left = f"{about(row.operations_left)} operations left ({ends})"
+    if row.state == "now":
+        over = by_limit[by_limit.certain.notna()].sort_values("certain")
+        each = [f"{one.limit} (certain at {one.certain:,})" for one in over.itertuples()]
+        why = f"exceeded: {and_so_on(each, _MOST)}" if each else f"{row.limit} is due, {left}"
+        words = f"Service now: {why}"
+    elif row.state == "plan":
+        on = f" ({row.service_by_date})" if row.get("service_by_date") else ""
+        words = f"Plan service by operation {row.service_by:,}{on}: {row.limit}, {left}"
+    elif row.state == "healthy":
+        known = row.limit and math.isfinite(row.operations_left)
+        words = (
+            f"Healthy: next is {row.limit}, {left}"
+            if known
+            else "Healthy: nothing leads to a limit"
+        )
+    else:
+        words = "Unknown: no limit can be told yet"
+    cannot = [
+        f"{one.limit} (P {in_percent(one.probability)})"
+        for one in unknown.itertuples()
+        if one.probability == one.probability
+    ]
+    doubts = (
+        f" Cannot tell {and_so_on(cannot, _MOST)}." if cannot and row.state != "unknown" else ""
+    )
+    return f"{words}.{doubts} As of operation {row.operation:,}."
+
+
+def trust(life: xr.Dataset) -> str:
+    """Say how far the answer can be trusted."""
+    least = f"{float(life.p_value.min()):.2g}" if life.sizes["motion"] else "unknown"
+    if life.attrs["agreement"] < 1.0 and not life.attrs["family"]:
+        return (
+            "Trust: closing and opening contradict each other on what has changed "
+            f"(p = {life.attrs['agreement']:.2g}); only what is measured is told."
+        )
+    if not life.attrs["family"]:
+        return (
+            f"Trust: the drive is of no family that ships (p = {least}); only what is measured is "
+            "told."
+        )
+    words = f"Trust: drives of the family {life.attrs['family']} look like this one (p = {least})"
+    if life.sizes["motion"] > 1:
+        words += f", and closing and opening agree (p = {life.attrs['agreement']:.2g})"
+    return f"{words}."
+
+
+def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
+    """Return the table of limits of the first page, in words.
+
+    Args:
+        limits: What ``limit_table`` returns.
+    """
+    rows = []
+    for one in limits.itertuples():
+        if one.certain is not pd.NA and one.certain == one.certain:
+            left = f"exceeded: certain at {one.certain:,}, crossed about {one.crossed:,}"
+        elif math.isnan(one.operations_left) or one.state == "unknown":
+            left = "cannot be told"
+        else:
+            ends = span(one.operations_left_5, one.operations_left_95)
+            left = f"{about(one.operations_left)} ({ends})"
+        rows.append(
+            {
+                "limit": one.limit,
+                "state": one.state,
+                "quantity": f"{'change of ' if one.of == 'change' else ''}{one.quantity}",
+                "new": f"{one.new:.4g}",
+                "now (90 %)": f"{one.now:.4g} ({one.now_5:.4g} to {one.now_95:.4g})",
+                "at": f"{one.bound:.4g} {one.unit}",
+                "P": in_percent(one.probability) if one.probability == one.probability else "",
+                "operations left (90 %)": left,
+            }
+        )
+    return pd.DataFrame(rows)

@@ -1,0 +1,183 @@
+"""A life, followed: all that is known after each operation, for tables and figures."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from breaker.family import agreement_of
+from breaker.mechanism import NAMES, Limit
+from breaker.wear.forecast import Forecast, Future
+from breaker.wear.path import Path
+from breaker.wear.readout import Readout, name_set
+from breaker.wear.tracker import Tracker
+
+__all__ = ["follow_life"]
+
+QUANTILES = (0.05, 0.5, 0.95)
+_ASKED = 500  # operations, about, at which a life is read; all are followed
+_APART = 0.01  # probability of a parameter in which closing and opening contradict each other
+
+
+def follow_life(
+    readout: Readout, tracker: Tracker, limits: Sequence[Limit], future: Future
+) -> xr.Dataset:
+    """Follow a drive and judge its limits.
+
+    Args:
+        readout: How changes of the drive are read; with its series.
+        limits: Those on what its motions show.
+
+    Returns:
+        Dataset over ``operation``, every one: ``evidence`` for a change (nats) and ``weight`` of
+        the record; over ``asked``, numbers of the operations at which the life was read:
+        ``changed`` ``(asked, parameter, quantile)``, percent since new, ``unchanged`` ``(asked,
+        parameter)``, the probability of no change, ``names``, the set of what has changed most,
+        ``beyond`` ``(asked, limit)``, ``remaining`` and ``steady`` ``(asked, limit, quantile)``, as
+        of ``Forecast``, and ``value`` ``(asked, part, quantile)`` of the limits' parts, with ``new
+        (part)``; over ``change``: ``noticed``, ``start``, ``earliest`` and ``latest``, numbers of
+        operations, ``kind``, ``certainty`` (nats; below 0 taken back) and ``change_names``; over
+        ``motion``: ``p_value`` of the family. Attributes ``family``, empty if it is of none,
+        ``agreement`` of the motions, 1 of a single one, ``told``, the first operation at which
+        anything but what is measured is told, and ``threshold``.
+    """
+    series = readout.series
+    blocks = readout.coordinates.blocks(series)
+    events = {i: event.transducer for i, event in series.events.items() if event.renews}
+    path = tracker.follow(
+        series.operations, blocks, new=series.new, events=events, temperature=series.warm
+    )
+    apart = agreement(readout, path)
+    if apart < _APART:
+        readout = readout.withheld()
+    known = np.flatnonzero(np.isfinite(path.change).all(axis=1))
+    every = max(1, -(-known.size // _ASKED))
+    where = np.append(known[:-1:every], known[-1:])
+    number = series.operations
+    told = number[min(series.new[-1] + tracker.settle, len(number) - 1)]
+    found = {
+        "evidence": ("operation", path.evidence),
+        "weight": ("operation", path.weight),
+        "p_value": ("motion", [each.p_value for each in readout.matches.values()]),
+        **_parameters(readout, path, where),
+        **_limits(limits, readout, path, where, future),
+        **_changes(readout, path, tracker.settle),
+    }
+    coords = {
+        "operation": number,
+        "asked": number[where],
+        "parameter": list(NAMES),
+        "motion": list(readout.matches),
+        "quantile": list(QUANTILES),
+        **_limit_coords(limits),
+    }
+    attrs = {"family": readout.family, "agreement": apart, "told": int(told)}
+    return xr.Dataset(
+        found, coords, attrs | {"threshold": tracker.threshold, "margin": future.margin}
+    )
+
+
+def agreement(readout: Readout, path: Path) -> float:
+    """Return how probably closing and opening are as far apart on the change at the end, or more.
+
+    1 of a single motion, or of no family.
+    """
+    motions = list(readout.coordinates.curves)
+    if len(motions) < 2 or readout.changes is None:
+        return 1.0
+    last = slice(-1, None)
+    each = [readout.parameters(path.change[last], path.variance[last], [m])[0] for m in motions]
+    if not all(np.isfinite(draws).all() for draws in each):
+        return 1.0
+    return float(agreement_of(*each).min())
+
+
+def _parameters(readout: Readout, path: Path, where: np.ndarray) -> Mapping[str, tuple]:
+    """Changes of the parameters since new."""
+    draws = readout.parameters(path.change[where], path.variance[where])
+    names = [" or ".join(name_set(each, readout.usual())) for each in draws]
+    return {
+        "changed": (
+            ("asked", "parameter", "quantile"),
+            np.moveaxis(np.quantile(draws, QUANTILES, axis=1), 0, -1),
+            {"unit": "%"},
+        ),
+        "unchanged": (
+            ("asked", "parameter"),
+            np.where(np.isfinite(draws[:, 0]), (draws == 0.0).mean(axis=1), np.nan),
+        ),
+        "names": ("asked", np.array(names, dtype=str)),
+    }
+
+
+def _limits(
+    limits: Sequence[Limit], readout: Readout, path: Path, where: np.ndarray, future: Future
+) -> Mapping[str, tuple]:
+    """What is known of limits."""
+    operations = readout.series.operations
+    found = [Forecast.of(each, path, readout, where, operations, future) for each in limits]
+    n, zero = len(where), np.zeros((1, readout.size))
+    new = [np.median(readout.values(limit, zero, zero + 1e-12)[0], axis=0) for limit in limits]
+    return {
+        "beyond": (("asked", "limit"), _side([each.beyond for each in found], n)),
+        "remaining": (("asked", "limit", "quantile"), _side([e.remaining for e in found], n, 3)),
+        "steady": (("asked", "limit", "quantile"), _side([e.steady for e in found], n, 3)),
+        "value": (
+            ("asked", "part", "quantile"),
+            np.concatenate([np.zeros((n, 0, 3)), *(each.value for each in found)], axis=1),
+        ),
+        "new": ("part", np.concatenate([np.zeros(0), *new])),
+    }
+
+
+def _side(columns: Sequence[np.ndarray], n: int, *more: int) -> np.ndarray:
+    return np.stack(columns, axis=1) if columns else np.zeros((n, 0, *more))
+
+
+def _limit_coords(limits: Sequence[Limit]) -> dict[str, object]:
+    """Coordinates of limits and of their parts."""
+    parts = [
+        (limit.name, *part, unit)
+        for limit in limits
+        for part, unit in zip(limit.parts, limit.units, strict=True)
+    ]
+    names = ("limit", "quantity", "bound", "upper", "unit")
+    of_parts = zip(*parts, strict=True) if parts else [()] * len(names)
+    return {
+        "limit": np.array([limit.name for limit in limits], dtype=str),
+        "words": ("limit", np.array([limit.words for limit in limits], dtype=str)),
+        "of": ("limit", np.array([limit.of for limit in limits], dtype=str)),
+    } | {f"part_{name}": ("part", list(each)) for name, each in zip(names, of_parts, strict=True)}
+
+
+def _changes(readout: Readout, path: Path, settle: int) -> Mapping[str, tuple]:
+    """Changes of the path, and what has most to do with each."""
+    number, names = readout.series.operations, []
+    for k, change in enumerate(path.changes):
+        begins = [later.start for later in path.changes[k + 1 :]]
+        last = min([change.noticed + settle, len(number) - 1, *(b - 1 for b in begins)])
+        names.append(_named(readout, path, max(change.start - 1, 0), max(last, change.start)))
+    about = {
+        name: ("change", number[[getattr(change, name) for change in path.changes]].astype(int))
+        for name in ("noticed", "start", "earliest", "latest")
+        if path.changes
+    } or dict.fromkeys(("noticed", "start", "earliest", "latest"), ("change", np.zeros(0, int)))
+    kinds = [change.kind for change in path.changes]
+    return about | {
+        "kind": ("change", np.array(kinds, dtype=str)),
+        "certainty": ("change", np.array([change.evidence for change in path.changes])),
+        "change_names": ("change", np.array(names, dtype=str)),
+    }
+
+
+def _named(readout: Readout, path: Path, before: int, after: int) -> str:
+    """Name what has most to do with the way off a line that the drive was on; empty if nothing."""
+    number = readout.series.operations
+    on = float(number[after] - number[before])
+    off = path.change[after] - path.change[before] - on * path.rate[before]
+    variance = path.variance[after] + path.variance[before]
+    variance = variance + on**2 * path.rate_variance[before]
+    if readout.changes is None or not np.isfinite(off).all():
+        return ""
+    draws = readout.parameters(off[None], variance[None])[0]
+    return " or ".join(name_set(draws, readout.usual()))

@@ -1,0 +1,175 @@
+"""How long a drive may go on: when its path is beyond a limit, if the wear goes on as it does.
+
+Or changes: the rate may become another one. How likely that is, and by how much, was learned from
+lives (``wear_model.future``). That is scale-free: in another tenth of the operations so far a
+change is as likely, whether these are a hundred or ten thousand. The probability to be beyond after
+so many operations is that of the path so much further on, over all the changes that there may be.
+
+A service is planned by the path as it is: a change is noticed when it comes, and moves the plan.
+What lives cost in which it comes too late for that is in the margin (``docs/lives.csv``).
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple, Self
+
+import numpy as np
+from scipy.special import ndtri
+
+from breaker.mechanism import Limit
+from breaker.wear.path import Path
+from breaker.wear.readout import Readout
+
+__all__ = ["Forecast", "Future"]
+
+_NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # along the path, operations, horizons
+_AHEAD = 48  # operations ahead at which a distribution is computed
+_WHEN, _HOW = 5, 3  # nodes of when the next change comes, and of its size
+_SHARES = (0.05, 0.5, 0.95)
+
+
+class Future(NamedTuple):
+    """What may become of the wear.
+
+    Attributes:
+        horizon: Operations, the farthest that is looked for.
+        changes: Power of the operations so far, over those then, with which no change comes.
+        faster: Median of the factor on the rate,
+        spread: and sd of its logarithm.
+        margin: Share of the life that is left for almost sure, after which to service.
+    """
+
+    horizon: int = 10000
+    changes: float = 1.0
+    faster: float = 4.0
+    spread: float = 0.4
+    margin: float = 0.8
+
+    @classmethod
+    def from_settings(cls, settings: Mapping) -> Self:
+        """Build from the section ``wear_model`` of the configuration."""
+        return cls(settings["horizon"], **settings["future"])
+
+    def ahead(self) -> np.ndarray:
+        """Return operations ahead at which it is asked, ``(h,)``; the first is 0."""
+        return np.append(0.0, np.geomspace(1.0, self.horizon, _AHEAD - 1))
+
+    def ways(self, past: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far the path may have come, in operations at its rate, and how probably.
+
+        Args:
+            past: Operations so far.
+
+        Returns:
+            For each of ``ahead``, ``(h, w)`` each.
+        """
+        ahead = self.ahead()[:, None, None]
+        goes_on = (past / (past + ahead)) ** self.changes
+        when = (np.arange(_WHEN) + 0.5)[:, None] / _WHEN  # quantiles, given that a change comes
+        level = 1.0 - when * (1.0 - goes_on)
+        before = np.minimum(past * (level ** (-1.0 / self.changes) - 1.0), ahead)
+        factor = self.faster * np.exp(self.spread * ndtri((np.arange(_HOW) + 0.5) / _HOW))
+        way = (before + factor * (ahead - before)).reshape(len(ahead), -1)
+        share = np.repeat((1.0 - goes_on[:, 0]) / way.shape[1], way.shape[1], axis=1)
+        return np.hstack([ahead[:, 0], way]), np.hstack([goes_on[:, 0], share])
+
+
+class Forecast(NamedTuple):
+    """What is known of one limit after some operations.
+
+    Attributes:
+        beyond: Probability to be beyond it now, ``(n,)``.
+        value: Its quantities now, ``(n, parts, 3)``, at 5, 50 and 95 %.
+        remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where it is exceeded, inf
+            beyond the horizon.
+        steady: The same if the wear goes on as it does, ``(n, 3)``.
+    """
+
+    beyond: np.ndarray
+    value: np.ndarray
+    remaining: np.ndarray
+    steady: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        limit: Limit,
+        path: Path,
+        readout: Readout,
+        where: np.ndarray,
+        operations: np.ndarray,
+        future: Future,
+    ) -> Self:
+        """Return that of a limit.
+
+        Args:
+            where: Indices of the operations at which it is asked, ``(n,)``.
+            operations: Their numbers, of all operations, ``(o,)``.
+        """
+        since_event = limit.since == "event"
+        change = path.since[where] if since_event else path.change[where]
+        variance = path.since_variance[where] if since_event else path.variance[where]
+        nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * future.horizon, _NODES - 1))
+        draws = []
+        for node in nodes:
+            there = change + node * path.rate[where]
+            spread = variance + 2.0 * node * path.covariance[where]
+            spread = np.maximum(spread + node**2 * path.rate_variance[where], 1e-12)
+            draws.append(readout.values(limit, there, spread))
+        now, excess = draws[0], limit.excess(_continued(np.array(draws), nodes))
+        remaining, steady = np.full((2, len(where), 3), np.nan)
+        ahead, first = future.ahead(), float(operations[0])
+        for k in np.flatnonzero(np.isfinite(now).any(axis=(1, 2))):
+            lives = np.sort(_crossings(excess[:, k], nodes))
+            ways, shares = future.ways(max(float(operations[where[k]]) - first, 1.0))
+            over = np.searchsorted(lives, ways, side="right") / lives.size
+            steady[k] = np.quantile(lives, _SHARES, method="inverted_cdf")
+            remaining[k] = _quantiles(ahead, (over * shares).sum(axis=1))
+        steady = np.where(steady > future.horizon, np.inf, steady)
+        known = np.isfinite(remaining[:, :1]) | np.isinf(remaining[:, :1])
+        beyond = np.where(known[:, 0], limit.exceeded(now).mean(axis=1), np.nan)
+        value = np.moveaxis(np.quantile(now, _SHARES, axis=1), 0, -1)
+        return cls(beyond, value, remaining, steady)
+
+
+def _continued(draws: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Draws along paths, ``(nodes, n, d, parts)``; what no network knows goes on straight."""
+    found = draws.copy()
+    for k in range(2, len(nodes)):
+        share = (nodes[k] - nodes[k - 1]) / (nodes[k - 1] - nodes[k - 2])
+        with np.errstate(invalid="ignore"):
+            straight = found[k - 1] + share * (found[k - 1] - found[k - 2])
+        found[k] = np.where(np.isnan(found[k]), straight, found[k])
+    return found
+
+
+def _crossings(excess: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """How far along its path each draw is beyond all parts of a limit, ``(d,)``; inf if it is not.
+
+    Args:
+        excess: How far each part is beyond, at the nodes, ``(nodes, d, parts)``; straight between.
+    """
+    holds = (excess > 0.0).all(axis=-1)
+    first = holds.argmax(axis=0)
+    found = np.where(holds.any(axis=0), 0.0, np.inf)
+    coming = np.flatnonzero(first > 0)
+    before, after = excess[first[coming] - 1, coming], excess[first[coming], coming]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(before > 0.0, 0.0, before / (before - after))
+    share = np.nan_to_num(share, nan=1.0).max(axis=-1)
+    found[coming] = nodes[first[coming] - 1] + share * np.diff(nodes)[first[coming] - 1]
+    return found
+
+
+def _quantiles(ahead: np.ndarray, beyond: np.ndarray) -> list[float]:
+    """Operations ahead by which so much of a probability is there, inf if not by the last."""
+    total, found = np.maximum.accumulate(beyond), []
+    for share in _SHARES:
+        if total[0] >= share:
+            found.append(0.0)
+        elif total[-1] < share:
+            found.append(np.inf)
+        else:
+            k = int(np.argmax(total >= share))
+            part = (share - total[k - 1]) / (total[k] - total[k - 1])
+            found.append(float(ahead[k - 1] + part * (ahead[k] - ahead[k - 1])))
+    return found
