@@ -4,13 +4,13 @@
     python -m benchmarks.visits --records 3 --rows visits.csv --change 10
     python -m benchmarks.visits --rows visits.csv --table docs/visits.csv
 
-Rigs of the family held back (docs/rigs.md), a third of them unchanged, the others worn as over a
-life; sensors round and have coloured noise as there; all seven parameters scatter by 0.4 % from
-operation to operation. With ``--change`` each rig has one parameter changed by so many percent
-instead, by turns and in the way that it wears, and elements worn as drawn; with 0 nothing changes.
-Each visit has so many records of each motion, in files, which are compared as `breaker compare`
-does. The rows of each rig are added to a file, so that an interrupted run continues; ``--table``
-sums them up.
+Rigs of the family held back (section `rigs` of the configuration), a third of them unchanged, the
+others worn as over a life; half of the sensors round, and a quarter have coloured noise; all seven
+parameters scatter by 0.4 % from operation to operation. With ``--change`` each rig has one of them
+changed by so many percent instead, by turns and in the way that it wears, and elements worn as
+drawn; with 0 nothing changes. Each visit has so many records of each motion, in files, which are
+compared as `breaker compare` does. The rows of each rig are added to a file, so that an interrupted
+run continues; ``--table`` sums them up.
 """
 
 import argparse
@@ -28,7 +28,7 @@ from breaker.mechanism import MOTIONS, NAMES, speeds_of
 from breaker.model import Prior, Sensor, generator
 from breaker.records import write_curve
 from breaker.shipped import DEFAULTS, model_file
-from breaker.synthetic import Drive, Family, Reading, family_of
+from breaker.synthetic import Drive, Family, Reading
 from breaker.synthetic.measuring import own_quantities
 from breaker.workflow import read
 
@@ -93,7 +93,7 @@ def truth(drives: tuple[Drive, Drive]) -> dict[tuple[str, str], float]:
 def one_rig(number: int, count: int, change: float | None, config: Mapping) -> pd.DataFrame:
     """Compare two visits to a rig; a row for each measured quantity, parameter and time."""
     prior, sensor = Prior.from_settings(config["prior"]), Sensor.from_settings(config["sensor"])
-    family = family_of("held_back", prior, config["rigs"], config["judged"])
+    family = Family(prior, config["rigs"])
     rng = generator(51, "benchmark of visits", number)
     if change is None:
         new = family.new(rng)
@@ -101,7 +101,7 @@ def one_rig(number: int, count: int, change: float | None, config: Mapping) -> p
         drives = new, new if number % 3 == 0 else worn
     else:
         drives = planted(family, number, change, rng)
-    reading = Reading.draw(config["judged"], rng)
+    reading = Reading.draw(rng)
     before, today = (visit(each, count, sensor, reading, rng) for each in drives)
     misfit = config["endurance"]["misfit_p_value"]
     found = compare(before, today, networks(), rng, misfit_p_value=misfit)

@@ -49,9 +49,11 @@ def test_no_sample_of_the_model_is_masked(prior, motion, rate):
 def test_no_sample_of_a_rig_is_masked(motion, rate):
     """200 rigs with bounces, dampers, bumpers, and what the family lacks: an elastic linkage."""
     config = read("config/config.yaml")
-    foreign = {**config["rigs"]["elements"], **config["judged"]["foreign"]}
+    foreign = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
     prior = Prior.from_settings(config["prior"])
-    family = Family(prior, {**config["rigs"], "elements": foreign})
+    family = Family(
+        prior, {**config["rigs"], "elements": {**config["rigs"]["elements"], **foreign}}
+    )
     rng = generator(2, "doubtful", motion, str(rate))
     time = np.arange(0.0, 76.0, 1.0 / rate)
     exact = [family.new(rng).travel(motion, time - 10.0 - rng.random()) for _ in range(25)]

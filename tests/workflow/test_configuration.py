@@ -320,8 +320,6 @@ motions: [opening]
 # keys that must fit each other
 validation: {seed: 7, second_seed: 7}
     validation.second_seed is 7, which validation.seed is too
-lives: {seed: 21}
-    lives.calibration_seed is 21, which lives.seed is too
 bank: {shards: 2, curves_per_shard: 50}
 training: {opening: {batch: 60, validation_curves: 30, held_out_curves: 11}}
     bank has 100 curves (shards times curves_per_shard), but a training needs 101
@@ -345,8 +343,6 @@ correction: {round_draws: 300, fit_size: 301}
     correction.fit_size is 301, but must not exceed correction.round_draws (300)
 alarm: {raise: 0.4, clear: 0.5}
     alarm.clear is 0.5, but must not exceed alarm.raise (0.4)
-lives: {drift: [2.0, 2.0]}
-    lives.drift is [2.0, 2.0], but the first must be less than the second
 rigs: {elements: {closing_stop: {reach: [2.0, 1.0]}}}
     rigs.elements closing_stop: reach is [2.0, 1.0], but the first must not exceed the second
 family: {more: {drag: [0.2, 0.1]}}

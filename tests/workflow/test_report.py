@@ -31,9 +31,6 @@ FIGURES = (
     "health",
     "changepoint",
     "remaining_life",
-    "prognostics",
-    "detectors",
-    "judged",
 )
 PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))
 

@@ -77,7 +77,7 @@ rule compare_networks:
     output:
         page(
             "results/networks/{motion}.csv",
-            "8 Networks",
+            "7 Networks",
             "table of the networks",
             "networks_table",
         ),
@@ -90,7 +90,7 @@ rule compare_networks:
 
 
 # All networks of one motion side by side.
-figure("networks", "8 Networks", table="results/networks/{motion}.csv")
+figure("networks", "7 Networks", table="results/networks/{motion}.csv")
 
 
 rule validate_missing:
@@ -123,7 +123,7 @@ use rule correct_validation as correct_missing with:
 # Are posteriors from records with missing samples calibrated, and wider where they should be?
 figure(
     "missing",
-    "8 Networks",
+    "7 Networks",
     label="missing samples, {network}",
     of="_{network}_{motion}",
     whole=f"results/networks/{{network}}/{{motion}}_seed{SEED}.zarr",
