@@ -126,13 +126,10 @@ def steady(estimate: np.ndarray, operations: np.ndarray) -> np.ndarray:
     """
     told, found = np.inf, []
     for new, operation in zip(estimate.tolist(), operations.tolist(), strict=True):
+        room = max(1.0, _MOVES * (max(new, told) - operation))  # nan where both are infinite
         if np.isnan(new) or told < new <= operation:
             pass
-        elif (
-            np.isinf(new)
-            or np.isinf(told)
-            or abs(new - told) > max(1.0, _MOVES * (max(new, told) - operation))
-        ):
+        elif not abs(new - told) <= room or np.isinf(new):
             told = new
         found.append(told)
     return np.floor(np.array(found))
