@@ -126,10 +126,9 @@ def steady(estimate: np.ndarray, operations: np.ndarray) -> np.ndarray:
     """
     told, found = np.inf, []
     for new, operation in zip(estimate.tolist(), operations.tolist(), strict=True):
-        room = max(1.0, _MOVES * (max(new, told) - operation))  # nan where both are infinite
-        if np.isnan(new) or told < new <= operation:
-            pass
-        elif not abs(new - told) <= room or np.isinf(new):
+        room = _MOVES * (max(new, told) - operation)
+        apart = np.inf if np.isinf(new) or np.isinf(told) else abs(new - told)
+        if not (np.isnan(new) or told < new <= operation) and apart > max(1.0, min(room, 1e12)):
             told = new
         found.append(told)
     return np.floor(np.array(found))

@@ -21,7 +21,8 @@ _MEMORY = 300.0  # records, over which the size of the scatter is followed
 _ODD = 9.0  # square of a record's coordinate, in variances, as which a larger one counts in it
 _FIRST = 100.0  # records that the scatter of the reference counts for in this
 _BASE = 3  # columns of the design: level, rate, curvature
-_SOUGHT = ("faster", "turned", "step")
+_SOUGHT = ("faster", "turned", "step", "step")
+_FAULT = 10.0  # size of a sudden fault, over that of any other change
 
 
 class _Best(NamedTuple):
@@ -221,7 +222,8 @@ class Life:
             along = np.square(tracker.faster * np.outer(now - before, (fit.mean @ rate)[:_LEADING]))
             other = np.tile(np.square(tracker.size) * some, (starts.size, 1))
             ramps, steps = sums
-            total += [ramps.evidence(along), ramps.evidence(other), steps.evidence(other)]
+            each = ramps.evidence(along), ramps.evidence(other), steps.evidence(other)
+            total += [*each, steps.evidence(_FAULT**2 * other)]
         gaps = np.gradient(ages.astype(float)) if ages.size > 1 else np.ones(1)
         total += np.log(gaps / (gaps.sum() * len(_SOUGHT)))
         evidence = float(np.logaddexp.reduce(total.ravel()))
