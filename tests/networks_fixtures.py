@@ -11,7 +11,6 @@ from scipy.stats import norm
 from breaker import shipped
 from breaker.mechanism.curves import travel
 from breaker.model.bank import simulate
-from breaker.model.discrepancy import Discrepancy
 from breaker.model.randomness import generator
 from breaker.networks.flow_matching import FlowMatching
 from breaker.posterior.batches import Rows, freeze_inputs, split, truth
@@ -78,15 +77,6 @@ def settings(*, motion="closing", onset=True, network=NETWORK):
     """Settings of a small model."""
     sensor = SENSOR if onset else {**SENSOR, "onset_sd": 0.0, "zero_sd": 0.0}
     return {"motion": motion, "prior": PRIOR, "sensor": sensor, "network": network}
-
-
-def left_out(samples=SENSOR["samples"], *, components=3, size=0.3, seed=4):
-    """What a model leaves out: waves for mean, slopes and components, of about this size, mm."""
-    rng = np.random.default_rng(seed)
-    count = 1 + 7 + components
-    turns, phases = rng.uniform(2, 12, (count, 1)), rng.uniform(0, 6, (count, 1))
-    waves = size * np.sin(turns * np.linspace(0, 1, samples) + phases)
-    return Discrepancy(waves[0], 0.3 * waves[1:8], waves[8:])
 
 
 def bank_of(posterior, n, *, seed=5):

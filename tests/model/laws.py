@@ -7,10 +7,7 @@ from scipy.stats import chi2, kstest
 def covariance(sensor):
     """Covariance of a record about its expected curve, written out, ``(t, t)``."""
     t = sensor.samples
-    whole = sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
-    if sensor.discrepancy is not None:
-        whole += sensor.discrepancy.factor.T @ sensor.discrepancy.factor
-    return whole
+    return sensor.noise_sd**2 * np.eye(t) + sensor.zero_sd**2 * np.ones((t, t))
 
 
 def covariance_p_value(residual, whole):

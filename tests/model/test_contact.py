@@ -4,40 +4,33 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.stats import multivariate_normal
 
 from breaker.mechanism import Size, travel
-from breaker.model import Contact, Discrepancy, Facts, Lag, Model, linearise_beside
-from tests.networks_fixtures import PRIOR, left_out
+from breaker.model import Contact, Facts, Model, linearise_beside
+from tests.model.laws import covariance
+from tests.networks_fixtures import PRIOR
 
 SAMPLES = 12
 SENSOR = {"start": -1.0, "stop": 40.0, "samples": SAMPLES}
 ERRORS = {"noise_sd": 0.2, "onset_sd": 0.3, "zero_sd": 0.1}
-CURVE = left_out(SAMPLES)
-LAG = Lag(0.3, np.linspace(-0.1, 0.2, 7), np.linspace(0.2, -0.1, len(CURVE.factor)), 0.07)
-KNOWN = replace(CURVE, lag=LAG)
 CONTACT = Contact(10.3, 0.1)
 
 
 @pytest.fixture(scope="module", params=["closing", "opening"])
 def model(request):
     settings = {"prior": PRIOR, "sensor": {**SENSOR, **ERRORS}, "motion": request.param}
-    return Model.from_settings(settings, KNOWN)
+    return Model.from_settings(settings)
 
 
 def augmented(model, z, contact):
     """Mean ``(n, t + 1)`` and covariance of record and time together, written out."""
-    values, left_out = model.destandardise(z), model.sensor.discrepancy
+    values = model.destandardise(z)
     found = travel(values[:, :7], model.sensor.times, model.motion, onset=values[:, 7])
-    times = found.switching + values[:, 7] + left_out.lag.mean + z[:, :7] @ left_out.lag.slopes
-    curves = found.travel + left_out.mean + z[:, :7] @ left_out.slopes
-    root = np.column_stack([left_out.factor, left_out.lag.loading])
-    whole = root.T @ root
-    t = model.sensor.samples
-    whole[:t, :t] += model.sensor.noise_sd**2 * np.eye(t) + model.sensor.zero_sd**2
-    whole[t, t] += left_out.lag.sd**2 + contact.sd**2
-    return np.column_stack([curves, times]), whole
+    whole = np.zeros((SAMPLES + 1, SAMPLES + 1))
+    whole[:-1, :-1] = covariance(model.sensor)
+    whole[-1, -1] = contact.sd**2
+    return np.column_stack([found.travel, found.switching + values[:, 7]]), whole
 
 
 def some_record(model, missing):
@@ -50,10 +43,8 @@ def some_record(model, missing):
 
 
 @pytest.mark.parametrize("missing", [0, 5, SAMPLES - 1])
-@pytest.mark.parametrize("scale", [1.0, 0.4])
-def test_record_and_time_are_one_gaussian(model, missing, scale):
-    """Planted faults: the lag taken for independent of the curve, and for none at all."""
-    model = model.leaving_out(KNOWN.scaled(scale))
+def test_record_and_time_are_one_gaussian(model, missing):
+    """Planted fault: a time after the nominal first motion taken for one after the motion's own."""
     contact = CONTACT if model.motion == "closing" else Contact(2.2, 0.1)
     record = some_record(model, missing)
     z = 0.4 * np.random.default_rng(2).standard_normal((8, 8))
@@ -64,22 +55,9 @@ def test_record_and_time_are_one_gaussian(model, missing, scale):
     expected = model.log_prior(z) + normal.logpdf(datum - means[:, there])
     found = model.knowing(contact=contact).log_joint(z, record)
     np.testing.assert_allclose(found, expected, rtol=1e-9)
-    for lag in (replace(LAG, loading=0 * LAG.loading), LAG.scaled(0.0)):
-        faulty = model.leaving_out(replace(CURVE, lag=lag).scaled(scale))
-        assert np.abs(faulty.knowing(contact=contact).log_joint(z, record) - expected).max() > 0.1
-
-
-def test_without_an_error_of_the_model(model):
-    plain = model.leaving_out(None)
-    contact = Contact(5.0, 0.1)
-    record = some_record(model, 0)
-    z = 0.2 * np.random.default_rng(2).standard_normal((8, 8))
-    values = model.destandardise(z)
-    found = travel(values[:, :7], plain.sensor.times, model.motion)
-    off = (5.0 - values[:, 7] - found.switching) / 0.1
-    expected = plain.log_joint(z, record) - 0.5 * (off**2 + np.log(2 * np.pi)) - np.log(0.1)
-    found = plain.knowing(contact=contact).log_joint(z, record)
-    np.testing.assert_allclose(found, expected, rtol=1e-10)
+    onset = model.destandardise(z)[:, 7]
+    faulty = model.log_joint(z, record) + contact.log_density(means[:, -1] - onset)
+    assert np.abs(faulty - expected).max() > 0.1
 
 
 def test_nothing_known_changes_nothing(model):
@@ -87,10 +65,8 @@ def test_nothing_known_changes_nothing(model):
     z = 0.4 * np.random.default_rng(2).standard_normal((8, 8))
     nothing = model.knowing(Facts.from_settings({}))
     assert nothing.facts is None
-    bare = model.leaving_out(CURVE)
-    for same in (nothing, bare):
-        np.testing.assert_array_equal(same.log_joint(z, record), model.log_joint(z, record))
-    assert model.residuals_beside(z, record).shape == (8, 0)
+    np.testing.assert_array_equal(nothing.log_joint(z, record), model.log_joint(z, record))
+    assert model.residuals_beside(z).shape == (8, 0)
 
 
 def test_a_contact_that_does_not_switch_excludes_its_parameters(model):
@@ -102,14 +78,9 @@ def test_a_contact_that_does_not_switch_excludes_its_parameters(model):
     assert np.isfinite(model.log_joint(z, record)).all()
     known = model.knowing(contact=CONTACT)
     assert known.log_joint(z, record).tolist() == [-np.inf]
-    residuals, slopes = linearise_beside(known, z[0], record)
+    residuals, slopes = linearise_beside(known, z[0])
     assert not residuals.any()
     assert not slopes.any()
-
-
-def test_an_error_without_lags_is_refused(model):
-    with pytest.raises(ValueError, match=r"learned without times of touch.*leave out touch_time"):
-        model.leaving_out(CURVE).knowing(contact=CONTACT)
 
 
 @pytest.mark.parametrize("wrong", [(np.nan, 0.1), (1.0, 0.0), (np.inf, 0.1), (1.0, np.nan)])
@@ -134,32 +105,10 @@ def test_derivatives_lead_to_the_mode(model):
     facts = Facts.from_settings({"mu": [2.4, 0.07], "wipe": [3.5, 0.3]})
     known, record = model.knowing(facts, contact), some_record(model, 3)
     z = 0.3 * np.random.default_rng(6).standard_normal(8)
-    residuals, slopes = linearise_beside(known, z, record)
+    residuals, slopes = linearise_beside(known, z)
     assert residuals.shape == (3,)
     step = 1e-5 * np.eye(8)
     parts = [known.log_joint(z + s, record) - model.log_joint(z + s, record) for s in (step, -step)]
     np.testing.assert_allclose(
         -slopes @ residuals, (parts[0] - parts[1]) / 2e-5, rtol=1e-4, atol=1e-3
     )
-
-
-def test_what_was_stored_is_read_with_its_lag_or_without():
-    """As it is stored, in single precision, and beside more."""
-    dims = {"mean": "t", "slopes": "pt", "factor": "ct"}
-    dims |= {"lag_mean": "", "lag_slopes": "p", "lag_loading": "c", "lag_sd": ""}
-    values = [CURVE.mean, CURVE.slopes, CURVE.factor, LAG.mean, LAG.slopes, LAG.loading, LAG.sd]
-    stored = {name: (tuple(dims[name]), each) for name, each in zip(dims, values, strict=True)}
-    data = xr.Dataset(stored).assign(more=("t", np.zeros(SAMPLES))).astype(np.float32)
-    back = Discrepancy.from_dataset(data)
-    for found, known, names in (
-        (back, CURVE, ("mean", "slopes", "factor")),
-        (back.lag, LAG, ("mean", "slopes", "loading", "sd")),
-    ):
-        for name in names:
-            assert np.asarray(getattr(found, name)).dtype == np.float64
-            np.testing.assert_allclose(getattr(found, name), getattr(known, name), rtol=1e-6)
-    assert Discrepancy.from_dataset(data.drop_vars([*dims][3:])).lag is None
-    with pytest.raises(KeyError, match="lag_sd"):
-        Discrepancy.from_dataset(data.drop_vars("lag_sd"))
-    with pytest.raises(ValueError, match=r"slopes \(p,\) and loading \(c,\) of the lag"):
-        replace(CURVE, lag=replace(LAG, loading=np.zeros(2)))

@@ -1,12 +1,9 @@
 """Models of drives of another size: the same density, whatever the unit of lengths and times."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from breaker.mechanism.size import Size
-from breaker.model.discrepancy import Discrepancy
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.model.sensor import Sensor
@@ -19,9 +16,7 @@ SENSOR = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
 def test_the_joint_density_scales(prior, motion):
     """The density of a scaled record differs by the unit of travel alone, at all outputs."""
     rng = generator(1, "test", "joint", motion)
-    ramp = np.linspace(0.0, 1.0, 151)
-    left_out = Discrepancy(0.2 * ramp, 0.05 * rng.standard_normal((7, 1)) * ramp, 0.3 * ramp[None])
-    small = Model(prior, replace(SENSOR, discrepancy=left_out), motion)
+    small = Model(prior, SENSOR, motion)
     large = small.sized(SIZE)
     assert large.prior.medians == pytest.approx(prior.medians * SIZE.factors)
     z = 0.5 * rng.standard_normal((20, 8))

@@ -1,29 +1,25 @@
 """What is known beside records, in exact posteriors: against reweighted draws, near and far."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.stats import kstest
 
-from breaker.model import Contact, Facts, Lag, Model, generator
+from breaker.model import Contact, Facts, Model, generator
 from breaker.posterior.exactness import correct_operations
 from breaker.posterior.laplace import approximate, surprise
 from breaker.posterior.predictive import coordinates
 from tests.corrections import SETTINGS
-from tests.networks_fixtures import PRIOR, SENSOR, left_out
+from tests.networks_fixtures import PRIOR, SENSOR
 
 COMMON = {"seed": 1, "misfit_p_value": 1e-3}
 NEAR = Facts.from_settings({"mu": [2.3, 0.3], "wipe": [3.7, 0.2]})
-CURVE = left_out(31, size=0.1)
-LAG = Lag(0.3, np.linspace(-0.1, 0.2, 7), np.linspace(0.2, -0.1, len(CURVE.factor)), 0.07)
 
 
 @pytest.fixture(scope="module")
 def model():
     settings = {"prior": PRIOR, "sensor": SENSOR, "motion": "closing"}
-    return Model.from_settings(settings, replace(CURVE, lag=LAG))
+    return Model.from_settings(settings)
 
 
 @pytest.fixture(scope="module")
@@ -128,11 +124,9 @@ def test_times_that_the_record_contradicts_are_remarked(model, curves):
     rng = generator(5, "test surprise")
     onset = model.sensor.onset_sd * rng.standard_normal((300, 1))
     values = np.hstack([model.prior.sample(300, rng), onset])
-    expected, left_out = model.expected(values), model.sensor.discrepancy
-    xi = rng.standard_normal((300, len(left_out.factor)))
-    records = model.sensor.noise_and_zero.corrupt(expected.travel + xi @ left_out.factor, rng)
-    lags = xi @ left_out.lag.loading + np.hypot(left_out.lag.sd, 0.1) * rng.standard_normal(300)
-    times = expected.switching + lags
+    expected = model.expected(values)
+    records = model.sensor.corrupt(expected.travel, rng)
+    times = expected.switching + 0.1 * rng.standard_normal(300)
 
     def surprises(times):
         known = [model.knowing(contact=Contact(float(time), 0.1)) for time in times]
@@ -165,10 +159,3 @@ def test_nothing_known_changes_nothing(model, curves, unaware):
         )
     )
     np.testing.assert_array_equal(none.draws.values, plain.draws.values)
-
-
-def test_times_are_refused_where_the_error_was_learned_without(model, curves):
-    bare = model.leaving_out(CURVE)
-    infer_exactly(bare, curves, 50)
-    with pytest.raises(ValueError, match="learned without times of touch"):
-        infer_exactly(bare, timed(model, curves), 50)

@@ -10,15 +10,13 @@ from breaker.model import Facts, Model, generator
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate, mode
 from tests.corrections import SETTINGS, from_prior
-from tests.networks_fixtures import DEFAULTS, left_out
+from tests.networks_fixtures import DEFAULTS
 
 RECORDS = 6
 
 
-def reference_model(motion, scale=1.0):
-    """Of the defaults, with what it leaves out as waves of some 0.1 mm at scale 1."""
-    known = left_out(DEFAULTS["sensor"]["samples"], size=0.1)
-    return Model.from_settings({**DEFAULTS, "motion": motion}, known, scale)
+def reference_model(motion):
+    return Model.from_settings({**DEFAULTS, "motion": motion})
 
 
 def with_noise(model, noise_sd):
@@ -31,12 +29,11 @@ def simulated(model, *purpose):
     return model.standardise(values), model.sensor.corrupt(model.curves(values), rng)
 
 
-@pytest.mark.parametrize("scale", [0.0, 1.0])
 @pytest.mark.parametrize("noise_sd", [0.003, 0.3])
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_the_mode_is_no_lower_than_the_truth(motion, noise_sd, scale):
+def test_the_mode_is_no_lower_than_the_truth(motion, noise_sd):
     """Twice what is gained over the truth is a chi-square of up to 8 degrees of freedom."""
-    model = with_noise(reference_model(motion, scale), noise_sd).sized(Size(10.0, 4.0))
+    model = with_noise(reference_model(motion), noise_sd).sized(Size(10.0, 4.0))
     for z, record in zip(*simulated(model), strict=True):
         highest, precision = mode(model, record)
         there, truth = model.log_joint(np.stack([highest, z]), record)
@@ -61,7 +58,7 @@ def test_no_step_from_the_mode_gains(motion):
 
 def test_a_mode_on_the_border_of_the_support_is_inside():
     """Of a prior whose opening spring is as strong as the closing force, and a record without."""
-    model = reference_model("opening", 0.0)
+    model = reference_model("opening")
     medians = model.prior.medians.copy()
     medians[NAMES.index("f")] *= 0.62
     model = replace(model, prior=replace(model.prior, medians=medians))

@@ -10,8 +10,8 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.limits import Limit, from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.quantities import evaluate
-from breaker.model.fisher import information, pool
 from breaker.model.joint import Model
+from breaker.posterior.laplace import mode
 from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
 from breaker.synthetic.drive import Drive, Elements
@@ -43,12 +43,9 @@ def settled(rig, **changes):
 
 def fitted(model, curve):
     """Parameters at the posterior mode of a curve, posterior sd, and what is left of it, mm."""
-    motion, onset = model.motion, np.zeros(1)
-    z = pool({motion: model}, {motion: curve[None]}, np.zeros(7), {motion: onset})
-    found = information(model, curve[None], z[None], onset)
-    sd = np.sqrt(np.diag(np.linalg.inv(np.eye(7) + found.matrix[0])))
-    left = curve - model.curves(model.destandardise(np.append(z, found.onset)[None]))[0]
-    return z, sd, left - left.mean()
+    z, precision = mode(model, curve)
+    left = curve - model.curves(model.destandardise(z[None]))[0]
+    return z[:7], np.sqrt(np.diag(np.linalg.inv(precision)))[:7], left - left.mean()
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -354,12 +354,6 @@ rigs: {wear: {parameters: [3, 2], elements: [0, 1]}}
 rigs: {wear: {parameters: [1, 2], elements: [0, 7]}}
     rigs.wear has elements: [0, 7], but the first must not exceed the second, nor the second the
     number of elements that can change (6)
-endurance: {discrepancy: 0.5}
-discrepancy: {components: 0}
-    endurance.discrepancy is 0.5, but nothing is learned of what the model leaves out
-discrepancy: {components: 40}
-sensor: {samples: 39}
-    discrepancy.components is 40, but must not exceed sensor.samples (39)
 # what would end without memory, in a traceback, or not at all
 sensor: {stop: 5.8e+7}
     sensor.stop is 58000000.0, but must be a number, at least 1 and at most 10000
@@ -411,7 +405,7 @@ endurance: {format: {encoding: base64}}
 endurance: {format: {encoding: klingon}}
     endurance.format cannot be used: endurance.format.encoding: unknown encoding: klingon
 sensor: {samples: 19}
-    discrepancy.components is 20, but must not exceed sensor.samples (19)
+    network.closing.summary.components is 24, but must not exceed sensor.samples (19)
 known: {touch: [9.5, 0.1], L: [10.0, 0]}
     known cannot be used. touch is not a known quantity. Known of closing: mu, k_a
     Known of opening: mu, k_a

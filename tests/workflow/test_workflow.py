@@ -51,11 +51,10 @@ FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES, *DECISIONS
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 PRIOR_DRAWS = [*PRIOR_PREDICTIVE, "figure_pairs_family"]
-LIMIT = ["identifiability", "discrepancy"]
 FAMILY_FIGURES = ("sbc", "contraction", "recovery", "pairs")
 FAMILY = ["family_quality", *(f"figure_{name}_family" for name in FAMILY_FIGURES)]
 # For both motions together.
-ONCE = {"decide", "numbers", "measured_trend", "rig_truth", "discrepancy", *PAGES, *FAMILY}
+ONCE = {"decide", "numbers", "measured_trend", "rig_truth", *PAGES, *FAMILY}
 READING = [*MEASURING, "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
 
@@ -158,27 +157,22 @@ EDITS = {
     "training.closing": (edit_closing_training, TRAINING, 1),
     "sensor.noise_sd": (
         lambda folder: edit_config(folder, sensor={"noise_sd": 0.12}),
-        [*MEASURING, "figure_prior_predictive", *TRAINING, *LIMIT],
+        [*MEASURING, "figure_prior_predictive", *TRAINING, "identifiability"],
         2,
     ),
     "sensor.zero_sd": (
         lambda folder: edit_config(folder, sensor={"zero_sd": 0.05}),
-        [*MEASURING, "figure_prior_predictive", *TRAINING, *LIMIT],
+        [*MEASURING, "figure_prior_predictive", *TRAINING, "identifiability"],
         2,
     ),
     "sensor.onset_sd": (
         lambda folder: edit_config(folder, sensor={"onset_sd": 0.2}),
-        ["bank_shard", *PRIOR_DRAWS, *TRAINING, *LIMIT],
+        ["bank_shard", *PRIOR_DRAWS, *TRAINING, "identifiability"],
         2,
     ),
     "prior": (
         lambda folder: edit_config(folder, prior={"f": {"median": 0.8, "log_sd": 0.1}}),
-        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, *LIMIT],
-        2,
-    ),
-    "discrepancy": (
-        lambda folder: edit_config(folder, discrepancy={"widening": 1.5}),
-        ["discrepancy", *FROM_INFERENCE],
+        ["bank_shard", *PRIOR_PREDICTIVE, *TRAINING, "identifiability"],
         2,
     ),
     "validation.posterior": (
@@ -215,7 +209,7 @@ EDITS = {
     "mechanism.py": (
         lambda folder: append(folder, "src/breaker/mechanism/curves.py"),
         # The reader takes the names of quantities from where curves are read, too.
-        ["bank_shard", *PRIOR_DRAWS, *TRAINING, *LIMIT, "rig_truth", *MEASURING],
+        ["bank_shard", *PRIOR_DRAWS, *TRAINING, "identifiability", "rig_truth", *MEASURING],
         2,
     ),
     "README.md": (lambda folder: append(folder, "README.md", "A comment."), [], 2),
@@ -271,10 +265,9 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         *results.glob(f"endurance/{motion}*.zarr"),
         *results.glob(f"exactness/{motion}*.zarr"),
         results / "rig/truth.zarr",
-        results / "discrepancy.zarr",
         *results.glob(f"identifiability/{motion}*.zarr"),
     ]
-    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 1 + 1
+    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 1
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store

@@ -39,10 +39,6 @@ SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
 SPEEDS = {each.name: each.points for each in speeds_of(config["speeds"], Size(**config["size"]))}
 GRID = {key: config["sensor"][key] for key in ("start", "stop", "samples")}
-# Store of what the model leaves out; none where the model is taken for right.
-DISCREPANCY = "results/discrepancy.zarr" if config["discrepancy"]["components"] else []
-# The same for measured curves, which may be taken for those of the model.
-DISCREPANCY_OF_DRIVE = DISCREPANCY if config["endurance"]["discrepancy"] else []
 OWN_CURVES = config["endurance"]["curves"]
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []

@@ -48,7 +48,6 @@ rule correct_operations:
     """The exact posteriors of some operations, from the network's draws."""
     input:
         inferred="results/endurance/{motion}/inferred_{chunk}.zarr",
-        discrepancy=DISCREPANCY_OF_DRIVE,
     output:
         directory("results/endurance/{motion}/corrected_{chunk}.zarr"),
     log:
@@ -59,7 +58,6 @@ rule correct_operations:
         sensor=config["sensor"],
         known=config["known"],
         speeds={name: SPEEDS[name] for name in config["known"] if name in SPEEDS},
-        discrepancy=config["endurance"]["discrepancy"],
         correction=config["correction"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
     script:

@@ -96,7 +96,6 @@ rule endurance_predictive:
     """What the posteriors at a few stages of the life predict for their own records."""
     input:
         inferred="results/endurance/{motion}.zarr",
-        discrepancy=DISCREPANCY_OF_DRIVE,
     output:
         directory("results/endurance/{motion}_predictive.zarr"),
     log:
@@ -105,7 +104,6 @@ rule endurance_predictive:
         seed=config["seed"],
         prior=config["prior"],
         sensor=config["sensor"],
-        discrepancy=config["endurance"]["discrepancy"],
         stages=config["endurance"]["stages"],
         posterior=config["endurance"]["posterior"],
     script:

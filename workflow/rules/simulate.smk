@@ -1,8 +1,7 @@
-"""Simulated operations: the prior predictive, the training banks, and what the model leaves out.
+"""Simulated operations: the prior predictive, and the training banks.
 
 Needs nothing but the configuration. Makes one Zarr store a shard, each a job of its own, whose
-content depends on the seed, the prior, the grid, the onset, the motion and its number; and one
-store of the differences between the model and drives of a family that it does not fit.
+content depends on the seed, the prior, the grid, the onset, the motion and its number.
 """
 
 
@@ -39,21 +38,3 @@ rule bank_shard:
         onset_sd=config["sensor"]["onset_sd"],
     script:
         "../scripts/simulate.py"
-
-
-rule discrepancy:
-    """What the model leaves out of both motions, learned from drives that are richer than it."""
-    output:
-        directory("results/discrepancy.zarr"),
-    log:
-        "logs/discrepancy.log",
-    params:
-        seed=config["seed"],
-        motions=MOTIONS,
-        prior=config["prior"],
-        sensor=config["sensor"],
-        rigs=config["rigs"],
-        size=config["size"],
-        discrepancy=config["discrepancy"],
-    script:
-        "../scripts/discrepancy.py"

@@ -1,17 +1,16 @@
 """Correct the posteriors of some operations of the endurance test."""
 
 from breaker.mechanism import NAMES, speeds_of
-from breaker.model import Facts, Model, open_discrepancy
+from breaker.model import Facts, Model
 from breaker.posterior import correct_operations
 from breaker.stores import describe, open_store, save
 from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
-names = ("prior", "sensor", "known", "speeds", "discrepancy", "correction", "misfit_p_value")
+names = ("prior", "sensor", "known", "speeds", "correction", "misfit_p_value")
 settings = {key: params[key] for key in names}
-left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
-model = Model.from_settings({**settings, "motion": motion}, left_out, params.discrepancy)
+model = Model.from_settings({**settings, "motion": motion})
 facts = Facts.from_settings(params.known, speeds_of(params.speeds))
 inferred = open_store(snakemake.input.inferred).load()
 

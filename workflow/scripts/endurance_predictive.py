@@ -1,15 +1,13 @@
 """Predict the records at a few stages of the endurance test from their own posteriors."""
 
-from breaker.model import Model, open_discrepancy
+from breaker.model import Model
 from breaker.posterior import choose, predict_stages
 from breaker.stores import describe, open_store, save
 from breaker.workflow import start
 
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
-settings = {"prior": params.prior, "sensor": params.sensor, "motion": motion}
-left_out = open_discrepancy(snakemake.input.get("discrepancy"), motion)
-model = Model.from_settings(settings, left_out, params.discrepancy)
+model = Model.from_settings({"prior": params.prior, "sensor": params.sensor, "motion": motion})
 inferred = choose(open_store(snakemake.input.inferred), params.posterior)
 
 result = predict_stages(model, inferred, stages=params.stages, seed=params.seed)

@@ -9,14 +9,11 @@ __all__ = ["linearise_beside"]
 _STEP = 1e-4  # of a derivative, prior sd
 
 
-def linearise_beside(
-    model: Model, z: np.ndarray, record: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def linearise_beside(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return what is known beside a record as ``Model.residuals_beside``, with its derivatives.
 
     Args:
         z: Standardised outputs, ``(q,)``.
-        record: ``(t,)``, mm; nan where a sample is missing.
 
     Returns:
         Residuals ``(k,)`` and derivatives ``(q, k)``, by central differences; both 0 for what does
@@ -28,14 +25,14 @@ def linearise_beside(
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
         >>> facts = Facts.from_settings({"L": [10.2, 0.1]})
         >>> model = Model(prior, sensor, "closing").knowing(facts)
-        >>> residuals, slopes = linearise_beside(model, np.zeros(8), np.zeros(151))
+        >>> residuals, slopes = linearise_beside(model, np.zeros(8))
         >>> residuals.round(2), slopes[6].round(2)  # L is 2 sd off; a prior sd of it is 10 %
         (array([-2.]), array([10.]))
     """
     if model.facts is None and model.contact is None:
         return np.empty(0), np.empty((len(z), 0))
     steps = _STEP * np.eye(len(z))
-    found = model.residuals_beside(np.concatenate([z[None], z + steps, z - steps]), record)
+    found = model.residuals_beside(np.concatenate([z[None], z + steps, z - steps]))
     up, down = found[1 : len(z) + 1], found[len(z) + 1 :]
     there = np.isfinite(found).all(axis=0)
     slopes = (np.where(there, up, 0.0) - np.where(there, down, 0.0)) / (2 * _STEP)

@@ -13,7 +13,6 @@ import numpy as np
 
 from breaker.mechanism import MOTIONS, NAMES, Motion, Parameter, Size, outputs, too_fast, travel
 from breaker.model.contact import Contact
-from breaker.model.discrepancy import Discrepancy
 from breaker.model.facts import Facts
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
@@ -53,39 +52,15 @@ class Model:
     def __post_init__(self) -> None:
         if self.motion not in MOTIONS:
             raise ValueError(f"unknown motion {self.motion!r}; known: {', '.join(MOTIONS)}")
-        left_out = self.sensor.discrepancy
-        if self.contact is not None and left_out is not None and left_out.lag is None:
-            raise ValueError(
-                "what the model leaves out was learned without times of touch and parting; learn "
-                "it, or train the model file, anew, or leave out touch_time, part_time and "
-                "endurance.format.contact_column"
-            )
 
     @classmethod
-    def from_settings(
-        cls, settings: Mapping, discrepancy: Discrepancy | None = None, scale: float = 1.0
-    ) -> "Model":
-        """Build from ``{"prior", "sensor", "motion"}``, as in the configuration.
-
-        Args:
-            discrepancy: What the model leaves out of the motion; none if not given.
-            scale: Scale of that.
-        """
+    def from_settings(cls, settings: Mapping) -> "Model":
+        """Build from ``{"prior", "sensor", "motion"}``, as in the configuration."""
         sensor = Sensor.from_settings(settings["sensor"])
-        model = cls(Prior.from_settings(settings["prior"]), sensor, settings["motion"])
-        return model if discrepancy is None else model.leaving_out(discrepancy.scaled(scale))
-
-    def leaving_out(self, discrepancy: Discrepancy | None) -> "Model":
-        """Return the model with another account of what it leaves out."""
-        return replace(self, sensor=replace(self.sensor, discrepancy=discrepancy))
+        return cls(Prior.from_settings(settings["prior"]), sensor, settings["motion"])
 
     def knowing(self, facts: Facts | None = None, contact: Contact | None = None) -> "Model":
-        """Return the model that also knows what is known beside a record.
-
-        Raises:
-            ValueError: If there is a contact's time, but what the model leaves out was learned
-                without.
-        """
+        """Return the model that also knows what is known beside a record."""
         return replace(
             self, facts=facts if facts is not None and facts.names else None, contact=contact
         )
@@ -93,8 +68,8 @@ class Model:
     def sized(self, size: Size) -> "Model":
         """Return the model of drives of another size, if this is that of size 1.
 
-        Exact, for the mechanism does not tell sizes apart. Times, errors, the noise among them, and
-        what the model leaves out are scaled along.
+        Exact, for the mechanism does not tell sizes apart. Times and errors, the noise among them,
+        are scaled along.
         """
         return replace(self, prior=self.prior.sized(size), sensor=self.sensor.sized(size))
 
@@ -139,34 +114,18 @@ class Model:
         return log_slope
 
     def curves(self, values: np.ndarray) -> np.ndarray:
-        """Return the curves expected of outputs ``(n, q)``, ``(n, t)``, mm.
-
-        They are exact, and the mean of what the model leaves out is added.
-        """
+        """Return the exact curves of outputs ``(n, q)``, ``(n, t)``, mm."""
         return self.expected(values).travel
 
     def expected(self, values: np.ndarray) -> Motion:
         """Return what is expected of outputs ``(n, q)``: curves, and what else they show.
 
-        Switching times are on the record's grid, ms after the nominal first motion, with the mean
-        of what the model leaves out, where it was learned.
+        Switching times are on the record's grid, ms after the nominal first motion.
         """
         p = len(NAMES)
         onset = values[:, p] if self.sensor.infers_onset else 0.0
         found = travel(values[:, :p], self.sensor.times, self.motion, onset=onset)
-        switching, left_out = found.switching + onset, self.sensor.discrepancy
-        if left_out is None:
-            return found._replace(switching=switching)
-        z = self.prior.standardise(values[:, :p])
-        if left_out.lag is not None:
-            switching = switching + left_out.lag.mean + z @ left_out.lag.slopes
-        return found._replace(travel=found.travel + left_out.shift(z), switching=switching)
-
-    def shift(self, values: np.ndarray) -> np.ndarray | float:
-        """Return the mean of what the model leaves out, ``(n, q) -> (n, t)``, mm, or 0."""
-        if self.sensor.discrepancy is None:
-            return 0.0
-        return self.sensor.discrepancy.shift(self.prior.standardise(values[:, : len(NAMES)]))
+        return found._replace(switching=found.switching + onset)
 
     def log_prior(self, z: np.ndarray) -> np.ndarray:
         """Return the normalised log density of standardised outputs, ``(..., q) -> (...)``.
@@ -199,18 +158,16 @@ class Model:
         if self.facts is not None:
             result[inside] += self.facts.log_density(values[:, : len(NAMES)])
         if self.contact is not None:
-            of_contact = self.sensor, record, expected.travel, expected.switching
-            result[inside] += self.contact.log_density(*of_contact)
+            result[inside] += self.contact.log_density(expected.switching)
         return result
 
-    def residuals_beside(self, z: np.ndarray, record: np.ndarray) -> np.ndarray:
+    def residuals_beside(self, z: np.ndarray) -> np.ndarray:
         """Return how far what is known beside a record is from what is expected, in sds.
 
         They are independent of each other and of the record, and their squares add to its.
 
         Args:
             z: Standardised outputs, ``(n, q)``.
-            record: ``(t,)``, mm; nan where a sample is missing.
 
         Returns:
             Residuals ``(n, k)``, of facts and of the contact; not finite where a quantity does not
@@ -220,7 +177,5 @@ class Model:
         if self.facts is not None:
             found.append(self.facts.residuals(values[:, : len(NAMES)]))
         if self.contact is not None:
-            expected = self.expected(values)
-            of_contact = self.sensor, record, expected.travel, expected.switching
-            found.append(self.contact.residuals(*of_contact)[:, None])
+            found.append(self.contact.residuals(self.expected(values).switching)[:, None])
         return np.concatenate(found, axis=1)

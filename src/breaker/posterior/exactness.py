@@ -68,8 +68,8 @@ def correct_operations(
 ) -> xr.Dataset:
     """Correct the draws of measured operations.
 
-    Where something is known beside a record, or the model may be wrong, of which networks know
-    nothing, the correction starts at the mode of the posterior instead.
+    Where something is known beside a record, of which networks know nothing, the correction starts
+    at the mode of the posterior instead.
 
     Args:
         inferred: What ``predictive.infer`` returns; operations without a posterior stay so.
@@ -100,9 +100,6 @@ def models_of(model: Model, operations: xr.Dataset) -> list[Model]:
     Args:
         operations: Dataset over ``operation``, where known with ``contact_time`` and ``contact_sd``
             as of ``records.read_curves``.
-
-    Raises:
-        ValueError: If what the model leaves out was learned without such times.
     """
     n = operations.sizes["operation"]
     if "contact_time" not in operations:
@@ -185,7 +182,7 @@ def _correct(
         model, start = models[i], draws[i]
         rng = generator(seed, "correction", model.motion, int(keys[i]))
         try:
-            if model.facts or model.contact or model.sensor.discrepancy:
+            if model.facts or model.contact:
                 start = approximate(model, measured[i], len(start), rng)
             found = correct(model, measured[i], start, settings, rng)
         except (ArithmeticError, ValueError) as error:

@@ -71,7 +71,7 @@ def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def surprise(model: Model, record: np.ndarray) -> float:
     """Return how far the contact's time is from what the record leads to expect, in sds.
 
-    Standard normal where both are of the same motion of a drive of the family; infinite where the
+    Standard normal where both are of the same motion of a drive of the model; infinite where the
     contact is not expected to switch at all.
 
     Args:
@@ -80,7 +80,7 @@ def surprise(model: Model, record: np.ndarray) -> float:
     """
     place, precision = mode(model.knowing(model.facts), record)
     alone = model.knowing(contact=model.contact)
-    (residual,), slopes = linearise_beside(alone, place, record)
+    (residual,), slopes = linearise_beside(alone, place)
     if not slopes.any():
         return np.inf
     (slope,) = slopes.T
@@ -136,8 +136,8 @@ def _look(model: Model, record: np.ndarray, z: np.ndarray) -> tuple[float, np.nd
     density = model.log_joint(z[None], record) if beside_it else model.log_prior(z[None])
     if not np.isfinite(density[0]):
         return -np.inf, np.zeros(0), np.zeros((len(z), 0))
-    curves, (slopes,) = linearise(model, z[None], records=record[None])
-    beside, known = linearise_beside(model, z, record)
+    curves, (slopes,) = linearise(model, z[None], record[None])
+    beside, known = linearise_beside(model, z)
     residual = np.concatenate([model.sensor.whiten(record - curves[0]), -beside])
     height = -0.5 * (residual @ residual + z @ z)
     return float(height), residual, np.concatenate([slopes, known], axis=1)

@@ -1,7 +1,7 @@
 """Simulated drives whose truth is known, to test everything else.
 
-A family of drives that are richer than the model, what the model leaves out of them, and the
-simulated endurance test, one of them, which wears out and writes CSV files.
+A family of drives that are richer than the model, and the simulated endurance test, one of them,
+which wears out and writes CSV files.
 """
 
 import lazy_loader
@@ -16,7 +16,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "family_bank": ["shapes", "simulate_family"],
         "family_training": ["members_of", "open_family", "rows_of", "sample_rows"],
         "high_voltage": ["CHANNELS", "HIGH_VOLTAGE", "write_exports"],
-        "learning": ["ensemble", "learn"],
         "measuring": ["measure_drives", "own_quantities"],
         "reading": ["Reading"],
         "rigs": ["Rig"],

@@ -97,14 +97,6 @@ def _wear(wear: Mapping[str, Any]) -> str | None:
     return None
 
 
-def _needs_components(scale: float, components: int) -> str | None:
-    fault = (
-        f"is {scale}, but nothing is learned of what the model leaves out, since "
-        "discrepancy.components is 0. Set this to 0 too, or raise discrepancy.components."
-    )
-    return fault if scale and not components else None
-
-
 def _speeds(settings: Mapping[str, Sequence[str] | None]) -> str | None:
     try:
         speeds_of(settings)
@@ -243,7 +235,6 @@ def _shown(
 _AT_MOST = {  # a key, and the one that it must not exceed
     **{f"training.{motion}.evaluate_every": f"training.{motion}.steps" for motion in MOTIONS},
     **{f"network.{motion}.summary.components": "sensor.samples" for motion in MOTIONS},
-    "discrepancy.components": "sensor.samples",
     "validation.judged_curves": "validation.curves",
     "correction.smallest_size": "correction.draws",
     "correction.fit_size": "correction.round_draws",
@@ -267,7 +258,6 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
         )
     ),
     (("rigs.wear",), _wear),
-    (("endurance.discrepancy", "discrepancy.components"), _needs_components),
     (("speeds",), _speeds),
     (("limits", "motions", "speeds"), _limits),
     (
