@@ -53,7 +53,8 @@ def assert_nothing_overlaps(figure):
     """Panels with their labels, legend and title share no more than a line's width."""
     parts = {f"panel {i}": axis.get_tightbbox() for i, axis in enumerate(figure.axes)}
     parts |= {f"legend {i}": legend.get_window_extent() for i, legend in enumerate(figure.legends)}
-    parts["title"] = figure._suptitle.get_window_extent()
+    if figure.get_suptitle():
+        parts["title"] = figure._suptitle.get_window_extent()
     page = figure.bbox.padded(3.0)
     off_page = [
         key

@@ -8,12 +8,10 @@ import pytest
 import xarray as xr
 
 from breaker.figures import style
-from breaker.figures.evolution import FLAGS
 from breaker.figures.identifiability import DRIVE
-from breaker.figures.verdict import COLOURS
+from breaker.figures.marks import COLOURS
 from tests.figures.drawn import SIGHT, lab
 
-MARKS = {name: mark for name, (mark, _) in FLAGS.items()}
 POSTERIORS = {
     name: getattr(style, name)
     for name in ("AMORTISED", "CORRECTED", "WARNING", "MEASURED", "PRIOR", "REFERENCE", "MODEL")
@@ -23,7 +21,6 @@ PALETTES = {
     "parameters": (style.COLOURS, style.COLOURS),
     "states": (COLOURS, COLOURS),
     "posteriors": (POSTERIORS, ("AMORTISED", "CORRECTED")),
-    "flags": (style.COLOURS | MARKS, FLAGS),
     "drive": (POSTERIORS | {"drive": DRIVE}, ("drive",)),
 }
 

@@ -1,13 +1,8 @@
-"""Draw the trend of a source, its run length and its changes."""
+"""Draw the changes of a drive, and the evidence for them."""
 
 from breaker.figures.changepoint import changepoint
 from breaker.stores import open_store
 from breaker.workflow import start
 
 log = start(snakemake)
-store = snakemake.input.truth
-truth = open_store(store).value if store else None
-
-trend = open_store(snakemake.input.trend).load()
-figure = changepoint(trend, source=snakemake.wildcards.source, truth=truth)
-figure.savefig(snakemake.output[0])
+changepoint(open_store(snakemake.input.life).load()).savefig(snakemake.output[0])

@@ -1,4 +1,4 @@
-"""Draw the parameters over the operations of the endurance test (Fig. 10)."""
+"""Draw the parameters over the operations of the endurance test, as changes since new (Fig. 10)."""
 
 from breaker.figures.evolution import evolution
 from breaker.posterior import choose
@@ -6,9 +6,13 @@ from breaker.stores import open_store
 from breaker.workflow import start
 
 log = start(snakemake)
-inferred = choose(open_store(snakemake.input.inferred), snakemake.params.posterior)
-store = snakemake.input.truth
-truth = open_store(store).value if store else None
-
-figure = evolution(inferred, motion=snakemake.wildcards.motion, truth=truth)
-figure.savefig(snakemake.output[0])
+life, singles, truth = open_store(snakemake.input.life).load(), {}, None
+new = {"operation": slice(None, life.asked.values[0])}  # until the reference is full
+for file in snakemake.input.singles:
+    inferred = choose(open_store(file), snakemake.params.posterior)
+    values = inferred["median"].load().rename(output="parameter")
+    singles[inferred.motion] = 100.0 * (values / values.sel(new).median("operation") - 1.0)
+if snakemake.input.truth:
+    values = open_store(snakemake.input.truth).value.load()
+    truth = 100.0 * (values / values.sel(new).mean("operation") - 1.0)
+evolution(life, truth, singles).savefig(snakemake.output[0])

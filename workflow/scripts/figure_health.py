@@ -5,4 +5,5 @@ from breaker.stores import open_store
 from breaker.workflow import start
 
 log = start(snakemake)
-health(open_store(snakemake.input.health).load()).savefig(snakemake.output[0])
+life, standing = (open_store(snakemake.input[name]).load() for name in ("life", "standing"))
+health(life, standing).savefig(snakemake.output[0])

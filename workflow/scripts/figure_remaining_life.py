@@ -1,8 +1,18 @@
 """Draw the remaining life of each limit over the operations, beside the truth where it is known."""
 
+import xarray as xr
+
 from breaker.figures.remaining_life import remaining_life
+from breaker.mechanism import from_list, speeds_of
 from breaker.stores import open_store
+from breaker.synthetic import true_lives
 from breaker.workflow import start
 
 log = start(snakemake)
-remaining_life(open_store(snakemake.input.remaining).load()).savefig(snakemake.output[0])
+life, standing = (open_store(snakemake.input[name]).load() for name in ("life", "standing"))
+params, truth = snakemake.params, None
+if snakemake.input.truth:
+    limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
+    lives = true_lives(open_store(snakemake.input.truth).load(), limits)
+    truth = xr.Dataset(lives, {"limit": [limit.name for limit in limits]})
+remaining_life(life, standing, truth).savefig(snakemake.output[0])

@@ -1,8 +1,9 @@
-"""Draw the first page: four sentences and how each limit stands."""
+"""Draw the picture of the first page: how each limit stands."""
 
 from breaker.figures.verdict import verdict
 from breaker.stores import open_store
 from breaker.workflow import start
 
 log = start(snakemake)
-verdict(open_store(snakemake.input.verdict).load()).savefig(snakemake.output[0])
+life, standing = (open_store(snakemake.input[name]).load() for name in ("life", "standing"))
+verdict(life, standing).savefig(snakemake.output[0])

@@ -52,7 +52,6 @@ _SOURCES = {
     "closing": "Closing",
     "opening": "Opening",
     "both": "Both motions",
-    "separate": "Each motion by itself",  # of limits, some of one motion and some of the other
 }
 _LETTERS = 8.2  # of a title, per inch of its figure
 
