@@ -6,7 +6,7 @@ import pytest
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
-from breaker.records.landmarks import NoMotionError, first_motion, raw_time
+from breaker.records.landmarks import NoMotionError, first_motion
 
 CURVES = 500
 DIRECTION = {"closing": 1.0, "opening": -1.0}
@@ -222,77 +222,3 @@ def test_the_rest_may_drift(records, drift):
         return time, record + drift * (time - time[0]) / np.ptp(time)
 
     assert np.abs(changed(records, change, 10)).max() < 0.8
-
-
-# ---- raw times -------------------------------------------------------------------------------
-
-
-TIMES = np.linspace(-2.0, 58.0, 151)
-
-
-def ramps(onset, speed, start=0.0, way=13.0):
-    """At rest, then even: all that linear interpolation has to be exact for."""
-    moved = np.clip(speed * (TIMES - np.reshape(onset, (-1, 1))), 0, abs(way))
-    return start + np.sign(way) * moved
-
-
-@pytest.mark.parametrize("way", [13.0, -13.0])
-@pytest.mark.parametrize("start", [0.0, 13.5])
-def test_raw_time_of_even_motion(way, start):
-    """The time between two shares of the way, whatever the trigger, zero and direction."""
-    onset = np.array([0.0, 0.17, 0.9, 3.3])
-    records = ramps(onset, 0.7, start, way)
-    np.testing.assert_allclose(raw_time(TIMES, records, share=0.75), 0.7 * 13.0 / 0.7)
-    found = raw_time(TIMES, records, share=0.9, first=0.1)
-    np.testing.assert_allclose(found, 0.8 * 13.0 / 0.7)
-
-
-def test_raw_time_of_the_drive():
-    """Independent of the onset to what interpolation leaves, and longer for a weaker drive."""
-    theta = np.array([2.0, 0.05, 0.5, 0.15, 0.05, 0.9, 12.0])
-    for motion in ("closing", "opening"):
-        onsets = np.linspace(-0.3, 0.3, 7)
-        records = travel(np.tile(theta, (7, 1)), TIMES, motion, onset=onsets).travel
-        found = raw_time(TIMES, records, share=0.75)
-        assert np.ptp(found) < 0.05
-        # From time 0 instead, the trigger would enter in full.
-        moved = records - records[:, :1]
-        late = [np.interp(0.75, r / r[-1], TIMES[:60]) for r in moved[:, :60]]
-        assert np.ptp(late) > 0.5
-    weaker = theta * np.array([1, 1, 1, 1, 1, 0.9, 1])
-    records = travel(np.stack([theta, weaker]), TIMES, "closing").travel
-    assert np.diff(raw_time(TIMES, records, share=0.75)) > 0.2
-
-
-def test_raw_time_in_noise(sensor):
-    """Each crossing is off by about 0.1 mm of noise over 1.3 mm/ms, the early side of it."""
-    rng = generator(4, "test", "raw times")
-    records = sensor.corrupt(ramps(sensor.onset_sd * rng.standard_normal(400), 1.3), rng)
-    found = raw_time(TIMES, records, share=0.75)
-    assert abs(found.mean() - 7.0) < 0.05
-    assert 0.07 < found.std() < 0.2
-
-
-def test_raw_time_where_there_is_none():
-    records = ramps(0.5, 0.7).repeat(5, axis=0)
-    records[1, 30] = np.nan  # a missing sample
-    records[2] = records[0] * 0.1  # no motion
-    records[3, 0] = 13.0  # begins beyond both shares
-    records[4] = np.nan
-    found = raw_time(TIMES, records, share=0.75)
-    assert np.isnan(found).tolist() == [False, True, True, True, True]
-
-
-@pytest.mark.parametrize(
-    ("times", "shares", "words"),
-    [
-        (TIMES[1:], {"share": 0.7}, "travel must be"),
-        (TIMES[::-1], {"share": 0.7}, "times must increase"),
-        (TIMES + 2, {"share": 0.7}, "begin before 0"),
-        (TIMES, {"share": 1.0}, "shares must be"),
-        (TIMES, {"share": 0.5, "first": 0.6}, "shares must be"),
-    ],
-)
-def test_raw_time_of_unusable_arguments(times, shares, words):
-    with pytest.raises(ValueError, match=words):
-        raw_time(times, ramps(0.5, 0.7), **shares)

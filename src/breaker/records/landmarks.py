@@ -1,4 +1,4 @@
-"""Landmarks of a record: its first motion, its main motion, and the operating time.
+"""Landmarks of a record: its first motion and its main motion.
 
 First motion: from rest, travel begins as ``A tau^p``, ``tau`` the time since the first motion. An
 even force makes ``p`` 2, friction somewhat less, a force that builds up more. That is fitted to the
@@ -9,16 +9,13 @@ unit nor stroke, speed or rate matters. Samples far from the running median coun
 
 Main motion: the part of a record that the model describes (paper, Sec. 7). The model does not
 describe the rest of the stroke, where stops and dampers act.
-
-Operating time: what an engineer reads off a travel curve.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from breaker.records.segments import white_noise, without_bursts
 
-__all__ = ["NoMotionError", "first_motion", "main_motion", "raw_time"]
+__all__ = ["NoMotionError", "first_motion", "main_motion"]
 
 _RISE = (0.03, 0.2)  # of the way, least and largest rise that is fitted,
 _CLEAR = 30.0  # and in between this many sd of the noise: low enough to see the start
@@ -40,7 +37,6 @@ _MOVES = 12.0  # sd of the noise, least way of a motion
 _SHARE = {"closing": 0.75, "opening": 0.85}  # of the way between the rest positions
 _BEFORE = 0.1  # of the time of that rise, least rest before it
 _GAP = 0.3  # of that time, longest gap in it
-_LEAST_WAY = 2.0  # mm, below which a record has no motion: noise is far below it
 
 
 class NoMotionError(ValueError):
@@ -170,52 +166,9 @@ def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarra
     return (times >= 0) & (np.arange(len(travel)) < last)
 
 
-def raw_time(
-    times: ArrayLike, travel: ArrayLike, *, share: float, first: float = 0.05
-) -> np.ndarray:
-    """Return the time that each record takes from one share of its way to another, ``(n,)``, ms.
-
-    The way is that between the record's own rest positions, its means before time 0 and over its
-    last twelfth. So neither the zero nor the trigger enters, nor the direction.
-
-    Args:
-        times: Times of the samples, ``(t,)``, ms around the nominal first motion, increasing.
-        travel: Records, ``(n, t)``, mm.
-        share: Share of the way at which the time ends.
-        first: Share at which it begins: the first motion as such is not seen in noise.
-
-    Returns:
-        Times by linear interpolation at the first crossings; NaN where a record has missing
-        samples, moves by less than 2 mm or has crossed a share when it begins.
-    """
-    times, travel = np.asarray(times, float), np.asarray(travel, float)
-    if times.ndim != 1 or travel.ndim != 2 or travel.shape[1] != times.size:
-        raise ValueError(f"travel must be (n, {times.size}), not {travel.shape}")
-    if not (times.size > 1 and np.all(np.diff(times) > 0) and times[0] < 0):
-        raise ValueError("times must increase, and begin before 0")
-    if not 0 < first < share < 1:
-        raise ValueError("shares must be 0 < first < share < 1")
-    start, end = _rests(times, travel)
-    way = end - start
-    moves = np.isfinite(travel).all(axis=1) & (np.abs(way) >= _LEAST_WAY)
-    result = np.full(len(travel), np.nan)
-    done = (travel[moves] - start[moves, None]) / way[moves, None]
-    result[moves] = _crossing(times, done, share) - _crossing(times, done, first)
-    return result
-
-
 def _rests(times: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rest positions before and after the motion, ``(..., t) -> (...)``: the mean travel before
     time 0, or where that is not recorded its first sample, and that over the last twelfth.
     """
     before, last = max(1, np.searchsorted(times, 0.0)), max(1, times.size // 12)
     return travel[..., :before].mean(axis=-1), travel[..., -last:].mean(axis=-1)
-
-
-def _crossing(times: np.ndarray, done: np.ndarray, share: float) -> np.ndarray:
-    """Time at which each row ``(n, t)`` first reaches a share; NaN if it never does, or has."""
-    after = (done >= share).argmax(axis=1)  # 0 if never, too
-    before, rows = np.maximum(after - 1, 0), np.arange(len(done))
-    low, high = done[rows, before], done[rows, after]
-    rise = np.where(after > 0, high - low, np.nan)
-    return times[before] + (share - low) / rise * (times[after] - times[before])

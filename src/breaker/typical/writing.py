@@ -16,7 +16,7 @@ from breaker.typical.recorded import Recorded
 __all__ = ["overlay_of", "overlay_text", "report"]
 
 _WIDTH = 100  # signs of a line
-# mm, sd of what the components of the workflow's learned error leave out of the reference drive.
+# mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.
 _LEFT_OUT = 0.02
 _ABOUT = {
     "size": ["# Size of the drive beside the default drive."],
@@ -26,7 +26,7 @@ _ABOUT = {
     ],
     "sensor": [
         "# Time grid and errors of records at this size; the noise is that of the records,",
-        "# and what the learned error of the model leaves out.",
+        "# and a little that no model explains.",
     ],
     "endurance": ["# How the files are read."],
 }
