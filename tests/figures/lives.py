@@ -16,7 +16,7 @@ _LEFT = [[0.0, 0.0, 0.0], [90.0, 210.0, np.inf], [np.inf] * 3, [0.0, 50.0, np.in
 QUANTILE = [0.05, 0.5, 0.95]
 
 
-def life_data(operations=200, changes=("faster",)):
+def life_data(operations=200, changes=("rate",)):
     """Follow a drive of which gamma_a and f change, and whose changes begin evenly spaced."""
     rng, number = generator(31, "test", "life"), np.arange(1, operations + 1)
     asked = number[9::2]

@@ -88,7 +88,7 @@ def test_real_measurements_have_no_truth_and_nothing_known_is_a_sentence(life):
 
 
 def test_changes_evidence_and_weights_are_drawn_and_told():
-    life = life_data(changes=("faster", "step", "event", "turned"))
+    life = life_data(changes=("rate", "step", "event", "rate"))
     life["certainty"][3], life["evidence"][150] = -1.0, 5000.0
     life["change_names"][1] = ""
     figure = changepoint(life)

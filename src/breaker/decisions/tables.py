@@ -63,7 +63,7 @@ CHANGES = {
     "start": "first operation after it",
     "earliest": "the same, from",
     "latest": "and to, by 90 %",
-    "kind": "faster (or slower), turned, step or event; now: the last operation",
+    "kind": "rate (of wear), step or event; now: the last operation",
     "evidence": "of the change beside none, nats; below 0 it was taken back",
     "names": "what has most to do with it: of these one, by 90 %",
 }

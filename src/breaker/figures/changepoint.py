@@ -13,8 +13,7 @@ from breaker.figures.words import symbolic
 __all__ = ["changepoint"]
 
 _KINDS = {
-    "faster": "the wear changed its rate",
-    "turned": "the wear took another direction",
+    "rate": "the wear changed its rate",
     "step": "a sudden fault",
     "event": "known work",
 }

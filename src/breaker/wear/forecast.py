@@ -22,7 +22,7 @@ from breaker.wear.readout import Readout
 __all__ = ["Forecast", "Future"]
 
 _NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # along the path, operations, horizons
-_AHEAD = 48  # operations ahead at which a distribution is computed
+_AHEAD = 160  # operations ahead at which a distribution is computed
 _WHEN, _HOW = 5, 3  # nodes of when the next change comes, and of its size
 _SHARES = (0.05, 0.5, 0.95)
 

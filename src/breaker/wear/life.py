@@ -21,8 +21,8 @@ _MEMORY = 300.0  # records, over which the size of the scatter is followed
 _ODD = 9.0  # square of a record's coordinate, in variances, as which a larger one counts in it
 _FIRST = 100.0  # records that the scatter of the reference counts for in this
 _BASE = 3  # columns of the design: level, rate, curvature
-_SOUGHT = ("faster", "turned", "step", "step")
-_FAULT = 10.0  # size of a sudden fault, over that of any other change
+_SOUGHT = ("rate", "rate", "step", "rate", "step")
+_LARGE = 10.0  # size of a large change, over that of another
 
 
 class _Best(NamedTuple):
@@ -174,12 +174,12 @@ class Life:
         """Let a change be part of the path from now on."""
         self.changes.append(change)
         self._renew(i + 1)
+        self._solve(i)
         if change.kind != "event":
             self._reweigh(change.start, i)
 
     def _reweigh(self, start: int, i: int) -> None:
         """Weigh the records after a change by the path that has it."""
-        self._solve(i)
         rows = slice(start, i + 1)
         square = sum(
             fit.off(self.design, rows, _LEADING).sum(axis=1) * fit.there[rows]
@@ -222,8 +222,11 @@ class Life:
             along = np.square(tracker.faster * np.outer(now - before, (fit.mean @ rate)[:_LEADING]))
             other = np.tile(np.square(tracker.size) * some, (starts.size, 1))
             ramps, steps = sums
-            each = ramps.evidence(along), ramps.evidence(other), steps.evidence(other)
-            total += [*each, steps.evidence(_FAULT**2 * other)]
+            sizes = other, _LARGE**2 * other
+            total += [
+                ramps.evidence(along),
+                *(each.evidence(size) for size in sizes for each in (ramps, steps)),
+            ]
         gaps = np.gradient(ages.astype(float)) if ages.size > 1 else np.ones(1)
         total += np.log(gaps / (gaps.sum() * len(_SOUGHT)))
         evidence = float(np.logaddexp.reduce(total.ravel()))

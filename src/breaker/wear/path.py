@@ -7,8 +7,8 @@ import numpy as np
 
 __all__ = ["KINDS", "Block", "Change", "Path"]
 
-KINDS = ("faster", "turned", "step", "event")
-"""Kinds of a change: of the rate along the wear, of its direction, of the drive, and known work."""
+KINDS = ("rate", "step", "event")
+"""Kinds of a change: of the rate of wear, or its direction; of the drive at once; known work."""
 
 
 class Block(NamedTuple):

@@ -1,0 +1,72 @@
+"""The regression of a block: against a regression solved at once, and what one more column explains."""
+
+import numpy as np
+import pytest
+
+from breaker.wear.fit import Fit
+from breaker.wear.path import Block
+
+
+def a_fit(n=40, k=3, last=39, precision=0.01):
+    rng = np.random.default_rng(1)
+    time = np.linspace(0.0, 1.0, n)
+    design = np.stack([np.ones(n), time], axis=1)
+    values = rng.standard_normal((n, k)) + np.outer(time, [3.0, -1.0, 0.0])
+    values[5] = np.nan
+    fit = Fit(Block(values, np.ones(k)))
+    fit.noise = np.array([1.0, 2.0, 0.5])
+    fit.sum_up(design, 0)
+    for i in range(last + 1):
+        fit.add(design[i], i)
+    fit.solve(last, np.full((k, 2), precision))
+    return fit, design, values
+
+
+def test_records_one_after_the_other_give_the_regression_of_all():
+    fit, design, values = a_fit()
+    there = np.isfinite(values[:, 0])
+    for k in range(3):
+        square = design[there].T @ design[there] / fit.noise[k] + 0.01 * np.eye(2)
+        expected = np.linalg.solve(square, design[there].T @ values[there, k] / fit.noise[k])
+        np.testing.assert_allclose(fit.mean[k], expected)
+        np.testing.assert_allclose(fit.cov[k], np.linalg.inv(square))
+
+
+def test_records_may_be_summed_up_anew():
+    fit, design, _ = a_fit()
+    gram, moment = fit.gram.copy(), fit.moment.copy()
+    fit.sum_up(design, 40)
+    np.testing.assert_allclose(fit.gram, gram)
+    np.testing.assert_allclose(fit.moment, moment)
+
+
+def test_about_gives_mean_and_variance_of_a_linear_function():
+    fit, design, _ = a_fit()
+    mean, variance = fit.about(design[-1])
+    np.testing.assert_allclose(mean, fit.mean @ design[-1])
+    np.testing.assert_allclose(variance[1], design[-1] @ fit.cov[1] @ design[-1])
+
+
+@pytest.mark.parametrize("start", [10, 25, 38])
+@pytest.mark.parametrize("step", [True, False])
+def test_the_evidence_of_a_column_is_that_of_the_larger_regression(start, step):
+    """Log evidence with the column less that without it, both from normal densities of all data."""
+    fit, design, values = a_fit()
+    time = design[:, 1]
+    row = np.array([1.0, 0.0]) if step else np.array([-time[start], 1.0])
+    found = fit.explained(np.array([start]), 39, row[None], 3).evidence(np.full((1, 3), 4.0))[0]
+    there = np.isfinite(values[:, 0])
+    column = (np.arange(40) >= start) * (design @ row)
+
+    def log_evidence(columns, variances, k):
+        some = columns[there]
+        cov = some @ np.diag(variances) @ some.T + fit.noise[k] * np.eye(there.sum())
+        y = values[there, k]
+        return -0.5 * (y @ np.linalg.solve(cov, y) + np.linalg.slogdet(cov)[1])
+
+    expected = sum(
+        log_evidence(np.column_stack([design, column]), [100.0, 100.0, 4.0], k)
+        - log_evidence(design, [100.0, 100.0], k)
+        for k in range(3)
+    )
+    assert found == pytest.approx(expected, rel=1e-6)
