@@ -95,7 +95,9 @@ class Life:
 
 def names_of(life: Life, config: Mapping) -> list[str]:
     """What scatters: all parameters, and elements that wear."""
-    worn = [n for n in config["family"]["wear"]["change"] if life.new.value(n) != life.worn.value(n)]
+    worn = [
+        n for n in config["family"]["wear"]["change"] if life.new.value(n) != life.worn.value(n)
+    ]
     return sorted({*NAMES, *worn})
 
 
@@ -219,12 +221,28 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
         one = data.sel(asked=operation)
         sizes = np.abs(true) / readout.usual()
         names = one.names.item().split(" or ")
-        rows.append(about | {"score": "named", "right": NAMES[int(sizes.argmax())] in names,
-                             "size": sizes.max(), "count": len(names) if names[0] else 0})
+        rows.append(
+            about
+            | {
+                "score": "named",
+                "right": NAMES[int(sizes.argmax())] in names,
+                "size": sizes.max(),
+                "count": len(names) if names[0] else 0,
+            }
+        )
         for k, parameter in enumerate(NAMES):
             low, middle, high = one.changed.values[k]
-            rows.append(about | {"score": "change", "name": parameter, "truth": true[k],
-                                 "low": low, "middle": middle, "high": high})
+            rows.append(
+                about
+                | {
+                    "score": "change",
+                    "name": parameter,
+                    "truth": true[k],
+                    "low": low,
+                    "middle": middle,
+                    "high": high,
+                }
+            )
     return rows
 
 
@@ -239,14 +257,29 @@ def changes_of(life: Life, data: xr.Dataset) -> list[dict]:
     for k in range(data.sizes["change"]):
         noticed = float(data.noticed[k])
         false = noticed <= true
-        rows.append({"score": "false" if false else "noticed", "operation": noticed,
-                     "late": noticed - true, "start": float(data.start[k]) - true,
-                     "kind": data.kind[k].item(), "names": data.change_names[k].item(),
-                     "right": life.fault[1] in data.change_names[k].item().split(" or ")})
+        rows.append(
+            {
+                "score": "false" if false else "noticed",
+                "operation": noticed,
+                "late": noticed - true,
+                "start": float(data.start[k]) - true,
+                "kind": data.kind[k].item(),
+                "names": data.change_names[k].item(),
+                "right": life.fault[1] in data.change_names[k].item().split(" or "),
+            }
+        )
     quiet = np.isfinite(data.evidence.values) & (data.operation.values <= true)
     most = np.nanmax(data.evidence.values, initial=-np.inf, where=quiet)
-    rows.append({"score": "quiet", "records": int(quiet.sum()), "evidence": most, "truth": true,
-                 "size": life.fault[2], "name": life.fault[1]})
+    rows.append(
+        {
+            "score": "quiet",
+            "records": int(quiet.sum()),
+            "evidence": most,
+            "truth": true,
+            "size": life.fault[2],
+            "name": life.fault[1],
+        }
+    )
     return rows
 
 
@@ -258,8 +291,17 @@ def left_of(limit: str, fails: float, data: xr.Dataset, told: int, rng) -> list[
     for operation in some:
         one = data.sel(asked=operation, limit=limit)
         low, middle, high = one.remaining.values
-        rows.append({"score": "left", "name": limit, "operation": operation,
-                     "truth": fails - operation, "low": low, "middle": middle, "high": high})
+        rows.append(
+            {
+                "score": "left",
+                "name": limit,
+                "operation": operation,
+                "truth": fails - operation,
+                "low": low,
+                "middle": middle,
+                "high": high,
+            }
+        )
     return rows
 
 
@@ -273,8 +315,15 @@ def acted(limit: str, fails: float, data: xr.Dataset, stands: xr.Dataset) -> dic
     by = one.service_by.values[state == STATES.index("plan")]
     moves = int((by[1:] != by[:-1]).sum()) if by.size else 0
     early = data.steady.sel(limit=limit).values[:, 0]
-    return {"score": "acted", "name": limit, "fails": fails, "first": first, "service": service,
-            "moves": moves, "known": bool(np.isfinite(early).any())}
+    return {
+        "score": "acted",
+        "name": limit,
+        "fails": fails,
+        "first": first,
+        "service": service,
+        "moves": moves,
+        "known": bool(np.isfinite(early).any()),
+    }
 
 
 def follow(seed_name: str, file: str, *sets: str) -> None:
@@ -317,7 +366,11 @@ def table(*files: str) -> None:
         add(f"{which}: names in a set", named["count"].mean(), len(named))
         quiet = some[some.score == "quiet"]
         false = some[some.score == "false"]
-        add(f"{which}: false changes in 10,000 records", 1e4 * len(false) / quiet.records.sum(), len(quiet))
+        add(
+            f"{which}: false changes in 10,000 records",
+            1e4 * len(false) / quiet.records.sum(),
+            len(quiet),
+        )
         changed = quiet[np.isfinite(quiet.truth)].set_index("life")
         first = some[some.score == "noticed"].groupby("life").late.min()
         if len(changed):
@@ -328,9 +381,17 @@ def table(*files: str) -> None:
         for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
             holds = (each.low <= each.truth) & (each.truth <= each.high)
             add(f"{which}: left to {name} limits held by 90 %", holds.mean(), len(each))
-            add(f"{which}: its median over the truth", (each.middle / each.truth).median(), len(each))
+            add(
+                f"{which}: its median over the truth",
+                (each.middle / each.truth).median(),
+                len(each),
+            )
         for name, each in some[(some.score == "acted") & (some.known == True)].groupby("name"):  # noqa: E712
-            add(f"{which}: {name}: failed before service_by", (each.service > each.fails).mean(), len(each))
+            add(
+                f"{which}: {name}: failed before service_by",
+                (each.service > each.fails).mean(),
+                len(each),
+            )
             away = (each.fails - each.service) / (each.fails - each["first"])
             away = away[each.service <= each.fails]
             add(f"{which}: {name}: share given away, median", away.median(), len(away))

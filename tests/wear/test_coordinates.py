@@ -71,14 +71,16 @@ def test_a_change_comes_back_as_the_curve_that_it_was(seen):
 
 
 def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
-    series, sizes, coordinates = seen
+    series, _sizes, coordinates = seen
     reading = coordinates.readings[0]
     values = coordinates.blocks(series)
     row = coordinates.row("closing", "travel_time")
     both = np.hstack([values[0].values, values[1].values])
     told = reading.mean + both @ row
     there = np.isfinite(both).all(axis=1)
-    np.testing.assert_allclose(told[there], series.motions["closing"].measured["travel_time"][there])
+    np.testing.assert_allclose(
+        told[there], series.motions["closing"].measured["travel_time"][there]
+    )
     assert np.isnan(values[1].values[7]).all()
     # What is left is far less than the quantity scatters by itself: the curve explains it.
     assert reading.scatter < 0.7 * np.nanstd(series.motions["closing"].measured["travel_time"])
@@ -94,7 +96,7 @@ def test_few_records_take_the_scatter_that_is_usual():
 
 
 def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):
-    series, _, coordinates = seen
+    _series, _, coordinates = seen
     curve = coordinates.curves["closing"]
     one = curve.told_noise(np.ones(curve.variance.size))
     assert curve.noise == pytest.approx(one / np.sqrt(199), rel=0.01)

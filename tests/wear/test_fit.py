@@ -1,4 +1,4 @@
-"""The regression of a block: against a regression solved at once, and what one more column explains."""
+"""The regression of a block: against one solved at once, and what a column explains."""
 
 import numpy as np
 import pytest

@@ -49,7 +49,8 @@ def test_a_straight_path_crosses_where_it_does():
 
 def test_a_path_that_leads_away_never_does():
     found = forecast(path(1.0, -0.002))
-    assert np.isinf(found.remaining[0]).all() and np.isinf(found.steady[0]).all()
+    assert np.isinf(found.remaining[0]).all()
+    assert np.isinf(found.steady[0]).all()
 
 
 def test_a_drive_beyond_has_nothing_left():

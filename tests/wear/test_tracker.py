@@ -30,11 +30,12 @@ def test_a_straight_path_is_known_as_a_regression_knows_it():
     assert np.abs(off).max() < 4.0  # some 200 values that hardly differ from one to the next
     assert path.rate[-1, 0] == pytest.approx(0.05, abs=4.0 * np.sqrt(path.rate_variance[-1, 0]))
     assert np.sqrt(path.variance[-1, 0]) < 0.5
-    assert np.isnan(path.change[: NEW - 1]).all() and not path.changes
+    assert np.isnan(path.change[: NEW - 1]).all()
+    assert not path.changes
 
 
 def test_nothing_is_noticed_where_nothing_changes():
-    """12 lives of 200 records; at the stated 0.1 false changes in 10,000, P(any) < 1e-3 a record."""
+    """12 lives of 200 records, false with a probability of 1e-3 each at most."""
     noticed = [follow(blocks(seed)).changes for seed in range(12)]
     assert not any(noticed)
 
@@ -107,7 +108,8 @@ def test_a_motion_may_be_missing():
     some[0].values[120:140] = np.nan
     path = follow(some)
     assert path.change[-1, 0] == pytest.approx(0.05 * (N - NEW / 2.0), abs=2.0)
-    assert np.isnan(path.weight[120:140]).all() and np.isfinite(path.change[130]).all()
+    assert np.isnan(path.weight[120:140]).all()
+    assert np.isfinite(path.change[130]).all()
     assert path.variance[-1, 6] > 4.0 * path.variance[-1, 0]  # nothing was seen of it since
 
 

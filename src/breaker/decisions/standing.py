@@ -25,6 +25,7 @@ STATES = ("unknown", "healthy", "plan", "now")
 _RAISE, _CLEAR = 0.95, 0.5  # probability from which a limit is exceeded, and below which no more
 _VAGUE = 0.25  # half a 90 % interval over the way to a limit, from which the limit cannot be told
 _EARLY = 0.4  # life that is left for almost sure over that left by half, below which it is vague
+_STAYS = 1.5  # planning horizons, within which a plan stays one
 _MOVES = 0.4  # share of what is left, by which an estimate leaves what is told
 _UNKNOWN, _HEALTHY, _PLAN, _NOW = range(len(STATES))
 
@@ -47,7 +48,8 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
         exceeded at the end.
     """
     asked, operations = life.asked.values, life.operation.values
-    beyond, exceeded = life.beyond.values, _exceeded(life.beyond.values)
+    beyond = life.beyond.values
+    exceeded = _latched(beyond >= _RAISE, beyond < _CLEAR)
     early = life.steady.values[..., 0]
     due = asked[:, None] + np.where(np.isfinite(early), life.attrs["margin"] * early, early)
     by = np.array([steady(each, asked) for each in due.T]).reshape(-1, len(asked)).T
@@ -60,9 +62,10 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
     beyond = np.where(shown[:, None], beyond[at], np.nan)
     unknown = np.isnan(beyond) | (operations < life.attrs["told"])[:, None]
     ahead = by - operations[:, None]
-    soon = ahead <= settings["operations"]
     with np.errstate(invalid="ignore"):
-        soon |= ahead * per_operation[:, None] <= 365.25 * settings["years"]
+        days = ahead * per_operation[:, None] / (365.25 * settings["years"])
+        horizons = np.fmin(ahead / settings["operations"], days)
+    soon = _latched(horizons <= 1.0, horizons > _STAYS)
     unknown |= _vague(life)[at] & soon
     state = np.where(soon, np.where(ahead <= 0.0, _NOW, _PLAN), _HEALTHY)
     state = np.where(over, _NOW, np.where(unknown, _UNKNOWN, state))
@@ -93,13 +96,16 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
     )
 
 
-def _exceeded(beyond: np.ndarray) -> np.ndarray:
-    """Return from when to when each limit is exceeded, ``(a, l)`` of bool, with a hysteresis."""
-    found = np.zeros(beyond.shape, dtype=bool)
-    for k in range(len(beyond)):
-        before = found[k - 1] if k else np.zeros(beyond.shape[1], dtype=bool)
-        found[k] = (beyond[k] >= _RAISE) | (before & ~(beyond[k] < _CLEAR))
-    return found
+def _latched(on: np.ndarray, off: np.ndarray) -> np.ndarray:
+    """Return what holds from ``on`` until ``off``, ``(o, l)`` of bool each.
+
+    >>> on_off = np.array([[0, 1, 0, 0], [0, 0, 0, 1]])[:, :, None] > 0
+    >>> _latched(*on_off)[:, 0]
+    array([False,  True,  True, False])
+    """
+    at = np.arange(len(on))[:, None]
+    last = np.maximum.accumulate(np.where(on | off, at, -1), axis=0)
+    return np.take_along_axis(on, np.maximum(last, 0), axis=0) & (last >= 0)
 
 
 def _vague(life: xr.Dataset) -> np.ndarray:
@@ -124,12 +130,13 @@ def steady(estimate: np.ndarray, operations: np.ndarray) -> np.ndarray:
         estimate: Operations by which to service, ``(a,)``; inf beyond the horizon, nan not known.
         operations: After which they were estimated, ``(a,)``.
     """
-    told, found = np.inf, []
+    told, given, found = np.inf, 0.0, []
     for new, operation in zip(estimate.tolist(), operations.tolist(), strict=True):
-        room = _MOVES * (max(new, told) - operation)
+        room = max(1.0, min(_MOVES * (max(new, told) - operation), 1e12))
         apart = np.inf if np.isinf(new) or np.isinf(told) else abs(new - told)
-        if not (np.isnan(new) or told < new <= operation) and apart > max(1.0, min(room, 1e12)):
-            told = new
+        due = told <= operation  # stays so, unless there is more left than when that was told
+        if apart > room and not np.isnan(new) and (not due or new - operation > given):
+            told, given = new, new - operation
         found.append(told)
     return np.floor(np.array(found))
 
