@@ -21,7 +21,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "read_record",
         ],
         "scale": ["Scale"],
-        "segments": ["white_noise"],
         "shape": [
             "SHAPE_STEP",
             "SHAPE_TIMES",
