@@ -23,8 +23,8 @@ STATES = ("unknown", "healthy", "plan", "now")
 """States of a limit and of a drive, the most urgent last."""
 
 _RAISE, _CLEAR = 0.95, 0.5  # probability from which a limit is exceeded, and below which no more
-_VAGUE = 0.25  # half a 90 % interval over the way to a limit, from which the limit cannot be told
-_EARLY = 0.4  # life that is left for almost sure over that left by half, below which it is vague
+_VAGUE = 0.3  # half a 90 % interval over the way to a limit, from which the limit cannot be told
+_EARLY = 0.5  # life that is left for almost sure over that left by half, below which it is vague
 _STAYS = 1.5  # planning horizons, within which a plan stays one
 _MOVES = 0.4  # share of what is left, by which an estimate leaves what is told
 _UNKNOWN, _HEALTHY, _PLAN, _NOW = range(len(STATES))

@@ -57,7 +57,7 @@ class Tracker:
     settle: int = 50
     threshold: float = 10.0
     bend: float = 0.2
-    aside: float = 0.1
+    aside: float = 0.2
     faster: float = 3.0
     size: float = 0.03
     tails: float = 30.0
