@@ -37,7 +37,9 @@ class Fit:
         mean: Coefficients, ``(k, p)``.
         cov: Their covariance, ``(k, p, p)``.
         change: Change so far, ``(k,)``.
-        noise: Variance of a record, ``(k,)``: 1 as in the reference, and followed from there.
+        noise: Variance of a record, ``(k,)``: 1 as in the reference, and followed from there,
+        memory: times this, where neighbouring records err alike.
+        last: How far the last record was from the path, in sds, ``(k,)``.
     """
 
     def __init__(self, block: Block) -> None:
@@ -46,7 +48,8 @@ class Fit:
         self.variance, self.sought = block.variance, block.sought
         self.weight = self.there.astype(float)
         self.change = np.zeros_like(block.variance)
-        self.noise = np.ones_like(block.variance)
+        self.noise, self.memory = np.ones_like(block.variance), 1.0
+        self.last = np.zeros_like(block.variance)
 
     def sum_up(self, design: np.ndarray, last: int) -> None:
         """Add up the records before ``last`` anew, with a design ``(o, p)``."""
@@ -65,19 +68,20 @@ class Fit:
 
     def solve(self, i: int, precision: np.ndarray) -> None:
         """Fit the records up to ``i``, with prior precisions of the coefficients, ``(k, p)``."""
-        matrix = self.gram[i + 1] / self.noise[:, None, None]
+        noise = self.memory * self.noise
+        matrix = self.gram[i + 1] / noise[:, None, None]
         self.cov = np.linalg.inv(matrix + precision[:, :, None] * np.eye(precision.shape[1]))
-        self.mean = np.einsum("kpq,qk->kp", self.cov, self.moment[i + 1] / self.noise)
+        self.mean = np.einsum("kpq,qk->kp", self.cov, self.moment[i + 1] / noise)
 
     def about(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and variance of a linear function of the coefficients, ``(k,)`` each."""
         return self.mean @ row, np.einsum("p,kpq,q->k", row, self.cov, row)
 
     def off(self, design: np.ndarray, rows: slice, leading: int) -> np.ndarray:
-        """Return squared distances of records from the path, in leading coordinates, ``(r, k)``."""
+        """Return how far records are from the path in leading coordinates, in sds, ``(r, k)``."""
         left = self.values[rows, :leading] - design[rows] @ self.mean[:leading].T
         spread = np.einsum("rp,kpq,rq->rk", design[rows], self.cov[:leading], design[rows])
-        return np.square(left) / (self.noise[:leading] + spread)
+        return left / np.sqrt(self.noise[:leading] + spread)
 
     def explained(self, starts: np.ndarray, i: int, columns: np.ndarray, leading: int) -> Explained:
         """Say what columns would explain that are 0 before a start.
@@ -90,7 +94,8 @@ class Fit:
         """
         gram = self.gram[i + 1] - self.gram[starts]
         moment = (self.moment[i + 1] - self.moment[starts])[:, :, :leading]
-        noise, mean, cov = (each[:leading] for each in (self.noise, self.mean, self.cov))
+        noise = self.memory * self.noise[:leading]
+        mean, cov = self.mean[:leading], self.cov[:leading]
         cross = np.einsum("cp,cpq->cq", columns, gram)
         square = np.einsum("cq,cq->c", cross, columns)[:, None]
         known = np.einsum("cp,kpq,cq->ck", cross, cov, cross, optimize=True)

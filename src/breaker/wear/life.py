@@ -19,6 +19,7 @@ _LEADING = 12  # coordinates of a block in which changes are sought
 _AGE = 2  # records that a change needs: one may be an outlier
 _MEMORY = 300.0  # records, over which the size of the scatter is followed
 _ODD = 9.0  # square of a record's coordinate, in variances, as which a larger one counts in it
+_ALIKE = 0.9  # largest correlation of neighbouring records
 _FIRST = 100.0  # records that the scatter of the reference counts for in this
 _BASE = 3  # columns of the design: level, rate, curvature
 _SOUGHT = ("rate", "rate", "step", "rate", "step")
@@ -57,7 +58,7 @@ class Life:
         self.time = (where - where[self.new].mean()) / self.span
         self.warm = None if temperature is None else np.nan_to_num(temperature)
         self.changes: list[Change] = []
-        self.counted = _FIRST
+        self.counted, self.alike = _FIRST, 0.0
         self._renew(0)
 
     def followed(self) -> Path:
@@ -143,13 +144,20 @@ class Life:
         if not learnt:
             return 1.0
         found = [fit.off(self.design, slice(i, i + 1), fit.variance.size)[0] for fit in there]
-        counted = [each[:_LEADING] for fit, each in zip(there, found, strict=True) if fit.sought]
-        count, square = (sum(map(of, counted)) for of in (np.size, np.sum))
+        both = [(each, fit.last) for fit, each in zip(there, found, strict=True) if fit.sought]
+        left, last = (np.concatenate([p[k][:_LEADING] for p in both] or [[]]) for k in (0, 1))
+        count, square = left.size, float(left @ left)
         weight = (self.tracker.tails + count) / (self.tracker.tails + square)
         self.counted = min(self.counted + 1.0, _MEMORY)
         for fit, each in zip(there, found, strict=True):
-            fit.weight[i] = weight
-            fit.noise *= 1.0 + (np.minimum(weight * each, _ODD) - 1.0) / self.counted
+            fit.weight[i], fit.last = weight, np.sqrt(min(weight, 1.0)) * each
+            fit.noise *= 1.0 + (np.minimum(weight * each**2, _ODD) - 1.0) / self.counted
+        if count:
+            alike = float(np.clip(weight * (left @ last) / count, -1.0, 1.0))
+            self.alike += (alike - self.alike) / self.counted
+            colour = float(np.clip(self.alike, 0.0, _ALIKE))
+            for fit in self.fits:
+                fit.memory = (1.0 + colour) / (1.0 - colour)
         return weight
 
     def _watch(self, i: int, full: int) -> float:
@@ -182,7 +190,7 @@ class Life:
         """Weigh the records after a change by the path that has it."""
         rows = slice(start, i + 1)
         square = sum(
-            fit.off(self.design, rows, _LEADING).sum(axis=1) * fit.there[rows]
+            np.square(fit.off(self.design, rows, _LEADING)).sum(axis=1) * fit.there[rows]
             for fit in self.sought
         )
         count = sum(min(_LEADING, fit.variance.size) * fit.there[rows] for fit in self.sought)
