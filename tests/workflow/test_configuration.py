@@ -69,6 +69,8 @@ def all_parts(part: dict, above: tuple = ()):
         yield from all_parts(inner, (*above, name))
     if "items" in part:
         yield from all_parts(part["items"], (*above, "[]"))
+    for choice in part.get("oneOf", ()):
+        yield from all_parts(choice, above)
 
 
 # ---- what is in the repository
@@ -103,7 +105,7 @@ OPEN = (("known",), ("endurance", "events"))  # their keys are the user's
 
 def test_schema_explains_every_key_and_knows_no_others():
     for key, part in parts(read(SCHEMA)).items():
-        assert "enum" in part or "type" in part, key
+        assert {"enum", "type", "oneOf"} & set(part), key
         if key:
             assert part["description"].endswith("."), key
         if part.get("type") == "object":
@@ -306,11 +308,17 @@ limits: [{motion: closing, lower: {f: true, mu: .nan}, upper: 10}, 7]
 limits: [{name: a, motion: closing, lower: {rebound: 1}}]
     limits cannot be used. a: rebound is a quantity of opening, not of closing. Known of closing: mu
 limits: [{name: a, motion: closing, of: records, lower: {stroke: 1}}]
-    limits[0].of is "records", but must be one of model, record
+    limits[0].of is "records", but must be one of model, record, change
 limits: [{name: a, motion: closing, of: record, lower: {f: 1}}]
     limits cannot be used. a: f is a quantity of the model, which no record shows. Take of:
 limits: [{name: a, motion: closing, upper: {latch_time: 1}}]
     a: latch_time is not of the model: records alone show it, in limits with of: record.
+limits: [{name: a, of: change, upper: {stroke: +5 %}}, {name: b, lower: {f: 1}}]
+    limits cannot be used. a: stroke
+    b: it has no motion. Set it to closing or opening.
+limits: [{name: a, of: change, since: then, upper: {f: '+5 per cent'}}]
+    limits[0].since is "then", but must be one of new, event
+    limits[0].upper.f is "+5 per cent", but must be
 limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
     a: there are two limits of this name. Give one another name.
     a: it has no quantity. Name one under upper or lower, with a value.
@@ -341,8 +349,9 @@ correction: {draws: 500, smallest_size: 501}
     correction.smallest_size is 501, but must not exceed correction.draws (500)
 correction: {round_draws: 300, fit_size: 301}
     correction.fit_size is 301, but must not exceed correction.round_draws (300)
-alarm: {raise: 0.4, clear: 0.5}
-    alarm.clear is 0.5, but must not exceed alarm.raise (0.4)
+planning: {operations: -1, yeers: 2}
+    planning.operations is -1, but must be a number, at least 0
+    planning.yeers is not a known key. Did you mean planning.years?
 rigs: {elements: {closing_stop: {reach: [2.0, 1.0]}}}
     rigs.elements closing_stop: reach is [2.0, 1.0], but the first must not exceed the second
 family: {more: {drag: [0.2, 0.1]}}
@@ -426,8 +435,13 @@ endurance: {breaker: A}
 endurance: {curves: nowhere, events: {',': [f], Oil-ed: [f], 'gas, oil ed': [mu]}}
     endurance.events has ',', which is no name of an event. Write a word.
     has 'oil ed' in 'Oil-ed' and in 'gas, oil ed'. Leave one out.
-wear_model: {friction_by_temperature: [0.0, -1.0]}
-    wear_model.friction_by_temperature is [0.0, -1.0], but a standard deviation cannot be negative
+# sections of a life
+wear_model: {reference: [300, 200]}
+    wear_model.reference is [300, 200], but the first comes before the last. Swap them.
+wear_model: {reference: first}
+    wear_model.reference is "first", but must be
+wear_model: {future: {margin: 1.5}}
+    wear_model.future.margin is 1.5, but must be a number
 """
 CASES = re.findall(r"((?:^[^\s#].*\n)+)((?:^    .*\n)+)", WRONG, re.MULTILINE)
 
