@@ -17,6 +17,7 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = ("Snakefile", "config", "envs", "profiles", "src", "workflow", "README.md")
+MOTIONS = ("closing", "opening")
 SNAKEMAKE = (sys.executable, "-m", "snakemake", "--configfile", "config/test.yaml")
 
 # Rules by what they need, as they follow each other for one motion.
@@ -44,17 +45,17 @@ ENDURANCE_FIGURES = [
     "numbers",
 ]
 PAGES = ["figure_verdict", "first_page", "figure_health", "figure_remaining_life"]
-TRENDS = ["trend", "whole_trend", "measured_trend"]
-DECISIONS = ["condition", "trend", "whole_trend", "decide", *PAGES, "figure_changepoint"]
-MEASURING = ["read_curves", "measured_trend"]
-FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES, *DECISIONS]
+DECISIONS = ["decide", *PAGES]
+LIFE = ["life", *DECISIONS, "figure_changepoint", "figure_evolution", "numbers"]
+MEASURING = ["read_curves", *LIFE]
+FROM_INFERENCE = ["correct_operations", "gather", *ENDURANCE_FIGURES]
 TRAINING = ["train", "figure_loss", *VALIDATION, "infer", *FROM_INFERENCE]
 PRIOR_PREDICTIVE = ["prior_predictive", "figure_prior_predictive"]
 PRIOR_DRAWS = [*PRIOR_PREDICTIVE, "figure_pairs_family"]
 FAMILY_FIGURES = ("sbc", "contraction", "recovery", "pairs")
 FAMILY = ["family_quality", *(f"figure_{name}_family" for name in FAMILY_FIGURES)]
 # For both motions together.
-ONCE = {"decide", "numbers", "measured_trend", "rig_truth", *PAGES, *FAMILY}
+ONCE = {*LIFE, "rig_truth", *FAMILY}
 READING = [*MEASURING, "figure_prior_predictive", "infer", *FROM_INFERENCE]
 
 
@@ -131,7 +132,7 @@ def edit_closing_training(folder: Path) -> None:
 def edit_limits(folder: Path) -> None:
     path = folder / "config/test.yaml"
     overlay = yaml.safe_load(path.read_text())
-    overlay["limits"] = [{"name": "late", "motion": "closing", "upper": {"touch_time": 11.0}}]
+    overlay["limits"] = [{"name": "tired", "of": "change", "lower": {"f": "-5 %"}}]
     path.write_text(yaml.safe_dump(overlay))
 
 
@@ -191,19 +192,15 @@ EDITS = {
         2,
     ),
     "endurance.curves": (put_own_curves, READING, 2),
-    "limits": (
-        lambda folder: edit_limits(folder),
+    "limits": (lambda folder: edit_limits(folder), LIFE, 2),
+    "planning": (
+        lambda folder: edit_config(folder, planning={"years": 3.0}),
         [*DECISIONS, "numbers"],
-        2,
-    ),
-    "alarm": (
-        lambda folder: edit_config(folder, alarm={"after": 2}),
-        ["decide", *PAGES, "numbers"],
         2,
     ),
     "wear_model": (
         lambda folder: edit_config(folder, wear_model={"horizon": 5000}),
-        [*TRENDS, "decide", *PAGES, "figure_changepoint", "numbers"],
+        LIFE,
         2,
     ),
     "mechanism.py": (
@@ -218,14 +215,13 @@ EDITS = {
 
 # A dry run takes seconds: edits that make different rules run again are tried together.
 TOGETHER = [
-    ("style of one figure", "endurance.posterior", "alarm", "README.md"),
+    ("style of one figure", "endurance.posterior", "planning", "README.md"),
     ("validation.posterior", "limits"),
     ("validation.seed", "wear_model"),
 ]
 ALONE = [(name,) for name in EDITS if name not in {each for names in TOGETHER for each in names}]
 # Shards, chunks and sources are several jobs; everything else is one a motion, or one.
 SEVERAL = {"bank_shard", "read_curves", "infer", "correct_operations", "validate_family"}
-SEVERAL |= {"condition", "trend", "whole_trend", "figure_changepoint"}
 
 
 @pytest.mark.parametrize("names", [*TOGETHER, *ALONE], ids=" and ".join)
@@ -250,11 +246,12 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
 
 def test_every_figure_is_there(workflow):
     figures = sorted(path.name for path in (workflow / "figures").glob("*.png"))
-    assert len(figures) == 30 + 4 + 12  # and those of shipped networks, and of the family's
+    # Of both motions, of the life; and those of shipped networks, and of the family's.
+    assert len(figures) == 22 + 5 + 4 + 12
     assert all((workflow / "figures" / name).stat().st_size > 10_000 for name in figures)
 
 
-@pytest.mark.parametrize("motion", ["closing", "opening"])
+@pytest.mark.parametrize("motion", MOTIONS)
 def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
     results = workflow / "results"
     stores = [
@@ -265,9 +262,11 @@ def test_stores_open_with_one_call_and_say_what_made_them(workflow, motion):
         *results.glob(f"endurance/{motion}*.zarr"),
         *results.glob(f"exactness/{motion}*.zarr"),
         results / "rig/truth.zarr",
+        results / "life.zarr",
+        results / "standing.zarr",
         *results.glob(f"identifiability/{motion}*.zarr"),
     ]
-    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 1
+    assert len(stores) == 2 + 1 + 4 + 2 + 2 + 1 + 1 + 2 + 1
     for store in stores:
         data = xr.open_zarr(store)
         assert {"title", "settings", "breaker_version"} <= set(data.attrs), store
@@ -291,20 +290,21 @@ def test_a_report_is_made_that_opens_offline(workflow):
 
 
 def test_appended_operations_run_their_own_chunk_and_what_follows(workflow):
-    own, trend = workflow / "own", "results/trend/closing.zarr"
+    own, targets = workflow / "own", ("results/endurance/closing.zarr", "results/life.zarr")
     shutil.rmtree(own, ignore_errors=True)
     with edited(workflow):
         put_own_curves(workflow)
-        run(workflow, "-c2", *(f"results/endurance/closing/curves_00{i}.zarr" for i in range(2)))
-        run(workflow, "-c2", "--touch", trend)  # the same curves: what follows is up to date
-        for motion in ("closing", "opening"):
+        chunks = [f"results/endurance/{m}/curves_00{i}.zarr" for m in MOTIONS for i in range(2)]
+        run(workflow, "-c2", *chunks)
+        run(workflow, "-c2", "--touch", *targets)  # the same curves: what follows is up to date
+        for motion in MOTIONS:
             last = own / motion / f"{motion}_00030.csv"
             for number in range(31, 36):
                 shutil.copy(last, last.with_name(f"{motion}_{number:05d}.csv"))
-        jobs = planned(workflow, trend)
-    # Two chunks of 20 and 10 operations: the second one alone, from the state after the first.
-    rules = ("read_curves", "infer", "correct_operations", "gather", "trend", "whole_trend")
-    assert jobs == dict.fromkeys(rules, 1)
+        jobs = [planned(workflow, target) for target in targets]
+    # Two chunks of 20 and 10 operations: the second one alone; a life as a whole.
+    assert jobs[0] == dict.fromkeys(("read_curves", "infer", "correct_operations", "gather"), 1)
+    assert jobs[1] == {"read_curves": 2, "life": 1}
 
 
 def test_a_wrong_configuration_is_explained():
