@@ -242,7 +242,7 @@ SHOWS = "import lazy_loader\nlazy_loader.attach(__name__, submod_attrs={})"
 # Check, and files with which it has to find something wrong.
 CHECKS = {
     "upwards": (upward, {"records/a.py": "from breaker.model import Prior"}),
-    "beside": (upward, {"decisions/a.py": "def f():\n    from breaker.validation import ranks"}),
+    "beside": (upward, {"wear/a.py": "def f():\n    from breaker.validation import ranks"}),
     "a room whole": (upward, {"model/a.py": "from breaker import figures"}),
     "a module of another room": (
         hidden,

@@ -18,7 +18,6 @@ from breaker.family.levels import LevelDraws
 from breaker.mechanism.limits import Limit
 from breaker.mechanism.parameters import NAMES
 
-ALARM = {"raise": 0.95}
 
 
 def limit(name, value, of="model"):
@@ -30,7 +29,7 @@ def verdict(answers):
     """The verdict of a limit on the first closing, or on one like it."""
 
     def verdict(limit, answer=answers[0]):
-        (row,) = judged(answer, [limit], ALARM, seed=1)
+        (row,) = judged(answer, [limit], seed=1)
         return row["verdict"]
 
     return verdict
@@ -46,7 +45,7 @@ def test_verdicts_follow_from_the_draws(answers, verdict):
     assert found == list(VERDICTS[1:])
     assert verdict(limit("L", 10.0), replace(answers[0], unresolved="few")) == "unknown"
     assert verdict(limit("L", 10.0), replace(answers[0], draws=None)) == "unknown"
-    assert judged(answers[3], [limit("L", 10.0)], ALARM, seed=1) == []  # of the other motion
+    assert judged(answers[3], [limit("L", 10.0)], seed=1) == []  # of the other motion
 
 
 def test_measured_quantities_are_judged_as_measured(answers, infer, timed, verdict):
@@ -64,7 +63,7 @@ def test_measured_quantities_are_judged_as_measured(answers, infer, timed, verdi
 
 @pytest.fixture
 def found(answers):
-    limits = [judged(each, [limit("L", 5.0)], ALARM, seed=1) for each in answers]
+    limits = [judged(each, [limit("L", 5.0)], seed=1) for each in answers]
     return document(answers, limits, {"words": ["size given"]}, {"seed": 1})
 
 

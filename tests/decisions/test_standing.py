@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.decisions import STATES, standing
-from breaker.decisions.standing import steady
+from breaker.decisions.states import steady
 from tests.decisions.lives import OPERATIONS, a_life
 
 PLANNING = {"operations": 150, "years": 2.0}

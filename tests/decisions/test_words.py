@@ -31,7 +31,7 @@ def test_a_plan_names_operation_and_limit():
 
 
 def test_a_limit_that_cannot_be_told_is_told_apart():
-    words, *_ = said(a_life(fails=(600.0, 600.0)))
+    words, *_ = said(a_life(fails=(600.0, 590.0)))
     assert words.startswith("Plan service")
     assert "Cannot tell stiff (P < 1 %)." in words
 

@@ -54,7 +54,7 @@ def test_parts_and_words():
         ),
         ((("wipe", 1.0, True),), "record", "wipe is a quantity of the model, which no record sho"),
         ((("part_time", 1.0, True),), "record", "part_time is a quantity of opening, not of clos"),
-        ((("stroke", 1.0, True),), "file", r"of is file\. Set it to model or record\."),
+        ((("stroke", 1.0, True),), "file", r"of is file\. Set it to model or record or change\."),
     ],
 )
 def test_what_cannot_be_a_limit_is_refused(parts, of, text):

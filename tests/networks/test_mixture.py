@@ -79,7 +79,7 @@ def p_value_of_draws(made: FamilyNetwork, arrays: Network) -> float:
     x = np.full((1, 4), 0.7)
     features = arrays.features(x)[0]
     told = np.array([True, False, True])
-    draws = arrays.sample(features, told, 200, np.random.default_rng(5))
+    draws = arrays.sample(features[None], told, 200, np.random.default_rng(5))[0]
     there = torch.as_tensor(told.astype(float)).expand(801, 3)
     condition = torch.as_tensor(np.tile(features, (801, 1)))
     found = []
@@ -114,7 +114,7 @@ def test_atoms_are_drawn_as_often_as_they_are_probable():
     arrays = read(made)
     features = arrays.features(np.full((1, 4), 0.7))[0]
     told, n = np.array([True, False, False]), 20_000
-    draws = arrays.sample(features, told, n, np.random.default_rng(2))
+    draws = arrays.sample(features[None], told, n, np.random.default_rng(2))[0]
     with torch.no_grad():
         log_share = made.inference.log_prob(
             torch.zeros(1, 3, dtype=torch.float64),

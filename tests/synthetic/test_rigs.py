@@ -120,7 +120,7 @@ def test_limits_are_exceeded_after_the_change_of_wear(rig, truth, defaults):
     knee = rig.settings["wear"]["knee"] * rig.settings["operations"]
     assert len(found) >= 5
     assert all(knee + 40 < at < 2000 for at in found.values()), found
-    assert {limit.of for limit in limits} == {"model", "record"}
+    assert {limit.of for limit in limits} == {"change", "record"}
 
 
 def test_truth_of_what_records_show(rig, truth):

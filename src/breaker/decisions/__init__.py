@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "dates": ["days_per_operation"],
         "page": ["opening"],
-        "standing": ["STATES", "standing"],
+        "states": ["STATES", "standing"],
         "tables": [
             "CHANGES",
             "DECISIONS",

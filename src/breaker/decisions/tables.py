@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.decisions.dates import days_left, days_per_operation, on_date
-from breaker.decisions.standing import STATES
+from breaker.decisions.states import STATES
 from breaker.files import ABOUT, known_about
 
 __all__ = ["CHANGES", "DECISIONS", "LIMITS", "change_table", "decide", "known_of", "limit_table"]

@@ -63,14 +63,9 @@ def follow_life(
         **_limits(limits, readout, path, where, future),
         **_changes(readout, path, tracker.settle),
     }
-    coords = {
-        "operation": number,
-        "asked": number[where],
-        "parameter": list(NAMES),
-        "motion": list(readout.matches),
-        "quantile": list(QUANTILES),
-        **_limit_coords(limits),
-    }
+    coords = {"operation": number, "asked": number[where], "parameter": list(NAMES)}
+    coords |= {"motion": list(readout.matches), "quantile": list(QUANTILES)}
+    coords |= _limit_coords(limits)
     attrs = {"family": readout.family, "agreement": apart, "told": int(told)}
     return xr.Dataset(
         found, coords, attrs | {"threshold": tracker.threshold, "margin": future.margin}

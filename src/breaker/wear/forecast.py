@@ -35,6 +35,7 @@ class Future(NamedTuple):
         changes: Power of the operations so far, over those then, with which no change comes.
         faster: Median of the factor on the rate,
         spread: and sd of its logarithm.
+        widening: Factor on the intervals of changes along a path: a network errs alike all along.
         margin: Share of the life that is left for almost sure, after which to service.
     """
 
@@ -42,6 +43,7 @@ class Future(NamedTuple):
     changes: float = 1.0
     faster: float = 4.0
     spread: float = 0.4
+    widening: float = 1.4
     margin: float = 0.8
 
     @classmethod
@@ -115,7 +117,12 @@ class Forecast(NamedTuple):
             spread = variance + 2.0 * node * path.covariance[where]
             spread = np.maximum(spread + node**2 * path.rate_variance[where], 1e-12)
             draws.append(readout.values(limit, there, spread))
-        now, excess = draws[0], limit.excess(_continued(np.array(draws), nodes))
+        now, along = draws[0], _continued(np.array(draws), nodes)
+        if limit.of != "record":
+            middle = np.median(along, axis=2, keepdims=True)
+            wide = middle + future.widening * (along - middle)
+            along = np.where(np.isfinite(along), wide, along)
+        excess = limit.excess(along)
         remaining, steady = np.full((2, len(where), 3), np.nan)
         ahead, first = future.ahead(), float(operations[0])
         for k in np.flatnonzero(np.isfinite(now).any(axis=(1, 2))):

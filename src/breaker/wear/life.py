@@ -16,6 +16,7 @@ __all__ = ["Life"]
 _LEVEL, _RATE, _LATER = 100.0, 10.0, 30.0  # prior sds, in changes of the family: none is known
 _STARTS = 40  # of changes that are weighed, closer together the later they are
 _LEADING = 12  # coordinates of a block in which changes are sought
+_NEAR = 8  # records about the last place of a change, where each is weighed
 _AGE = 2  # records that a change needs: one may be an outlier
 _MEMORY = 300.0  # records, over which the size of the scatter is followed
 _ODD = 9.0  # square of a record's coordinate, in variances, as which a larger one counts in it
@@ -23,7 +24,7 @@ _ALIKE = 0.9  # largest correlation of neighbouring records
 _FIRST = 100.0  # records that the scatter of the reference counts for in this
 _BASE = 3  # columns of the design: level, rate, curvature
 _SOUGHT = ("rate", "rate", "step", "rate", "step")
-_LARGE = 10.0  # size of a large change, over that of another
+_LARGE = 30.0  # size of a large change, over that of another
 
 
 class _Best(NamedTuple):
@@ -204,7 +205,7 @@ class Life:
         last = self.changes.pop()
         self._renew(i + 1)
         self._solve(i)
-        best = self._seek(i, self._first(full))
+        best = self._seek(i, self._first(full), last.start)
         if best.evidence < 0.0 or not best.kind:
             self.changes.append(last._replace(evidence=-1.0))
             self._renew(i + 1)
@@ -213,11 +214,14 @@ class Life:
             self._begin(last._replace(**where), i)
         self._solve(i)
 
-    def _seek(self, i: int, first: int) -> _Best:
-        """Weigh all changes that may have begun since ``first``."""
+    def _seek(self, i: int, first: int, near: int | None = None) -> _Best:
+        """Weigh all changes that may have begun since ``first``; of those near one, each."""
         if i + 1 - first < _AGE:
             return _Best(-np.inf)
-        ages = np.unique(np.geomspace(_AGE, i + 1 - first, _STARTS).round().astype(int))
+        ages = np.geomspace(_AGE, i + 1 - first, _STARTS).round().astype(int)
+        if near is not None:
+            ages = np.append(ages, i + 1 - np.arange(near - _NEAR, near + _NEAR + 1))
+        ages = np.unique(np.clip(ages, _AGE, i + 1 - first))
         starts = i + 1 - ages
         now, before = self.time[i], self.time[starts - 1]
         step, ramp = np.zeros((2, starts.size, self.design.shape[1]))

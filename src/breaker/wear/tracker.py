@@ -50,7 +50,7 @@ class Tracker:
         >>> values = rng.standard_normal((400, 3)) + np.outer(over, [4.0, 0.0, 0.0])
         >>> path = Tracker().follow(np.arange(400), [Block(values, np.full(3, 1e4))])
         >>> path.changes[0].kind, path.changes[0].start, path.changes[0].noticed
-        ('step', 301, 302)
+        ('step', 301, 303)
     """
 
     reference: int = 50
@@ -60,7 +60,7 @@ class Tracker:
     aside: float = 0.2
     faster: float = 3.0
     size: float = 0.03
-    tails: float = 30.0
+    tails: float = 100.0
     warmth: float = 0.1
 
     @classmethod

@@ -61,23 +61,13 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
     left = np.where(shown[:, None, None], left, np.nan)
     beyond = np.where(shown[:, None], beyond[at], np.nan)
     unknown = np.isnan(beyond) | (operations < life.attrs["told"])[:, None]
-    ahead = by - operations[:, None]
-    with np.errstate(invalid="ignore"):
-        days = ahead * per_operation[:, None] / (365.25 * settings["years"])
-        horizons = np.fmin(ahead / settings["operations"], days)
-    soon = _latched(horizons <= 1.0, horizons > _STAYS)
+    soon = _soon(by - operations[:, None], settings, per_operation)
     unknown |= _vague(life)[at] & soon
-    state = np.where(soon, np.where(ahead <= 0.0, _NOW, _PLAN), _HEALTHY)
+    state = np.where(soon, np.where(by <= operations[:, None], _NOW, _PLAN), _HEALTHY)
     state = np.where(over, _NOW, np.where(unknown, _UNKNOWN, state))
     by = np.where(unknown & ~over, np.inf, np.where(over, np.minimum(by, operations[:, None]), by))
     certain, crossed = _since(over, beyond, operations)
-    drive = state.max(axis=1, initial=_UNKNOWN)
-    urgent = np.where(state == drive[:, None], by, np.inf)
-    urgent = np.where(drive[:, None] == _UNKNOWN, np.inf, urgent)
-    some = np.isfinite(urgent).any(axis=1) if state.shape[1] else np.zeros(len(drive), bool)
-    subject = (
-        np.where(some, urgent.argmin(axis=1), -1) if state.shape[1] else np.full(len(drive), -1)
-    )
+    drive, subject = _drive(state, by)
     each = ("operation", "limit")
     return xr.Dataset(
         {
@@ -94,6 +84,23 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
         {name: life[name] for name in ("operation", "limit", "quantile")},
         {"states": list(STATES)},
     )
+
+
+def _soon(ahead: np.ndarray, settings: Mapping, per_operation: np.ndarray) -> np.ndarray:
+    """Say which services are to be planned, those so many operations ahead, ``(o, l)``."""
+    with np.errstate(invalid="ignore"):
+        years = ahead * per_operation[:, None] / (365.25 * settings["years"])
+        horizons = np.fmin(ahead / settings["operations"], years)
+    return _latched(horizons <= 1.0, horizons > _STAYS)
+
+
+def _drive(state: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the state of the drive and the limit that it is about, -1 without one, ``(o,)``."""
+    drive = state.max(axis=1, initial=_UNKNOWN)
+    urgent = np.where((state == drive[:, None]) & (state > _UNKNOWN), by, np.inf)
+    if not state.shape[1]:
+        return drive, np.full(len(drive), -1)
+    return drive, np.where(np.isfinite(urgent).any(axis=1), urgent.argmin(axis=1), -1)
 
 
 def _latched(on: np.ndarray, off: np.ndarray) -> np.ndarray:
