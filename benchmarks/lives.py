@@ -207,9 +207,12 @@ def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limi
 
 def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tuple:
     """Simulate and follow one life."""
-    rng = generator(seed, "benchmark of lives", name, number)
-    life = Life.drawn(name, config, rng)
-    series, truth = simulate(life, config, rng)
+    for attempt in range(TRIES):
+        rng = generator(seed, "benchmark of lives", name, number, attempt)
+        life = Life.drawn(name, config, rng)
+        with suppress(ValueError):  # a drive that does not hold all along its life
+            series, truth = simulate(life, config, rng)
+            break
     limits = limits_of(truth, series, life, rng)
     settings = config["wear_model"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)

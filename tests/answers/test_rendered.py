@@ -19,7 +19,6 @@ from breaker.mechanism.limits import Limit
 from breaker.mechanism.parameters import NAMES
 
 
-
 def limit(name, value, of="model"):
     return Limit("wide", "closing", ((name, value, True),), of=of)
 
