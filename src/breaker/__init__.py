@@ -4,8 +4,9 @@ Rooms, each a subpackage, import only rooms of a line above their own:
 
     mechanism, records, networks    the drive; measured records; neural networks
     model, workflow                 the joint probability model; what rules and scripts share
-    posterior, wear                 posteriors of single records; trends over the operations
-    validation, decisions           checks on known truth; alarms and what to do
+    posterior, family               posteriors of single records; networks of a family of drives
+    validation, wear, typical       checks on known truth; a life followed; typical drives
+    decisions                       how a drive stands to its limits, and what to do
     answers                         what one call infers of a drive, judged and put into words
     synthetic, figures              simulated drives and lives; data in, figures out
 

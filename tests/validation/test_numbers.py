@@ -9,7 +9,7 @@ from breaker.mechanism.parameters import PARAMETERS
 from breaker.model.randomness import generator
 from breaker.validation.numbers import (
     numbers_of_all,
-    numbers_of_decisions,
+    numbers_of_life,
     numbers_of_motion,
 )
 
@@ -71,7 +71,6 @@ def tables():
         draws("curve", 100, correlated=-0.8),
         operations,
         xr.Dataset({"share_inside": ("stage", [0.97, 0.884, 1.0])}),
-        xr.Dataset({"change_alarm": ("change", [1824, 1892])}),
         xr.Dataset(stand_in, {"parameter": list(NAMES)}),
     )
 
@@ -103,9 +102,6 @@ def found(tables):
         ("prior_inside", "75"),
         ("inside.lowest", "88"),
         ("inside.highest", "100"),
-        ("changes", "2"),
-        ("change_1", "1,824"),
-        ("change_2", "1,892"),
         ("drift.f", "1.7"),
         ("drift.L", "0.0"),
         ("difference.highest", "1.6"),
@@ -137,13 +133,24 @@ def test_real_records_have_no_truth(found, tables):
     assert all(found[name] == value for name, value in measured.items())
 
 
-def test_when_limits_were_exceeded():
-    # Steps have no limit.
-    names = ["wide", np.nan, "wide", "slow"]
-    alarms = pd.DataFrame({"limit": names, "from_operation": [1350, 3, 25, 1300]})
-    assert numbers_of_decisions(alarms, {"wide": 18.0, "slow": np.nan}) == {
+def test_when_a_life_changed_and_what_was_decided():
+    life = xr.Dataset({"noticed": ("change", [700, 1824]), "certainty": ("change", [-1.0, 40.0])})
+    limits = pd.DataFrame({"limit": ["wide", "wide", "slow"], "certain": [25.0, 25.0, np.nan]})
+    decisions = pd.DataFrame(
+        {
+            "operation": [1, 2, 3, 4],
+            "state": ["healthy", "plan", "plan", "now"],
+            "service_by": [np.nan, 30.0, 20.0, 20.0],
+        }
+    )
+    assert numbers_of_life(life, limits, decisions, {"wide": 18.0, "slow": np.nan}) == {
+        "changes": "1",  # the other was taken back
+        "change_1": "1,824",
         "wide.failure": "18",
         "wide.exceeded": "25",
-        "slow.exceeded": "1,300",
+        "first_plan": "2",
+        "service_moves": "1",
     }
-    assert numbers_of_decisions(alarms.iloc[:0], {}) == {}
+    nothing = decisions.assign(state="healthy", service_by=np.nan)
+    found = numbers_of_life(life.isel(change=[]), limits.iloc[:0], nothing, {})
+    assert found == {"changes": "0"}
