@@ -388,61 +388,68 @@ COLUMNS = [
 ]
 
 
+def summed(some: pd.DataFrame) -> dict[str, tuple[float, int]]:
+    """Sum up the rows of a set: what each score is, and of how many."""
+    found: dict[str, tuple[float, int]] = {}
+    change = some[(some.score == "change") & some.low.notna()]
+    for name, each in change.groupby("name"):
+        holds = (each.low - 0.05 <= each.truth) & (each.truth <= each.high + 0.05)
+        found[f"change of {name}: 90 % hold"] = holds.mean(), len(each)
+        half = ((each.high - each.low) / 2.0)[each.truth.abs() > 1.0]
+        found[f"change of {name}: half width, %, where it changed"] = half.median(), len(half)
+    named = some[(some.score == "named") & (some["size"] > 0.05) & (some["count"] > 0)]
+    found["names hold what changed most"] = named.right.astype(float).mean(), len(named)
+    found["names in a set"] = named["count"].mean(), len(named)
+    quiet, false = (some[some.score == each] for each in ("quiet", "false"))
+    found["false changes in 10,000 records"] = 1e4 * len(false) / quiet.records.sum(), len(quiet)
+    changed = quiet[np.isfinite(quiet.truth)].set_index("life")
+    if len(changed):
+        late = some[some.score == "noticed"].groupby("life").late.min().reindex(changed.index)
+        found["changes found"] = late.notna().mean(), len(late)
+        found["records late"] = late.median() / EVERY, int(late.notna().sum())
+        for low, high in ((3, 6), (6, 12), (12, np.inf)):
+            of = changed.index[(changed["size"] >= low) & (changed["size"] < high)]
+            if len(of):
+                soon = (late.reindex(of) <= 3 * EVERY).mean()
+                found[f"faults of {low} to {high} sd found within 3 records"] = soon, len(of)
+    for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
+        holds = (each.low <= each.truth) & (each.truth <= each.high)
+        found[f"{name} limits: 90 % hold operations left"] = holds.mean(), len(each)
+    for name, each in some[some.score == "acted"].groupby("name"):
+        told = each[each.known.astype(bool)]
+        found[f"{name} limits: told"] = len(told) / len(each), len(each)
+        failed = told.service > told.fails
+        found[f"{name} limits: failed before service_by"] = failed.mean(), len(told)
+        away = ((told.fails - told.service) / (told.fails - told["first"]))[~failed]
+        found[f"{name} limits: share of life given away"] = away.median(), len(away)
+        found[f"{name} limits: moves of service_by"] = told.moves.median(), len(told)
+        fixed = each.fails.quantile(0.05)  # the longest fixed interval that fails as seldom
+        away = ((each.fails - fixed) / each.fails).median()
+        found[f"{name} limits: share of a whole life given away, fixed interval"] = away, len(each)
+        away = ((told.fails - told.service) / told.fails)[~failed].median()
+        found[f"{name} limits: share of a whole life given away"] = away, len(told)
+    return found
+
+
 def table(*files: str) -> None:
-    """Sum rows up: the last file is written."""
-    rows, found = pd.concat([pd.read_csv(file) for file in files[:-1]]), {}
-
-    def add(name: str, value: float, count: int) -> None:
-        found[name] = (value, count)
-
-    for which, some in rows.groupby("set"):
-        change = some[(some.score == "change") & some.low.notna()]
-        for name, each in change.groupby("name"):
-            holds = (each.low - 0.05 <= each.truth) & (each.truth <= each.high + 0.05)
-            add(f"{which}: change of {name} held by 90 %", holds.mean(), len(each))
-            add(f"{which}: its half width, %", ((each.high - each.low) / 2.0).median(), len(each))
-        named = some[(some.score == "named") & (some["size"] > 0.05) & (some["count"] > 0)]
-        add(f"{which}: names hold what changed most", named.right.astype(float).mean(), len(named))
-        add(f"{which}: names in a set", named["count"].mean(), len(named))
-        quiet = some[some.score == "quiet"]
-        false = some[some.score == "false"]
-        add(
-            f"{which}: false changes in 10,000 records",
-            1e4 * len(false) / quiet.records.sum(),
-            len(quiet),
-        )
-        changed = quiet[np.isfinite(quiet.truth)].set_index("life")
-        first = some[some.score == "noticed"].groupby("life").late.min()
-        if len(changed):
-            late = first.reindex(changed.index)
-            add(f"{which}: changes found", late.notna().mean(), len(late))
-            add(f"{which}: found within 3 records", (late <= 3 * EVERY).mean(), len(late))
-            add(f"{which}: operations late, median", late.median(), int(late.notna().sum()))
-            for low, high in ((3, 6), (6, 12), (12, np.inf)):
-                some_of = changed.index[(changed["size"] >= low) & (changed["size"] < high)]
-                if len(some_of):
-                    name = f"{which}: of {low} to {high} sd found within 3 records"
-                    add(name, (late.reindex(some_of) <= 3 * EVERY).mean(), len(some_of))
-        for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
-            holds = (each.low <= each.truth) & (each.truth <= each.high)
-            add(f"{which}: left to {name} limits held by 90 %", holds.mean(), len(each))
-            add(
-                f"{which}: its median over the truth",
-                (each.middle / each.truth).median(),
-                len(each),
-            )
-        for name, each in some[some.score == "acted"].groupby("name"):
-            limit = f"{which}: {name} limits"
-            told = each[each.known.astype(bool)]
-            add(f"{limit}: told", len(told) / len(each), len(each))
-            add(f"{limit}: failed before service_by", (told.service > told.fails).mean(), len(told))
-            away = (told.fails - told.service) / (told.fails - told["first"])
-            away = away[told.service <= told.fails]
-            add(f"{limit}: share given away, median", away.median(), len(away))
-            add(f"{limit}: moves of service_by, median", told.moves.median(), len(told))
-    result = pd.DataFrame(found, index=["value", "count"]).T.rename_axis("score")
-    result.to_csv(files[-1], float_format="%.3g")
-    print(result.to_string())
+    """Sum rows up; the last file is written, and the table in docs/decisions.md."""
+    rows = pd.concat([pd.read_csv(file) for file in files[:-1]])
+    each = {name: summed(some) for name, some in rows.groupby("set")}
+    sets = [name for name in SETS if name in each]
+    scores = list(dict.fromkeys(score for name in sets for score in each[name]))
+    lines, data = [f"| | {' | '.join(sets)} |", "|---|" + "---|" * len(sets)], []
+    for score in scores:
+        cells = [each[name].get(score, (np.nan, 0)) for name in sets]
+        data.append([score, *(number for cell in cells for number in cell)])
+        shown = ["" if np.isnan(value) else f"{value:.2g} ({n})" for value, n in cells]
+        lines.append(f"| {score} | {' | '.join(shown)} |")
+    columns = ["score", *(name for of in sets for name in (of, f"{of}_count"))]
+    pd.DataFrame(data, columns=columns).to_csv(files[-1], index=False, float_format="%.3g")
+    page, mark = Path("docs/decisions.md"), "<!-- lives: made by benchmarks/lives.py -->\n"
+    start, rest = page.read_text(encoding="utf-8").split(mark)
+    rest = rest[rest.index("\n\n") :]
+    page.write_text(start + mark + "\n".join(lines) + rest, encoding="utf-8")
+    print("\n".join(lines))
 
 
 if __name__ == "__main__":
