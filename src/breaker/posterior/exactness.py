@@ -68,8 +68,8 @@ def correct_operations(
 ) -> xr.Dataset:
     """Correct the draws of measured operations.
 
-    Where something is known beside a record, of which networks know nothing, the correction starts
-    at the mode of the posterior instead.
+    No real drive is the model, and networks have seen no other. Nor do they know what is known beside
+    a record. So the correction starts at the mode of the posterior instead.
 
     Args:
         inferred: What ``predictive.infer`` returns; operations without a posterior stay so.
@@ -87,6 +87,7 @@ def correct_operations(
         inferred.operation.values,
         settings,
         seed,
+        from_mode=True,
     )
     p_value = p_values(model, inferred.travel.values, values)
     by_operation = {name: ("operation", each) for name, each in found.items()}
@@ -163,6 +164,8 @@ def _correct(
     keys: np.ndarray,
     settings: Mapping,
     seed: int,
+    *,
+    from_mode: bool = False,
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Correct records one by one, each with a random generator of its own.
 
@@ -171,6 +174,7 @@ def _correct(
         measured: Records, ``(n, t)``, mm.
         draws: The network's, ``(n, d, q)``, nan where there are none; those stay without.
         keys: What each record's generator is named by, ``(n,)``.
+        from_mode: Whether to start at the mode of the posterior, not from the network's draws.
 
     Returns:
         Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
@@ -182,7 +186,7 @@ def _correct(
         model, start = models[i], draws[i]
         rng = generator(seed, "correction", model.motion, int(keys[i]))
         try:
-            if model.facts or model.contact:
+            if from_mode:
                 start = approximate(model, measured[i], len(start), rng)
             found = correct(model, measured[i], start, settings, rng)
         except (ArithmeticError, ValueError) as error:
