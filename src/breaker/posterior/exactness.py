@@ -68,8 +68,8 @@ def correct_operations(
 ) -> xr.Dataset:
     """Correct the draws of measured operations.
 
-    No real drive is the model, and networks have seen no other. Nor do they know what is known beside
-    a record. So the correction starts at the mode of the posterior instead.
+    No real drive is the model, and networks have seen no other. Nor do they know what is known
+    beside a record. So the correction starts at the mode of the posterior instead.
 
     Args:
         inferred: What ``predictive.infer`` returns; operations without a posterior stay so.
