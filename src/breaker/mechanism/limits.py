@@ -136,10 +136,9 @@ class Limit:
         read = {"record": "measured ", "change": "change of "}.get(self.of, "")
         form = "+g" if self.of == "change" else "g"
         words = " and ".join(
-            f"{read}{quantity} {'above' if is_upper else 'below'} {value:{form}} {unit}".removesuffix(
-                " 1"
-            )
-            for (quantity, value, is_upper), unit in zip(self.parts, self.units, strict=True)
+            f"{read}{name} {'above' if is_upper else 'below'} {value:{form}}"
+            + (f" {unit}" if unit != "1" else "")
+            for (name, value, is_upper), unit in zip(self.parts, self.units, strict=True)
         )
         return f"{words} since the last event" if self.since == "event" else words
 
