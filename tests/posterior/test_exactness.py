@@ -361,11 +361,10 @@ def test_unresolved_operations_keep_what_follows_from_their_best_draws(inferred)
     result = correct_these(data, settings=UNREACHED)
     assert not result.resolved.any()
     tried = np.array(["effective size" in why for why in result.why_unresolved.values])
-    assert tried.tolist() == [False, False, True, False, True, True]
-    assert result.why_unresolved.values[0].startswith("no map: ")
+    # The first has draws of no map, and is reached from the mode of its posterior alone.
+    assert tried.tolist() == [True, False, True, False, True, True]
     assert np.isfinite(result["median"].values).all(axis=1).tolist() == tried.tolist()
     assert np.isfinite(result.p_value.values).tolist() == tried.tolist()
-    assert not result.misfit.values[0]
     assert result.accepted.values.tolist() == data.accepted.values.tolist()
 
 

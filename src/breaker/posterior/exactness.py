@@ -69,7 +69,8 @@ def correct_operations(
     """Correct the draws of measured operations.
 
     No real drive is the model, and networks have seen no other. Nor do they know what is known
-    beside a record. So the correction starts at the mode of the posterior instead.
+    beside a record. So the correction starts at the mode of the posterior, and from the network's
+    draws only where that does not reach it.
 
     Args:
         inferred: What ``predictive.infer`` returns; operations without a posterior stay so.
@@ -174,7 +175,8 @@ def _correct(
         measured: Records, ``(n, t)``, mm.
         draws: The network's, ``(n, d, q)``, nan where there are none; those stay without.
         keys: What each record's generator is named by, ``(n,)``.
-        from_mode: Whether to start at the mode of the posterior, not from the network's draws.
+        from_mode: Whether to start at the mode of the posterior, and from the network's draws only
+            where that fails.
 
     Returns:
         Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
@@ -186,9 +188,14 @@ def _correct(
         model, start = models[i], draws[i]
         rng = generator(seed, "correction", model.motion, int(keys[i]))
         try:
+            found = None
             if from_mode:
-                start = approximate(model, measured[i], len(start), rng)
-            found = correct(model, measured[i], start, settings, rng)
+                about = approximate(model, measured[i], len(start), rng)
+                found = correct(model, measured[i], about, settings, rng)
+            if found is None or not found.resolved:
+                again = correct(model, measured[i], start, settings, rng)
+                better = found is None or again.importance.size > found.importance.size
+                found = again if better else found
         except (ArithmeticError, ValueError) as error:
             # One strange record must not end the job of all others.
             rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"

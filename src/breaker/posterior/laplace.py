@@ -62,7 +62,8 @@ def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     z = np.zeros(len(model.outputs))
     left = record - model.curves(model.destandardise(z[None]))[0]
-    rungs = np.log(np.nanstd(left) / model.sensor.noise_sd) / -np.log(_LESS)
+    ratio = max(np.nanstd(left) / model.sensor.noise_sd, _LESS)
+    rungs = np.log(ratio) / -np.log(_LESS)
     for rung in range(int(np.clip(np.ceil(rungs), 1, 30)), 0, -1):
         z, _ = _climb(_noisier(model, rung), record, z, _STEPS, _REACHED)
     return _climb(model, record, z, _LAST_STEPS, _LAST_REACHED)
