@@ -206,7 +206,8 @@ class Trace:
         # over its bend.
         slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
         bend = max(-fit.value(time, 2), slope / fit.half)
-        return travel + -0.5 * slope**2 / bend + self.error(0.0, fit.error)
+        higher = 0.5 * slope**2 / bend if bend > 0.0 else 0.0  # a flat top, known exactly
+        return travel + -higher + self.error(0.0, fit.error)
 
     def _passes(self, level: Uncertain, near: float) -> Uncertain:
         """Time near another one at which the travel is at a level."""
