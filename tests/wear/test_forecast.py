@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.mechanism import Limit
-from breaker.wear import Forecast, Future
+from breaker.wear import Forecast, Future, Tracker
 from breaker.wear.forecast import _crossings, _quantiles
 
 LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
@@ -37,6 +37,11 @@ def forecast(path, future=SURE, past=1000):
     where = np.array([1])
     wide = {name: np.vstack([each, each]) for name, each in vars(path).items()}
     return Forecast.of(LIMIT, SimpleNamespace(**wide), OneQuantity(), where, operations, future)
+
+
+def test_what_is_not_given_is_as_in_the_configuration(defaults):
+    assert Future.from_settings(defaults["wear_model"]) == Future()
+    assert Tracker.from_settings(defaults["wear_model"]) == Tracker()
 
 
 def test_a_straight_path_crosses_where_it_does():

@@ -188,14 +188,11 @@ def _correct(
         model, start = models[i], draws[i]
         rng = generator(seed, "correction", model.motion, int(keys[i]))
         try:
-            found = None
-            if from_mode:
-                about = approximate(model, measured[i], len(start), rng)
-                found = correct(model, measured[i], about, settings, rng)
-            if found is None or not found.resolved:
+            about = approximate(model, measured[i], len(start), rng) if from_mode else start
+            found = correct(model, measured[i], about, settings, rng)
+            if from_mode and not found.resolved:
                 again = correct(model, measured[i], start, settings, rng)
-                better = found is None or again.importance.size > found.importance.size
-                found = again if better else found
+                found = max(found, again, key=lambda one: (one.resolved, one.importance.size))
         except (ArithmeticError, ValueError) as error:
             # One strange record must not end the job of all others.
             rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"

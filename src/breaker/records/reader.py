@@ -168,10 +168,11 @@ def _dataset(
     read = [isinstance(record, Record) and record.measured(speeds) for record in records]
     measured, quantities = variables(read, motion, speeds)
     about = {name: [getattr(each, name) for each in operations] for name in ABOUT}
+    as_read = _as_read(records)
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
-            **_as_read(records),
+            **as_read,
             "missing": ("operation", np.isnan(travel).sum(axis=1)),
             "accepted": ("operation", np.array(accepted, dtype=bool)),
             **{name: ("operation", np.array(values, dtype=str)) for name, values in texts.items()},
@@ -182,9 +183,7 @@ def _dataset(
         coords={
             "operation": ("operation", [each.number for each in operations]),
             "time": ("time", times, {"unit": "ms"}),
-            "sample": np.arange(
-                max((r.left.size for r in records if isinstance(r, Record)), default=1)
-            ),
+            "sample": np.arange(as_read["record"][1].shape[1]),
             **quantities,
         },
         attrs={"motion": motion},

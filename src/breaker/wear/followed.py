@@ -90,7 +90,8 @@ def agreement(readout: Readout, path: Path) -> float:
 def _parameters(readout: Readout, path: Path, where: np.ndarray) -> Mapping[str, tuple]:
     """Changes of the parameters since new."""
     draws = readout.parameters(path.change[where], path.variance[where])
-    names = [" or ".join(name_set(each, readout.usual())) for each in draws]
+    usual = readout.usual()
+    names = [" or ".join(name_set(each, usual)) for each in draws]
     return {
         "changed": (
             ("asked", "parameter", "quantile"),

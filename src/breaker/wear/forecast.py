@@ -40,8 +40,8 @@ class Future(NamedTuple):
     """
 
     horizon: int = 10000
-    changes: float = 1.0
-    faster: float = 4.0
+    changes: float = 2.5
+    faster: float = 4.5
     spread: float = 0.4
     widening: float = 1.4
     margin: float = 0.8
@@ -132,8 +132,8 @@ class Forecast(NamedTuple):
             steady[k] = np.quantile(lives, _SHARES, method="inverted_cdf")
             remaining[k] = _quantiles(ahead, (over * shares).sum(axis=1))
         steady = np.where(steady > future.horizon, np.inf, steady)
-        known = np.isfinite(remaining[:, :1]) | np.isinf(remaining[:, :1])
-        beyond = np.where(known[:, 0], limit.exceeded(now).mean(axis=1), np.nan)
+        known = ~np.isnan(remaining[:, 0])
+        beyond = np.where(known, limit.exceeded(now).mean(axis=1), np.nan)
         value = np.moveaxis(np.quantile(now, _SHARES, axis=1), 0, -1)
         return cls(beyond, value, remaining, steady)
 

@@ -169,8 +169,7 @@ class Life:
             return np.nan
         best = self._seek(i, self._first(full))
         if best.evidence > self.tracker.threshold and i > full + self.tracker.settle:
-            found = (best.start, best.earliest, best.latest, best.kind, best.evidence)
-            self._begin(Change(i, *found), i)
+            self._begin(Change(i, **best._asdict()), i)
             self._solve(i)
         return best.evidence
 
@@ -195,8 +194,8 @@ class Life:
             for fit in self.sought
         )
         count = sum(min(_LEADING, fit.variance.size) * fit.there[rows] for fit in self.sought)
+        weight = (self.tracker.tails + count) / (self.tracker.tails + square)
         for fit in self.fits:
-            weight = (self.tracker.tails + count) / (self.tracker.tails + square)
             fit.weight[rows] = np.where(fit.there[rows], weight, 0.0)
             fit.sum_up(self.design, i + 1)
 
@@ -210,8 +209,7 @@ class Life:
             self.changes.append(last._replace(evidence=-1.0))
             self._renew(i + 1)
         else:
-            where = {key: value for key, value in best._asdict().items()}
-            self._begin(last._replace(**where), i)
+            self._begin(last._replace(**best._asdict()), i)
         self._solve(i)
 
     def _seek(self, i: int, first: int, near: int | None = None) -> _Best:
