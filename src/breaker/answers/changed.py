@@ -16,6 +16,7 @@ import numpy as np
 
 from breaker.answers.plain import plainly
 from breaker.family import (
+    APART,
     Changes,
     Levels,
     Match,
@@ -46,7 +47,6 @@ _SURE = 0.95  # probability from which a change is beyond a share
 _QUANTILES = (0.05, 0.5, 0.95)
 _NORMAL = 1.645  # sds of half a 90 % interval
 _DRAWS = 4000
-_APART = 0.01  # probability of a parameter in which closing and opening contradict each other
 # Usual scatter of operations, and how well it is known, as from so many records more than one.
 _SCATTER, _KNOWN = 0.004, 4
 _OF_STROKE = {"over_travel", "rebound"}  # ways that may be 0: changes are in shares of the stroke
@@ -120,7 +120,7 @@ def compare(
     agreement = np.ones(len(NAMES))
     if alone:
         agreement = agreement_of(*(draws[motions].ratios for motions in alone))
-    apart = agreement.min() < _APART
+    apart = agreement.min() < APART
     return replace(
         found,
         ratios={motions: draws[motions].ratios for motions in (alone if apart else [whole])},

@@ -8,7 +8,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "changes": ["ChangeDraws", "Changes", "agreement_of", "change_outputs", "worn"],
+        "changes": ["APART", "ChangeDraws", "Changes", "agreement_of", "change_outputs", "worn"],
         "inputs": [
             "Basis",
             "Seen",

@@ -15,7 +15,10 @@ from breaker.family.inputs import Basis, Seen, change_inputs
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES
 
-__all__ = ["ChangeDraws", "Changes", "agreement_of", "change_outputs", "worn"]
+__all__ = ["APART", "ChangeDraws", "Changes", "agreement_of", "change_outputs", "worn"]
+
+APART = 0.01
+"""Agreement of a parameter below which closing and opening contradict each other."""
 
 _MOST = np.log(2.0)  # of the logarithm of a parameter; no wear of a family is half as large
 

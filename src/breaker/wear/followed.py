@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.family import agreement_of
+from breaker.family import APART, agreement_of
 from breaker.mechanism import NAMES, Limit
 from breaker.wear.forecast import Forecast, Future
 from breaker.wear.path import Path
@@ -16,7 +16,6 @@ __all__ = ["follow_life"]
 
 QUANTILES = (0.05, 0.5, 0.95)
 _ASKED = 500  # operations, about, at which a life is read; all are followed
-_APART = 0.01  # probability of a parameter in which closing and opening contradict each other
 
 
 def follow_life(
@@ -48,7 +47,7 @@ def follow_life(
         series.operations, blocks, new=series.new, events=events, temperature=series.warm
     )
     apart = agreement(readout, path)
-    if apart < _APART:
+    if apart < APART:
         readout = readout.withheld()
     known = np.flatnonzero(np.isfinite(path.change).all(axis=1))
     every = max(1, -(-known.size // _ASKED))
