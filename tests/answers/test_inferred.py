@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from breaker.answers.answer import Answer, Given
-from breaker.answers.inferred import _chosen
 from breaker.answers.weights import weights_of
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
@@ -105,31 +104,6 @@ def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, told):
 
 
 # ---- families -----------------------------------------------------------------------------------
-
-
-def family(name, **p_values):
-    """One in which records of each motion have p-values."""
-
-    def match(motion, seen):
-        return Match(p_values[motion], {"start": 1.0 / p_values[motion], "end": np.nan}, None)
-
-    return SimpleNamespace(name=name, match=match)
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "name"),
-    [
-        ({"closing": 0.2, "opening": 0.1}, {"closing": 0.9, "opening": 0.9}, "first"),
-        ({"closing": 0.2, "opening": 1e-5}, {"closing": 0.01, "opening": 0.01}, "second"),
-        ({"closing": 1e-4, "opening": 0.9}, {"closing": 1e-5, "opening": 0.9}, "first"),
-    ],
-)
-def test_the_first_family_that_fits_every_motion_counts_or_the_best(records, first, second, name):
-    families = [family("first", **first), family("second", **second)]
-    usable = [record for record in records if not record.reason]
-    levels, matches = _chosen(families, usable, 1e-3)
-    assert levels.name == name
-    assert len(matches) == len(usable)
 
 
 def test_nothing_is_inferred_out_of_the_family(infer, levels):

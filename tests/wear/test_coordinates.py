@@ -74,7 +74,7 @@ def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
     series, _sizes, coordinates = seen
     reading = coordinates.readings[0]
     values = coordinates.blocks(series)
-    row = coordinates.row("closing", "travel_time")
+    _, row = coordinates.row("closing", "travel_time")
     both = np.hstack([values[0].values, values[1].values])
     told = reading.mean + both @ row
     there = np.isfinite(both).all(axis=1)

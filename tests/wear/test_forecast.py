@@ -7,7 +7,7 @@ import pytest
 
 from breaker.mechanism import Limit
 from breaker.wear import Forecast, Future, Tracker
-from breaker.wear.forecast import _crossings, _quantiles
+from breaker.wear.forecast import Onward, _crossings, _quantiles
 
 LIMIT = Limit("slow", "closing", (("travel_time", 10.0, True),), of="record")
 SURE = Future(horizon=10000, changes=1e-9)
@@ -16,7 +16,9 @@ SURE = Future(horizon=10000, changes=1e-9)
 class OneQuantity:
     """A readout of one coordinate: what is measured is 8 and the coordinate."""
 
-    def values(self, limit, change, variance):
+    size = 1
+
+    def measured_draws(self, limit, change, variance):
         normal = np.linspace(-2.0, 2.0, 201)
         return (8.0 + change + np.sqrt(variance) * normal)[:, :, None]
 
@@ -32,11 +34,9 @@ def path(change, rate, sd=0.01, rate_sd=1e-6):
     )
 
 
-def forecast(path, future=SURE, past=1000):
-    operations = np.array([1, past])
-    where = np.array([1])
-    wide = {name: np.vstack([each, each]) for name, each in vars(path).items()}
-    return Forecast.of(LIMIT, SimpleNamespace(**wide), OneQuantity(), where, operations, future)
+def forecast(path, future=SURE, past=1000.0):
+    onward = Onward(path, OneQuantity(), np.array([0]), future.horizon, "new")
+    return Forecast.of(LIMIT, onward, np.array([past]), future)
 
 
 def test_what_is_not_given_is_as_in_the_configuration(defaults):
@@ -81,11 +81,16 @@ def test_changes_come_as_often_in_any_unit_of_operations():
     np.testing.assert_allclose(shares.sum(axis=1), 1.0)
     ahead = future.ahead()
     np.testing.assert_allclose(ways[:, 0], ahead)
-    np.testing.assert_allclose(shares[:, 0], (2000.0 / (2000.0 + ahead)) ** 1.5)
+    np.testing.assert_allclose(shares[:, 0], np.exp(-1.5 * ahead / 2000.0))
     assert (ways >= ahead[:, None] - 1e-9).all()  # faster is the usual change
     twice, same = Future(horizon=20000, changes=1.5).ways(4000.0)
     np.testing.assert_allclose(twice[-1], 2.0 * ways[-1])
     np.testing.assert_allclose(same[-1], shares[-1])
+
+
+def test_no_change_comes_in_a_life_without_an_end():
+    ways, shares = Future().ways(np.inf)
+    np.testing.assert_allclose((shares * ways).sum(axis=1), Future().ahead(), rtol=1e-6)
 
 
 def test_crossings_lie_on_the_line_between_nodes():

@@ -23,6 +23,7 @@ from breaker.family import (
     Mean,
     Seen,
     agreement_of,
+    choose_family,
     see_change,
     see_mean,
     worn,
@@ -104,7 +105,7 @@ def compare(
         The comparison; if no family fits, without draws, and with the matches of the nearest.
     """
     means = {m: {"before": see_mean(before[m]), "today": see_mean(today[m])} for m in before}
-    found, levels, network = _belonging(means, networks, misfit_p_value)
+    found, levels, network = _nearest(means, networks, misfit_p_value)
     if not found.fits:
         return found
     both = {m: see_change(before[m], today[m], network.change_bases[m]) for m in before}
@@ -130,27 +131,27 @@ def compare(
     )
 
 
-def _belonging(
+def _nearest(
     means: Mapping[str, Mapping[str, Mean]],
     networks: Iterable[tuple[Levels, Changes]],
     misfit_p_value: float,
 ) -> tuple[Compared, Levels, Changes]:
     """The first family that both visits fit, or that which they fit best, and its networks."""
-    nearest, highest = None, -1.0
+    (levels, network), matches, fits = choose_family(
+        networks,
+        lambda each: [
+            ((motion, visit), each[0].match(motion, mean.seen))
+            for motion, visits in means.items()
+            for visit, mean in visits.items()
+        ],
+        misfit_p_value,
+    )
+    by: dict[str, dict[str, Match]] = {motion: {} for motion in means}
+    for (motion, visit), match in matches:
+        by[motion][visit] = match
     seen = next(iter(means.values()))["before"].seen
-    for levels, network in networks:
-        matches = {
-            m: {visit: levels.match(m, each.seen) for visit, each in by.items()}
-            for m, by in means.items()
-        }
-        least = min(each.p_value for by in matches.values() for each in by.values())
-        size = Size(*(np.exp(-levels.usual[:, 0]) * [seen.stroke[0], seen.duration[0]]).tolist())
-        found = Compared(levels.settings["family"], size, matches, least >= misfit_p_value)
-        if found.fits:
-            return found, levels, network
-        if least > highest:
-            nearest, highest = (found, levels, network), least
-    return nearest
+    size = Size(*(np.exp(-levels.usual[:, 0]) * [seen.stroke[0], seen.duration[0]]).tolist())
+    return Compared(levels.settings["family"], size, by, fits), levels, network
 
 
 def _parts(both: Mapping[str, tuple[Seen, Seen]], motions: Sequence[str]) -> tuple[dict, dict]:

@@ -13,7 +13,7 @@ import numpy as np
 from breaker.answers.answer import Answer, Given
 from breaker.answers.operations import Record
 from breaker.answers.weights import contradicted, surprise_of, weights_of
-from breaker.family import LevelDraws, Levels, Match
+from breaker.family import LevelDraws, Levels, choose_family
 from breaker.mechanism import NAMES, Size, speeds_of
 from breaker.model import generator
 from breaker.records import Contact
@@ -43,7 +43,11 @@ def infer_drive(
     usable = [record for record in records if not record.reason]
     if not usable:
         return [Answer(record) for record in records]
-    levels, matches = _chosen(families, usable, settings["misfit_p_value"])
+    levels, matches, _fits = choose_family(
+        families,
+        lambda levels: [(each.motion, levels.match(each.motion, each.seen)) for each in usable],
+        settings["misfit_p_value"],
+    )
     stroke = np.median([record.shape.stroke for record in usable])
     size = given.size or Size(float(f"{stroke / np.exp(levels.usual[0, 0]):.1g}"))
     begun = {
@@ -51,7 +55,7 @@ def infer_drive(
             *(record, levels, match, match.p_value < settings["misfit_p_value"]),
             speeds=speeds_of(speeds, size),
         )
-        for record, match in zip(usable, matches, strict=True)
+        for record, (_, match) in zip(usable, matches, strict=True)
     }
     groups: dict[tuple, list[Answer]] = {}
     for record in usable:
@@ -61,24 +65,6 @@ def infer_drive(
         for answer in _inferred(group, given, settings):
             begun[id(answer.record)] = _measured(answer)
     return [begun.get(id(record), Answer(record)) for record in records]
-
-
-def _chosen(
-    families: Iterable[Levels], records: Sequence[Record], least: float
-) -> tuple[Levels, list[Match]]:
-    """The family of the records, and how each of them fits it."""
-    tried = []
-    for levels in families:
-        matches = [levels.match(record.motion, record.seen) for record in records]
-        by_motion: dict[str, list[float]] = {}
-        for record, match in zip(records, matches, strict=True):
-            by_motion.setdefault(record.motion, []).append(match.p_value)
-        fits = min(float(np.median(each)) for each in by_motion.values())
-        off = max(np.nanmax([*match.parts.values()]) for match in matches)
-        if fits >= least:
-            return levels, matches
-        tried.append((fits, -off, levels, matches))
-    return max(tried, key=lambda each: each[:2])[2:]
 
 
 def _inferred(group: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:

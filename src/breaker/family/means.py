@@ -15,9 +15,11 @@ from breaker.family.inputs import Basis, Seen, without_onset
 from breaker.family.measured import see
 from breaker.records import Raw, Shape
 
-__all__ = ["Mean", "see_change", "see_mean"]
+__all__ = ["SCATTER_DIRECTIONS", "Mean", "see_change", "see_mean"]
 
-_DIRECTIONS = 8  # first components of changes, in which scatter is measured
+SCATTER_DIRECTIONS = 8
+"""First components of changes, in which scatter is measured, as noise."""
+
 # Of operations whose parameters scatter by 0.4 %, as noise over the stroke, and how well that is
 # known, as from so many records more than one.
 _USUAL, _KNOWN = 0.005, 4
@@ -43,7 +45,7 @@ class Mean(NamedTuple):
             basis: Components of the changes in the family.
         """
         n = len(self.left)
-        scores = self.left @ basis.directions[:_DIRECTIONS].T
+        scores = self.left @ basis.directions[:SCATTER_DIRECTIONS].T
         return np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0)) if n > 1 else np.empty(0)
 
 

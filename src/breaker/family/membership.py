@@ -7,15 +7,17 @@ noise. So its p-value is calibrated though shapes are not normal. What the neare
 the record says where they differ.
 """
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from breaker.family.inputs import Basis, Seen
 from breaker.records import SHAPE_TIMES
 
-__all__ = ["PARTS", "Match", "Membership", "distances"]
+__all__ = ["PARTS", "Match", "Membership", "choose_family", "distances"]
+
+T = TypeVar("T")
 
 _FREE = 4.0  # variance of what a record's own rests and times leave open: next to nothing known
 
@@ -121,3 +123,32 @@ def _free(mean: np.ndarray) -> np.ndarray:
     slope = np.gradient(mean, SHAPE_TIMES)
     rows = np.array([np.ones_like(mean), mean, slope, SHAPE_TIMES * slope])
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def choose_family(
+    families: Iterable[T], match: Callable[[T], Sequence[tuple[Hashable, Match]]], least: float
+) -> tuple[T, list[tuple[Hashable, Match]], bool]:
+    """Return the first family that records fit, or that which they fit best.
+
+    A group of records fits as well as the median of them, and all have to.
+
+    Args:
+        families: What answers for each; the next is opened only where the records do not fit.
+        match: Returns how each record fits, with the group that it is in.
+        least: p-value below which a group does not fit.
+
+    Returns:
+        The family, what ``match`` returned of it, and whether the records fit.
+    """
+    tried = []
+    for family in families:
+        matches = list(match(family))
+        groups: dict[Hashable, list[float]] = {}
+        for group, each in matches:
+            groups.setdefault(group, []).append(each.p_value)
+        fits = min(float(np.median(each)) for each in groups.values())
+        if fits >= least:
+            return family, matches, True
+        off = max(np.nanmax([*each.parts.values()]) for _, each in matches)
+        tried.append((fits, -off, family, matches))
+    return *max(tried, key=lambda each: each[:2])[2:], False

@@ -16,7 +16,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.family import Basis, without_onset
+from breaker.family import SCATTER_DIRECTIONS, Basis, without_onset
 from breaker.wear.path import Block
 from breaker.wear.series import Series
 
@@ -173,10 +173,10 @@ class Coordinates(NamedTuple):
         begin = sum(sizes[name] for name in names[: names.index(motion)])
         return slice(begin, begin + sizes[motion])
 
-    def row(self, motion: str, name: str) -> np.ndarray | None:
-        """Return the change of a measured quantity as a row of coordinates, in its unit, ``(k,)``.
+    def row(self, motion: str, name: str) -> tuple[float, np.ndarray] | None:
+        """Return a measured quantity as new, and its change as a row of coordinates, ``(k,)``.
 
-        None where it is not followed.
+        Both in its unit. None where it is not followed.
         """
         begin = sum(curve.variance.size for curve in self.curves.values())
         for k, each in enumerate(self.readings):
@@ -184,7 +184,7 @@ class Coordinates(NamedTuple):
                 row = np.zeros(begin + len(self.readings))
                 row[self.places(motion)] = each.slopes
                 row[begin + k] = each.scatter
-                return row
+                return each.mean, row
         return None
 
 
@@ -221,9 +221,6 @@ def _both_diagonal(family: np.ndarray, scatter: np.ndarray) -> tuple[np.ndarray,
     return variance[::-1], (root.T @ turned)[:, ::-1]
 
 
-_TOLD = 8  # first components of changes, in which noise is told: as ``family.see_change``
-
-
 def _told(back: np.ndarray, variance: np.ndarray) -> np.ndarray:
     """Mean variance of the first components of coordinates' variances, ``(..., k)``."""
-    return (variance @ np.square(back[:, :_TOLD])).mean(axis=-1)
+    return (variance @ np.square(back[:, :SCATTER_DIRECTIONS])).mean(axis=-1)

@@ -7,7 +7,7 @@ import xarray as xr
 
 from breaker.family import APART, agreement_of
 from breaker.mechanism import NAMES, Limit
-from breaker.wear.forecast import Forecast, Future
+from breaker.wear.forecast import Forecast, Future, Onward
 from breaker.wear.path import Path
 from breaker.wear.readout import Readout, name_set
 from breaker.wear.tracker import Tracker
@@ -109,10 +109,14 @@ def _limits(
     limits: Sequence[Limit], readout: Readout, path: Path, where: np.ndarray, future: Future
 ) -> Mapping[str, tuple]:
     """What is known of limits."""
-    operations = readout.series.operations
-    found = [Forecast.of(each, path, readout, where, operations, future) for each in limits]
-    n, zero = len(where), np.zeros((1, readout.size))
-    new = [np.median(readout.values(limit, zero, zero + 1e-12)[0], axis=0) for limit in limits]
+    operations = readout.series.operations[where]
+    past = np.maximum(operations - float(readout.series.operations[0]), 1.0)
+    onward = {
+        since: Onward(path, readout, where, future.horizon, since)
+        for since in {limit.since for limit in limits}
+    }
+    found = [Forecast.of(limit, onward[limit.since], past, future) for limit in limits]
+    n, new = len(where), [np.median(_new(readout, limit)[0], axis=0) for limit in limits]
     return {
         "beyond": (("asked", "limit"), _side([each.beyond for each in found], n)),
         "remaining": (("asked", "limit", "quantile"), _side([e.remaining for e in found], n, 3)),
@@ -123,6 +127,14 @@ def _limits(
         ),
         "new": ("part", np.concatenate([np.zeros(0), *new])),
     }
+
+
+def _new(readout: Readout, limit: Limit) -> np.ndarray:
+    """Draws of the quantities of a limit while the drive was new, ``(1, d, parts)``."""
+    zero = np.zeros((1, readout.size))
+    if limit.of == "record":
+        return readout.measured_draws(limit, zero, zero + 1e-12)
+    return readout.values(limit, readout.parameters(zero, zero + 1e-12))
 
 
 def _side(columns: Sequence[np.ndarray], n: int, *more: int) -> np.ndarray:

@@ -1,15 +1,16 @@
 """How long a drive may go on: when its path is beyond a limit, if the wear goes on as it does.
 
 Or changes: the rate may become another one. How likely that is, and by how much, was learned from
-lives (``wear_model.future``). That is scale-free: in another tenth of the operations so far a
-change is as likely, whether these are a hundred or ten thousand. The probability to be beyond after
-so many operations is that of the path so much further on, over all the changes that there may be.
+lives (``wear_model.future``): in each tenth of the life that a drive would have without as likely,
+whether these are ten operations or a thousand. The probability to be beyond after so many
+operations is that of the path so much further on, over all the changes that there may be.
 
 A service is planned by the path as it is: a change is noticed when it comes, and moves the plan.
 What lives cost in which it comes too late for that is in the margin (``docs/lives.csv``).
 """
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -19,7 +20,7 @@ from breaker.mechanism import Limit
 from breaker.wear.path import Path
 from breaker.wear.readout import Readout
 
-__all__ = ["Forecast", "Future"]
+__all__ = ["Forecast", "Future", "Onward"]
 
 _NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # along the path, operations, horizons
 _AHEAD = 160  # operations ahead at which a distribution is computed
@@ -32,7 +33,7 @@ class Future(NamedTuple):
 
     Attributes:
         horizon: Operations, the farthest that is looked for.
-        changes: Power of the operations so far, over those then, with which no change comes.
+        changes: Changes of the rate to expect in a life as long as at the rate so far.
         faster: Median of the factor on the rate,
         spread: and sd of its logarithm.
         widening: Factor on the intervals of changes along a path: a network errs alike all along.
@@ -55,24 +56,64 @@ class Future(NamedTuple):
         """Return operations ahead at which it is asked, ``(h,)``; the first is 0."""
         return np.append(0.0, np.geomspace(1.0, self.horizon, _AHEAD - 1))
 
-    def ways(self, past: float) -> tuple[np.ndarray, np.ndarray]:
+    def ways(self, life: float) -> tuple[np.ndarray, np.ndarray]:
         """Return how far the path may have come, in operations at its rate, and how probably.
 
         Args:
-            past: Operations so far.
+            life: Operations from new to the limit, if the wear goes on as it does.
 
         Returns:
             For each of ``ahead``, ``(h, w)`` each.
         """
-        ahead = self.ahead()[:, None, None]
-        goes_on = (past / (past + ahead)) ** self.changes
+        ahead, often = self.ahead()[:, None, None], max(self.changes / life, 1e-12)
+        goes_on = np.exp(-often * ahead)
         when = (np.arange(_WHEN) + 0.5)[:, None] / _WHEN  # quantiles, given that a change comes
-        level = 1.0 - when * (1.0 - goes_on)
-        before = np.minimum(past * (level ** (-1.0 / self.changes) - 1.0), ahead)
+        before = np.minimum(-np.log1p(-when * (1.0 - goes_on)) / often, ahead)
         factor = self.faster * np.exp(self.spread * ndtri((np.arange(_HOW) + 0.5) / _HOW))
         way = (before + factor * (ahead - before)).reshape(len(ahead), -1)
         share = np.repeat((1.0 - goes_on[:, 0]) / way.shape[1], way.shape[1], axis=1)
         return np.hstack([ahead[:, 0], way]), np.hstack([goes_on[:, 0], share])
+
+
+class Onward:
+    """A path, as it goes on from some operations: draws of the drive at nodes ahead of each.
+
+    Args:
+        path, readout: Of the drive.
+        where: Indices of the operations, ``(n,)``.
+        horizon: Operations, the farthest that is looked for.
+        since: What a change is since, ``"new"`` or ``"event"``.
+
+    Attributes:
+        nodes: Operations ahead, ``(m,)``; the first is 0.
+    """
+
+    def __init__(
+        self, path: Path, readout: Readout, where: np.ndarray, horizon: float, since: str
+    ) -> None:
+        self.readout, self.shape = readout, (_NODES, len(where))
+        self.nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * horizon, _NODES - 1))
+        ahead = self.nodes[:, None, None]
+        now = (path.change, path.variance, path.covariance)
+        if since == "event":
+            now = (path.since, path.since_variance, path.covariance)
+        change, variance, both = (each[where] for each in now)
+        spread = variance + 2.0 * ahead * both + ahead**2 * path.rate_variance[where]
+        self._change = (change + ahead * path.rate[where]).reshape(-1, readout.size)
+        self._variance = np.maximum(spread, 1e-12).reshape(-1, readout.size)
+
+    @cached_property
+    def _parameters(self) -> np.ndarray:
+        """Draws of the change of the parameters, one network's for all limits."""
+        return self.readout.parameters(self._change, self._variance)
+
+    def values(self, limit: Limit) -> np.ndarray:
+        """Return draws of the quantities of a limit, ``(m, n, d, parts)``; nan where not known."""
+        if limit.of == "record":
+            found = self.readout.measured_draws(limit, self._change, self._variance)
+        else:
+            found = self.readout.values(limit, self._parameters)
+        return found.reshape(*self.shape, *found.shape[1:])
 
 
 class Forecast(NamedTuple):
@@ -92,44 +133,26 @@ class Forecast(NamedTuple):
     steady: np.ndarray
 
     @classmethod
-    def of(
-        cls,
-        limit: Limit,
-        path: Path,
-        readout: Readout,
-        where: np.ndarray,
-        operations: np.ndarray,
-        future: Future,
-    ) -> Self:
+    def of(cls, limit: Limit, onward: Onward, past: np.ndarray, future: Future) -> Self:
         """Return that of a limit.
 
         Args:
-            where: Indices of the operations at which it is asked, ``(n,)``.
-            operations: Their numbers, of all operations, ``(o,)``.
+            past: Operations so far, ``(n,)``.
         """
-        since_event = limit.since == "event"
-        change = path.since[where] if since_event else path.change[where]
-        variance = path.since_variance[where] if since_event else path.variance[where]
-        nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * future.horizon, _NODES - 1))
-        draws = []
-        for node in nodes:
-            there = change + node * path.rate[where]
-            spread = variance + 2.0 * node * path.covariance[where]
-            spread = np.maximum(spread + node**2 * path.rate_variance[where], 1e-12)
-            draws.append(readout.values(limit, there, spread))
-        now, along = draws[0], _continued(np.array(draws), nodes)
+        draws = onward.values(limit)
+        now, along = draws[0], _continued(draws, onward.nodes)
         if limit.of != "record":
             middle = np.median(along, axis=2, keepdims=True)
             wide = middle + future.widening * (along - middle)
             along = np.where(np.isfinite(along), wide, along)
         excess = limit.excess(along)
-        remaining, steady = np.full((2, len(where), 3), np.nan)
-        ahead, first = future.ahead(), float(operations[0])
+        remaining, steady = np.full((2, len(past), 3), np.nan)
+        ahead = future.ahead()
         for k in np.flatnonzero(np.isfinite(now).any(axis=(1, 2))):
-            lives = np.sort(_crossings(excess[:, k], nodes))
-            ways, shares = future.ways(max(float(operations[where[k]]) - first, 1.0))
-            over = np.searchsorted(lives, ways, side="right") / lives.size
+            lives = np.sort(_crossings(excess[:, k], onward.nodes))
             steady[k] = np.quantile(lives, _SHARES, method="inverted_cdf")
+            ways, shares = future.ways(past[k] + steady[k, 1])
+            over = np.searchsorted(lives, ways, side="right") / lives.size
             remaining[k] = _quantiles(ahead, (over * shares).sum(axis=1))
         steady = np.where(steady > future.horizon, np.inf, steady)
         known = ~np.isnan(remaining[:, 0])

@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 from scipy.special import ndtri
 
-from breaker.family import Changes, Levels, Match, Seen, worn
+from breaker.family import Changes, Levels, Match, Seen, choose_family, worn
 from breaker.mechanism import NAMES, Limit
 from breaker.wear.coordinates import Coordinates
 from breaker.wear.series import Series
@@ -62,21 +62,25 @@ class Readout:
             families: Networks of each.
             misfit_p_value: p-value below which they do not.
         """
-        found = cls(series, None, None, None, None, {}, draws, seed)
-        nearest = -1.0
-        for levels, changes in families:
-            coordinates = Coordinates.of(series, changes.change_bases)
-            one = cls(series, coordinates, levels, changes, None, {}, draws, seed)
-            new = one.curves(np.zeros((1, one.size)), np.zeros((1, one.size)))[0]
-            matches = {motion: levels.match(motion, seen) for motion, seen in new.items()}
-            least = min(match.p_value for match in matches.values())
-            if least >= misfit_p_value:
-                theta = levels.draw(new, draws, np.random.default_rng(seed)).theta
-                return cls(series, coordinates, levels, changes, theta, matches, draws, seed)
-            if least > nearest:
-                nearest = least
-                found = cls(series, coordinates, None, None, None, matches, draws, seed)
-        return found
+
+        def one(family: tuple[Levels, Changes]) -> Self:
+            coordinates = Coordinates.of(series, family[1].change_bases)
+            return cls(series, coordinates, *family, None, {}, draws, seed)
+
+        def new(family: tuple[Levels, Changes]) -> dict[str, Seen]:
+            drive = one(family)
+            return drive.curves(*np.zeros((2, 1, drive.size)))[0]
+
+        family, matches, fits = choose_family(
+            families,
+            lambda family: [(m, family[0].match(m, seen)) for m, seen in new(family).items()],
+            misfit_p_value,
+        )
+        found = replace(one(family), matches=dict(matches))
+        if not fits:
+            return found.withheld()
+        theta = family[0].draw(new(family), draws, np.random.default_rng(seed)).theta
+        return replace(found, theta=theta)
 
     def withheld(self) -> Self:
         """Return the same without networks: what is measured is read."""
@@ -135,17 +139,15 @@ class Readout:
             found[some] = np.where(worn(logs)[:, None, None], 100.0 * np.expm1(logs), np.nan)
         return found
 
-    def values(self, limit: Limit, change: np.ndarray, variance: np.ndarray) -> np.ndarray:
-        """Return draws of the quantities of a limit, ``(n, d, parts)``; nan where not known.
-
-        The same random numbers for each change: a draw is a drive, followed along its path.
+    def values(self, limit: Limit, draws: np.ndarray) -> np.ndarray:
+        """Return draws of the quantities of a limit on changes, or on the model; nan if not known.
 
         Args:
-            change, variance: Of the coordinates, ``(n, k)``.
+            draws: What ``parameters`` returns, ``(n, d, p)``.
+
+        Returns:
+            ``(n, d, parts)``.
         """
-        if limit.of == "record":
-            return self._measured(limit, change, variance)
-        draws = self.parameters(change, variance)
         if limit.of == "change":
             return draws[..., [NAMES.index(name) for name in limit.quantities]]
         if self.theta is None:
@@ -158,34 +160,28 @@ class Readout:
         signs = np.where([upper for *_, upper in limit.parts], 1.0, -1.0)
         return np.where(np.isinf(found), signs * np.inf, found).reshape(*draws.shape[:2], -1)
 
-    def _measured(self, limit: Limit, change: np.ndarray, variance: np.ndarray) -> np.ndarray:
-        """As of ``values``, of what records show: quantiles of a normal, shuffled."""
+    def measured_draws(self, limit: Limit, change: np.ndarray, variance: np.ndarray) -> np.ndarray:
+        """Return draws of the quantities of a limit on records; nan where not followed.
+
+        Quantiles of a normal, shuffled alike for each change: a draw is a drive, followed along
+        its path.
+
+        Args:
+            change, variance: Of the coordinates, ``(n, k)``.
+
+        Returns:
+            ``(n, d, parts)``.
+        """
         found = np.full((len(change), self.draws, len(limit.quantities)), np.nan)
         normal = ndtri((np.arange(self.draws) + 0.5) / self.draws)
         rng = np.random.default_rng(self.seed)
         for k, name in enumerate(limit.quantities):
-            known = self.measured(limit.motion, name, change, variance)
+            known = self.coordinates.row(limit.motion, name)
             if known is not None:
-                mean, sd = known
+                new, row = known
+                mean, sd = new + change @ row, np.sqrt(variance @ np.square(row))
                 found[..., k] = mean[:, None] + sd[:, None] * rng.permutation(normal)
         return found
-
-    def measured(
-        self, motion: str, name: str, change: np.ndarray, variance: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return mean and sd of a measured quantity, ``(n,)`` each, in its unit.
-
-        None where it is not followed.
-        """
-        row = self.coordinates.row(motion, name)
-        if row is None:
-            return None
-        new = next(
-            each.mean
-            for each in self.coordinates.readings
-            if (each.motion, each.name) == (motion, name)
-        )
-        return new + change @ row, np.sqrt(variance @ np.square(row))
 
     def usual(self) -> np.ndarray:
         """Return the largest change that the family's wear makes of each parameter, percent."""
