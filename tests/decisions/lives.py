@@ -9,7 +9,7 @@ OPERATIONS = np.arange(1, 501)
 LIMITS = ("slow", "stiff")
 
 
-def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.3), family="medium_voltage"):
+def a_life(fails=(450.0, np.inf), *, told=100, half=(0.01, 0.31), family="medium_voltage"):
     """A life whose first limit is measured, its second on the change of gamma_a.
 
     Args:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.decisions import STATES, standing
-from breaker.decisions.states import steady
+from breaker.decisions.states import planned
 from tests.decisions.lives import OPERATIONS, a_life
 
 PLANNING = {"operations": 150, "years": 2.0}
@@ -89,18 +89,23 @@ def test_a_drive_without_limits_stands_nowhere():
 @pytest.mark.parametrize(
     ("estimate", "told"),
     [
+        ([700.0, 520.0, 480.0], [np.inf, 520.0, 520.0]),  # told from the horizon on
         ([500.0, 520.0, 480.0], [500.0, 500.0, 500.0]),  # within what is left
         ([500.0, 300.0, 320.0], [500.0, 300.0, 300.0]),
         ([300.0, 700.0], [300.0, 700.0]),
+        ([300.0, 910.0, 620.0], [300.0, np.inf, 620.0]),  # no plan any more
         ([np.inf, 400.0, np.inf], [np.inf, 400.0, np.inf]),
         ([400.0, np.nan], [400.0, 400.0]),
+        ([210.0, 215.0, 225.0], [210.0, 210.0, 210.0]),  # too little is gained
+        ([210.0, 215.0, 250.0], [210.0, 210.0, 250.0]),
     ],
 )
 def test_a_date_moves_by_evidence_alone(estimate, told):
-    operations = np.array([100, 150, 200])[: len(estimate)]
-    np.testing.assert_array_equal(steady(np.array(estimate), operations), told)
+    operations, horizon = np.array([100, 150, 200])[: len(estimate)], np.full(len(estimate), 500.0)
+    found = planned(np.array(estimate)[:, None], operations, horizon)
+    np.testing.assert_array_equal(found[:, 0], told)
 
 
 def test_a_date_that_has_come_stays():
-    asked = np.array([100, 110, 120])
-    np.testing.assert_array_equal(steady(np.array([100.0, 110.0, 120.0]), asked), [100.0] * 3)
+    asked, estimate = np.array([100, 110, 120]), np.array([[100.0], [110.0], [120.0]])
+    assert (planned(estimate, asked, np.full(3, 500.0)) == 100.0).all()

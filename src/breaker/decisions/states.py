@@ -3,11 +3,12 @@
 A limit is *now* where it is exceeded, or the operation has come by which to service; *plan* where
 that is within the planning horizon; *healthy* before; and *unknown* where too little is known:
 before the drive was followed long enough, without records, or where a service would have to be
-planned for a quantity, or a date, that is known too badly. Such a limit is told apart, with its
-probability, and hides no other.
+planned for a quantity, or a life, that is known too badly. Such a limit is told apart, with its
+probability, and hides no other; what is left to it is not told.
 
-The operation by which to service is after a share of what is left for almost sure. What is told
-moves by evidence alone: where the estimate leaves it by a share of what is left.
+The operation by which to service is after a share of what is left for almost sure. It is told from
+when it is within the horizon, and moved by evidence alone: where the estimate leaves it by a share
+of what is left.
 
 Shapes: ``o`` operations, ``a`` of them asked, ``l`` limits.
 """
@@ -17,16 +18,17 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-__all__ = ["STATES", "standing", "steady"]
+__all__ = ["STATES", "planned", "standing"]
 
 STATES = ("unknown", "healthy", "plan", "now")
 """States of a limit and of a drive, the most urgent last."""
 
 _RAISE, _CLEAR = 0.95, 0.5  # probability from which a limit is exceeded, and below which no more
 _VAGUE = 0.3  # half a 90 % interval over the way to a limit, from which the limit cannot be told
-_EARLY = 0.5  # life that is left for almost sure over that left by half, below which it is vague
+_EARLY = 0.6  # life that is left for almost sure over that left by half, below which it is vague
 _STAYS = 1.5  # planning horizons, within which a plan stays one
-_MOVES = 0.4  # share of what is left, by which an estimate leaves what is told
+_MOVES = 0.5  # share of what is left, by which an estimate leaves what is told,
+_LATER = 0.05  # and of the planning horizon, which a later date has to bring
 _UNKNOWN, _HEALTHY, _PLAN, _NOW = range(len(STATES))
 
 
@@ -50,24 +52,24 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
     asked, operations = life.asked.values, life.operation.values
     beyond = life.beyond.values
     exceeded = _latched(beyond >= _RAISE, beyond < _CLEAR)
-    early = life.steady.values[..., 0]
-    due = asked[:, None] + np.where(np.isfinite(early), life.attrs["margin"] * early, early)
-    by = np.array([steady(each, asked) for each in due.T]).reshape(-1, len(asked)).T
     at = np.searchsorted(asked, operations, side="right") - 1
-    shown, at = at >= 0, np.maximum(at, 0)
-    by, over = np.where(shown[:, None], by[at], np.inf), exceeded[at] & shown[:, None]
+    shown, at = (at >= 0)[:, None], np.maximum(at, 0)
+    by, badly, soon = _services(life, settings, per_operation)
+    by, over = np.where(shown, by[at], np.inf), exceeded[at] & shown
     gone = (operations - asked[at])[:, None, None]
     left = np.maximum(life.remaining.values[at] - gone, 0.0)
-    left = np.where(shown[:, None, None], left, np.nan)
-    beyond = np.where(shown[:, None], beyond[at], np.nan)
-    unknown = np.isnan(beyond) | (operations < life.attrs["told"])[:, None]
-    soon = _soon(by - operations[:, None], settings, per_operation)
-    unknown |= _vague(life)[at] & soon
-    state = np.where(soon, np.where(by <= operations[:, None], _NOW, _PLAN), _HEALTHY)
-    state = np.where(over, _NOW, np.where(unknown, _UNKNOWN, state))
-    by = np.where(unknown & ~over, np.inf, np.where(over, np.minimum(by, operations[:, None]), by))
+    left = np.where((shown & (np.isfinite(by) | ~badly[at]))[..., None], left, np.nan)
+    beyond = np.where(shown, beyond[at], np.nan)
+    unknown = np.isnan(beyond) | (operations < life.attrs["told"])[:, None] | soon[at]
+    state = np.where(by <= operations[:, None], _NOW, np.where(np.isfinite(by), _PLAN, _HEALTHY))
+    state = np.where(unknown & np.isinf(by), _UNKNOWN, state)
+    state = np.where(over, _NOW, state)
+    begins = over & ~np.vstack([np.zeros((1, over.shape[1]), dtype=bool), over[:-1]])
+    since = np.maximum.accumulate(np.where(begins, operations[:, None], 0), axis=0)
+    by = np.where(over, np.minimum(by, since), by)
     certain, crossed = _since(over, beyond, operations)
-    drive, subject = _drive(state, by)
+    next_ = np.nan_to_num(np.where(np.isfinite(by), by, left[..., 1]), nan=np.inf, posinf=np.inf)
+    drive, subject = _drive(state, next_)
     each = ("operation", "limit")
     return xr.Dataset(
         {
@@ -86,12 +88,18 @@ def standing(life: xr.Dataset, settings: Mapping, per_operation: np.ndarray) -> 
     )
 
 
-def _soon(ahead: np.ndarray, settings: Mapping, per_operation: np.ndarray) -> np.ndarray:
-    """Say which services are to be planned, those so many operations ahead, ``(o, l)``."""
-    with np.errstate(invalid="ignore"):
-        years = ahead * per_operation[:, None] / (365.25 * settings["years"])
-        horizons = np.fmin(ahead / settings["operations"], years)
-    return _latched(horizons <= 1.0, horizons > _STAYS)
+def _services(
+    life: xr.Dataset, settings: Mapping, per_operation: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """When to service, what is known too badly, and would have to be planned, ``(a, l)`` each."""
+    asked = life.asked.values
+    days = per_operation[np.searchsorted(life.operation.values, asked)]
+    horizon = np.fmax(settings["operations"], settings["years"] * 365.25 / days)
+    badly, early = _vague(life), life.steady.values[..., 0]
+    due = asked[:, None] + np.where(np.isfinite(early), life.attrs["margin"] * early, early)
+    known = (asked >= life.attrs["told"])[:, None] & ~badly
+    soon = badly & (due - asked[:, None] <= horizon[:, None])
+    return planned(np.where(known, due, np.nan), asked, horizon), badly, soon
 
 
 def _drive(state: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -127,25 +135,37 @@ def _vague(life: xr.Dataset) -> np.ndarray:
     return np.array(every, dtype=bool).reshape(-1, len(value)).T | badly
 
 
-def steady(estimate: np.ndarray, operations: np.ndarray) -> np.ndarray:
-    """Return what is told of an estimated operation, ``(a,)``, moved by evidence alone.
+def planned(estimate: np.ndarray, operations: np.ndarray, horizon: np.ndarray) -> np.ndarray:
+    """Return by when to service, ``(a, l)``; inf while that is not within the planning horizon.
 
-    >>> steady(np.array([500.0, 510, 380, 385]), np.array([100, 200, 300, 370])).tolist()
-    [500.0, 500.0, 380.0, 380.0]
+    A date is told once an estimate is within the horizon, and moved by evidence alone.
+
+    >>> estimate = np.array([900.0, 640, 660, 450, 460])[:, None]
+    >>> planned(estimate, np.array([100, 200, 300, 350, 355]), np.full(5, 500.0))[:, 0].tolist()
+    [inf, 640.0, 640.0, 450.0, 450.0]
 
     Args:
-        estimate: Operations by which to service, ``(a,)``; inf beyond the horizon, nan not known.
+        estimate: Operations by which to service, ``(a, l)``; inf without one, nan not known.
         operations: After which they were estimated, ``(a,)``.
+        horizon: How many operations ahead a service is planned, ``(a,)``.
     """
-    told, given, found = np.inf, 0.0, []
-    for new, operation in zip(estimate.tolist(), operations.tolist(), strict=True):
-        room = max(1.0, min(_MOVES * (max(new, told) - operation), 1e12))
-        apart = np.inf if np.isinf(new) or np.isinf(told) else abs(new - told)
-        due = told <= operation  # stays so, unless there is more left than when that was told
-        if apart > room and not np.isnan(new) and (not due or new - operation > given):
-            told, given = new, new - operation
-        found.append(told)
-    return np.floor(np.array(found))
+    found = np.full(estimate.shape, np.inf)
+    for j, column in enumerate(estimate.T.tolist()):
+        told, given = np.inf, 0.0
+        for i, (new, operation, ahead) in enumerate(zip(column, operations, horizon, strict=True)):
+            left, due = new - operation, told <= operation
+            if np.isinf(told) and left <= ahead:
+                told, given = new, left
+            # What is due stays so, unless there is more left than when that was told.
+            elif np.isfinite(told) and (left > given or not due):
+                if left > _STAYS * ahead:
+                    told = np.inf
+                elif abs(new - told) > _MOVES * max(left, told - operation, 2.0) and (
+                    new < told or new - told > _LATER * ahead
+                ):
+                    told, given = new, left
+            found[i, j] = told
+    return np.floor(found)
 
 
 def _since(

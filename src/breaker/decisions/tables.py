@@ -118,8 +118,7 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
     left = np.full((len(rows), 3), np.nan)
     some = subject >= 0
     left[some] = stands.left.values[rows[some], subject[some]]
-    told = stands.drive_state.values >= STATES.index("plan")
-    by = np.where(told, stands.drive_service_by.values, np.inf)
+    by = stands.drive_service_by.values
     at = np.searchsorted(life.asked.values, operations, side="right") - 1
     names = np.where(at >= 0, life.names.values[np.maximum(at, 0)], "")
     changed = dict(zip(life.noticed.values.tolist(), life.kind.values.tolist(), strict=True))
@@ -165,7 +164,6 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
     of = np.array([place[name] for name in life.part_limit.values.tolist()], dtype=int)
     last, now = stands.isel(operation=-1), life.value.values[-1]
     state, left = last.state.values[of], last.left.values[of].round()
-    planned = np.where(state >= STATES.index("plan"), last.service_by.values[of], np.inf)
     data = {
         "limit": life.part_limit.values,
         "quantity": life.part_quantity.values,
@@ -179,7 +177,7 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
         "certain": _whole(stands.certain.values[of]),
         "crossed": _whole(stands.crossed.values[of]),
         **{f"operations_left{suffix}": left[:, k] for k, suffix in enumerate(("_5", "", "_95"))},
-        "service_by": _whole(planned),
+        "service_by": _whole(last.service_by.values[of]),
     }
     return pd.DataFrame({name: data[name] for name in LIMITS})
 

@@ -12,6 +12,7 @@ __all__ = ["headline", "limit_words", "since_new", "trust"]
 _NOTED = 2.0  # percent, beyond which a change is worth a word
 _SURE = 0.05  # probability of no change below which a parameter is named
 _MOST = 4
+_PERHAPS = 2
 _USUAL = {
     "f": "closing force",
     "k_a": "opening spring",
@@ -40,10 +41,12 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
     sure.sort(key=lambda name: -abs(row[name]))
     told = [f"{_USUAL[name]} {row[name]:+.2g} % ({_span(row, name)})" for name in sure]
     rest = [name for name in names if name not in sure]
-    may = [name for name in rest if max(abs(row[f"{name}_5"]), abs(row[f"{name}_95"])) > _NOTED]
+    most = {name: max(abs(row[f"{name}_5"]), abs(row[f"{name}_95"])) for name in rest}
+    may = sorted((name for name in rest if most[name] > _NOTED), key=lambda name: -most[name])
     words = ", ".join(told) if told else "nothing for sure"
     if may:
-        words += f"; perhaps {', '.join(f'{_USUAL[name]} ({_span(row, name)} %)' for name in may)}"
+        perhaps = and_so_on([_USUAL[name] for name in may], _PERHAPS)
+        words += f"; perhaps {perhaps}, by up to {most[may[0]]:.2g} %"
     if len(may) < len(rest):
         words += f"; nothing else beyond {_NOTED:g} %"
     return f"Since new: {words}."
