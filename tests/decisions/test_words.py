@@ -18,7 +18,7 @@ def test_a_healthy_drive_says_what_is_next():
     assert words.startswith("Healthy: next is slow, 400 operations left (200 to 600).")
     assert "As of operation 500." in words
     assert "drive friction +10 % (+7.5 to +12)" in new
-    assert "perhaps contact gap (+0 to +3 %)" in new
+    assert "perhaps contact gap, by up to 3 %" in new
     assert "nothing else beyond 2 %" in new
     assert "medium_voltage" in belief
     assert "agree" in belief

@@ -87,4 +87,4 @@ def _service(standing: xr.Dataset) -> np.ndarray:
     """Return the operations until the service where one is planned and no limit exceeded yet."""
     ahead = np.maximum(standing["service_by"] - standing["operation"], 0.0)
     over = standing["left"].isel(quantile=-1) == 0.0
-    return ahead.where((standing["state"] >= STATES.index("plan")) & ~over).values
+    return ahead.where(np.isfinite(ahead) & ~over).values
