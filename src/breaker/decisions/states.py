@@ -153,17 +153,14 @@ def planned(estimate: np.ndarray, operations: np.ndarray, horizon: np.ndarray) -
     for j, column in enumerate(estimate.T.tolist()):
         told, given = np.inf, 0.0
         for i, (new, operation, ahead) in enumerate(zip(column, operations, horizon, strict=True)):
-            left, due = new - operation, told <= operation
-            if np.isinf(told) and left <= ahead:
-                told, given = new, left
-            # What is due stays so, unless there is more left than when that was told.
-            elif np.isfinite(told) and (left > given or not due):
-                if left > _STAYS * ahead:
-                    told = np.inf
-                elif abs(new - told) > _MOVES * max(left, told - operation, 2.0) and (
-                    new < told or new - told > _LATER * ahead
-                ):
-                    told, given = new, left
+            left, moves = new - operation, new - operation <= ahead
+            if np.isfinite(told):
+                far = abs(new - told) > _MOVES * max(left, told - operation, 2.0)
+                far &= new < told or new - told > _LATER * ahead
+                # What is due stays so, unless there is more left than when that was told.
+                moves = (far or left > _STAYS * ahead) and (left > given or told > operation)
+            if moves:
+                told, given = new if left <= _STAYS * ahead else np.inf, left
             found[i, j] = told
     return np.floor(found)
 
