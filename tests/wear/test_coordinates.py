@@ -54,6 +54,9 @@ def test_the_first_coordinates_are_those_in_which_wear_shows_most(seen):
     curve = seen[2].curves["closing"]
     assert (np.diff(curve.variance) <= 1e-9).all()
     assert curve.variance[0] > 2.0 * curve.variance[20]
+    family = np.diag(a_basis().variances[: curve.variance.size])
+    found = curve.forward.T @ family @ curve.forward
+    np.testing.assert_allclose(found, np.diag(curve.variance), atol=1e-9 * curve.variance[0])
 
 
 def test_a_change_comes_back_as_the_curve_that_it_was(seen):

@@ -74,7 +74,7 @@ def test_a_bent_path_is_no_change_unless_its_bend_is_denied():
     """A curvature of a tenth of the change; the planted fault is a tracker that knows of none."""
     share = TIME / N
     bent = 60.0 * (share + 0.1 * share**2)
-    assert not follow(blocks(add=bent)).changes
+    assert not Tracker(aside=1e-6).follow(TIME, blocks(add=bent)).changes
     stiff = Tracker(bend=1e-6, aside=1e-6).follow(TIME, blocks(add=bent))
     assert stiff.changes
 
