@@ -42,8 +42,8 @@ class Future(NamedTuple):
 
     horizon: int = 10000
     changes: float = 2.0
-    faster: float = 5.0
-    spread: float = 0.5
+    faster: float = 6.0
+    spread: float = 0.4
     widening: float = 1.8
     margin: float = 0.8
 
