@@ -75,6 +75,7 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
         words = f"Service now: {why}"
     elif row.state == "plan":
         on = f" ({row.service_by_date})" if row.get("service_by_date") else ""
+        on += ", if the wear goes on as it does"
         words = f"Plan service by operation {row.service_by:,}{on}: {row.limit}, {left}"
     elif row.state == "healthy":
         known = row.limit and math.isfinite(row.operations_left)
