@@ -1,7 +1,7 @@
 """Change detectors beside the tracker, at equal false alarms: how many changes they find, how late.
 
     pip install --target detectors river==0.26.1 narwhals    # not part of the environment
-    PYTHONPATH=detectors python -m benchmarks.detectors 80 docs/detectors.csv
+    PYTHONPATH=detectors python -m benchmarks.detectors 60 docs/detectors.csv
 
 What an engineer would watch: stroke and travel time of both motions, as they are measured. Wear
 moves them all the time, so each detector gets what a line through all earlier records leaves of the
