@@ -42,10 +42,8 @@ def document(
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
     records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
-    found = {"drive": dict(drive), "settings": dict(settings), "records": records}
-    return plainly(
-        found | {"together": {motion: each for motion, each in together.items() if each}}
-    )
+    found = {"drive": drive, "settings": settings, "records": records, "together": together}
+    return plainly(found)
 
 
 def _about(answer: Answer) -> dict:
@@ -123,17 +121,19 @@ def _quantities(answer: Answer) -> dict:
         if name == "latch_time" and measured.reason:
             continue
         if answer.is_inferred(name) and answer.draws is not None:
-            row |= _drawn(answer.inferred(name)) | {"source": "inferred", "reason": None}
+            row |= _drawn(answer.inferred(name))
+            source, reason = "inferred", None
         elif measured.reason:
             why = "out of the family" if answer.misfit else "not resolved"
             reason = measured.reason if answer.draws or answer.alone(name) else why
-            row |= _drawn(None) | {"source": None, "reason": reason}
+            row |= _drawn(None)
+            source = None
         else:
             ends = [measured.value + sds * measured.sd for sds in (-_NORMAL, _NORMAL)]
             row |= {"median": measured.value, "interval_50": None, "interval_95": ends}
             source = "measured" if answer.alone(name) else f"measured, {_EVENTS[motion]} inferred"
-            row |= {"source": source, "reason": None}
-        found[name] = row
+            reason = None
+        found[name] = row | {"source": source, "reason": reason}
     return found
 
 
