@@ -15,7 +15,7 @@ from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
 
-__all__ = ["MAGNITUDES"]
+__all__ = ["MAGNITUDES", "refused"]
 
 _JOBS = 2000  # of a rule: Snakemake plans them in a minute
 _FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
@@ -133,11 +133,12 @@ def _linkages(elements: Mapping[str, Any], strength: float = 1.0) -> str | None:
     )
 
 
-def _format(settings: Mapping[str, Any]) -> str | None:
+def refused(form: str, build: Callable, *given: Any, **more: Any) -> str | None:
+    """Return why something cannot be built of values, in words around it, or None if it can."""
     try:
-        complete(settings)
-    except ValueError as error:
-        return f"cannot be used: {error}"
+        build(*given, **more)
+    except (OSError, ValueError) as error:
+        return form.format(error)
     return None
 
 
@@ -158,5 +159,5 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("sensor.onset_sd",), partial(_off_or_above, 0.001)),
     (("rig.elements.linkage",), partial(_off_or_above, _LINKAGE)),
     (("rigs.elements", "rigs.strength"), _linkages),
-    (("endurance.format",), _format),
+    (("endurance.format",), partial(refused, "cannot be used: {}", complete)),
 )

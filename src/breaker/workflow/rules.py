@@ -6,6 +6,7 @@ hold and returns what is wrong and the remedy, or None.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from math import isnan
 from typing import Any
 
 from breaker.files import SWITCHING, event_words, list_operations
@@ -18,7 +19,7 @@ from breaker.mechanism import (
     from_list,
     speeds_of,
 )
-from breaker.workflow.magnitudes import MAGNITUDES
+from breaker.workflow.magnitudes import MAGNITUDES, refused
 
 __all__ = ["RULES"]
 
@@ -97,12 +98,7 @@ def _wear(wear: Mapping[str, Any]) -> str | None:
     return None
 
 
-def _speeds(settings: Mapping[str, Sequence[str] | None]) -> str | None:
-    try:
-        speeds_of(settings)
-    except ValueError as error:
-        return f"cannot be used. {error}."
-    return None
+_speeds = partial(refused, "cannot be used. {}.", speeds_of)
 
 
 def _limits(
@@ -112,14 +108,12 @@ def _limits(
 ) -> str | None:
     if _speeds(speeds):
         return None
-    names, wrong = [entry["name"] for entry in entries], []
-    for name in sorted({each for each in names if names.count(each) > 1}):
-        wrong.append(f"{name}: there are two limits of this name. Give one another name.")
-    for entry in entries:
-        try:
-            Limit.from_settings(entry, speeds_of(speeds))
-        except ValueError as error:
-            wrong.append(str(error))
+    names, defined = [entry["name"] for entry in entries], speeds_of(speeds)
+    wrong = [
+        f"{name}: there are two limits of this name. Give one another name."
+        for name in sorted({each for each in names if names.count(each) > 1})
+    ]
+    wrong += filter(None, (refused("{}", Limit.from_settings, each, defined) for each in entries))
     if wrong:
         return f"cannot be used. {' '.join(wrong)}"
     # There may be limits of motions that are not worked on, but not only such.
@@ -187,14 +181,10 @@ def _curves(
 ) -> str | None:
     if curves is None or _events(events):
         return None
-    wrong = []
-    for motion in motions:
-        try:
-            list_operations(curves, motion, breaker=breaker, phase=phase, events=events)
-        except (OSError, ValueError) as error:
-            wrong.append(str(error))
-    # A table is wrong for both motions alike.
-    return f"cannot be used: {'. '.join(dict.fromkeys(wrong))}." if wrong else None
+    which = {"breaker": breaker, "phase": phase, "events": events}
+    found = (refused("{}", list_operations, curves, motion, **which) for motion in motions)
+    wrong = dict.fromkeys(filter(None, found))  # a table is wrong for both motions alike
+    return f"cannot be used: {'. '.join(wrong)}." if wrong else None
 
 
 def _shown(
@@ -211,24 +201,24 @@ def _shown(
     if curves is None or _limits(entries, motions, speeds):
         return None
     defined, wrong = speeds_of(speeds), []
-    timed = {each.name for each in defined if each.start.of_event or each.end.of_event}
-    timed |= set(SWITCHING.values())
+    timed = [each.name for each in defined if each.of_event]
+    needs = dict.fromkeys((*timed, *SWITCHING.values()), "contact") | {"latch_time": "trigger"}
     for limit in from_list(entries, motions, defined, of=["record"]):
         try:
             rows = list_operations(curves, limit.motion, breaker=breaker, phase=phase)
         except (OSError, ValueError):
             return None  # which another rule says
-        has = {"contact": contact is not None, "trigger": trigger is not None}
-        has["contact"] |= any(row.switching == row.switching for row in rows)
-        has["trigger"] |= any(row.trigger == row.trigger for row in rows)
-        columns = {"contact": SWITCHING[limit.motion], "trigger": "trigger"}
-        for name in limit.quantities:
-            needs = "trigger" if name == "latch_time" else "contact"
-            if name in (*timed, "latch_time") and not has[needs]:
-                wrong.append(
-                    f"{limit.name}: no record shows {name} without the {needs}. Set endurance."
-                    f"format.{needs}_column, or state {columns[needs]} in operations.csv."
-                )
+        lacking = {}  # what no record shows, and the column of the table that could state it
+        if contact is None and all(isnan(row.switching) for row in rows):
+            lacking["contact"] = SWITCHING[limit.motion]
+        if trigger is None and all(isnan(row.trigger) for row in rows):
+            lacking["trigger"] = "trigger"
+        wrong += [
+            f"{limit.name}: no record shows {name} without the {needs[name]}. Set endurance.format."
+            f"{needs[name]}_column, or state {lacking[needs[name]]} in operations.csv."
+            for name in limit.quantities
+            if needs.get(name) in lacking
+        ]
     return f"cannot be used. {' '.join(wrong)}" if wrong else None
 
 
