@@ -111,7 +111,7 @@ def check(config: Mapping[str, Any], *, files: Iterable[str | Path] = ()) -> Non
         keys = [tuple(name.split(".")) for name in names]
         if any(bad[: len(key)] == key[: len(bad)] for key in keys for bad in wrong):
             continue  # a rule is about keys that are right by themselves
-        if text := complaint(*(reduce(getitem, key, config) for key in keys)):
+        if text := " ".join(complaint(*(reduce(getitem, key, config) for key in keys))):
             lines.append(f"{place(config, keys, sources)}{names[0]} {text}")
     for path, (_, node) in sources.items():
         lines += [f"{path}, {text}" for text in repeated(node)]
