@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from breaker.answers.answer import Given
+from breaker.answers.documents import document, table_of
 from breaker.answers.judgement import VERDICTS, judged
-from breaker.answers.plain import document
-from breaker.answers.rows import table_of
 from breaker.answers.trees import tree
 from breaker.answers.words import in_words
 from breaker.family.levels import LevelDraws

@@ -376,21 +376,3 @@ def test_neither_order_nor_second_names_of_files_change_an_answer(folder, capsys
     orders = ["a.csv", "b 2.csv", "open.csv"], ["open.csv", "link.csv", "b 2.csv", "./a.csv"]
     first, second = (answered(capsys, *files) for files in orders)
     assert first == second
-
-
-def test_a_unit_slip_in_a_prior_does_not_fit(folder, capsys):
-    """Ten times are within what a configuration may say."""
-    (folder / "slip.yaml").write_text("prior: {f: {median: 7.5, log_sd: 0.1}}")
-    words = ["infer", "a.csv", "--config", "few.yaml", "slip.yaml"]
-    assert main([*words, "--json"]) == 0
-    (record,) = json.loads(capsys.readouterr().out)["records"]
-    assert record["fit"]["far_from_prior"]
-    assert not record["fit"]["resolved"]
-    assert abs(record["parameters"]["f"]["prior_sds"]) > 5.0
-    assert main(words) == 0
-    out = capsys.readouterr().out
-    assert "FAR from the prior" in out
-    assert "NOT resolved" in out
-    fit = answered(capsys, "a.csv", "--size", "1", "1")["records"][0]["fit"]
-    assert not fit["far_from_prior"]
-    assert fit["prior_p_value"] > 0.05

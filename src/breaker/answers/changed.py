@@ -14,7 +14,7 @@ from math import erfc
 
 import numpy as np
 
-from breaker.answers.plain import plainly
+from breaker.answers.documents import plainly
 from breaker.family import (
     APART,
     Changes,

@@ -6,7 +6,7 @@ docs/visits.md explains its keys. A number that is not known is None.
 from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.answers.changed import VERDICT_WORDS, Compared
-from breaker.answers.plain import plainly
+from breaker.answers.documents import plainly
 from breaker.answers.words import wrapped
 
 __all__ = ["visits_document", "visits_in_words"]

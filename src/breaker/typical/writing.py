@@ -34,8 +34,7 @@ _ABOUT = {
 
 def report(recorded: Recorded, fitted: FittedPrior, checks: Mapping[str, Sequence[Finding]]) -> str:
     """Return what was found, for the terminal."""
-    lines = [*_sources(recorded), "", *_table(fitted), "", *_checked(checks, recorded)]
-    return "\n".join(lines)
+    return "\n".join([*_sources(recorded), "", *_table(fitted), "", *_checked(checks, recorded)])
 
 
 def overlay_of(
