@@ -115,14 +115,7 @@ def _networks() -> Iterator[tuple]:
 
 
 def _check_visits(visits: Sequence[Mapping]) -> None:
-    """Refuse visits that share a file, or whose tables name different drives; a file names none.
-
-    Args:
-        visits: Operations of both by motion.
-
-    Raises:
-        ValueError: If they do.
-    """
+    """Refuse visits that share a file, or whose tables name different drives; a file names none."""
     before, today = ([op for each in by.values() for op in each] for by in visits)
     first, second = ({str(op.file.resolve()) for op in visit} for visit in (before, today))
     if both := sorted(first & second):
@@ -137,14 +130,7 @@ def _check_visits(visits: Sequence[Mapping]) -> None:
 
 
 def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[dict]]:
-    """Usable records of motions that both visits have, by visit, and why others are not.
-
-    Args:
-        visits: Of each what ``answers.read_operations`` returns.
-
-    Raises:
-        ValueError: If the visits have no motion in common.
-    """
+    """Usable records of motions that both visits have, of either visit, and why others are not."""
     pairs = [(visit, each) for visit, records in visits.items() for each in records]
     pairs.sort(key=lambda pair: MOTIONS.index(pair[1].motion))
     usable: dict[str, dict[str, list]] = {visit: {} for visit in visits}
