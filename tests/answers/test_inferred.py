@@ -127,6 +127,7 @@ def test_the_medians_of_a_slip_in_units_are_far_from_the_prior(infer, records, p
     slip = Prior(prior.medians * [1, 1, 1, 1, 1, 10, 1], prior.log_sds)
     (far,) = infer(Given(Size(), slip), records[1:2])
     assert far.far_from_prior
+    assert far.unresolved
     (near,) = infer(Given(Size(), prior), records[1:2])
     assert not near.far_from_prior
     assert not near.unresolved

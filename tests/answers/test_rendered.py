@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from breaker.answers.answer import Given
+from breaker.answers.documents import document, table_of
 from breaker.answers.judgement import VERDICTS, judged
-from breaker.answers.plain import document
-from breaker.answers.rows import table_of
 from breaker.answers.trees import tree
 from breaker.answers.words import in_words
 from breaker.family.levels import LevelDraws
+from breaker.files import SWITCHING
 from breaker.mechanism.limits import Limit
 from breaker.mechanism.parameters import NAMES
 
@@ -109,6 +109,8 @@ def test_a_table_has_a_row_for_each_parameter_and_quantity(found):
     assert touch["verdict"] == "not healthy"
     assert float(touch["exceeded_wide"]) == 1.0
     assert {row["phase"] for row in rows} == {"L1"}
+    fit = {"p_value", "misfit", "resolved", "part_main_motion"}
+    assert {"file", "median", "interval_50_upper", "reason", "remarks", *fit} <= rows[0].keys()
 
 
 def test_a_tree_has_the_records_with_a_posterior(answers):
@@ -119,7 +121,11 @@ def test_a_tree_has_the_records_with_a_posterior(answers):
     draws = answers[1].draws.theta[:, -1]
     assert np.array_equal(posterior["L"].sel(chain=0, record=1), draws)
     assert posterior["L"].attrs["unit"] == "mm"
-    assert posterior["part_time"].sel(record=0).isnull().all()
+    nothing = [posterior[name].isnull().all("draw").values.tolist() for name in SWITCHING.values()]
+    assert nothing == [[[False, False, True]], [[True, True, False]]]
+    assert (posterior.mu.sel(record=0) == posterior.mu.sel(record=2)).all()  # of both motions
+    assert found["observed_data"].way.sel(record=0).max() == pytest.approx(1.05, abs=0.1)
+    assert (found["sample_stats"].p_value > 0.001).all()
     ratio = posterior.to_dataset().median("draw") / found["prior"].to_dataset().median("draw")
     for name in NAMES:
         assert (abs(np.log(ratio[name])) < 0.5).all(), name

@@ -46,7 +46,6 @@ def test_a_weaker_force_is_measured_noticed_and_drawn(visits, capsys):
         (["a.csv", "--today", "a.csv"], "named in both visits"),
         (["a.csv", "--today", "open.csv"], "no usable closing to compare"),
         (["a.csv", "--today", "missing.csv"], "missing.csv"),
-        (["a.csv", "--today", "b 2.csv", "--plot", "a.csv"], "would be replaced"),
         (["a.csv", "--today", "b 2.csv", "--plot", "both.csv"], "end it in .png or .pdf or .svg"),
     ],
 )
@@ -73,6 +72,15 @@ def test_a_breaker_of_a_table_is_chosen(visits, capsys):
     assert "choose one by --breaker NAME" in capsys.readouterr().err
     assert call("then", "--today", "now", "--breaker", "Q2", "--json") == 0
     assert json.loads(capsys.readouterr().out)["records"] == {"closing": {"before": 1, "today": 1}}
+
+
+def test_a_table_of_one_motion_beside_a_file_of_both(visits, capsys):
+    (visits / "then/operations.csv").write_text("file,motion,operation\nthen.csv,closing,1\n")
+    assert call("then", "--today", "both.csv", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["records"] == {"closing": {"before": 1, "today": 1}}
+    (rejected,) = found["rejected"]
+    assert rejected["reason"] == "the visit before has no usable opening to compare it with"
 
 
 def test_tables_of_different_drives_are_refused(visits, capsys):

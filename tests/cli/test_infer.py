@@ -10,7 +10,6 @@ import arviz_stats
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 import yaml
 
 from breaker.cli import main
@@ -69,7 +68,7 @@ def test_a_closing_and_an_opening_are_found_in_any_folder(folder, capsys, prior)
     assert touch["interval_95"][0] - 0.5 < 10.09 < touch["interval_95"][1] + 0.5
     assert opening["quantities"]["stroke"]["source"] == "measured"
     assert opening["quantities"]["opening_speed"]["source"] == "measured, parting inferred"
-    alone = answered(capsys, "both.csv", "--motion", "opening")["records"][0]
+    (alone,) = answered(capsys, "both.csv", "--motion", "opening")["records"]
     assert alone["fit"]["motions"] == ["opening"]
     assert alone["quantities"]["stroke"] == opening["quantities"]["stroke"]
 
@@ -99,10 +98,7 @@ def test_a_record_out_of_the_family_has_measured_quantities_alone(folder, capsys
     assert record["quantities"]["touch_time"]["median"] is None
     assert record["quantities"]["stroke"]["median"] == pytest.approx(13.5, abs=0.3)
     assert call("odd.csv", "--plot", "odd.png") == 0
-    out = " ".join(capsys.readouterr().out.split())
-    assert "OUT OF the family" in out
-    assert re.search(r"than 99 % of its drives do in: .*main motion, ", out)
-    assert "config/any.yaml" in out
+    assert "OUT OF the family" in capsys.readouterr().out
     assert answered(capsys, "a.csv", "odd.csv")["records"][0]["fit"]["resolved"]
 
 
@@ -185,11 +181,6 @@ def test_a_prior_of_ones_own_weighs_the_draws(folder, capsys):
 # ---- which files --------------------------------------------------------------------------------
 
 
-def test_one_motion_alone(folder, capsys):
-    found = answered(capsys, "both.csv", "--motion", "opening")
-    assert [each["motion"] for each in found["records"]] == ["opening"]
-
-
 def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
     (folder / "own").mkdir()
     for name in ("a.csv", "open.csv", "both.csv"):
@@ -252,16 +243,12 @@ def test_noise_and_another_layout_are_told_with_the_remedy(folder, capsys):
 # ---- what is written ----------------------------------------------------------------------------
 
 
-def test_the_table_is_written_with_all_columns(folder, capsys):
+def test_the_table_is_written(folder, capsys):
     assert call("both.csv", "c.csv", "--output", "out.csv") == 0
     assert capsys.readouterr().out.endswith("written to out.csv\n")
     rows = pd.read_csv("out.csv")
-    named = {"motion", "operation", "file", "kind", "output", "unit", "median", "p_value", "misfit"}
-    assert named <= set(rows.columns)
-    assert {"resolved", "reason", "remarks", "part_main_motion", "source"} <= set(rows.columns)
     accepted = rows[rows.accepted & rows["median"].notna()]
     assert set(accepted.motion) == {"closing", "opening"}
-    assert set(accepted.kind) == {"parameter", "quantity"}
     assert (accepted.interval_95_lower < accepted["median"]).all()
     assert (accepted["median"] < accepted.interval_95_upper).all()
     rejected = rows[rows.file == "c.csv"]
@@ -277,27 +264,13 @@ def test_a_picture_and_a_document_at_once(folder, capsys):
     assert "drawn in open.png" in capsys.readouterr().out
 
 
-def test_draws_are_a_tree_as_arviz_has_them(folder):
-    assert call("both.csv", "a.csv", "--draws", "draws.zarr") == 0
-    with xr.open_datatree("draws.zarr", engine="zarr") as tree:
-        assert sorted(tree.children) == ["observed_data", "posterior", "prior", "sample_stats"]
-        posterior = tree["posterior"].to_dataset()
-        assert posterior.mu.dims == ("chain", "draw", "record")
-        assert posterior.mu.shape == tree["prior/mu"].shape == (1, 100, 3)
-        assert posterior.motion.values.tolist() == ["closing", "closing", "opening"]
-        assert posterior.touch_time.isnull().all("draw").values.tolist() == [[False, False, True]]
-        assert np.isfinite(posterior.L.values).all()
-        assert (posterior.mu.sel(record=1) == posterior.mu.sel(record=2)).all()  # of both motions
-        observed = tree["observed_data"].to_dataset()
-        assert observed.way.sel(record=1).max() == pytest.approx(1.05, abs=0.1)
-        assert (tree["sample_stats/p_value"] > 0.001).all()
-    assert call("both.csv", "--draws", "draws.zarr") == 0  # a store is replaced
-
-
 def test_arviz_opens_draws_in_one_line(folder):
-    assert call("both.csv", "--draws", "draws.zarr") == 0
+    assert call("both.csv", "a.csv", "--draws", "draws.zarr") == 0
     tree = arviz_base.convert_to_datatree("draws.zarr")
-    assert arviz_stats.summary(tree, var_names=["mu", "L"]).shape[0] == 4
+    assert sorted(tree.children) == ["observed_data", "posterior", "prior", "sample_stats"]
+    assert tree["posterior/mu"].dims == ("chain", "draw", "record")
+    assert tree["posterior/mu"].shape == tree["prior/mu"].shape == (1, 100, 3)
+    assert arviz_stats.summary(tree, var_names=["mu", "L"]).shape[0] == 6
 
 
 # ---- what fails before the work -----------------------------------------------------------------
@@ -324,25 +297,6 @@ def test_what_cannot_be_written_is_told_before_the_work(folder, capsys, option, 
     assert (folder / "a.csv").read_bytes() == before
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["--size", "1"],
-        ["--size", "0", "1"],
-        ["--size", "nan", "1"],
-        ["--known", "mu"],
-        ["--known", "mu=2.0"],
-        ["--known", "mu=2.0:-1"],
-        ["--motion", "both"],
-    ],
-)
-def test_wrong_values_of_options(folder, capsys, arguments):
-    with pytest.raises(SystemExit) as caught:
-        main(["infer", "a.csv", *arguments])
-    assert caught.value.code == 2
-    assert arguments[0] in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("name", ["weight", "closing_speed", "stroke"])
 def test_facts_about_what_is_not_inferred(folder, capsys, name):
     message = failed(capsys, "a.csv", "--known", f"{name}=2.0:0.1")
@@ -365,10 +319,6 @@ def test_a_model_that_is_none(folder, capsys):
     ("overlay", "reason"),
     [
         ("endurance:\n  format:\n    travel_unit: foot\n", "wrong.yaml, line 3: endurance.format"),
-        ("endurance:\n  formatt:\n    zero: 1.0\n", "wrong.yaml, line 2: endurance.formatt"),
-        ("endurance: [", "wrong.yaml: is not valid YAML"),
-        ("endurance:\n", "endurance"),
-        ("", "wrong.yaml: must hold keys and values"),
         (None, "wrong.yaml: is not there"),
     ],
 )
@@ -395,17 +345,24 @@ def test_the_configuration_of_the_project_counts(folder, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--size", "1", "1e-30"], "from 0.01 to 100"),
+        (["--size", "1"], "--size"),
+        (["--size", "0", "1"], "from 0.01 to 100"),
+        (["--size", "nan", "1"], "from 0.01 to 100"),
         (["--size", "1e300", "1"], "from 0.01 to 100"),
+        (["--known", "mu"], "is not NAME=VALUE:SD"),
+        (["--known", "mu=2.0"], "is not NAME=VALUE:SD"),
+        (["--known", "mu=2.0:-1"], "standard deviation -1"),
         (["--known", "L=-10:0.1"], "must have one from 0"),
         (["--known", "L=10:1e-12"], "nothing in a drive is known better"),
+        (["--motion", "both"], "--motion"),
         (["--motion", "closing", "--motion", "opening"], "--motion is given twice"),
         (["--output", "b.csv", "--output", "c.csv"], "--output is given twice"),
     ],
 )
-def test_options_that_nobody_means(folder, capsys, words, message):
-    with pytest.raises(SystemExit):
+def test_wrong_values_of_options(folder, capsys, words, message):
+    with pytest.raises(SystemExit) as caught:
         main(["infer", "a.csv", *words])
+    assert caught.value.code == 2
     assert message in capsys.readouterr().err
 
 
@@ -419,21 +376,3 @@ def test_neither_order_nor_second_names_of_files_change_an_answer(folder, capsys
     orders = ["a.csv", "b 2.csv", "open.csv"], ["open.csv", "link.csv", "b 2.csv", "./a.csv"]
     first, second = (answered(capsys, *files) for files in orders)
     assert first == second
-
-
-def test_a_unit_slip_in_a_prior_does_not_fit(folder, capsys):
-    """Ten times are within what a configuration may say."""
-    (folder / "slip.yaml").write_text("prior: {f: {median: 7.5, log_sd: 0.1}}")
-    words = ["infer", "a.csv", "--config", "few.yaml", "slip.yaml"]
-    assert main([*words, "--json"]) == 0
-    (record,) = json.loads(capsys.readouterr().out)["records"]
-    assert record["fit"]["far_from_prior"]
-    assert not record["fit"]["resolved"]
-    assert abs(record["parameters"]["f"]["prior_sds"]) > 5.0
-    assert main(words) == 0
-    out = capsys.readouterr().out
-    assert "FAR from the prior" in out
-    assert "NOT resolved" in out
-    fit = answered(capsys, "a.csv", "--size", "1", "1")["records"][0]["fit"]
-    assert not fit["far_from_prior"]
-    assert fit["prior_p_value"] > 0.05

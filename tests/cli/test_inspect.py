@@ -3,8 +3,6 @@
 import re
 import shutil
 
-import pytest
-
 from breaker.cli import inspect, main
 from tests.cli.conftest import written
 
@@ -14,18 +12,6 @@ def german(folder):
     text = (folder / "a.csv").read_text(encoding="utf-8")
     text = text.replace(".", ";").replace(",", "|").replace(";", ",").replace("|", ";")
     (folder / "german.csv").write_text(text, encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("option", "message"),
-    [(["--output", "a.csv"], "would be replaced"), (["--plot", "a.yaml"], "no name of a picture")],
-)
-def test_what_cannot_be_written_is_refused_at_once(folder, capsys, option, message):
-    before = (folder / "a.csv").read_bytes()
-    assert main(["inspect", "a.csv", *option]) == 1
-    out, err = capsys.readouterr()
-    assert (out, message in err) == ("", True)
-    assert (folder / "a.csv").read_bytes() == before
 
 
 def test_a_file_is_inspected_and_its_proposal_reads_it(folder, capsys):

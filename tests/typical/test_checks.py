@@ -32,8 +32,7 @@ def fitted(prior):
 
 def found(fitted, *, limits=(), records=None, levels=None):
     recorded = SimpleNamespace(records=records or {}, levels=levels)
-    checks = check_fitted(fitted, recorded, limits, 1, 1e-3)
-    return {check.name: check.findings for check in checks}
+    return check_fitted(fitted, recorded, limits, 1, 1e-3)
 
 
 def limit(**upper):

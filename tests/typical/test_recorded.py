@@ -38,7 +38,7 @@ def test_breakers_of_a_table(folder, read):
     both = {"closing": 2, "opening": 2}
     assert names_and_counts(found) == {"Q0": both, "Q1": both}
     assert found.rejected == []
-    assert found.left_out == {}
+    assert found.left_out == 0
     assert found.noise_sd == pytest.approx(0.1, rel=0.15)
     assert [len(each) for each in found.operations["Q0"]] == [2, 2]  # motions of each operation
     assert found.size.lengths == pytest.approx(1.0, abs=0.3)
@@ -74,7 +74,7 @@ def test_no_more_records_than_are_needed(folder, read, monkeypatch):
     monkeypatch.setattr(recorded, "_MOST", 1)
     found = read([folder])
     assert names_and_counts(found)["Q0"] == {"closing": 1, "opening": 1}
-    assert found.left_out["Q0", "opening"] == 1
+    assert found.left_out == 4
 
 
 def test_rejected_records_have_their_reason(folder, read):

@@ -1,14 +1,12 @@
 """Which modules a script stands on: every way to import, from any folder, and nothing else."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from breaker.workflow import code
 from breaker.workflow.code import modules_of
+from tests.workflow.conftest import ROOT, snakemake
 
 ROOM = '''"""A room."""
 import lazy_loader
@@ -81,35 +79,23 @@ def test_modules_that_import_each_other_end(package, tmp_path):
     assert package("from breaker.room import one") == ONE | {"__init__.py"}
 
 
-def test_paths_are_those_that_snakemake_shows_wherever_it_works(tmp_path):
+def test_paths_are_those_that_snakemake_shows_wherever_it_works(tmp_path, monkeypatch):
     """Below the working directory relative to it, elsewhere whole; the files are the same."""
-    root = Path(__file__).resolve().parents[2]
-    ask = (
-        "import sys; from breaker.workflow.code import modules_of; print(*modules_of(sys.argv[1]))"
-    )
-    found = {}
-    for folder, script in ((root, "workflow/scripts/quality.py"), (tmp_path, None)):
-        script = script or str(root / "workflow/scripts/quality.py")
-        environment = {**os.environ, "PYTHONPATH": str(root / "src")}
-        command = [sys.executable, "-c", ask, script]
-        done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, check=True
-        )
-        found[folder] = done.stdout.split()
-    assert all(not Path(file).is_absolute() for file in found[root])
-    assert [str(root / file) for file in found[root]] == found[tmp_path]
-    assert "src/breaker/validation/diagnostics.py" in found[root]
-    assert not [file for file in found[root] if "networks/" in file]
+    script = ROOT / "workflow/scripts/quality.py"
+    monkeypatch.chdir(ROOT)
+    here = modules_of("workflow/scripts/quality.py")
+    monkeypatch.chdir(tmp_path)
+    elsewhere = modules_of(script)
+    assert all(not Path(file).is_absolute() for file in here)
+    assert [str(ROOT / file) for file in here] == elsewhere
+    assert "src/breaker/validation/diagnostics.py" in here
+    assert not [file for file in here if "networks/" in file]
 
 
 def test_the_workflow_runs_in_another_folder(tmp_path):
     """With ``--directory``: results go there, code and scripts are found where they are."""
-    root = Path(__file__).resolve().parents[2]
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(root / "Snakefile")]
-    command += ["--directory", str(tmp_path), "--cores", "1", "-n"]
-    command += ["--configfile", str(root / "config/config.yaml"), str(root / "config/test.yaml")]
-    command += ["--", "results/rig/curves/closing"]
-    environment = {**os.environ, "PYTHONPATH": str(root / "src")}
-    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert str(root / "src/breaker/synthetic/rigs.py") in done.stdout + done.stderr
+    where = ["--snakefile", ROOT / "Snakefile", "--directory", tmp_path]
+    files = [ROOT / "config/config.yaml", ROOT / "config/test.yaml"]
+    target = "results/rig/curves/closing"
+    text = snakemake(*where, "--cores", "1", "-n", "--configfile", *files, "--", target)
+    assert str(ROOT / "src/breaker/synthetic/rigs.py") in text

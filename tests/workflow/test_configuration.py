@@ -1,10 +1,7 @@
 """The configuration: complete, explained, and clear about what is wrong with it."""
 
 import re
-import subprocess
-import sys
 from copy import deepcopy
-from pathlib import Path
 
 import pytest
 import yaml
@@ -22,8 +19,8 @@ from breaker.workflow.configuration import (
 )
 from breaker.workflow.rules import RULES
 from tests.networks_fixtures import built
+from tests.workflow.conftest import ROOT, snakemake
 
-ROOT = Path(__file__).resolve().parents[2]
 DEFAULTS = ROOT / "config" / "config.yaml"
 OVERLAYS = ["paper.yaml", "networks.yaml", "any.yaml", "test.yaml"]
 
@@ -53,24 +50,13 @@ def leaves(config: dict, above: tuple = ()) -> dict[tuple, object]:
     return found
 
 
-def parts(part: dict, above: tuple = ()) -> dict[tuple, dict]:
-    """Every part of the schema by key, those of a list's entries too."""
-    found = {above: part}
-    inside = part.get("properties", {}) | part.get("items", {}).get("properties", {})
-    for name, inner in inside.items():
-        found |= parts(inner, (*above, name))
-    return found
-
-
-def all_parts(part: dict, above: tuple = ()):
-    """Yield every part of the schema with its key, the entries of lists as ``[]``."""
+def parts(part: dict, above: tuple = ()):
+    """Yield every part of the schema with its key; entries of lists and choices have the key []."""
     yield above, part
     for name, inner in part.get("properties", {}).items():
-        yield from all_parts(inner, (*above, name))
-    if "items" in part:
-        yield from all_parts(part["items"], (*above, "[]"))
-    for choice in part.get("oneOf", ()):
-        yield from all_parts(choice, above)
+        yield from parts(inner, (*above, name))
+    for inner in (*filter(None, [part.get("items")]), *part.get("oneOf", ())):
+        yield from parts(inner, (*above, "[]"))
 
 
 # ---- what is in the repository
@@ -104,9 +90,9 @@ OPEN = (("known",), ("endurance", "events"))  # their keys are the user's
 
 
 def test_schema_explains_every_key_and_knows_no_others():
-    for key, part in parts(read(SCHEMA)).items():
+    for key, part in parts(read(SCHEMA)):
         assert {"enum", "type", "oneOf"} & set(part), key
-        if key:
+        if key and key[-1] != "[]":
             assert part["description"].endswith("."), key
         if part.get("type") == "object":
             assert part["additionalProperties"] is False or key in OPEN, key
@@ -138,7 +124,7 @@ def test_both_overlays_fit_together():
 
 def test_every_number_list_and_text_is_bounded():
     """A magnitude that nobody means ends in a message, not in a traceback hours later."""
-    for key, part in all_parts(read(SCHEMA)):
+    for key, part in parts(read(SCHEMA)):
         kinds = {part["type"]} if isinstance(part.get("type"), str) else {*part.get("type", ())}
         if kinds & {"number", "integer"}:
             assert {"minimum", "exclusiveMinimum"} & set(part), key
@@ -205,20 +191,14 @@ shards: 3
     shards is not a known key. Did you mean family.shards or bank.shards?
 bank: {zzz: 3}
     bank.zzz is not a known key. Known here: shards, curves_per_shard
-prior: {mu: {mean: 2}}
-    prior.mu.mean is not a known key. Did you mean prior.mu.median?
 # networks
 network: {closing: {summary: {kind: lstm}}}
     kind is "lstm", but must be one of time_series, deep_set
     whose section below is the one that counts
 network: {closing: {summary: {kind: deep_set, channels: [8]}}}
     channels is not a known key. Did you mean network.closing.summary.time_series.channels?
-network: {opening: {inference: {kind: coupling_flow, width: 64}}}
-    width is not a known key. Did you mean network.opening.inference.flow_matching.width?
 network: {closing: {inference: {coupling_flow: {hidden: 64}}}}
     hidden is 64, but must be a list of 1 to 4 entries, each a whole number, at least 1 and
-network: {closing: {summary: {deep_set: {missing: 1.0}}}}
-    missing is 1.0, but must be a number, at least 0 and at most 0.95 (Largest share of missing
 # types
 seed: first
     seed is "first", but must be a whole number, at least 0
@@ -229,8 +209,6 @@ bank: {shards: true}
     bank.shards is true, but must be a whole number
 bank:
     bank is empty, but must be a section with the keys shards, curves_per_shard
-motions: closing
-    motions is "closing", but must be a list of 1 to 2 entries
 sensor: {stop: .inf}
     sensor.stop is Infinity, but must be a number, at least 1 and at most 10000
 sensor: {zero_sd: .nan}
@@ -241,10 +219,6 @@ sensor: {noise_sd: -0.1}
     one sample, mm
 sensor: {start: 2}
     sensor.start is 2, but must be a number, at least -1000 and less than 0
-training: {opening: {ema: 1.0}}
-    training.opening.ema is 1.0, but must be a number, at least 0 and less than 1
-training: {opening: {device: gpu}}
-    device is "gpu", but must be one of auto, cpu, cuda
 motions: []
     motions is [], but must be a list of 1 to 2 entries, none twice
 motions: [closing, closing]
@@ -364,12 +338,6 @@ rigs: {wear: {parameters: [1, 2], elements: [0, 7]}}
     rigs.wear has elements: [0, 7], but the first must not exceed the second, nor the second the
     number of elements that can change (6)
 # what would end without memory, in a traceback, or not at all
-sensor: {stop: 5.8e+7}
-    sensor.stop is 58000000.0, but must be a number, at least 1 and at most 10000
-prior: {mu: {median: 1.0e+300, log_sd: 50}, k_a: {median: 1.0e-06}}
-    prior.mu.median is 1e+300, but must be a number, at least 0.0001 and at most 1000
-    prior.mu.log_sd is 50
-    prior.k_a.median is 1e-06
 prior: {f: {median: 750.0}, L: {median: 0.010}}
     prior.f.median is 750, 1,000 times that of the reference drive at this size (0.75). Its unit
     prior.L.median is 0.01, 0.001 times that of the reference drive at this size (10). Its unit is
@@ -390,10 +358,6 @@ bank: {shards: 1000, curves_per_shard: 10000000}
     sensor.samples (151): more than 1e+09
 validation: {draws: 100000}
     validation.draws is 100000, which makes 1e+08 times validation.curves (1000): more than 2e+07
-endurance: {draws: 1000000000}
-    endurance.draws is 1000000000, but must be a whole number, at least 10 and at most 25000
-rig: {operations: 1000000000}
-    rig.operations is 1000000000, but must be a whole number, at least 2 and at most 100000
 rig: {operations: 90000}
 endurance: {operations_per_job: 1}
     rig.operations makes more than 2000 jobs. Lower it, or raise endurance.operations_per_job to 45
@@ -411,8 +375,6 @@ sensor: {onset_sd: 1.0e-30}
     sensor.onset_sd is 1e-30, but must be 0 (off) or at least 0.001
 endurance: {format: {encoding: base64}}
     endurance.format cannot be used: endurance.format.encoding: base64 is no encoding of text
-endurance: {format: {encoding: klingon}}
-    endurance.format cannot be used: endurance.format.encoding: unknown encoding: klingon
 sensor: {samples: 19}
     network.closing.summary.components is 24, but must not exceed sensor.samples (19)
 known: {touch: [9.5, 0.1], L: [10.0, 0]}
@@ -440,8 +402,6 @@ wear_model: {reference: [300, 200]}
     wear_model.reference is [300, 200], but the first comes before the last. Swap them.
 wear_model: {reference: first}
     wear_model.reference is "first", but must be
-wear_model: {future: {margin: 1.5}}
-    wear_model.future.margin is 1.5, but must be a number
 """
 CASES = re.findall(r"((?:^[^\s#].*\n)+)((?:^    .*\n)+)", WRONG, re.MULTILINE)
 
@@ -511,7 +471,7 @@ def test_an_entry_that_lacks_a_key_is_named_by_its_line(complaint):
 def test_a_value_of_no_file_comes_from_the_command_line():
     config = merge(read(DEFAULTS), {"seed": -3})
     with pytest.raises(ConfigurationError, match="command line: seed is -3"):
-        check(config, schema=SCHEMA, files=[DEFAULTS])
+        check(config, files=[DEFAULTS])
     with pytest.raises(ConfigurationError, match="\n  seed is -3"):
         check(config)
 
@@ -578,7 +538,6 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
         ("bool.yaml", "seed: !!bool x", "has a value that YAML cannot read"),
         ("digits.yaml", f"seed: {'9' * 5000}", "has a value that YAML cannot read"),
         ("code.yaml", "seed: !!python/object/apply:os.getpid []", "is not valid YAML"),
-        ("template.yaml", "__use_yte__: true\n?print(1): 2", "is a template"),
     ):
         path = tmp_path / name
         if content is not None:
@@ -590,15 +549,10 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
 def test_snakemake_shows_the_message_and_no_traceback(tmp_path):
     overlay = tmp_path / "mine.yaml"
     overlay.write_text("sensor: {noise_sd: -0.1}\nendurance: {curves: 2024-11-20}\n")
-    result = subprocess.run(
-        [sys.executable, "-m", "snakemake", "--dry-run", "--configfile", overlay, "--", "all"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    output = result.stdout + result.stderr
-    assert result.returncode == 1
+    given = ["--configfile", overlay, "--config", "sensor={noise: 0.1}", "seed=one"]
+    output = snakemake("--dry-run", *given, "--", "all", fails=True)
+    assert "command line: sensor.noise is not a known key. Did you mean sensor.noise_sd" in output
+    assert 'command line: seed is "one"' in output
     assert "mine.yaml, line 1: sensor.noise_sd is -0.1, but must be a number, at" in output
     assert 'mine.yaml, line 2: endurance.curves is "2024-11-20", but must be a text' in output
     assert "Traceback" not in output

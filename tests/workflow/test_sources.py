@@ -1,15 +1,13 @@
 """Files of a configuration that are no configuration are refused before Snakemake reads them."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from breaker.workflow.sources import ConfigurationError, parse, refuse
+from tests.workflow.conftest import snakemake
 
-ROOT = Path(__file__).resolve().parents[2]
 BOMB = "a0: &a0 {x: 1}\n" + "".join(
     f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 30)
 )
@@ -108,15 +106,7 @@ def test_snakemake_stops_at_code_in_a_configuration(tmp_path, options, runs):
     ran, file = tmp_path / "ran", tmp_path / "config/config.yaml"
     file.parent.mkdir()
     write(file, f"__use_yte__: true\nseed: ?open({str(ran)!r}, 'w') and 1")
-    done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "-n", "all", *options.format(tmp_path).split()],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 1
-    output = done.stdout + done.stderr
+    output = snakemake("-n", "all", *options.format(tmp_path).split(), fails=True)
     assert "config/config.yaml: is a template" in output
     assert "Traceback" not in output
     assert ran.exists() == runs

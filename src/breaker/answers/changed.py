@@ -14,14 +14,13 @@ from math import erfc
 
 import numpy as np
 
-from breaker.answers.plain import plainly
+from breaker.answers.documents import plainly
 from breaker.family import (
     APART,
     Changes,
     Levels,
     Match,
     Mean,
-    Seen,
     agreement_of,
     choose_family,
     see_change,
@@ -109,14 +108,17 @@ def compare(
     if not found.fits:
         return found
     both = {m: see_change(before[m], today[m], network.change_bases[m]) for m in before}
+    references, changed = ({m: each[k] for m, each in both.items()} for k in (0, 1))
     draws = {
-        motions: network.draw(*_parts(both, motions), _DRAWS, rng)
+        motions: network.draw(
+            *({m: each[m] for m in motions} for each in (references, changed)), _DRAWS, rng
+        )
         for motions in dict.fromkeys([tuple(both), *((m,) for m in both)])
     }
     whole, *alone = draws
     if not worn(np.log(draws[whole].ratios)):
         return found
-    state = levels.draw({m: mean for m, (mean, _) in both.items()}, _DRAWS, rng)
+    state = levels.draw(references, _DRAWS, rng)
     took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
     agreement = np.ones(len(NAMES))
     if alone:
@@ -154,11 +156,6 @@ def _nearest(
     return Compared(levels.settings["family"], size, by, fits), levels, network
 
 
-def _parts(both: Mapping[str, tuple[Seen, Seen]], motions: Sequence[str]) -> tuple[dict, dict]:
-    """References and changes of some motions."""
-    return {m: both[m][0] for m in motions}, {m: both[m][1] for m in motions}
-
-
 def changes(found: Compared, beyond: float = 0.05) -> list[dict]:
     """Return the change of each parameter and of the times of the contact.
 
@@ -189,24 +186,21 @@ def _inferred(
 ) -> dict[str, object]:
     """A row of draws of a relative change, ``(d,)``."""
     more, less = ((sign * share > beyond).mean() for sign in (1.0, -1.0))
-    row = _about(of, kind, motion) | {"unchanged": plainly((share == 0.0).mean())}
-    row["change"] = plainly(100.0 * np.quantile(share, _QUANTILES))
-    return row | _judged(of.name, more, less)
+    change = 100.0 * np.quantile(share, _QUANTILES)
+    numbers = {"unchanged": (share == 0.0).mean(), "change": change}
+    return _row(of, kind, motion, numbers, more, less)
 
 
-def _about(of: Parameter, kind: str, motion: str) -> dict[str, object]:
+def _row(
+    of: Parameter, kind: str, motion: str, numbers: Mapping, more: float, less: float
+) -> dict[str, object]:
+    """Numbers of a quantity, and what the probabilities of more and of less of it say."""
     about = {key: getattr(of, key) for key in ("name", "unit", "meaning")}
-    return about | {"kind": kind, "motion": motion}
-
-
-def _judged(name: str, more: float, less: float) -> dict[str, object]:
-    """What probabilities of a change beyond a share, up and down, say."""
-    total, bad = more + less, -1 if "_speed" in name else _WORSE.get(name)
-    return {
-        **{"beyond": plainly(total), "more": plainly(more), "less": plainly(less)},
-        "worse": plainly({1: more, -1: less}.get(bad)),
-        "verdict": VERDICT_WORDS[0 if total >= _SURE else 2 if total <= 1.0 - _SURE else 1],
-    }
+    about |= {"kind": kind, "motion": motion, **numbers}
+    total, bad = more + less, -1 if "_speed" in of.name else _WORSE.get(of.name)
+    about |= {"beyond": total, "more": more, "less": less, "worse": {1: more, -1: less}.get(bad)}
+    verdict = VERDICT_WORDS[0 if total >= _SURE else 2 if total <= 1.0 - _SURE else 1]
+    return plainly(about | {"verdict": verdict})
 
 
 def measured_changes(
@@ -249,9 +243,7 @@ def measured_changes(
             numbers = {"before": first, "today": second, "difference": second - first}
             numbers |= {"sd": of * sd, "unchanged": None}
             numbers["change"] = 100.0 * (change + _NORMAL * sd * np.array([-1.0, 0.0, 1.0]))
-            row = _about(quantity, "measured", motion)
-            row |= {key: plainly(value) for key, value in numbers.items()}
-            rows.append(row | _judged(name, more, less))
+            rows.append(_row(quantity, "measured", motion, numbers, more, less))
     return rows
 
 

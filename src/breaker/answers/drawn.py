@@ -1,5 +1,6 @@
 """What a picture of answers shows: a record of each motion, and the posteriors of all."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -63,12 +64,11 @@ class Shown(NamedTuple):
 def shown(answers: Sequence[Answer], given: Given, *, seed: int) -> Shown:
     """Return what is drawn of answers, of which one at least is of a record that can be used."""
     there = [answer for answer in answers if not answer.record.reason]
-    motions = dict.fromkeys(answer.record.motion for answer in there)
-    first = {m: next(each for each in there if each.record.motion == m) for m in motions}
-    files = dict.fromkeys(printable(each.record.operation.file) for each in there)
-    counts = [sum(each.record.motion == m for each in there) for m in motions]
-    named = [f"{n} {m}{'s' * (n > 1)}" for n, m in zip(counts, motions, strict=True)]
-    source = next(iter(files)).rpartition("/")[2] if len(files) == 1 else " and ".join(named)
+    counts = Counter(answer.record.motion for answer in there)
+    first = {m: next(each for each in there if each.record.motion == m) for m in counts}
+    source = " and ".join(f"{n} {motion}{'s' * (n > 1)}" for motion, n in counts.items())
+    if len({printable(each.record.operation.file) for each in there}) == 1:
+        source = _name(there[0])
     drawn = [answer for answer in there if answer.draws is not None][:_MOST]
     posteriors: dict[str, list[np.ndarray]] = {}
     switching: dict[str, list[np.ndarray]] = {}
@@ -83,6 +83,11 @@ def shown(answers: Sequence[Answer], given: Given, *, seed: int) -> Shown:
         given.sample_prior(there[0], _PRIOR, generator(seed, "prior draws")),
         switching,
     )
+
+
+def _name(answer: Answer) -> str:
+    """Name of the file, without its folder."""
+    return printable(answer.record.operation.file).rpartition("/")[2]
 
 
 def _curve(answer: Answer) -> Curve:
@@ -107,7 +112,7 @@ def _curve(answer: Answer) -> Curve:
         words = f"does NOT fit the prior, p = {answer.prior_p_value:.2g}"
     none = np.empty(0)
     return Curve(
-        printable(record.operation.file).rpartition("/")[2],
+        _name(answer),
         *(words, not (far or answer.misfit)),
         *(time[near], raw.left[near]),
         *(grid, sign * (shape.rest + shape.stroke * match.nearest)),

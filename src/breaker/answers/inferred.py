@@ -50,21 +50,15 @@ def infer_drive(
     )
     stroke = np.median([record.shape.stroke for record in usable])
     size = given.size or Size(float(f"{stroke / np.exp(levels.usual[0, 0]):.1g}"))
-    begun = {
-        id(record): Answer(
-            *(record, levels, match, match.p_value < settings["misfit_p_value"]),
-            speeds=speeds_of(speeds, size),
-        )
-        for record, (_, match) in zip(usable, matches, strict=True)
-    }
+    defined = speeds_of(speeds, size)
     groups: dict[tuple, list[Answer]] = {}
-    for record in usable:
+    for record, (_, match) in zip(usable, matches, strict=True):
+        misfit = match.p_value < settings["misfit_p_value"]
         key = record.operation.number, record.operation.breaker, record.operation.phase
-        groups.setdefault(key, []).append(begun[id(record)])
-    for group in groups.values():
-        for answer in _inferred(group, given, settings):
-            begun[id(answer.record)] = _measured(answer)
-    return [begun.get(id(record), Answer(record)) for record in records]
+        groups.setdefault(key, []).append(Answer(record, levels, match, misfit, speeds=defined))
+    inferred = [each for group in groups.values() for each in _inferred(group, given, settings)]
+    found = {id(answer.record): _measured(answer) for answer in inferred}
+    return [found.get(id(record), Answer(record)) for record in records]
 
 
 def _inferred(group: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:
@@ -89,7 +83,6 @@ def _inferred(group: Sequence[Answer], given: Given, settings: Mapping) -> list[
             effective, draws, trial, weights = left, found, new, shares
         if effective >= _ENOUGH:
             break
-    surprise = {each.record.motion: surprise_of(each) for each in trial}
     unresolved = ""
     if weighed and effective < _LEAST:
         drawn = f"{effective:.0f} of {weights.size} draws"
@@ -106,7 +99,7 @@ def _inferred(group: Sequence[Answer], given: Given, settings: Mapping) -> list[
             draws=draws if effective else None,
             effective_size=effective,
             unresolved=unresolved,
-            surprise=surprise[each.record.motion],
+            surprise=surprise_of(each),
         )
         for each in trial
     ]

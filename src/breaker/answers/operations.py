@@ -12,8 +12,6 @@ from breaker.records import Raw, Shape, read_raws
 
 __all__ = ["Record", "read_operations"]
 
-_OTHER = {"closing": "which is no closing", "opening": "which is no opening"}  # of a reason
-
 
 @dataclass(frozen=True, eq=False)
 class Record:
@@ -79,9 +77,9 @@ def _record(operation: Operation, motion: str, raw: Raw | Exception) -> Record:
     inside = np.flatnonzero(shape.present)
     missing = 1.0 - float(shape.present[inside[0] : inside[-1] + 1].mean()) if inside.size else 1.0
     if missing > raw.settings["missing"]:
-        allowed = f"endurance.format.missing allows {raw.settings['missing']:g}"
         reason = (
-            f"{operation.file}: a share of {missing:.2g} of the motion is missing, and {allowed}"
+            f"{operation.file}: a share of {missing:.2g} of the motion is missing, and "
+            f"endurance.format.missing allows {raw.settings['missing']:g}"
         )
         return Record(operation, motion, reason)
     return Record(operation, motion, "", raw, shape, seen)
@@ -89,7 +87,7 @@ def _record(operation: Operation, motion: str, raw: Raw | Exception) -> Record:
 
 def _kept(first: Record, second: Record) -> tuple[Record | None, Record | None]:
     """Of two readings of a file, those of a motion that it holds, or why it holds neither."""
-    lacks = [_OTHER[each.motion] in each.reason for each in (first, second)]
+    lacks = [f"which is no {each.motion}" in each.reason for each in (first, second)]
     same = bool(first.reason) and first.reason == second.reason
     return (
         None if lacks[0] and not lacks[1] else first,

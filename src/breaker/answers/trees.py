@@ -38,7 +38,9 @@ def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
     there = [answer for answer in answers if answer.draws is not None]
     if not there:
         raise ValueError("no record has a posterior, so there are no draws to write")
-    posterior, priors = _drawn(there, given, generator(seed, "prior draws"))
+    rng, n = generator(seed, "prior draws"), len(there[0].draws.theta)
+    posterior = _parameters([answer.draws.theta for answer in there]) | _switching(there)
+    priors = _parameters([given.sample_prior(answer, n, rng) for answer in there])
     shapes = [answer.record.shape for answer in there]
     way = [np.where(each.present, each.way, np.nan) for each in shapes]
     observed = {
@@ -53,7 +55,7 @@ def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
         "motions": [" ".join(answer.motions) for answer in there],
     }
     names = _names(there)
-    drawn = names | {"chain": [0], "draw": np.arange(len(there[0].draws.theta))}
+    drawn = names | {"chain": [0], "draw": np.arange(n)}
     groups = {
         "posterior": xr.Dataset(posterior, drawn),
         "prior": xr.Dataset(priors, drawn),
@@ -64,20 +66,28 @@ def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
     return xr.DataTree.from_dict({name: each.assign_attrs(about) for name, each in groups.items()})
 
 
-def _drawn(there: Sequence[Answer], given: Given, rng: np.random.Generator) -> tuple[dict, dict]:
-    """Variables of the posterior and of the prior."""
-    by, n = ("chain", "draw", "record"), len(there[0].draws.theta)
-    theta = np.stack([answer.draws.theta for answer in there], axis=1)
-    prior = [given.sample_prior(answer, n, rng) for answer in there]
-    posterior, priors = _parameters(theta), _parameters(np.stack(prior, axis=1))
-    for motion, name in SWITCHING.items():
-        columns = [
-            answer.after_release if answer.record.motion == motion else np.full(n, np.nan)
-            for answer in there
-        ]
-        if any(answer.record.motion == motion for answer in there):
-            posterior[name] = (by, np.stack(columns, axis=1)[None], {"unit": "ms"})
-    return posterior, priors
+def _parameters(draws: Sequence[np.ndarray]) -> dict[str, tuple]:
+    """Variables of parameters, of draws ``(draw, p)`` of each record."""
+    return {
+        each.name: _variable([theta[:, k] for theta in draws], each.unit)
+        for k, each in enumerate(PARAMETERS)
+    }
+
+
+def _switching(there: Sequence[Answer]) -> dict[str, tuple]:
+    """Variables of the time of touch and of parting, as far as there are records of the motion."""
+    motions = [answer.record.motion for answer in there]
+    nothing = np.full(len(there[0].draws.theta), np.nan)
+    return {
+        name: _variable([a.after_release if a.record.motion == m else nothing for a in there], "ms")
+        for m, name in SWITCHING.items()
+        if m in motions
+    }
+
+
+def _variable(columns: Sequence[np.ndarray], unit: str) -> tuple:
+    """Draws of each record as a variable."""
+    return ("chain", "draw", "record"), np.stack(columns, axis=1)[None], {"unit": unit}
 
 
 def _names(there: Sequence[Answer]) -> dict:
@@ -89,12 +99,4 @@ def _names(there: Sequence[Answer]) -> dict:
         "operation": ("record", [each.number for each in operations]),
         "file": ("record", [printable(each.file) for each in operations]),
         "motion": ("record", [answer.record.motion for answer in there]),
-    }
-
-
-def _parameters(theta: np.ndarray) -> dict[str, tuple]:
-    """Variables of parameters ``(draw, record, p)``."""
-    return {
-        each.name: (("chain", "draw", "record"), theta[None, ..., k], {"unit": each.unit})
-        for k, each in enumerate(PARAMETERS)
     }

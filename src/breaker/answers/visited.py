@@ -3,16 +3,14 @@
 docs/visits.md explains its keys. A number that is not known is None.
 """
 
-from collections.abc import Mapping, Sequence
-from textwrap import wrap
+from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.answers.changed import VERDICT_WORDS, Compared
-from breaker.answers.plain import plainly
-from breaker.family import Match
+from breaker.answers.documents import plainly
+from breaker.answers.words import wrapped
 
 __all__ = ["visits_document", "visits_in_words"]
 
-_WIDTH = 98
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
 _UNLIKE = 0.1  # share of the stroke, beyond any wear of the family of drives
@@ -44,45 +42,51 @@ def visits_document(
     state = "apart" if len(found.ratios) > 1 else state
     state = "beyond" if found.fits and not found.ratios else state
     matches = {
-        motion: {visit: _plain(match) for visit, match in by.items()}
+        motion: {
+            visit: {"p_value": match.p_value, "parts": match.parts} for visit, match in by.items()
+        }
         for motion, by in found.matches.items()
     }
-    agreement = {"p_value": plainly(found.agreement), "parameter": found.least}
-    document = {"parameters": state, "family": found.family, "matches": matches}
-    document |= {"agreement": agreement, "settings": dict(settings), "records": dict(records)}
-    document |= {"rejected": [dict(each) for each in rejected], "changes": list(rows)}
+    document = {
+        "parameters": state,
+        "family": found.family,
+        "matches": plainly(matches),
+        "agreement": {"p_value": plainly(found.agreement), "parameter": found.least},
+        "settings": dict(settings),
+        "records": dict(records),
+        "rejected": [dict(each) for each in rejected],
+        "changes": list(rows),
+    }
     return {"headline": _headline(document), "trust": _trust(document), **document}
-
-
-def _plain(match: Match) -> dict:
-    """How a visit fits, as plain values."""
-    parts = {part: plainly(size) for part, size in match.parts.items()}
-    return {"p_value": plainly(match.p_value), "parts": parts}
 
 
 def _headline(document: Mapping) -> str:
     """What measured has changed, and which parameters have, have not, or cannot be told."""
-    beyond = f"beyond {100 * document['settings']['share']:g} %"
-    words: dict[tuple[bool, str], list[str]] = {}
-    for row in document["changes"]:
-        sure = row["verdict"] == VERDICT_WORDS[0]
-        name = f"{_label(row)} {_percent(row)}" if sure else _label(row)
-        words.setdefault((row["kind"] == "measured", row["verdict"]), []).append(name)
-    sure, unsure, still = (words.get((True, verdict), []) for verdict in VERDICT_WORDS)
-    said = [f"Measured: {', '.join(sure) if sure else f'no change for sure {beyond}'}"]
+    beyond, rows = f"beyond {100 * document['settings']['share']:g} %", document["changes"]
+    sure, unsure, _ = _by_verdict(row for row in rows if row["kind"] == "measured")
+    measured = f"Measured: {sure or f'no change for sure {beyond}'}"
     if unsure:
-        said[0] += f"; perhaps {beyond}: {', '.join(unsure)}"
+        measured += f"; perhaps {beyond}: {unsure}"
     if document["parameters"] != "told":
-        return f"{said[0]}\n{_NOT_TOLD[document['parameters']]}"
-    sure, unsure, still = (words.get((False, verdict), []) for verdict in VERDICT_WORDS)
-    said.append(
-        f"Changed: {', '.join(sure)}" if sure else f"No parameter changed for sure {beyond}"
-    )
+        return f"{measured}\n{_NOT_TOLD[document['parameters']]}"
+    sure, unsure, still = _by_verdict(row for row in rows if row["kind"] != "measured")
+    inferred = f"Changed: {sure}" if sure else f"No parameter changed for sure {beyond}"
     if unsure:
-        said[1] += f"; cannot be told: {', '.join(unsure)}"
+        inferred += f"; cannot be told: {unsure}"
     if still:
-        said[1] += f"; not {beyond}: {', '.join(still) if unsure else 'all others'}"
-    return "\n".join(said)
+        inferred += f"; not {beyond}: {still if unsure else 'all others'}"
+    return f"{measured}\n{inferred}"
+
+
+def _by_verdict(rows: Iterable[Mapping]) -> list[str]:
+    """Names of what has changed, and by how much; of what cannot be told; of what has not."""
+    names: dict[str, list[str]] = {verdict: [] for verdict in VERDICT_WORDS}
+    for row in rows:
+        low, middle, high = row["change"]
+        percent = f" {middle:+.2g} % ({low:+.2g} to {high:+.2g})"
+        sure = row["verdict"] == VERDICT_WORDS[0]
+        names[row["verdict"]].append(_label(row) + (percent if sure else ""))
+    return [", ".join(each) for each in names.values()]
 
 
 def _trust(document: Mapping) -> list[str]:
@@ -141,11 +145,6 @@ def _unlike(rows: Sequence[Mapping]) -> list[str]:
     return []
 
 
-def _percent(row: Mapping) -> str:
-    low, middle, high = row["change"]
-    return f"{middle:+.2g} % ({low:+.2g} to {high:+.2g})"
-
-
 def _label(row: Mapping) -> str:
     """Its name, with the motion where that is not in it."""
     motion = row["motion"]
@@ -165,8 +164,7 @@ def visits_in_words(document: Mapping) -> str:
         for each in document["rejected"]
     ]
     beyond = f"P>{100 * document['settings']['share']:g} %"
-    look = {"break_long_words": False, "break_on_hyphens": False, "subsequent_indent": "  "}
-    lines = [line for each in said for line in wrap(each, _WIDTH, **look)]
+    lines = [line for each in said for line in wrapped(each, "", "  ")]
     first = _NAME.format("", "before", "today")
     title = _ROW.format(first, "change", "90 % interval", "P same", beyond, "P worse")
     lines += ["", title]

@@ -22,9 +22,7 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
         family = replace(given, prior=None).prior_of(answers[0].levels)
         with np.errstate(invalid="ignore"):
             log += given.prior.log_prob(draws.theta) - family.log_prob(draws.theta)
-        if (
-            size is None
-        ):  # all sizes alike: what sizes would change is no part of the family's prior
+        if size is None:  # all alike: what sizes would change is no part of the family's prior
             along, _ = np.linalg.qr((powers() / family.log_sds).T)
             log -= 0.5 * np.square(family.standardise(draws.theta) @ along).sum(axis=1)
     for answer in answers:
@@ -32,15 +30,19 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
             off = draws.switching[answer.record.motion] - _contact(answer.record)
             log -= 0.5 * np.square(off / answer.record.raw.switching_sd)
     for name, (value, sd) in given.known.items():
-        about = (answer.of_fact(name) for answer in answers)
-        known = next((each for each in about if each is not None), None)
-        if known is not None:
+        if (known := _of_fact(answers, name)) is not None:
             log -= 0.5 * np.square((known - value) / sd)
     log = np.where(np.isfinite(log), log, -np.inf)
     if not np.isfinite(log.max()):
         return np.zeros(log.size)
     weights = np.exp(log - log.max())
     return weights / weights.sum()
+
+
+def _of_fact(answers: Sequence[Answer], name: str) -> np.ndarray | None:
+    """Draws of what a fact is about, ``(d,)``, by the first record that has it."""
+    about = (answer.of_fact(name) for answer in answers)
+    return next((each for each in about if each is not None), None)
 
 
 def _contact(record: Record) -> float:
@@ -61,9 +63,8 @@ def contradicted(answers: Sequence[Answer], given: Given) -> list[str]:
     """Which facts the records of an operation contradict, in words."""
     remarks = []
     for name, (value, sd) in given.known.items() if answers[0].draws else ():
-        about = (answer.of_fact(name) for answer in answers)
-        known = next((each for each in about if each is not None), value)
-        off = (float(np.median(known)) - value) / sd
+        known = _of_fact(answers, name)
+        off = 0.0 if known is None else (float(np.median(known)) - value) / sd
         if abs(off) > _CONTRADICTED:
             remarks.append(
                 f"the record contradicts known.{name}, {value:g} with an sd of {sd:g}: the "

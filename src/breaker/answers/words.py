@@ -5,12 +5,12 @@ from textwrap import shorten, wrap
 
 from breaker.answers.judgement import VERDICTS
 
-__all__ = ["in_words"]
+__all__ = ["in_words", "wrapped"]
 
 _WIDTH = 98
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
 _LAST = 42  # letters of its last column
-_CELLS = 3  # of a line of a short block
+_CELLS, _CELL = 3, 31  # of a line of a short block, and letters of each
 _SAID = {
     "healthy": "healthy: no limit is exceeded",
     "in doubt": "in doubt: {} may be exceeded",
@@ -40,13 +40,13 @@ def in_words(document: Mapping) -> str:
 
 
 def _drive(document: Mapping) -> list[str]:
-    return [line for each in document["drive"]["words"] for line in _lines(each, "", "  ")]
+    return [line for each in document["drive"]["words"] for line in wrapped(each, "", "  ")]
 
 
 def _rejected(record: Mapping, of_file: Sequence[Mapping]) -> list[str]:
     """A block that says why. Of which motion only where the file has another one."""
     title = _title(record) if len(of_file) > 1 else record["file"]
-    return [title, *_lines(f"rejected: {record['reason']}")]
+    return [title, *wrapped(f"rejected: {record['reason']}")]
 
 
 def _long(record: Mapping) -> list[str]:
@@ -68,14 +68,13 @@ def _long(record: Mapping) -> list[str]:
 def _short(record: Mapping) -> list[str]:
     """A block of a few lines."""
     lines = [_title(record)]
-    cells = [
-        f"{name} {_number(each['median'])} ±{_half(each['interval_95']):.2g}"
-        for name, each in (record["parameters"] | record["quantities"]).items()
-        if each["median"] is not None
-    ]
-    width = (_WIDTH - 2) // _CELLS
+    cells = []
+    for name, each in (record["parameters"] | record["quantities"]).items():
+        if each["median"] is not None:
+            low, high = each["interval_95"]
+            cells.append(f"{name} {_number(each['median'])} ±{(high - low) / 2.0:.2g}")
     for begin in range(0, len(cells), _CELLS):
-        row = "".join(f"{cell:<{width - 1}} " for cell in cells[begin : begin + _CELLS])
+        row = "".join(f"{cell:<{_CELL}} " for cell in cells[begin : begin + _CELLS])
         lines.append(f"  {row}".rstrip())
     return [*lines, *_ending(record)]
 
@@ -87,21 +86,33 @@ def _title(record: Mapping) -> str:
 
 
 def _row(name: str, each: Mapping, last: str) -> str:
-    unit = "" if each["unit"] == "1" else each["unit"]
-    if each["median"] is None:
-        return _ROW.format(name, "-", "", unit, last).rstrip()
-    interval = _interval(each["interval_95"])
-    return _ROW.format(name, _number(each["median"]), interval, unit, last).rstrip()
+    numbers = "-", ""
+    if each["median"] is not None:
+        numbers = _number(each["median"]), _interval(each["interval_95"])
+    return _ROW.format(name, *numbers, _unit(each), last).rstrip()
+
+
+def _unit(each: Mapping) -> str:
+    return "" if each["unit"] == "1" else each["unit"]
 
 
 def _ending(record: Mapping) -> list[str]:
     """Whether the answer can be trusted, what is doubtful, and the verdict."""
-    said = [_fit(record["fit"]), *_far(record), *_doubts(record["fit"])]
+    fit = record["fit"]
+    said = [_fit(fit)]
+    if fit["far_from_prior"]:
+        said.append(_far(record))
+    if fit["why_unresolved"]:
+        said.append(
+            f"NOT resolved ({fit['why_unresolved']}): prior, facts or the contact's time leave "
+            "hardly a draw of the network. Check them; if they are right, train a network with "
+            "this prior by the workflow, and name it: --model FILE"
+        )
     said += [f"remark: {each}" for each in record["remarks"]]
     if record.get("verdict"):
         names = [e["name"] for e in record["limits"] if e["verdict"] == record["verdict"]]
         said.append(_SAID[record["verdict"]].format(", ".join(names)))
-    return [line for each in said for line in _lines(each)]
+    return [line for each in said for line in wrapped(each)]
 
 
 def _fit(fit: Mapping) -> str:
@@ -118,28 +129,15 @@ def _fit(fit: Mapping) -> str:
     )
 
 
-def _far(record: Mapping) -> list[str]:
+def _far(record: Mapping) -> str:
     """How far a drive lies from a given prior or size that should hold it, with what to do."""
-    if not record["fit"]["far_from_prior"]:
-        return []
     sds = {name: each["prior_sds"] for name, each in record["parameters"].items()}
     name = max(sds, key=lambda name: abs(sds[name]))
-    return [
+    return (
         f"FAR from the prior (p = {record['fit']['prior_p_value']:.2g}): {name} is "
         f"{sds[name]:+.1f} of its sds from its median. Check the size and the unit of each median, "
         "or widen the prior: breaker fit-prior fits one"
-    ]
-
-
-def _doubts(fit: Mapping) -> list[str]:
-    """What to know beside the intervals, with what to do."""
-    if not fit["why_unresolved"]:
-        return []
-    return [
-        f"NOT resolved ({fit['why_unresolved']}): prior, facts or the contact's time leave hardly "
-        "a draw of the network. Check them; if they are right, train a network with this prior by "
-        "the workflow, and name it: --model FILE"
-    ]
+    )
 
 
 def _together(motion: str, found: Mapping) -> list[str]:
@@ -152,10 +150,9 @@ def _together(motion: str, found: Mapping) -> list[str]:
     for name, each in (found["parameters"] | found["quantities"]).items():
         if each["median"] is None:
             continue
-        unit = "" if each["unit"] == "1" else each["unit"]
         span = _interval([each["lowest"], each["highest"]])
-        numbers = _number(each["median"]), span, f"{each['sd']:.2g}"
-        lines.append(form.format(name, *numbers, f"±{each['half_interval_95']:.2g}", unit).rstrip())
+        sds = f"{each['sd']:.2g}", f"±{each['half_interval_95']:.2g}"
+        lines.append(form.format(name, _number(each["median"]), span, *sds, _unit(each)).rstrip())
     for name, counts in found.get("limits", {}).items():
         said = ", ".join(f"{counts[each]} {each}" for each in VERDICTS[::-1] if counts[each])
         lines.append(f"  limit {name}: {said}")
@@ -170,10 +167,7 @@ def _interval(ends: Sequence[float]) -> str:
     return f"{_number(ends[0])} to {_number(ends[1])}"
 
 
-def _half(ends: Sequence[float]) -> float:
-    return (ends[1] - ends[0]) / 2.0
-
-
-def _lines(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
+def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
+    """Lines of a text, of which the first and the others begin with blanks."""
     look = {"initial_indent": first, "subsequent_indent": indent}
     return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)

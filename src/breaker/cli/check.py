@@ -1,9 +1,8 @@
 """`breaker check`: say which records of a folder will be accepted."""
 
 import argparse
-import logging
 
-from breaker.cli.named import a_path
+from breaker.cli.named import add_path
 from breaker.cli.settings import settings_of
 
 __all__ = ["add"]
@@ -18,14 +17,13 @@ def add(commands) -> argparse.ArgumentParser:
         "motion is accepted.",
     )
     check.set_defaults(run=_run)
-    check.add_argument("folder", type=a_path, metavar="FOLDER", help="folder of the curve files")
+    add_path(check, "folder", "FOLDER", "folder of the curve files")
     return check
 
 
 def _run(options: argparse.Namespace) -> int:
     from breaker.inspection import check_folder, checked_text
 
-    logging.getLogger("breaker").setLevel(logging.ERROR)  # the text has the reasons
     config = settings_of(options.config)
     motions = config["motions"]
     checked = check_folder(options.folder, config["endurance"], config["sensor"], motions)

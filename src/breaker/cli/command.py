@@ -3,13 +3,14 @@
 import argparse
 import gc
 import io
+import logging
 import os
 import sys
 from collections.abc import Sequence
 
 from breaker import __version__
 from breaker.cli import check, compare, fit_prior, infer, inspect, manifest
-from breaker.cli.named import a_path
+from breaker.cli.named import add_path
 from breaker.cli.settings import PROJECT
 from breaker.workflow import ConfigurationError, missing_packages, set_threads
 
@@ -26,6 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _prepare_streams()
     options = _parser().parse_args(arguments)
     _show_progress()
+    logging.getLogger("breaker").setLevel(logging.ERROR)  # answers have the reasons of warnings
     set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     status = 1
     try:
@@ -119,14 +121,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.set_defaults(smaller="name fewer files, or lower endurance.draws")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for each in (inspect, manifest, check, infer, compare, fit_prior):  # in the order of --help
-        command = each.add(commands)
-        command.add_argument(
-            "--config",
-            type=a_path,
-            nargs="+",
-            action="extend",
-            default=[],
-            metavar="YAML",
-            help=f"configuration files, laid over {PROJECT} if there is one, or the defaults",
-        )
+        what = f"configuration files, laid over {PROJECT} if there is one, or the defaults"
+        several = {"nargs": "+", "action": "extend", "default": []}
+        add_path(each.add(commands), "--config", "YAML", what, **several)
     return parser

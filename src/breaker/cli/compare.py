@@ -2,19 +2,16 @@
 
 import argparse
 import json
-import logging
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
-from breaker.cli.named import MOTIONS, a_path, add_choice, operations_of
+from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import settings_of
 
 __all__ = ["add"]
 
 _SHARE = 5.0  # percent, of a change
-_VISITS = ("before", "today")
 # Beside those of the configuration: any record shows them, and where along the way a drive is slow.
 _SPEEDS = {
     f"{motion}_speed_{begin}_{end}": [f"{begin} % of stroke", f"{end} % of stroke"]
@@ -32,22 +29,9 @@ def add(commands) -> argparse.ArgumentParser:
         "how probable no change and one beyond 5 % are. The status is 1 if nothing was compared.",
     )
     compare.set_defaults(run=_run)
-    compare.add_argument(
-        "before",
-        type=a_path,
-        metavar="BEFORE",
-        nargs="+",
-        help="records of the first visit, or their folder",
-    )
-    compare.add_argument(
-        "--today",
-        type=a_path,
-        metavar="TODAY",
-        nargs="+",
-        action="extend",
-        required=True,
-        help="those of the second visit",
-    )
+    add_path(compare, "before", "BEFORE", "records of the first visit, or their folder", nargs="+")
+    several = {"nargs": "+", "action": "extend", "required": True}
+    add_path(compare, "--today", "TODAY", "those of the second visit", **several)
     add_choice(compare)
     compare.add_argument(
         "--beyond",
@@ -57,7 +41,7 @@ def add(commands) -> argparse.ArgumentParser:
         help="change that matters (default: 5)",
     )
     compare.add_argument("--json", action="store_true", help="print one JSON document")
-    compare.add_argument("--plot", type=a_path, metavar="PNG", help="draw the comparison there")
+    add_path(compare, "--plot", "PNG", "draw the comparison there")
     return compare
 
 
@@ -73,7 +57,6 @@ def _percent(text: str) -> float:
 
 
 def _run(options: argparse.Namespace) -> int:
-    logging.getLogger("breaker").setLevel(logging.ERROR)  # the answer has the reasons
     check_outputs([(options.plot, "picture")], [*options.before, *options.today, *options.config])
     config = settings_of(options.config)
     if config["known"]:
@@ -81,7 +64,9 @@ def _run(options: argparse.Namespace) -> int:
             f"known: {', '.join(config['known'])}: breaker compare takes no facts beside records; "
             "leave the section known out of the configuration"
         )
-    operations, first, loose = _operations(options, config)
+    named = {"before": options.before, "today": options.today}
+    listed = {visit: operations_of(each, options, config) for visit, each in named.items()}
+    _check_visits([operations for operations, _ in listed.values()])
     # Imported here, so that --help and wrong options answer at once.
     from breaker.answers import (
         changes,
@@ -94,8 +79,10 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.mechanism import speeds_of
     from breaker.model import generator
 
-    records = read_operations(operations, config["endurance"]["format"], loose=loose)
-    before, today, rejected = _by_visit(records, first)
+    form = config["endurance"]["format"]
+    before, today, rejected = _usable(
+        {visit: read_operations(each, form, loose=loose) for visit, (each, loose) in listed.items()}
+    )
     misfit = config["endurance"]["misfit_p_value"]
     rng = generator(config["seed"], "two visits")
     found = compare(before, today, _networks(), rng, misfit_p_value=misfit)
@@ -127,80 +114,43 @@ def _networks() -> Iterator[tuple]:
         yield tuple(open_network(model_file(family, kind)) for kind in KINDS)
 
 
-def _operations(options: argparse.Namespace, config: Mapping) -> tuple[dict, int, bool]:
-    """Operations of both visits by motion, the first number of the second, and whether any file may
-    hold any motion.
-
-    Raises:
-        ValueError: If a file is named in both visits, or their tables name different drives.
-    """
-    endurance = config["endurance"]
-    chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
-    motions = [options.motion] if options.motion else list(MOTIONS)
-    visits = [
-        operations_of(named, motions, chosen, options.channel)
-        for named in (options.before, options.today)
-    ]
-    files = [{str(op.file.resolve()) for each in by.values() for op in each} for by, _ in visits]
-    if both := sorted(files[0] & files[1]):
+def _check_visits(visits: Sequence[Mapping]) -> None:
+    """Refuse visits that share a file, or whose tables name different drives; a file names none."""
+    before, today = ([op for each in by.values() for op in each] for by in visits)
+    first, second = ({str(op.file.resolve()) for op in visit} for visit in (before, today))
+    if both := sorted(first & second):
         raise ValueError(f"{both[0]} is named in both visits; leave it out of one of them")
-    _check_drive([by for by, _ in visits], list(chosen))
-    first = 1 + max(len(each) for each in visits[0][0].values())
-    operations = {}
-    for (by_motion, _), begin in zip(visits, (1, first), strict=True):
-        for motion, each in by_motion.items():
-            numbered = [replace(op, number=begin + i) for i, op in enumerate(each)]
-            operations.setdefault(motion, []).extend(numbered)
-    return operations, first, any(loose for _, loose in visits)
-
-
-def _check_drive(visits: Sequence[Mapping], names: Sequence[str]) -> None:
-    """Refuse visits whose tables name different breakers or phases; a file names none.
-
-    Raises:
-        ValueError: If they do.
-    """
-    for name in names:
-        before, today = (
-            {getattr(op, name) for each in by_motion.values() for op in each}
-            for by_motion in visits
-        )
-        if not (before & today or "" in before | today):
+    for name in ("breaker", "phase"):
+        first, second = ({getattr(op, name) for op in visit} for visit in (before, today))
+        if not (first & second or "" in first | second):
             raise ValueError(
-                f"the table of the first visit is of {name} {', '.join(before)}, that of the "
-                f"second of {', '.join(today)}; compare one drive, or mend a table"
+                f"the table of the first visit is of {name} {', '.join(first)}, that of the "
+                f"second of {', '.join(second)}; compare one drive, or mend a table"
             )
 
 
-def _by_visit(records: Sequence, first: int) -> tuple[dict, dict, list[dict]]:
-    """Usable records of motions that both visits have, by visit, and why others are not.
-
-    Args:
-        records: What ``answers.read_operations`` returns.
-        first: First number of the second visit.
-
-    Raises:
-        ValueError: If the visits have no motion in common.
-    """
-    visits: tuple[dict, dict] = ({}, {})
-    for each in records:
+def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[dict]]:
+    """Usable records of motions that both visits have, of either visit, and why others are not."""
+    pairs = [(visit, each) for visit, records in visits.items() for each in records]
+    pairs.sort(key=lambda pair: MOTIONS.index(pair[1].motion))
+    usable: dict[str, dict[str, list]] = {visit: {} for visit in visits}
+    for visit, each in pairs:
         if not each.reason:
-            visits[each.operation.number >= first].setdefault(each.motion, []).append(each.raw)
-    motions = [motion for motion in MOTIONS if all(motion in by for by in visits)]
+            usable[visit].setdefault(each.motion, []).append(each.raw)
+    motions = [motion for motion in MOTIONS if all(motion in by for by in usable.values())]
     rejected = []
-    for each in records:
-        today, file = each.operation.number >= first, str(each.operation.file)
+    for visit, each in pairs:
+        file = str(each.operation.file)
         reason = each.reason.removeprefix(f"{file}: ")
         if not reason and each.motion not in motions:
-            reason = (
-                f"the visit {_VISITS[not today]} has no usable {each.motion} to compare it with"
-            )
+            (other,) = visits.keys() - {visit}
+            reason = f"the visit {other} has no usable {each.motion} to compare it with"
         if reason:
-            about = {"file": file, "motion": each.motion, "visit": _VISITS[today]}
+            about = {"file": file, "motion": each.motion, "visit": visit}
             rejected.append(about | {"reason": reason})
     if not motions:
         raise ValueError(_nothing(rejected))
-    before, today = ({motion: by[motion] for motion in motions} for by in visits)
+    before, today = ({motion: by[motion] for motion in motions} for by in usable.values())
     return before, today, rejected
 
 

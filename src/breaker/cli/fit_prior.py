@@ -1,10 +1,9 @@
 """`breaker fit-prior`: a prior for a type of breaker from records of some of its breakers."""
 
 import argparse
-import logging
 from collections.abc import Mapping, Sequence
 
-from breaker.cli.named import a_path, each_once
+from breaker.cli.named import add_path, each_once
 from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.settings import limits_of, settings_of
 
@@ -21,15 +20,10 @@ def add(commands) -> argparse.ArgumentParser:
         "are.",
     )
     fit_prior.set_defaults(run=_run)
-    fit_prior.add_argument(
-        "folders",
-        type=a_path,
-        metavar="FOLDER",
-        nargs="+",
-        help="folder of the records of one breaker, or of several with a table operations.csv",
-    )
-    fit_prior.add_argument("--output", type=a_path, metavar="YAML", help="write the lines there")
-    fit_prior.add_argument("--plot", type=a_path, metavar="PNG", help="draw the prior there")
+    what = "folder of the records of one breaker, or of several with a table operations.csv"
+    add_path(fit_prior, "folders", "FOLDER", what, nargs="+")
+    add_path(fit_prior, "--output", "YAML", "write the lines there")
+    add_path(fit_prior, "--plot", "PNG", "draw the prior there")
     return fit_prior
 
 
@@ -44,7 +38,6 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.typical import check_fitted, overlay_of, overlay_text, report
     from breaker.workflow import merge, read
 
-    logging.getLogger("breaker").setLevel(logging.ERROR)  # the text has the reasons
     recorded, fitted = _fitted(options.folders, config)
     usual = read(DEFAULTS)
     format_settings = config["endurance"]["format"].items()

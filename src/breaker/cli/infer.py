@@ -2,13 +2,12 @@
 
 import argparse
 import json
-import logging
 import math
 import shlex
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 
-from breaker.cli.named import MOTIONS, a_path, add_choice, operations_of
+from breaker.cli.named import add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.settings import limits_of, settings_of
 
@@ -28,13 +27,7 @@ def add(commands) -> argparse.ArgumentParser:
         "inferred.",
     )
     infer.set_defaults(run=_run)
-    infer.add_argument(
-        "files",
-        type=a_path,
-        metavar="FILE",
-        nargs="+",
-        help="a record, or a folder of records of one breaker",
-    )
+    add_path(infer, "files", "FILE", "a record, or a folder of records of one breaker", nargs="+")
     add_choice(infer)
     infer.add_argument(
         "--size",
@@ -53,19 +46,11 @@ def add(commands) -> argparse.ArgumentParser:
         help="what is known of a parameter, the wipe, or the time of touch or parting, such as "
         "mu=2.4:0.07 or wipe=3.5:0.3",
     )
-    infer.add_argument(
-        "--model",
-        type=a_path,
-        metavar="FILE",
-        help="a network of another family, trained by the workflow",
-    )
+    add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
     infer.add_argument("--json", action="store_true", help="print one JSON document")
-    for option, kind, what in (
-        ("--output", "CSV", "write a table there, with all columns"),
-        ("--plot", "PNG", "draw the answer there"),
-        ("--draws", "ZARR", "write all draws there, for ArviZ"),
-    ):
-        infer.add_argument(option, type=a_path, metavar=kind, help=what)
+    add_path(infer, "--output", "CSV", "write a table there, with all columns")
+    add_path(infer, "--plot", "PNG", "draw the answer there")
+    add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
     return infer
 
 
@@ -99,7 +84,6 @@ def _number(text: str) -> float:
 
 
 def _run(options: argparse.Namespace) -> int:
-    logging.getLogger("breaker").setLevel(logging.ERROR)  # the answer has the reasons
     if models := [each for each in options.files if each.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
     outputs = [(options.output, "table"), (options.plot, "picture"), (options.draws, "store")]
@@ -107,9 +91,7 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     endurance = config["endurance"]
-    chosen = {key: getattr(options, key) or endurance[key] for key in ("breaker", "phase")}
-    motions = [options.motion] if options.motion else list(MOTIONS)
-    operations, loose = operations_of(options.files, motions, chosen, options.channel)
+    operations, loose = operations_of(options.files, options, config)
     # Imported here, so that --help and wrong options answer at once.
     from breaker.answers import document, in_words, infer_drive, judged, read_operations
     from breaker.mechanism import from_list
@@ -121,7 +103,7 @@ def _run(options: argparse.Namespace) -> int:
     records = read_operations(operations, endurance["format"], loose=loose)
     answers = infer_drive(records, families, given, config["speeds"], settings)
     speeds = next((each.speeds for each in answers if each.speeds), ())
-    limits = from_list(limits, motions, speeds) if speeds else []
+    limits = from_list(limits, [*operations], speeds) if speeds else []
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     about = {"size": given.size and vars(given.size), "words": words}
     found = document(answers, verdicts, about, settings | {"known": dict(given.known)})

@@ -1,9 +1,8 @@
 """`breaker inspect`: propose how to read a file."""
 
 import argparse
-import logging
 
-from breaker.cli.named import a_path
+from breaker.cli.named import add_path
 from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.settings import PROJECT, settings_of
 
@@ -19,14 +18,12 @@ def add(commands) -> argparse.ArgumentParser:
         "read it, after reading it with them.",
     )
     inspect.set_defaults(run=_run, smaller="export the record with fewer channels")
-    inspect.add_argument("file", type=a_path, metavar="FILE", help="a record as it was exported")
+    add_path(inspect, "file", "FILE", "a record as it was exported")
     inspect.add_argument(
         "--channel", default="", metavar="NAME", help="the column of travel, if there are several"
     )
-    inspect.add_argument(
-        "--output", type=a_path, metavar="YAML", help="write the proposed lines there"
-    )
-    inspect.add_argument("--plot", type=a_path, metavar="PNG", help="draw the record there")
+    add_path(inspect, "--output", "YAML", "write the proposed lines there")
+    add_path(inspect, "--plot", "PNG", "draw the record there")
     return inspect
 
 
@@ -35,7 +32,6 @@ def _run(options: argparse.Namespace) -> int:
     check_outputs(outputs, [options.file, *options.config])
     from breaker.inspection import inspect_file, overlay_of, report_of
 
-    logging.getLogger("breaker").setLevel(logging.ERROR)  # the report has the reasons
     sensor = settings_of(options.config)["sensor"]
     proposal = inspect_file(options.file, sensor, options.channel)
     overlay = overlay_of(proposal)

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from breaker.cli.named import a_path
+from breaker.cli.named import add_path
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.settings import settings_of
 
@@ -18,10 +18,8 @@ def add(commands) -> argparse.ArgumentParser:
         "What to check in it is printed beside it.",
     )
     manifest.set_defaults(run=_run)
-    manifest.add_argument("folder", type=a_path, metavar="FOLDER", help="folder of the curve files")
-    manifest.add_argument(
-        "--output", type=a_path, metavar="CSV", help="write the table there, if nothing is"
-    )
+    add_path(manifest, "folder", "FOLDER", "folder of the curve files")
+    add_path(manifest, "--output", "CSV", "write the table there, if nothing is")
     manifest.add_argument(
         "--channels",
         nargs="+",

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-__all__ = ["MOTIONS", "a_path", "add_choice", "each_once", "operations_of"]
+__all__ = ["MOTIONS", "add_choice", "add_path", "each_once", "operations_of"]
 
 MOTIONS = ("closing", "opening")
 """Those that records may be of; here, so that a command's options are known before its imports."""
@@ -19,6 +19,11 @@ def a_path(text: str) -> str:
     return text
 
 
+def add_path(command: argparse.ArgumentParser, name: str, kind: str, what: str, **more) -> None:
+    """Add an argument or option that names a file or folder: its kind and help, and how many."""
+    command.add_argument(name, type=a_path, metavar=kind, help=what, **more)
+
+
 def add_choice(command: argparse.ArgumentParser) -> None:
     """Add the options that choose among the records of a command's files, called after it."""
     name = command.prog.split()[-1]
@@ -29,10 +34,7 @@ def add_choice(command: argparse.ArgumentParser) -> None:
 
 
 def operations_of(
-    named: Sequence[str],
-    motions: Sequence[str],
-    chosen: Mapping[str, str | None],
-    channel: str = "",
+    named: Sequence[str], options: argparse.Namespace, config: Mapping
 ) -> tuple[dict[str, list], bool]:
     """Return the operations in files and folders, by motion, and whether each file may hold either.
 
@@ -41,9 +43,7 @@ def operations_of(
 
     Args:
         named: Files and folders.
-        motions: "closing", "opening" or both.
-        chosen: ``breaker`` and ``phase``: which of those in a table.
-        channel: Column of the travel, where it is not that of the settings.
+        options: Those of ``add_choice``; without a breaker or phase, those of the configuration.
 
     Raises:
         FileNotFoundError: If a folder has no file of a record.
@@ -51,6 +51,9 @@ def operations_of(
     """
     from breaker.files import MANIFEST, Operation, record_files
 
+    motions, channel = [options.motion] if options.motion else MOTIONS, options.channel
+    settings = config["endurance"]
+    chosen = {key: getattr(options, key) or settings[key] for key in ("breaker", "phase")}
     folders = [Path(each) for each in named if _is_folder(each)]
     if len(named) == len(folders) == 1:
         folder = folders[0]

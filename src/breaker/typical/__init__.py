@@ -9,7 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "checks": ["Check", "Finding", "check_fitted"],
+        "checks": ["Finding", "check_fitted"],
         "fits": ["Fit", "fit_breaker"],
         "fitted": ["FittedPrior", "fit_type", "precision_of", "reference_of", "room_for_wear"],
         "recorded": ["Recorded", "read_breakers"],

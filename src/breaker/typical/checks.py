@@ -4,7 +4,7 @@ Each finding is a text and whether it is as it should be.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from breaker.model import generator
 from breaker.typical.fitted import FittedPrior
 from breaker.typical.recorded import Recorded
 
-__all__ = ["Check", "Finding", "check_fitted"]
+__all__ = ["Finding", "check_fitted"]
 
 _DRAWS = 1000
 _FAR = 3.0  # prior sd
@@ -21,30 +21,11 @@ _LEAST_SUPPORT = 0.9
 _LEAST_BREAKERS = 3  # of which one can be left out
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What a check says.
-
-    Attributes:
-        text: In words.
-        good: Whether it is as it should be.
-    """
+class Finding(NamedTuple):
+    """What a check says: a text, and whether it is as it should be."""
 
     text: str
     good: bool = True
-
-
-@dataclass(frozen=True)
-class Check:
-    """A check and its findings.
-
-    Attributes:
-        name: What was checked.
-        findings: One or more.
-    """
-
-    name: str
-    findings: tuple[Finding, ...]
 
 
 def check_fitted(
@@ -53,8 +34,8 @@ def check_fitted(
     limits: Sequence[Limit],
     seed: int,
     least: float,
-) -> list[Check]:
-    """Check a fitted prior.
+) -> dict[str, list[Finding]]:
+    """Return what checks of a fitted prior find, by what is checked.
 
     Args:
         recorded: The records that it was made from.
@@ -63,36 +44,33 @@ def check_fitted(
     """
     rng = generator(seed, "fit-prior checks")
     theta = fitted.prior.sample(_DRAWS, rng)
-    return [
-        Check("breakers", (_source(fitted), *_unfit(fitted))),
-        Check("limits", tuple(_far_limits(limits, theta)) or (_NO_LIMITS,)),
-        Check("records in the family", tuple(_in_family(recorded, least))),
-        Check("each breaker by the others", tuple(_left_out(fitted, seed))),
-        Check("contact pressed, f > k_a L", (_support(fitted),)),
-    ]
+    return {
+        "breakers": _breakers(fitted),
+        "limits": _far_limits(limits, theta),
+        "records in the family": _in_family(recorded, least),
+        "each breaker by the others": _left_out(fitted, seed),
+        "contact pressed, f > k_a L": [_support(fitted)],
+    }
 
 
-_NO_LIMITS = Finding("none were given beside those of the example; set your own, and fit again")
-
-
-def _source(fitted: FittedPrior) -> Finding:
-    if not fitted.alone:
-        return Finding(f"{len(fitted.fits)} breakers")
-    return Finding(
-        "ONE breaker is the only source: its spread from breaker to breaker is a guess. If the "
-        "records to be judged are those that the prior was made from, they count twice. The prior "
-        "is wider for both; fit it again with records of other breakers of the type",
-        good=False,
-    )
-
-
-def _unfit(fitted: FittedPrior) -> list[Finding]:
+def _breakers(fitted: FittedPrior) -> list[Finding]:
+    """How many there are, and which are left out."""
+    source = Finding(f"{len(fitted.fits)} breakers")
+    if fitted.alone:
+        source = Finding(
+            "ONE breaker is the only source: its spread from breaker to breaker is a guess. If the "
+            "records to be judged are those that the prior was made from, they count twice. The "
+            "prior is wider for both; fit it again with records of other breakers of the type",
+            good=False,
+        )
     text = "none of its records is in the family, and it is left out; look at them"
-    return [Finding(f"{name}: {text}", good=False) for name in fitted.unfit]
+    return [source, *(Finding(f"{name}: {text}", good=False) for name in fitted.unfit)]
 
 
 def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
     """Each value of a limit, in sds of what the prior expects of its quantity."""
+    if not limits:
+        return [Finding("none were given beside those of the example; set your own, and fit again")]
     findings = []
     for limit in limits:
         values = limit.evaluate(theta)
@@ -101,10 +79,7 @@ def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
             off = (value - middle) / (high - middle if value > middle else middle - low)
             text = f"{limit.name}: {name} {value:.4g} is {abs(off):.1f} sd of the prior"
             text += f" {'above' if off > 0 else 'below'} its median, {middle:.4g}"
-            if good := abs(off) <= _FAR:
-                findings.append(Finding(text))
-            else:
-                findings.append(Finding(f"{text}: it can hardly be exceeded; widen", good))
+            findings.append(_near(off, text, "it can hardly be exceeded; widen"))
     return findings
 
 
@@ -134,11 +109,13 @@ def _left_out(fitted: FittedPrior, seed: int) -> list[Finding]:
         off = np.log(fitted.reference.destandardise(mean) / others.medians) / sds
         worst = int(np.abs(off).argmax())
         text = f"{name}: farthest off is {NAMES[worst]}, by {off[worst]:+.1f} sd"
-        if good := abs(off[worst]) <= _FAR:
-            findings.append(Finding(text))
-        else:
-            findings.append(Finding(f"{text}: is it of this type, and in order?", good))
+        findings.append(_near(off[worst], text, "is it of this type, and in order?"))
     return findings
+
+
+def _near(off: float, text: str, warning: str) -> Finding:
+    """What is off by so many sds, and the warning where these are too many."""
+    return Finding(text) if abs(off) <= _FAR else Finding(f"{text}: {warning}", good=False)
 
 
 def _support(fitted: FittedPrior) -> Finding:

@@ -27,14 +27,14 @@ class Recorded:
         operations: By breaker, the records of each operation by motion; of usable ones.
         noise_sd: Median noise of a sample at rest, mm; nan if none is seen.
         rejected: Why records were rejected, one text for each.
-        left_out: Records that were not read since there are enough, by breaker and motion.
+        left_out: How many records were not read since there are enough.
     """
 
     levels: Levels
     operations: Mapping[str, Sequence[Mapping[str, Seen]]]
     noise_sd: float
     rejected: Sequence[str]
-    left_out: Mapping[tuple[str, str], int]
+    left_out: int
 
     @property
     def records(self) -> dict[str, dict[str, list[Seen]]]:
@@ -77,13 +77,12 @@ def read_breakers(
         FileNotFoundError: If no folder has an operation of any motion.
     """
     found: dict[str, dict[tuple, dict[str, Seen]]] = defaultdict(lambda: defaultdict(dict))
-    noise, rejected, left_out = [], [], {}
+    noise, rejected, left_out = [], [], 0
     troubles: list[str] = []
     for motion in motions:
         for name, listed in _listed(folders, motion, troubles).items():
             some = [listed[i] for i in _spread(len(listed))]
-            if len(listed) > len(some):
-                left_out[name, motion] = len(listed) - len(some)
+            left_out += len(listed) - len(some)
             for each, raw in zip(some, read_raws(some, settings, motion), strict=True):
                 if not isinstance(raw, Raw):
                     rejected.append(str(raw))

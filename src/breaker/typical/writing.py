@@ -9,13 +9,13 @@ import yaml
 
 from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter
 from breaker.model import Sensor
-from breaker.typical.checks import Check
+from breaker.typical.checks import Finding
 from breaker.typical.fitted import FittedPrior
 from breaker.typical.recorded import Recorded
 
 __all__ = ["overlay_of", "overlay_text", "report"]
 
-_WIDTH = 100  # signs of a line
+_WIDTH = 98  # signs of a line, two less than a terminal has
 # mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.
 _LEFT_OUT = 0.02
 _ABOUT = {
@@ -32,12 +32,9 @@ _ABOUT = {
 }
 
 
-def report(recorded: Recorded, fitted: FittedPrior, checks: Sequence[Check]) -> str:
+def report(recorded: Recorded, fitted: FittedPrior, checks: Mapping[str, Sequence[Finding]]) -> str:
     """Return what was found, for the terminal."""
-    lines = [*_sources(recorded), "", *_table(fitted), "", *_checked(checks)]
-    if rejected := recorded.rejected:
-        lines += ["", f"rejected records: {len(rejected)}", *map("  {}".format, rejected)]
-    return "\n".join(lines)
+    return "\n".join([*_sources(recorded), "", *_table(fitted), "", *_checked(checks, recorded)])
 
 
 def overlay_of(
@@ -71,12 +68,12 @@ def _rounded(value: float, digits: int) -> float:
     return value if isinstance(value, int) else float(f"{value:.{digits}g}")
 
 
-def overlay_text(overlay: Mapping, recorded: Recorded, checks: Sequence[Check]) -> str:
+def overlay_text(
+    overlay: Mapping, recorded: Recorded, checks: Mapping[str, Sequence[Finding]]
+) -> str:
     """Return the commented lines of YAML of what ``overlay_of`` returns."""
     said = ["Prior of a type of breaker, fitted by `breaker fit-prior`.", *_sources(recorded)]
-    said += ["", *_checked(checks)]
-    if rejected := recorded.rejected:
-        said += ["", f"rejected records: {len(rejected)}", *map("  {}".format, rejected)]
+    said += ["", *_checked(checks, recorded)]
     blocks = [_comment(said)]
     for section, values in overlay.items():
         lines = [_yaml({section: values})]
@@ -100,7 +97,7 @@ def _sources(recorded: Recorded) -> list[str]:
     )
     if recorded.left_out:
         lines.append(
-            f"{sum(recorded.left_out.values())} more records of these breakers were not needed: of "
+            f"{recorded.left_out} more records of these breakers were not needed: of "
             "each, some were taken, spread over all"
         )
     if np.isfinite(recorded.noise_sd):
@@ -126,19 +123,17 @@ def _table(fitted: FittedPrior) -> list[str]:
     return lines
 
 
-def _checked(checks: Sequence[Check]) -> list[str]:
+def _checked(checks: Mapping[str, Sequence[Finding]], recorded: Recorded) -> list[str]:
+    """What checks found, and which records were rejected."""
+    look = {"break_long_words": False, "break_on_hyphens": False, "subsequent_indent": "    "}
     lines = []
-    for check in checks:
-        lines.append(f"{check.name}:")
-        for finding in check.findings:
-            lines += wrap(
-                finding.text,
-                _WIDTH - 2,
-                initial_indent="  " if finding.good else "  WARNING: ",
-                subsequent_indent="    ",
-                break_long_words=False,
-                break_on_hyphens=False,
-            )
+    for name, findings in checks.items():
+        lines.append(f"{name}:")
+        for text, good in findings:
+            first = "  " if good else "  WARNING: "
+            lines += wrap(text, _WIDTH, initial_indent=first, **look)
+    if rejected := recorded.rejected:
+        lines += ["", f"rejected records: {len(rejected)}", *map("  {}".format, rejected)]
     return lines
 
 

@@ -19,12 +19,11 @@ __all__ = ["check", "chosen_network", "load", "merge", "read"]
 _SHOWN = 20  # problems that a message lists
 
 
-def load(paths: Sequence[str | Path], *, schema: str | Path = SCHEMA) -> dict[str, Any]:
+def load(paths: Sequence[str | Path]) -> dict[str, Any]:
     """Read a configuration, each file laid over those before it, and check it.
 
     Args:
         paths: YAML files; the first holds the defaults.
-        schema: File of the JSON schema; that of the package by default.
 
     Raises:
         ConfigurationError: If a file cannot be read or the configuration is wrong.
@@ -35,7 +34,7 @@ def load(paths: Sequence[str | Path], *, schema: str | Path = SCHEMA) -> dict[st
         0.0
     """
     config = reduce(merge, map(read, paths), {})
-    check(config, schema=schema, files=tuple(reversed(paths)))
+    check(config, files=tuple(reversed(paths)))
     return config
 
 
@@ -88,14 +87,11 @@ def chosen_network(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[
     return chosen
 
 
-def check(
-    config: Mapping[str, Any], *, schema: str | Path = SCHEMA, files: Iterable[str | Path] = ()
-) -> None:
+def check(config: Mapping[str, Any], *, files: Iterable[str | Path] = ()) -> None:
     """Check a merged configuration: keys, types, ranges, and keys that must fit each other.
 
     Args:
         config: The merged configuration.
-        schema: File of the JSON schema; that of the package by default.
         files: Files it came from, the last overlay first. A message names the first one with the
             value in question. A key that stands twice in a file is a problem too: YAML drops one.
 
@@ -108,14 +104,14 @@ def check(
 
     sources: Sources = {short(path): parse(path) for path in files}
     lines, wrong = [], []
-    for key, text in problems(config, read(schema)):
+    for key, text in problems(config, read(SCHEMA)):
         lines.append(f"{place(config, [key], sources)}{dotted(key)} {text}")
         wrong.append(key)
     for names, complaint in RULES:
         keys = [tuple(name.split(".")) for name in names]
         if any(bad[: len(key)] == key[: len(bad)] for key in keys for bad in wrong):
             continue  # a rule is about keys that are right by themselves
-        if text := complaint(*(reduce(getitem, key, config) for key in keys)):
+        if text := " ".join(complaint(*(reduce(getitem, key, config) for key in keys))):
             lines.append(f"{place(config, keys, sources)}{names[0]} {text}")
     for path, (_, node) in sources.items():
         lines += [f"{path}, {text}" for text in repeated(node)]

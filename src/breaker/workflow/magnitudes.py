@@ -6,7 +6,7 @@ would end in a traceback, without memory, or not at all.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache, partial
 from typing import Any
 
@@ -15,7 +15,7 @@ from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
 
-__all__ = ["MAGNITUDES"]
+__all__ = ["MAGNITUDES", "refused"]
 
 _JOBS = 2000  # of a rule: Snakemake plans them in a minute
 _FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
@@ -26,26 +26,22 @@ _SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
 _LINKAGE = 0.1  # ms, least period that the simulation of a drive follows
 
 
-def _product(names: tuple[str, ...], most: float, *values: float) -> str | None:
-    product = math.prod(values)
-    if product <= most:
-        return None
-    listed = " times ".join(
-        f"{n} ({value:g})" for n, value in zip(names[1:], values[1:], strict=True)
-    )
-    return (
-        f"is {values[0]:g}, which makes {product:.3g} times {listed}: more than {most:.3g}, for "
-        "which memory and disk are meant. Lower one of them."
-    )
+def _product(names: tuple[str, ...], most: float, *values: float) -> Iterator[str]:
+    if (product := math.prod(values)) > most:
+        pairs = zip(names[1:], values[1:], strict=True)
+        listed = " times ".join(f"{name} ({value:g})" for name, value in pairs)
+        yield (
+            f"is {values[0]:g}, which makes {product:.3g} times {listed}: more than {most:.3g}, "
+            "for which memory and disk are meant. Lower one of them."
+        )
 
 
-def _jobs(operations: int, size: int, curves: str | None) -> str | None:
-    if operations / size <= _JOBS or curves:
-        return None
-    return (
-        f"makes more than {_JOBS} jobs. Lower it, or raise endurance.operations_per_job to "
-        f"{math.ceil(operations / _JOBS)} or more."
-    )
+def _jobs(operations: int, size: int, curves: str | None) -> Iterator[str]:
+    if operations / size > _JOBS and not curves:
+        yield (
+            f"makes more than {_JOBS} jobs. Lower it, or raise endurance.operations_per_job to "
+            f"{math.ceil(operations / _JOBS)} or more."
+        )
 
 
 @cache
@@ -54,28 +50,27 @@ def _reference() -> Mapping[str, Mapping[str, float]]:
     return content["prior"]
 
 
-def _unlike(parameter: Parameter, median: float, size: Mapping[str, float]) -> str | None:
+def _unlike(parameter: Parameter, median: float, size: Mapping[str, float]) -> Iterator[str]:
     """A unit that is wrong by 1,000, or a drive of another size without its size."""
     expected = _reference()[parameter.name]["median"] * Size(**size).factor(parameter.unit)
-    if 1 / _UNLIKE <= median / expected <= _UNLIKE:
-        return None
-    return (
-        f"is {median:g}, {median / expected:,.4g} times that of the reference drive at this size "
-        f"({expected:.3g}). Its unit is {parameter.unit}. For a drive of another size, set size."
-    )
+    if not 1 / _UNLIKE <= median / expected <= _UNLIKE:
+        yield (
+            f"is {median:g}, {median / expected:,.4g} times that of the reference drive at this "
+            f"size ({expected:.3g}). Its unit is {parameter.unit}. For a drive of another size, "
+            "set size."
+        )
 
 
-def _support(prior: Mapping[str, Mapping[str, float]]) -> str | None:
+def _support(prior: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
     """The closing force has to exceed that of the opening spring, f > k_a L, now and then."""
     offset, *others = (math.log(prior[name]["median"]) for name in ("f", "k_a", "L"))
     spread = math.hypot(*(prior[name]["log_sd"] for name in ("f", "k_a", "L")))
     share = 0.5 * math.erfc(-(offset - sum(others)) / spread / math.sqrt(2))
-    if share >= _SUPPORT:
-        return None
-    return (
-        f"leaves the contact pressed (f > k_a L) in {share:.1e} of its draws, but must in "
-        f"{_SUPPORT:g} of them at least. Raise prior.f.median, or lower that of k_a or L."
-    )
+    if share < _SUPPORT:
+        yield (
+            f"leaves the contact pressed (f > k_a L) in {share:.1e} of its draws, but must in "
+            f"{_SUPPORT:g} of them at least. Raise prior.f.median, or lower that of k_a or L."
+        )
 
 
 def _rate(theta: Mapping[str, float]) -> float:
@@ -85,60 +80,60 @@ def _rate(theta: Mapping[str, float]) -> float:
     return springs + theta["gamma_a"] + theta["gamma_b"] * moved
 
 
-def _followed(prior: Mapping[str, Mapping[str, float]], sensor: Mapping[str, float]) -> str | None:
+def _followed(
+    prior: Mapping[str, Mapping[str, float]], sensor: Mapping[str, float]
+) -> Iterator[str]:
     """Drives far out in the prior can be followed to the end of a record."""
     far = {n: each["median"] * math.exp(_FAR * each["log_sd"]) for n, each in prior.items()}
     rate, length = _rate(far), sensor["stop"] - sensor["start"]
-    if rate <= _FASTEST and rate * length <= _TURNS:
-        return None
-    return (
-        f"has drives with a rate of {rate:.3g} / ms ({_FAR:g} log_sd above the medians), too fast "
-        f"to follow over the {length:g} ms from sensor.start to sensor.stop. Lower a median or "
-        "log_sd of mu, k_b, gamma_a or gamma_b."
-    )
+    if rate > _FASTEST or rate * length > _TURNS:
+        yield (
+            f"has drives with a rate of {rate:.3g} / ms ({_FAR:g} log_sd above the medians), too "
+            f"fast to follow over the {length:g} ms from sensor.start to sensor.stop. Lower a "
+            "median or log_sd of mu, k_b, gamma_a or gamma_b."
+        )
 
 
-def _moves(rig: Mapping[str, Any]) -> str | None:
+def _moves(rig: Mapping[str, Any]) -> Iterator[str]:
     """The rig closes, and can be followed, in new condition and at the end of its life."""
     new, change = rig["parameters"], rig["wear"]["change"]
     worn = {name: value * (1.0 + change.get(name, 0.0)) for name, value in new.items()}
     for condition, at in (("in new condition", new), ("at the end of its life", worn)):
         spring = at["k_a"] * at["L"]
         if at["f"] <= spring:
-            return (
+            yield (
                 f"does not press its contact {condition}: f is {at['f']:.3g}, and k_a L "
                 f"{spring:.3g} mm/ms^2. Raise f, or lower k_a or L."
             )
+            return
         if (rate := _rate(at)) > _FASTEST:
-            return (
+            yield (
                 f"has a rate of {rate:.3g} / ms {condition}, too fast to follow. Lower mu, k_b, "
                 "gamma_a or gamma_b."
             )
-    return None
+            return
 
 
-def _off_or_above(least: float, value: float) -> str | None:
-    if value == 0 or value >= least:
-        return None
-    return f"is {value:g}, but must be 0 (off) or at least {least:g}."
+def _off_or_above(least: float, value: float) -> Iterator[str]:
+    if value != 0 and value < least:
+        yield f"is {value:g}, but must be 0 (off) or at least {least:g}."
 
 
-def _linkages(elements: Mapping[str, Any], strength: float = 1.0) -> str | None:
+def _linkages(elements: Mapping[str, Any], strength: float = 1.0) -> Iterator[str]:
     low, high = elements["linkage"]
-    if high == 0 or strength == 0 or low * strength >= _LINKAGE:
-        return None
-    return (
-        f"has linkage: [{low:g}, {high:g}], times the strength {strength:g}, but a period must be "
-        f"0 throughout (rigid) or at least {_LINKAGE:g} ms."
-    )
+    if high != 0 and strength != 0 and low * strength < _LINKAGE:
+        yield (
+            f"has linkage: [{low:g}, {high:g}], times the strength {strength:g}, but a period must "
+            f"be 0 throughout (rigid) or at least {_LINKAGE:g} ms."
+        )
 
 
-def _format(settings: Mapping[str, Any]) -> str | None:
+def refused(form: str, build: Callable, *given: Any, **more: Any) -> Iterator[str]:
+    """Yield why something cannot be built of values, in words around it, if it cannot."""
     try:
-        complete(settings)
-    except ValueError as error:
-        return f"cannot be used: {error}"
-    return None
+        build(*given, **more)
+    except (OSError, ValueError) as error:
+        yield form.format(error)
 
 
 _PRODUCTS = {
@@ -148,7 +143,7 @@ _PRODUCTS = {
     ("endurance.draws", "endurance.operations_per_job"): 2e7,
 }
 
-MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
+MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     *((names, partial(_product, names, most)) for names, most in _PRODUCTS.items()),
     (("rig.operations", "endurance.operations_per_job", "endurance.curves"), _jobs),
     (("rig",), _moves),
@@ -158,5 +153,5 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
     (("sensor.onset_sd",), partial(_off_or_above, 0.001)),
     (("rig.elements.linkage",), partial(_off_or_above, _LINKAGE)),
     (("rigs.elements", "rigs.strength"), _linkages),
-    (("endurance.format",), _format),
+    (("endurance.format",), partial(refused, "cannot be used: {}", complete)),
 )

@@ -1,11 +1,12 @@
 """Conditions on several keys of the configuration, which a schema cannot express: ``RULES``.
 
 A rule is a pair: keys, the first of which a message is about, and a function that takes what they
-hold and returns what is wrong and the remedy, or None.
+hold and yields what is wrong and the remedy.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from math import isnan
 from typing import Any
 
 from breaker.files import SWITCHING, event_words, list_operations
@@ -18,164 +19,151 @@ from breaker.mechanism import (
     from_list,
     speeds_of,
 )
-from breaker.workflow.magnitudes import MAGNITUDES
+from breaker.workflow.magnitudes import MAGNITUDES, refused
 
 __all__ = ["RULES"]
 
 
-def _at_most(limit: str, value: float, most: float) -> str | None:
-    fault = f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
-    return fault if value > most else None
+def _at_most(limit: str, value: float, most: float) -> Iterator[str]:
+    if value > most:
+        yield f"is {value}, but must not exceed {limit} ({most}). Lower it, or raise {limit}."
 
 
-def _bank(bank: Mapping[str, int], training: Mapping[str, Any]) -> str | None:
+def _bank(bank: Mapping[str, int], training: Mapping[str, Any]) -> Iterator[str]:
     curves = bank["shards"] * bank["curves_per_shard"]
     needs = sum(training[key] for key in ("batch", "validation_curves", "held_out_curves"))
-    if curves >= needs:
-        return None
-    return (
-        f"has {curves} curves (shards times curves_per_shard), but a training needs {needs} (batch "
-        "+ validation_curves + held_out_curves). Raise one of the first two, or lower one of these."
-    )
+    if curves < needs:
+        yield (
+            f"has {curves} curves (shards times curves_per_shard), but a training needs {needs} "
+            "(batch + validation_curves + held_out_curves). Raise one of the first two, or lower "
+            "one of these."
+        )
 
 
-def _layers(series: Mapping[str, Any], kind: str, samples: int) -> str | None:
+def _layers(series: Mapping[str, Any], kind: str, samples: int) -> Iterator[str]:
     if kind != "time_series":
-        return None
+        return
     counts = {name: len(series[name]) for name in ("channels", "kernels", "strides")}
     if len(set(counts.values())) > 1:
         words = ", ".join(f"{count} {name}" for name, count in counts.items())
-        return f"has {words}. All three need one entry for each convolution."
+        yield f"has {words}. All three need one entry for each convolution."
+        return
     steps = samples
     for kernel, stride in zip(series["kernels"], series["strides"], strict=True):
         steps = max(0, (steps - kernel) // stride + 1)
-    if series["skip"] <= steps:
-        return None
-    return (
-        f"skips {series['skip']} steps, but the convolutions leave {steps}. "
-        "Lower skip, a kernel or a stride."
-    )
+    if series["skip"] > steps:
+        yield (
+            f"skips {series['skip']} steps, but the convolutions leave {steps}. "
+            "Lower skip, a kernel or a stride."
+        )
 
 
-def _solver(reference: int, candidates: Sequence[int]) -> str | None:
-    fault = f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
-    return fault if reference <= max(candidates) else None
+def _solver(reference: int, candidates: Sequence[int]) -> Iterator[str]:
+    if reference <= max(candidates):
+        yield f"is {reference}, but must be more than any of solver.candidates ({max(candidates)})."
 
 
-def _other_seed(name: str, seed: int, other: int) -> str | None:
-    fault = f"is {seed}, which {name} is too. A second look needs another number."
-    return fault if seed == other else None
+def _other_seed(name: str, seed: int, other: int) -> Iterator[str]:
+    if seed == other:
+        yield f"is {seed}, which {name} is too. A second look needs another number."
 
 
-def _range(ends: Sequence[float]) -> str | None:
+def _range(ends: Sequence[float]) -> Iterator[str]:
     low, high = ends
-    return None if low < high else f"is {ends}, but the first must be less than the second."
+    if low >= high:
+        yield f"is {ends}, but the first must be less than the second."
 
 
-def _from_to(section: Mapping[str, Any]) -> str | None:
+def _from_to(section: Mapping[str, Any]) -> Iterator[str]:
     """A section at any depth of ranges from and to, which may be equal."""
-    wrong = []
     for name, value in section.items():
         if isinstance(value, Mapping):
-            below = _from_to(value)
-            wrong += [f"{name}: {below}"] if below else []
+            if below := " ".join(_from_to(value)):
+                yield f"{name}: {below}"
         elif value[0] > value[1]:
-            wrong.append(f"{name} is {value}, but the first must not exceed the second.")
-    return " ".join(wrong) or None
+            yield f"{name} is {value}, but the first must not exceed the second."
 
 
-def _wear(wear: Mapping[str, Any]) -> str | None:
+def _wear(wear: Mapping[str, Any]) -> Iterator[str]:
     """Counts of what changes, against what there is to change."""
     names = [name in NAMES for name in wear["change"]]
     for kind, there in (("parameters", sum(names)), ("elements", len(names) - sum(names))):
         least, most = wear[kind]
         if not least <= most <= there:
-            return (
+            yield (
                 f"has {kind}: {wear[kind]}, but the first must not exceed the second, nor the "
                 f"second the number of {kind} that can change ({there})."
             )
-    return None
+            return
 
 
-def _speeds(settings: Mapping[str, Sequence[str] | None]) -> str | None:
-    try:
-        speeds_of(settings)
-    except ValueError as error:
-        return f"cannot be used. {error}."
-    return None
+_speeds = partial(refused, "cannot be used. {}.", speeds_of)
 
 
 def _limits(
     entries: Sequence[Mapping[str, Any]],
     motions: Sequence[str],
     speeds: Mapping[str, Sequence[str] | None],
-) -> str | None:
-    if _speeds(speeds):
-        return None
-    names, wrong = [entry["name"] for entry in entries], []
-    for name in sorted({each for each in names if names.count(each) > 1}):
-        wrong.append(f"{name}: there are two limits of this name. Give one another name.")
+) -> Iterator[str]:
+    if any(_speeds(speeds)):
+        return
+    names, defined = [entry["name"] for entry in entries], speeds_of(speeds)
+    wrong = [
+        f"{name}: there are two limits of this name. Give one another name."
+        for name in sorted({each for each in names if names.count(each) > 1})
+    ]
     for entry in entries:
-        try:
-            Limit.from_settings(entry, speeds_of(speeds))
-        except ValueError as error:
-            wrong.append(str(error))
+        wrong += refused("{}", Limit.from_settings, entry, defined)
     if wrong:
-        return f"cannot be used. {' '.join(wrong)}"
+        yield f"cannot be used. {' '.join(wrong)}"
     # There may be limits of motions that are not worked on, but not only such.
-    if not any(entry.get("motion") in (*motions, None) for entry in entries):
-        return f"has no limit of {' or '.join(motions)} (motions). Add one."
-    return None
+    elif not any(entry.get("motion") in (*motions, None) for entry in entries):
+        yield f"has no limit of {' or '.join(motions)} (motions). Add one."
 
 
 def _known(
     known: Mapping[str, Sequence[float]],
     speeds: Mapping[str, Sequence[str] | None],
     posterior: str,
-) -> str | None:
-    if _speeds(speeds):
-        return None
-    defined, wrong = speeds_of(speeds), []
+) -> Iterator[str]:
+    if any(_speeds(speeds)):
+        return
+    defined = speeds_of(speeds)
     for name in known:
         complaints = [check_quantity(name, motion, defined) for motion in MOTIONS]
         if all(complaints):
-            wrong.append("cannot be used. " + " ".join(complaints))
-    wrong += [
-        f"has {name}: {fact}, which {complaint}"
-        for name, fact in known.items()
-        if (complaint := check_fact(*fact))
-    ]
+            yield "cannot be used. " + " ".join(complaints)
+    for name, fact in known.items():
+        if complaint := check_fact(*fact):
+            yield f"has {name}: {fact}, which {complaint}"
     if known and posterior != "corrected":
-        wrong.append(
+        yield (
             f"names {', '.join(known)}, which networks do not know, but endurance.posterior is "
             f"{posterior}. Set it to corrected, or leave the facts out."
         )
-    return " ".join(wrong) or None
 
 
-def _choice(choice: str | None, curves: str | None) -> str | None:
-    if choice is None or curves is not None:
-        return None
-    return f"is {choice}, but the stand-in is one breaker with one phase. Set it to null."
+def _choice(choice: str | None, curves: str | None) -> Iterator[str]:
+    if choice is not None and curves is None:
+        yield f"is {choice}, but the stand-in is one breaker with one phase. Set it to null."
 
 
-def _events(events: Mapping[str, Sequence[str]]) -> str | None:
+def _events(events: Mapping[str, Sequence[str]]) -> Iterator[str]:
     """Names of events, each of which must be there once, however it is written."""
-    named, wrong = {}, []
+    named = {}
     for key in events:
         if not event_words(key):
-            wrong.append(f"has {key!r}, which is no name of an event. Write a word.")
+            yield f"has {key!r}, which is no name of an event. Write a word."
         for word in event_words(key):
             if word in named:
-                wrong.append(f"has {word!r} in {named[word]!r} and in {key!r}. Leave one out.")
+                yield f"has {word!r} in {named[word]!r} and in {key!r}. Leave one out."
             named[word] = key
-    return " ".join(wrong) or None
 
 
-def _reference(reference: int | Sequence[int]) -> str | None:
+def _reference(reference: int | Sequence[int]) -> Iterator[str]:
     """The first operations, or the first and the last of those that are new."""
-    wrong = not isinstance(reference, int) and reference[0] > reference[1]
-    return f"is {reference}, but the first comes before the last. Swap them." if wrong else None
+    if not isinstance(reference, int) and reference[0] > reference[1]:
+        yield f"is {reference}, but the first comes before the last. Swap them."
 
 
 def _curves(
@@ -184,17 +172,14 @@ def _curves(
     breaker: str | None,
     phase: str | None,
     events: Mapping[str, Sequence[str]],
-) -> str | None:
-    if curves is None or _events(events):
-        return None
-    wrong = []
+) -> Iterator[str]:
+    if curves is None or any(_events(events)):
+        return
+    which, wrong = {"breaker": breaker, "phase": phase, "events": events}, []
     for motion in motions:
-        try:
-            list_operations(curves, motion, breaker=breaker, phase=phase, events=events)
-        except (OSError, ValueError) as error:
-            wrong.append(str(error))
-    # A table is wrong for both motions alike.
-    return f"cannot be used: {'. '.join(dict.fromkeys(wrong))}." if wrong else None
+        wrong += refused("{}", list_operations, curves, motion, **which)
+    if wrong:  # a table is, for both motions alike
+        yield f"cannot be used: {'. '.join(dict.fromkeys(wrong))}."
 
 
 def _shown(
@@ -206,30 +191,31 @@ def _shown(
     phase: str | None,
     contact: str | int | None,
     trigger: str | int | None,
-) -> str | None:
+) -> Iterator[str]:
     """Limits on what records show by a contact or trigger alone, where none is stated."""
-    if curves is None or _limits(entries, motions, speeds):
-        return None
+    if curves is None or any(_limits(entries, motions, speeds)):
+        return
     defined, wrong = speeds_of(speeds), []
-    timed = {each.name for each in defined if each.start.of_event or each.end.of_event}
-    timed |= set(SWITCHING.values())
+    timed = [each.name for each in defined if each.of_event]
+    needs = dict.fromkeys((*timed, *SWITCHING.values()), "contact") | {"latch_time": "trigger"}
     for limit in from_list(entries, motions, defined, of=["record"]):
         try:
             rows = list_operations(curves, limit.motion, breaker=breaker, phase=phase)
         except (OSError, ValueError):
-            return None  # which another rule says
-        has = {"contact": contact is not None, "trigger": trigger is not None}
-        has["contact"] |= any(row.switching == row.switching for row in rows)
-        has["trigger"] |= any(row.trigger == row.trigger for row in rows)
-        columns = {"contact": SWITCHING[limit.motion], "trigger": "trigger"}
-        for name in limit.quantities:
-            needs = "trigger" if name == "latch_time" else "contact"
-            if name in (*timed, "latch_time") and not has[needs]:
-                wrong.append(
-                    f"{limit.name}: no record shows {name} without the {needs}. Set endurance."
-                    f"format.{needs}_column, or state {columns[needs]} in operations.csv."
-                )
-    return f"cannot be used. {' '.join(wrong)}" if wrong else None
+            return  # which another rule says
+        lacking = {}  # what no record shows, and the column of the table that could state it
+        if contact is None and all(isnan(row.switching) for row in rows):
+            lacking["contact"] = SWITCHING[limit.motion]
+        if trigger is None and all(isnan(row.trigger) for row in rows):
+            lacking["trigger"] = "trigger"
+        wrong += [
+            f"{limit.name}: no record shows {name} without the {needs[name]}. Set endurance.format."
+            f"{needs[name]}_column, or state {lacking[needs[name]]} in operations.csv."
+            for name in limit.quantities
+            if needs.get(name) in lacking
+        ]
+    if wrong:
+        yield f"cannot be used. {' '.join(wrong)}"
 
 
 _AT_MOST = {  # a key, and the one that it must not exceed
@@ -240,7 +226,7 @@ _AT_MOST = {  # a key, and the one that it must not exceed
     "correction.fit_size": "correction.round_draws",
 }
 
-RULES: tuple[tuple[tuple[str, ...], Callable[..., str | None]], ...] = (
+RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     *((keys, partial(_at_most, keys[1])) for keys in _AT_MOST.items()),
     *((("bank", f"training.{motion}"), _bank) for motion in MOTIONS),
     *(

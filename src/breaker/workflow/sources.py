@@ -6,7 +6,6 @@ in a template (https://yte-template-engine.github.io) when it reads the file, so
 the files of a command before Snakemake does: ``profiles/default/config.yaml`` calls it.
 """
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from functools import lru_cache, reduce
@@ -94,7 +93,8 @@ def _parsed(path: Path, text: str) -> tuple[Any, yaml.Node | None]:
     except ConfigurationError:
         raise
     except yaml.YAMLError as error:
-        raise ConfigurationError(f"{path}: is not valid YAML: {_one_line(error)}") from error
+        reason = " ".join(str(error).split())
+        raise ConfigurationError(f"{path}: is not valid YAML: {reason}") from error
     # What a value raises that its tag or its shape promises to be something else: a 13th month.
     except (ValueError, ArithmeticError, LookupError, TypeError, AttributeError) as error:
         raise ConfigurationError(f"{path}: has a value that YAML cannot read: {error}") from error
@@ -187,10 +187,6 @@ def _check_size(path: Path, node: yaml.Node) -> None:
         return sizes[id(node)]
 
     size(node, frozenset())
-
-
-def _one_line(error: Exception) -> str:
-    return re.sub(r"\s+", " ", str(error))
 
 
 # ---- places ----------------------------------------------------------------------------------

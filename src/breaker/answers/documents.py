@@ -1,9 +1,11 @@
-"""An answer as one document of plain values: what is printed, and with ``--json`` written.
+"""An answer as one document of plain values, which ``--json`` writes, and this as a tidy table.
 
 docs/usage.md explains its keys. A number that is not known is None.
 """
 
 from collections.abc import Mapping, Sequence
+from csv import DictWriter
+from io import StringIO
 
 import numpy as np
 
@@ -12,13 +14,17 @@ from breaker.answers.judgement import VERDICTS
 from breaker.files import ABOUT, printable
 from breaker.mechanism import MOTIONS, PARAMETERS, SOURCES, quantities_of
 
-__all__ = ["document", "plainly"]
+__all__ = ["document", "plainly", "table_of"]
 
 _FEWEST = 2  # records that are summed up together
 _NORMAL = 1.96  # sds, half of a 95 % interval
 _WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
 _EVENTS = {"closing": "touch", "opening": "parting"}
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
+_KINDS = {"parameters": "parameter", "quantities": "quantity"}
+_FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
+_FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
+_LEFT_OUT = ("parameters", "quantities", "fit", "limits", "remarks")
 
 
 def document(
@@ -42,10 +48,8 @@ def document(
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
     records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
-    found = {"drive": dict(drive), "settings": dict(settings), "records": records}
-    return plainly(
-        found | {"together": {motion: each for motion, each in together.items() if each}}
-    )
+    found = {"drive": drive, "settings": settings, "records": records, "together": together}
+    return plainly(found)
 
 
 def _about(answer: Answer) -> dict:
@@ -123,17 +127,19 @@ def _quantities(answer: Answer) -> dict:
         if name == "latch_time" and measured.reason:
             continue
         if answer.is_inferred(name) and answer.draws is not None:
-            row |= _drawn(answer.inferred(name)) | {"source": "inferred", "reason": None}
+            row |= _drawn(answer.inferred(name))
+            source, reason = "inferred", None
         elif measured.reason:
             why = "out of the family" if answer.misfit else "not resolved"
             reason = measured.reason if answer.draws or answer.alone(name) else why
-            row |= _drawn(None) | {"source": None, "reason": reason}
+            row |= _drawn(None)
+            source = None
         else:
             ends = [measured.value + sds * measured.sd for sds in (-_NORMAL, _NORMAL)]
             row |= {"median": measured.value, "interval_50": None, "interval_95": ends}
             source = "measured" if answer.alone(name) else f"measured, {_EVENTS[motion]} inferred"
-            row |= {"source": source, "reason": None}
-        found[name] = row
+            reason = None
+        found[name] = row | {"source": source, "reason": reason}
     return found
 
 
@@ -172,6 +178,48 @@ def _spread(rows: Sequence[Mapping]) -> dict:
         "sd": medians.std(ddof=1),
         "half_interval_95": np.median(halves),
     }
+
+
+def table_of(document: Mapping) -> str:
+    """Return the records of a document as CSV.
+
+    Beside what stands in the document of each parameter and quantity, every row has what is known
+    of its record: ``part_PART`` of each part of the motion, ``exceeded_LIMIT``, the probabilities
+    of limits, and ``verdict``. A rejected record is one row without numbers.
+    """
+    rows = [row for record in document["records"] for row in _rows(record)]
+    names = dict.fromkeys([*_FIRST, *(name for row in rows for name in row)])
+    text = StringIO()
+    writer = DictWriter(text, [*names], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _rows(record: Mapping) -> list[dict]:
+    """A row for each parameter and quantity of a record, or one of a rejected record."""
+    about = {name: each for name, each in record.items() if name not in _LEFT_OUT}
+    about["remarks"] = "; ".join(record["remarks"])
+    if not record["accepted"]:
+        return [about]
+    fit = dict(record["fit"])
+    parts = {f"part_{name.replace(' ', '_')}": each for name, each in fit.pop("parts").items()}
+    about |= fit | {"motions": " ".join(fit["motions"])} | parts
+    about |= {f"exceeded_{e['name']}": e["probability"] for e in record.get("limits", [])}
+    return [
+        {"kind": kind, "output": name, **_numbers(each), **about}
+        for group, kind in _KINDS.items()
+        for name, each in record[group].items()
+    ]
+
+
+def _numbers(each: Mapping) -> dict:
+    """A parameter or quantity in columns; its meaning is no number."""
+    found = {"unit": each["unit"], "median": each["median"]}
+    for name in ("interval_50", "interval_95"):
+        ends = each[name] or (None, None)
+        found |= {f"{name}_{end}": v for end, v in zip(("lower", "upper"), ends, strict=True)}
+    return found | {name: each[name] for name in ("source", "prior_sds") if name in each}
 
 
 def plainly(value: object) -> object:
