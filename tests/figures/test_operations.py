@@ -135,7 +135,7 @@ def test_evolution_shows_changes_since_new(life):
     assert_nothing_overlaps(figure)
     for axis, name in zip(figure.axes, life.parameter.values, strict=True):
         one = life.changed.sel(parameter=name)
-        np.testing.assert_array_equal(line_of(axis, style.colour(name)).get_ydata(), one[:, 1])
+        np.testing.assert_array_equal(line_of(axis, style.COLOURS[name]).get_ydata(), one[:, 1])
         np.testing.assert_array_equal(bands(axis)[0], [one.min(), one.max()])
         np.testing.assert_array_equal(
             line_of(axis, style.MEASURED).get_ydata(), truth.sel(parameter=name)

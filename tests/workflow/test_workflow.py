@@ -150,6 +150,12 @@ EDITS = {
         ["figure_pairs", "figure_pairs_family"],
         2,
     ),
+    # One script draws it and others, of which none is drawn again.
+    "style of another figure": (
+        lambda folder: append(folder, "src/breaker/figures/loss.py"),
+        ["figure_loss"],
+        2,
+    ),
     "validation.seed": (
         lambda folder: edit_config(folder, validation={"seed": 21}),
         [*VALIDATION, "validate_family", *FAMILY],
@@ -215,7 +221,13 @@ EDITS = {
 
 # A dry run takes seconds: edits that make different rules run again are tried together.
 TOGETHER = [
-    ("style of one figure", "endurance.posterior", "planning", "README.md"),
+    (
+        "style of one figure",
+        "style of another figure",
+        "endurance.posterior",
+        "planning",
+        "README.md",
+    ),
     ("validation.posterior", "limits"),
     ("validation.seed", "wear_model"),
 ]

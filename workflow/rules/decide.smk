@@ -55,6 +55,7 @@ figure(
     "verdict",
     "0 Verdict",
     of="",
+    within="verdict",
     life="results/life.zarr",
     standing="results/standing.zarr",
 )
@@ -74,10 +75,24 @@ rule first_page:
 
 
 # Probability of each limit and its state, over the operations.
-figure("health", "6 Decisions", of="", life="results/life.zarr", standing="results/standing.zarr")
+figure(
+    "health",
+    "6 Decisions",
+    of="",
+    within="health",
+    life="results/life.zarr",
+    standing="results/standing.zarr",
+)
 
 # The path of the wear and its changes.
-figure("changepoint", "6 Decisions", label="change points", of="", life="results/life.zarr")
+figure(
+    "changepoint",
+    "6 Decisions",
+    label="change points",
+    of="",
+    within="changepoint",
+    life="results/life.zarr",
+)
 
 # The remaining life of each limit, over the operations.
 figure(
