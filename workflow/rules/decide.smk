@@ -50,15 +50,10 @@ rule decide:
         "../scripts/decide.py"
 
 
+STANDING = {"life": "results/life.zarr", "standing": "results/standing.zarr"}
+
 # The picture of the first page: how each limit stands.
-figure(
-    "verdict",
-    "0 Verdict",
-    of="",
-    within="verdict",
-    life="results/life.zarr",
-    standing="results/standing.zarr",
-)
+figure("verdict", "0 Verdict", of="", within="verdict", **STANDING)
 
 
 rule first_page:
@@ -75,14 +70,7 @@ rule first_page:
 
 
 # Probability of each limit and its state, over the operations.
-figure(
-    "health",
-    "6 Decisions",
-    of="",
-    within="health",
-    life="results/life.zarr",
-    standing="results/standing.zarr",
-)
+figure("health", "6 Decisions", of="", within="health", **STANDING)
 
 # The path of the wear and its changes.
 figure(
@@ -100,9 +88,8 @@ figure(
     "6 Decisions",
     of="",
     params={"limits": config["limits"], "motions": MOTIONS, "speeds": SPEEDS},
-    life="results/life.zarr",
-    standing="results/standing.zarr",
     truth=TRUTH,
+    **STANDING,
 )
 
 # Fig. 10: the parameters over all operations, as changes since new.

@@ -48,7 +48,7 @@ def contraction_words(
     if limit is not None:
         short = (np.asarray(limit) - mean).max()
         told += f"; {f'at most {short:.1g}' if short > 0 else 'not'} below the limit"
-    return f"{told}; sd of z-scores {scores.z_sd.min():.2f} to {scores.z_sd.max():.2f}"
+    return f"{told}; z-score sd {scores.z_sd.min():.2f} to {scores.z_sd.max():.2f}"
 
 
 def pairs_words(
