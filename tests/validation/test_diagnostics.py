@@ -30,33 +30,23 @@ def to_normal(values):
     return np.stack([np.log(values[:, 0]), np.log(values[:, 1]), values[:, 2]], axis=1)
 
 
-def test_scores_of_the_exact_posterior():
-    """Bounds of 4.5 standard errors: 9 normal numbers, false alarm below 1e-4."""
-    n, d = 1000, 200
-    draws, truth = posteriors(n, d)
-    judged = scores(draws, truth, prior_sd=PRIOR_SD, log=LOG)
-    assert judged.z.shape == judged.contraction.shape == (n, 3)
-    # The posterior's mean and variance are estimated from d draws: 1/d more variance.
-    np.testing.assert_allclose(judged.z_mean, 0.0, atol=4.5 / np.sqrt(n))
-    np.testing.assert_allclose(judged.z_sd, 1.0, atol=4.5 / np.sqrt(2 * n) + 2 / d)
-    error = 4.5 * (1 - CONTRACTION) * np.sqrt(2 / (d * n))
-    assert np.all(np.abs(judged.mean_contraction - CONTRACTION) < error)
-
-
 @pytest.mark.parametrize(
     ("fault", "z_mean", "z_sd"),
     [
+        ({}, 0.0, 1.0),
         ({"width": 0.7}, 0.0, 1 / 0.7),
         ({"width": 1.4}, 0.0, 1 / 1.4),
         ({"bias": 0.3}, 0.3, 1.0),
     ],
 )
 def test_scores_show_what_is_wrong(fault, z_mean, z_sd):
-    """Same bounds; the faults are 9 standard errors (bias) and 12 (width) or more away from exact,
-    so the power is above 0.999."""
+    """Bounds of 4.5 standard errors: 9 normal numbers, false alarm below 1e-4. The faults are 9 of
+    them (bias) and 12 (width) or more away from exact, so the power is above 0.999."""
     n, d = 1000, 200
     draws, truth = posteriors(n, d, **fault)
     judged = scores(draws, truth, prior_sd=PRIOR_SD, log=LOG)
+    assert judged.z.shape == judged.contraction.shape == (n, 3)
+    # The posterior's mean and variance are estimated from d draws: 1/d more variance.
     np.testing.assert_allclose(judged.z_mean, z_mean, atol=4.5 * z_sd / np.sqrt(n) + 0.01)
     np.testing.assert_allclose(judged.z_sd, z_sd, atol=z_sd * (4.5 / np.sqrt(2 * n) + 2 / d))
     expected = 1 - fault.get("width", 1.0) ** 2 * (1 - CONTRACTION)

@@ -12,10 +12,10 @@ __all__ = ["identifiability"]
 
 # Shift from the middle of the row downwards, marker and colour of each posterior.
 _POSTERIORS = {
-    "amortised": (-0.18, "o", style.AMORTISED),
-    "corrected": (0.04, "D", style.CORRECTED),
+    "amortised": (-0.13, "o", style.AMORTISED),
+    "corrected": (0.13, "D", style.CORRECTED),
 }
-_COLUMNS = {"limit": 0.05, "amortised": 0.20, "corrected": 0.38}  # of the table
+_COLUMNS = {"limit": 0.05, "amortised": 0.23, "corrected": 0.44}  # of the table
 _WORDS = {
     "amortised": "amortised (network alone): mean and 90 % of {} simulated curves",
     "corrected": "corrected (exact posterior): mean and 90 % of {} simulated curves",
