@@ -11,7 +11,7 @@ from breaker.figures.health import health
 from breaker.figures.marks import COLOURS
 from breaker.figures.remaining_life import remaining_life
 from tests.figures.drawn import assert_nothing_overlaps, bands, boxes, line_of, words, written
-from tests.figures.lives import LIMITS, life_data, standing_data
+from tests.lives import LIMITS, life_data, standing_data
 
 
 @pytest.fixture

@@ -68,6 +68,7 @@ def test_band_and_p_value_give_the_same_judge_ranks(alpha):
     draws, columns = 50, uniform_ranks(100, 50, 60, "agreement")
     columns[:, 30:] = columns[:, 30:] // (1 + np.arange(30) / 20)  # from none to a strong fault
     judged = judge_ranks(columns, draws, alpha=alpha)
+    assert np.array_equal(judged.outside, judged.p_values <= alpha / 60)  # of all together
     assert np.array_equal(judged.outside, judged.excess > 0)
     assert np.array_equal(judged.outside, leaves(columns, draws, judged.band))
     assert judged.outside.any()
