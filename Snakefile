@@ -101,4 +101,5 @@ for each in workflow.rules:
             place = Path(each.log[0]).with_suffix(".tsv").parts[1:]
             each.benchmark = "results/benchmarks/" + "_".join(place)
         each.input_modifier = each.output_modifier  # has none yet if the rule states no input
-        each.set_input(code=modules_of(Path(workflow.basedir) / "workflow/rules" / each.script))
+        file = Path(workflow.basedir) / "workflow/rules" / each.script
+        each.set_input(code=modules_of(file, each.params.get("within")))

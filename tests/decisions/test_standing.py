@@ -5,7 +5,7 @@ import pytest
 
 from breaker.decisions import STATES, standing
 from breaker.decisions.states import planned
-from tests.decisions.lives import OPERATIONS, a_life
+from tests.lives import OPERATIONS, a_life
 
 PLANNING = {"operations": 150, "years": 2.0}
 NO_DATES = np.full(OPERATIONS.size, np.nan)

@@ -14,7 +14,7 @@ from breaker.decisions import (
     limit_table,
     standing,
 )
-from tests.decisions.lives import OPERATIONS, a_life
+from tests.lives import OPERATIONS, a_life
 
 PLANNING = {"operations": 150, "years": 2.0}
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.decisions import headline, limit_words, opening, since_new, trust
-from tests.decisions.lives import a_life
 from tests.decisions.test_tables import tables
+from tests.lives import a_life
 
 
 def said(life):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.figures import style
-from breaker.figures.identifiability import DRIVE, identifiability
+from breaker.figures.identifiability import identifiability
 from breaker.validation import comparison
 from tests.figures.drawn import assert_nothing_overlaps, line_of, segments, words
 from tests.validation.made import NAMES, contractions
@@ -12,7 +12,8 @@ from tests.validation.made import NAMES, contractions
 
 @pytest.fixture(scope="module")
 def identified():
-    found = comparison.reached(contractions(), NAMES)
+    values = {name: each for name, each in contractions().items() if name != "drive"}
+    found = comparison.reached(values, NAMES)
     return found, identifiability(found, motion="closing")
 
 
@@ -27,7 +28,7 @@ def test_contractions_are_drawn_where_they_are(identified):
         assert box.y0 < row < box.y1
     (dashes,) = segments(axis, style.MEASURED)
     np.testing.assert_allclose(dashes[..., 0], limit["mean"].values[:, None] + [0, 0])
-    colours = {"amortised": style.AMORTISED, "corrected": style.CORRECTED, "drive": DRIVE}
+    colours = {"amortised": style.AMORTISED, "corrected": style.CORRECTED}
     for source, colour in colours.items():
         one = found.sel(source=source)
         marks = line_of(axis, colour)
@@ -46,23 +47,22 @@ def test_each_row_has_its_name_numbers_and_words(identified):
     axis, table = figure.axes
     for row, name in enumerate(found.output.values):
         label = axis.get_yticklabels()[row].get_text()
-        assert label == f"{style.parameter(name).meaning}   {style.parameter(name).symbol}"
+        assert label == f"{style.OUTPUTS[name].meaning}   {style.OUTPUTS[name].symbol}"
         beside = [text.get_text() for text in table.texts if text.get_position()[1] == row]
         one = found.sel(output=name)
         numbers = [f"{one['mean'].sel(source=each).item():.3f}" for each in found.source.values]
         assert beside == [*numbers, one.known.item()]
     above = [text.get_text() for text in table.texts if text.get_position()[1] < 0]
-    assert above == ["limit", "amortised", "corrected", "drive", "over the prior"]
+    assert above == ["limit", "amortised", "corrected", "over the prior"]
 
 
 def test_identifiability_says_what_came_out(identified):
     text = words(identified[1])
     expected = [
         "Closing: how well the curve determines each parameter\nover the prior",
-        "90 % of 200 draws of the prior",
+        "linearised limit: 90 % of 200 draws of the prior",
         "amortised (network alone): mean and 90 % of 50 simulated curves",
         "corrected (exact posterior): mean and 90 % of 48 simulated curves",
-        "this drive: mean and 90 % of its first 20 operations",
         "0: nothing learnt, the prior stays;  1: known exactly",
     ]
     assert [each for each in expected if each not in text] == []
@@ -71,7 +71,9 @@ def test_identifiability_says_what_came_out(identified):
 
 def test_identifiability_without_onset_and_below_zero():
     """A posterior wider than its prior stays in sight."""
-    found = comparison.reached(contractions(NAMES[:7], shift=0.5), NAMES[:7])
+    values = contractions(NAMES[:7], shift=0.5)
+    values.pop("drive")
+    found = comparison.reached(values, NAMES[:7])
     figure = identifiability(found, motion="opening")
     assert len(figure.axes[0].get_yticklabels()) == 7
     assert "$t_0$" not in "".join(t.get_text() for t in figure.axes[0].get_yticklabels())

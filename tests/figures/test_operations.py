@@ -11,7 +11,7 @@ from breaker.figures.health import health
 from breaker.figures.marks import COLOURS
 from breaker.figures.remaining_life import remaining_life
 from tests.figures.drawn import assert_nothing_overlaps, bands, boxes, line_of, words, written
-from tests.figures.lives import LIMITS, life_data, standing_data
+from tests.lives import LIMITS, life_data, standing_data
 
 
 @pytest.fixture
@@ -135,7 +135,7 @@ def test_evolution_shows_changes_since_new(life):
     assert_nothing_overlaps(figure)
     for axis, name in zip(figure.axes, life.parameter.values, strict=True):
         one = life.changed.sel(parameter=name)
-        np.testing.assert_array_equal(line_of(axis, style.colour(name)).get_ydata(), one[:, 1])
+        np.testing.assert_array_equal(line_of(axis, style.COLOURS[name]).get_ydata(), one[:, 1])
         np.testing.assert_array_equal(bands(axis)[0], [one.min(), one.max()])
         np.testing.assert_array_equal(
             line_of(axis, style.MEASURED).get_ydata(), truth.sel(parameter=name)

@@ -27,11 +27,11 @@ def test_prior_predictive_states_what_is_outside():
     measured = measured.assign_coords(operation=[1, 50, 100])
     measured["travel"][2] += 5.0
     check = prior_check(prior.travel.values, measured.travel.values)
-    figure = predictive.prior_predictive(prior, check, measured, motion="opening", shown=20)
+    figure = predictive.prior_predictive(prior, check, measured, motion="opening")
     (axis,) = figure.axes
     drawn = [line for line in axis.lines if line.get_color() == style.MEASURED]
     np.testing.assert_array_equal([line.get_ydata() for line in drawn], measured.travel)
-    assert len([line for line in axis.lines if line.get_color() == style.PRIOR]) == 20
+    assert len([line for line in axis.lines if line.get_color() == style.PRIOR]) == 50
     np.testing.assert_array_equal(line_of(axis, style.MODEL).get_ydata(), check.median)
     np.testing.assert_allclose(bands(axis)[0], (check.lower.min(), check.upper.max()))
     assert (axis.get_xlabel(), axis.get_ylabel()) == ("time (ms)", "travel (mm)")
@@ -43,7 +43,8 @@ def test_prior_predictive_states_what_is_outside():
 
 
 def stages(count):
-    data = curves(count, "stage").assign_coords(operation=("stage", np.arange(count) * 100 + 1))
+    data = curves(count, "stage").assign_attrs(noise_sd=NOISE_SD)
+    data = data.assign_coords(operation=("stage", np.arange(count) * 100 + 1))
     return data.assign(
         share_inside=("stage", np.linspace(0.9, 1.0, count)),
         main_motion_end=("stage", 10.0 + np.arange(count)),
@@ -56,7 +57,7 @@ def stages(count):
 def test_residuals_are_in_units_of_the_noise(kind):
     data, count = stages(4), 4
     if kind == "endurance":
-        figure = predictive.endurance_predictive(data, motion="closing", noise_sd=NOISE_SD)
+        figure = predictive.endurance_predictive(data, motion="closing")
         flags = ["fits the model (p = 0.4)\n", *[""] * 2, "does NOT fit the model (p = 1e-05)\n"]
         titles = [f"operation {100 * i + 1}: {flags[i]}" for i in range(4)]
         assert figure.get_suptitle().endswith("\n1 of 4 flagged as not fitting the model")
@@ -66,7 +67,7 @@ def test_residuals_are_in_units_of_the_noise(kind):
     else:
         only_stages = ["operation", "main_motion_end", "p_value", "misfit"]
         data = data.rename(stage="curve", travel="measured").drop_vars(only_stages)
-        figure = predictive.posterior_predictive(data, motion="closing", noise_sd=NOISE_SD)
+        figure = predictive.posterior_predictive(data, motion="closing")
         titles = [f"simulated record {i}: " for i in range(1, 5)]
         data = data.rename(measured="travel")
         assert "measured" not in words(figure)
@@ -84,14 +85,11 @@ def test_residuals_are_in_units_of_the_noise(kind):
     assert_nothing_overlaps(figure)
 
 
-def test_few_stages_and_no_noise():
-    figure = predictive.endurance_predictive(stages(3), motion="opening", noise_sd=NOISE_SD)
-    assert len(figure.axes) == 6
-    with pytest.raises(ValueError, match="noise sd above zero"):
-        predictive.endurance_predictive(stages(1), motion="closing", noise_sd=0.0)
+def test_few_stages():
+    assert len(predictive.endurance_predictive(stages(3), motion="opening").axes) == 6
 
 
-def draw_loss(*, convergence, best=200):
+def draw_loss(*, solves):
     steps, at = np.arange(1, 401), np.arange(100, 401, 100)
     history = xr.Dataset(
         {
@@ -101,45 +99,51 @@ def draw_loss(*, convergence, best=200):
             "evaluation_step": ("evaluation", at),
         },
         {"step": steps},
-        {"best_step": best, "held_out_log_density": 3.42, "held_out_log_density_se": 0.05},
+        {"best_step": 200, "held_out_log_density": 3.42, "held_out_log_density_se": 0.05},
     )
+    differences = {"mean": [0.1, 0.03, 0.01], "max": [1.0, 0.4, 0.1], "density": [0.3, 0.1, 0.02]}
     solver = xr.Dataset(
-        {
-            "mean_difference": ("solver_steps", [0.1, 0.03, 0.01]),
-            "max_difference": ("solver_steps", [1.0, 0.4, 0.1]),
-            "density_difference": ("solver_steps", [0.3, 0.08, 0.02]),
-        },
+        {f"{name}_difference": ("solver_steps", each) for name, each in differences.items()},
         {"solver_steps": [2, 4, 8]},
-        {"chosen_steps": 4, "chosen_density_steps": 8, "reference_steps": 64},
+        {"chosen_steps": 4, "chosen_density_steps": 8, "reference_steps": 64, "solves": 1},
     )
-    return loss.loss(history, solver if convergence else None, motion="closing"), history, solver
+    figure = loss.loss(
+        history, solver if solves else xr.Dataset(attrs={"solves": 0}), motion="closing"
+    )
+    return figure, history, solver
 
 
-def test_loss_draws_training_validation_rate_and_solver():
-    figure, history, solver = draw_loss(convergence=True)
-    by_title = {axis.get_title(): axis for axis in figure.axes}
-    training, steps = by_title["training loss"], by_title["convergence of the solver"]
-    validation, rate = by_title["validation: negative log density"], by_title[""]
-    np.testing.assert_array_equal(training.lines[0].get_ydata(), history.training_loss)
-    assert "scale of its own" in training.get_ylabel()
+@pytest.mark.parametrize("solves", [True, False])
+def test_loss_has_a_panel_for_each_scale(solves):
+    figure, history, solver = draw_loss(solves=solves)
+    panels = {axis.get_title(): axis for axis in figure.axes}
+    validation, rate = panels["negative log density"], panels[""]
+    training = panels["training loss"] if solves else validation
+    assert training.get_ylabel() == ("loss, a scale of its own" if solves else "nats per curve")
+    batches = line_of(training, style.PRIOR).get_ydata()
+    np.testing.assert_array_equal(batches, history.training_loss)
     assert validation.get_ylabel() == "nats per curve"
-    np.testing.assert_array_equal(validation.lines[0].get_xdata(), history.evaluation_step)
-    np.testing.assert_array_equal(validation.lines[0].get_ydata(), history.validation_loss)
+    line = line_of(validation, style.MODEL)
+    np.testing.assert_array_equal(line.get_xdata(), history.evaluation_step)
+    np.testing.assert_array_equal(line.get_ydata(), history.validation_loss)
     star = line_of(validation, style.WARNING, "*").get_xydata()[0]
     np.testing.assert_allclose(star, (200, history.validation_loss[1]))
-    assert line_of(validation, style.REFERENCE).get_ydata()[0] == -3.42
+    held_out = line_of(validation, style.REFERENCE).get_ydata()[0]
+    assert held_out == -3.42
+    low, high = validation.get_ylim()
+    assert low < held_out - 0.05
+    assert high > history.validation_loss.max()
     np.testing.assert_array_equal(rate.lines[0].get_ydata(), history.learning_rate)
-    drawn = [line.get_ydata().tolist() for line in steps.lines[:3]]
-    names = ("max_difference", "mean_difference", "density_difference")
-    assert drawn == [solver[name].values.tolist() for name in names]
-    assert [line.get_xdata()[0] for line in steps.lines[3:]] == [4, 8]
     assert "held-out log density 3.420 ± 0.050 nats" in figure.get_suptitle()
     assert_nothing_overlaps(figure)
-
-
-def test_loss_of_a_density_is_in_nats():
-    figure, *_ = draw_loss(convergence=False)
-    assert [axis.get_ylabel() for axis in figure.axes[:2]] == ["nats per curve"] * 2
-    assert len(figure.axes) == 3
-    with pytest.raises(ValueError, match="best_step 150"):
-        draw_loss(convergence=False, best=150)
+    assert len(panels) == (5 if solves else 2)
+    if solves:
+        for title, unit, names, chosen in (
+            ("draws", "posterior sd", ("max", "mean"), 4),
+            ("log density", "nats", ("density",), 8),
+        ):
+            axis = panels[f"convergence of the {title}"]
+            assert f"({unit})" in axis.get_ylabel()
+            for line, name in zip(axis.lines, names, strict=False):
+                np.testing.assert_array_equal(line.get_ydata(), solver[f"{name}_difference"])
+            assert axis.lines[len(names)].get_xdata()[0] == chosen

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 from breaker.figures import style
-from breaker.figures.identifiability import DRIVE
 from breaker.figures.marks import COLOURS
 from tests.figures.drawn import SIGHT, lab
 
@@ -21,7 +20,6 @@ PALETTES = {
     "parameters": (style.COLOURS, style.COLOURS),
     "states": (COLOURS, COLOURS),
     "posteriors": (POSTERIORS, ("AMORTISED", "CORRECTED")),
-    "drive": (POSTERIORS | {"drive": DRIVE}, ("drive",)),
 }
 
 
@@ -50,13 +48,6 @@ def test_settings_are_left_alone_and_not_taken_over():
         assert dict(mpl.rcParams) == before
     assert figure.axes[0].xaxis.label.get_size() < 12
     assert figure.dpi == 150
-
-
-def test_strange_names_are_refused():
-    with pytest.raises(ValueError, match="no source is called 'Closing'"):
-        style.heading(style.new_figure(1, 1), "Closing", "text")
-    with pytest.raises(ValueError, match="no output is called 'k_1'"):
-        style.colour("k_1")
 
 
 def test_names_of_limits_are_no_mathematics():

@@ -30,7 +30,7 @@ def test_sbc_draws_ranks_in_their_band(motion, names):
     judged = judge_draws(*inferred(names))
     figure = validation.sbc(judged, names, motion=motion)
     outcome = judged.words(style.symbols(names))
-    title = f"{motion.capitalize()}: simulation-based calibration {outcome}"
+    title = f"{motion.capitalize()}, two-spring model: simulation-based calibration {outcome}"
     assert " ".join(figure.get_suptitle().split()) == title
     assert outcome.startswith("calibrated: all")
     assert len(figure.axes) == len(names)
@@ -41,7 +41,7 @@ def test_sbc_draws_ranks_in_their_band(motion, names):
         assert line.get_drawstyle() == "steps-post"
         ends = judged.band.lower.min(), judged.band.upper.max()
         np.testing.assert_allclose(bands(axis)[0], ends)
-        title = f"{style.parameter(name).symbol}   inside, p = {judged.p_values[i]:.2g}"
+        title = f"{style.OUTPUTS[name].symbol}   inside, p = {judged.p_values[i]:.2g}"
         assert axis.get_title() == title
     assert_nothing_overlaps(figure)
 
@@ -49,8 +49,11 @@ def test_sbc_draws_ranks_in_their_band(motion, names):
 def test_failed_calibration_is_seen():
     """In the title and its colour, and in the panel that failed."""
     judged = judge_draws(*inferred(THREE, narrow=["f"]))
-    figure = validation.sbc(judged, THREE, motion="closing", subject="calibration of files")
-    assert "calibration of files\nNOT calibrated: $f$ outside the band" in figure.get_suptitle()
+    figure = validation.sbc(
+        judged, THREE, motion="closing", subject="calibration of files", of="family"
+    )
+    title = "Closing, family: calibration of files\nNOT calibrated: $f$ outside the band"
+    assert title in figure.get_suptitle()
     assert figure._suptitle.get_color() == style.WARNING
     colours = [axis.title.get_color() for axis in figure.axes]
     assert colours == ["black", style.WARNING, "black"]
@@ -67,7 +70,7 @@ def test_contraction_is_across_and_z_score_up():
         np.testing.assert_array_equal(dots.get_ydata(), found.z[:, i])
         limit = np.linspace(0.3, 1, 8)[i]
         assert line_of(axis, style.MEASURED).get_xdata()[0] == limit
-        text = f"mean {found.mean_contraction[i]:.2f}, exact {limit:.2f}"
+        text = f"mean {found.mean_contraction[i]:.2f}, limit {limit:.2f}"
         assert text in axis.get_title()
         assert f"z-score sd {found.z_sd[i]:.2f}" in axis.get_title()
     assert "best known: " in figure.get_suptitle()
@@ -76,7 +79,7 @@ def test_contraction_is_across_and_z_score_up():
     assert_nothing_overlaps(figure)
     few = scores(draws[..., :2], truth[..., :2], prior_sd=[0.2, 0.2], log=[True, True])
     small = validation.contraction(few, NAMES[:2], motion="opening")
-    assert "exact" not in words(small)
+    assert "limit" not in words(small)
     assert_nothing_overlaps(small)
 
 
@@ -89,8 +92,8 @@ def test_recovery_has_the_truth_across():
         np.testing.assert_array_equal(dots.get_ydata(), found.median[:, i])
         np.testing.assert_array_equal(bars[..., 0], found.truth[:, i, None] + [0, 0])
         np.testing.assert_array_equal(bars[..., 1], found.interval_95[:, i])
-        assert axis.get_xlabel() == f"true {style.parameter(name).label}"
-        assert axis.get_ylabel() == f"inferred {style.parameter(name).label}"
+        assert axis.get_xlabel() == f"true {style.OUTPUTS[name].label}"
+        assert axis.get_ylabel() == f"inferred {style.OUTPUTS[name].label}"
         shares = f"{100 * found.covered_95[i]:.0f} %, in 50 %: {100 * found.covered_50[i]:.0f} %"
         stated = f"correlation {found.correlation[i]:.2f}\ntruth in 95 %: {shares}"
         assert axis.get_title().endswith(stated)
@@ -116,8 +119,8 @@ def test_pairs_have_column_across_and_row_up():
             assert (at[0][0], at[1][1]) == (truth[0, column], truth[0, row])
         else:
             assert axis.lines[0].get_xdata()[0] == truth[0, row]
-            assert axis.get_title() == style.parameter(FOUR[row]).symbol
-    labels = [style.parameter(name).label for name in FOUR]
+            assert axis.get_title() == style.OUTPUTS[FOUR[row]].symbol
+    labels = [style.OUTPUTS[name].label for name in FOUR]
     assert [axis.get_xlabel() for axis in grid[3]] == labels
     assert [axis.get_ylabel() for axis in grid[1:, 0]] == labels[1:]
     assert_nothing_overlaps(figure)

@@ -8,7 +8,7 @@ from breaker.decisions import STATES
 from breaker.figures.marks import COLOURS
 from breaker.figures.verdict import verdict
 from tests.figures.drawn import assert_nothing_overlaps, words, written
-from tests.figures.lives import LIMITS, life_data, standing_data
+from tests.lives import LIMITS, life_data, standing_data
 
 
 def drawn(axis):

@@ -16,12 +16,12 @@ def test_shares_inside_intervals_are_stated_from_the_least_to_the_largest():
 def test_contraction_names_best_and_least_known():
     found = SimpleNamespace(mean_contraction=np.array([0.4, 0.95]), z_sd=np.array([0.98, 1.0]))
     told = contraction_words(found, ["L", "f"], np.array([0.43, 0.9]))
-    assert told.startswith("best known: f (0.95), least: L (0.40); at most 0.03 below the exact")
-    assert told.endswith("; sd of z-scores 0.98 to 1.00")
-    assert "; not below the exact" in contraction_words(found, ["L", "f"], np.array([0.4, 0.9]))
-    assert "exact" not in contraction_words(found, ["L", "f"])
+    assert told.startswith("best known: f (0.95), least: L (0.40); at most 0.03 below the limit; ")
+    assert told.endswith("; z-score sd 0.98 to 1.00")
+    assert "; not below the limit" in contraction_words(found, ["L", "f"], np.array([0.4, 0.9]))
+    assert "limit" not in contraction_words(found, ["L", "f"])
     one = SimpleNamespace(mean_contraction=np.array([0.4]), z_sd=np.array([0.98]))
-    assert contraction_words(one, ["L"]).startswith("best known: L (0.40); sd")
+    assert contraction_words(one, ["L"]).startswith("best known: L (0.40); z-score sd")
 
 
 def test_the_closest_pair_is_never_one_output_with_itself():

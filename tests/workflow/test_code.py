@@ -37,10 +37,10 @@ def package(tmp_path, monkeypatch):
     monkeypatch.setattr(code, "_PACKAGE", folder)
     script = tmp_path / "script.py"
 
-    def found(text: str) -> set[str]:
+    def found(text: str, **told: str) -> set[str]:
         code._imported.cache_clear()
         script.write_text(text)
-        return {str(Path(file).relative_to(folder)) for file in modules_of(script)}
+        return {str(Path(file).relative_to(folder)) for file in modules_of(script, **told)}
 
     return found
 
@@ -72,6 +72,14 @@ def test_a_whole_room_is_all_that_it_may_show(package):
     for text in ("import breaker.room", "import breaker.room as room", "from breaker import room"):
         assert package(text) == ONE | TWO | {"__init__.py"}
     assert package("from breaker.room import *") == ONE | TWO | {"__init__.py"}
+
+
+def test_a_module_that_a_script_is_told_to_import_counts_with_its_own(package):
+    assert package("import numpy", named="breaker.room.first") == ONE | {"__init__.py"}
+    assert package("import breaker.tool", named="breaker.room.second") == TWO | {
+        "__init__.py",
+        "tool.py",
+    }
 
 
 def test_modules_that_import_each_other_end(package, tmp_path):

@@ -144,6 +144,8 @@ TIRED = {"name": "tired", "of": "change", "lower": {"f": "-5 %"}}
 SLOWER = {"f": {"median": 0.8, "log_sd": 0.1}}
 EDITS = {
     "style of one figure": (edit_of("src/breaker/figures/pairs.py"), FIGURE),
+    # One script draws it and others, of which none is drawn again.
+    "style of another figure": (edit_of("src/breaker/figures/loss.py"), ["figure_loss"]),
     "validation.seed": (
         setting(validation={"seed": 21}),
         [*VALIDATION, "validate_family", *FAMILY],
@@ -171,7 +173,13 @@ EDITS = {
 
 # A dry run takes seconds: edits that make different rules run again are tried together.
 TOGETHER = [
-    ("style of one figure", "endurance.posterior", "planning", "README.md"),
+    (
+        "style of one figure",
+        "style of another figure",
+        "endurance.posterior",
+        "planning",
+        "README.md",
+    ),
     ("validation.posterior", "limits"),
     ("validation.seed", "wear_model"),
 ]

@@ -50,14 +50,10 @@ rule decide:
         "../scripts/decide.py"
 
 
+STANDING = {"life": "results/life.zarr", "standing": "results/standing.zarr"}
+
 # The picture of the first page: how each limit stands.
-figure(
-    "verdict",
-    "0 Verdict",
-    of="",
-    life="results/life.zarr",
-    standing="results/standing.zarr",
-)
+figure("verdict", "0 Verdict", of="", within="verdict", **STANDING)
 
 
 rule first_page:
@@ -74,10 +70,17 @@ rule first_page:
 
 
 # Probability of each limit and its state, over the operations.
-figure("health", "6 Decisions", of="", life="results/life.zarr", standing="results/standing.zarr")
+figure("health", "6 Decisions", of="", within="health", **STANDING)
 
 # The path of the wear and its changes.
-figure("changepoint", "6 Decisions", label="change points", of="", life="results/life.zarr")
+figure(
+    "changepoint",
+    "6 Decisions",
+    label="change points",
+    of="",
+    within="changepoint",
+    life="results/life.zarr",
+)
 
 # The remaining life of each limit, over the operations.
 figure(
@@ -85,9 +88,8 @@ figure(
     "6 Decisions",
     of="",
     params={"limits": config["limits"], "motions": MOTIONS, "speeds": SPEEDS},
-    life="results/life.zarr",
-    standing="results/standing.zarr",
     truth=TRUTH,
+    **STANDING,
 )
 
 # Fig. 10: the parameters over all operations, as changes since new.

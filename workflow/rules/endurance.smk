@@ -115,5 +115,6 @@ figure(
     "endurance_predictive",
     "5 Endurance test",
     label="posterior predictive",
+    within="predictive",
     predictive="results/endurance/{motion}_predictive.zarr",
 )

@@ -101,11 +101,12 @@ rule family_quality:
 
 
 # The paper's checks of the network of levels, on drives that it was not trained on.
-FAMILY_FIGURES = {"sbc": {"subject": "calibration on held-out drives of the family"}}
-FAMILY_FIGURES |= {
-    "contraction": {"prior": config["prior"], "onset_sd": 0.0, "setting": ", family of drives"},
-    "recovery": {},
-    "pairs": {},
+FAMILY = {"of": "family of drives"}
+FAMILY_FIGURES = {
+    "sbc": {"shows": "ranks", "words": FAMILY | {"subject": "calibration on held-out drives"}},
+    "contraction": {"shows": "scores", "words": FAMILY, "prior": config["prior"], "onset_sd": 0.0},
+    "recovery": {"shows": "recovery", "words": FAMILY},
+    "pairs": {"words": FAMILY},
 }
 PRIOR = f"results/prior_predictive/{MOTIONS[0]}.zarr"
 for name, params in FAMILY_FIGURES.items():
@@ -114,8 +115,8 @@ for name, params in FAMILY_FIGURES.items():
         "3 Validation",
         label=f"{name} of the family",
         of="_{origin}_{source}",
-        by=name,
-        params=params | {"motions": lambda wildcards: wildcards.source},
+        by="pairs" if name == "pairs" else "validation",
+        params=params,
         validation="results/family/{origin}/levels_{source}.zarr",
         **({"prior": PRIOR} if name == "pairs" else {}),
     )

@@ -1,7 +1,9 @@
-"""What all figures have in common: a script of their name draws them, for the report too."""
+"""What all figures have in common: a script draws them, for the report too."""
 
 
-def figure(name, category, *, label=None, of="_{motion}", by=None, params=None, **inputs):
+def figure(
+    name, category, *, label=None, of="_{motion}", by=None, within=None, params=None, **inputs
+):
     """Make the rule of one figure.
 
     Args:
@@ -10,9 +12,13 @@ def figure(name, category, *, label=None, of="_{motion}", by=None, params=None, 
         label: Its name in the report, if it is another.
         of: Wildcards in the file's name.
         by: Name of the script, if it is that of another figure.
+        within: Module of ``breaker.figures`` whose function of the figure's name takes the inputs as
+            they are, and the wildcards: then the figure needs no script of its own.
         params: Settings that the script takes.
         inputs: Files that it takes, by name.
     """
+    if within:
+        params = {"within": f"breaker.figures.{within}", "figure": name}
 
     rule:
         name:
@@ -26,4 +32,4 @@ def figure(name, category, *, label=None, of="_{motion}", by=None, params=None, 
         params:
             **(params or {}),
         script:
-            f"../scripts/figure_{by or name}.py"
+            "../scripts/figure.py" if within else f"../scripts/figure_{by or name}.py"

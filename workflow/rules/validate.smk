@@ -16,6 +16,7 @@ figure(
 figure(
     "loss",
     "2 Training",
+    within="loss",
     history="results/training/{motion}_history.zarr",
     solver="results/training/{motion}_solver.zarr",
 )
@@ -67,7 +68,7 @@ rule identifiability:
 
 
 rule quality:
-    """One row an output: calibration, z-score, contraction beside its exact limit."""
+    """One row an output: calibration, z-score, contraction beside its limit."""
     input:
         validation="results/validation/{motion}_seed{seed}.zarr",
         corrected="results/validation/{motion}_corrected_seed{seed}.zarr",
@@ -89,15 +90,16 @@ rule quality:
         "../scripts/quality.py"
 
 
+SUBJECT = f"simulation-based calibration, {config['validation']['posterior']} posterior"
+
 # Fig. 4: simulation-based calibration.
 figure(
     "sbc",
     "3 Validation",
     label="calibration",
+    by="validation",
     validation=validated,
-    params={
-        "subject": f"simulation-based calibration, {config['validation']['posterior']} posterior"
-    },
+    params={"shows": "ranks", "words": {"subject": SUBJECT}},
 )
 
 # Fig. 4 through curve files: simulation-based calibration.
@@ -105,22 +107,25 @@ figure(
     "sbc_reader",
     "3 Validation",
     label="calibration through files",
-    by="sbc",
+    by="validation",
     validation=f"results/validation/{{motion}}_reader_seed{SEED}.zarr",
-    params={"subject": "calibration through curve files"},
+    params={"shows": "ranks", "words": {"subject": "calibration through curve files"}},
 )
 
-# Fig. 5: z-score against contraction, with the exact limit.
+# Fig. 5: z-score against contraction, with its limit.
 figure(
     "contraction",
     "3 Validation",
+    by="validation",
     validation=validated,
     limit="results/identifiability/{motion}.zarr",
-    params={"prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
+    params={"shows": "scores", "prior": config["prior"], "onset_sd": config["sensor"]["onset_sd"]},
 )
 
 # Fig. 6: what was inferred against the truth.
-figure("recovery", "3 Validation", validation=validated)
+figure(
+    "recovery", "3 Validation", by="validation", validation=validated, params={"shows": "recovery"}
+)
 
 # Fig. 7: prior, posterior and truth of one simulated curve, pair by pair.
 figure(
@@ -147,5 +152,8 @@ rule posterior_predictive:
 
 # Fig. 8: posterior predictive check on simulated records.
 figure(
-    "posterior_predictive", "3 Validation", predictive="results/validation/{motion}_predictive.zarr"
+    "posterior_predictive",
+    "3 Validation",
+    within="predictive",
+    predictive="results/validation/{motion}_predictive.zarr",
 )

@@ -7,24 +7,15 @@ from breaker.validation import contraction, reached
 from breaker.workflow import start
 
 start(snakemake)
-params = snakemake.params
-files = snakemake.input
+params, motion = snakemake.params, snakemake.wildcards.motion
 limit, amortised, corrected = (
-    open_store(files[name]) for name in ("limit", "amortised", "corrected")
+    open_store(snakemake.input[name]) for name in ("limit", "amortised", "corrected")
 )
 corrected = corrected.isel(curve=corrected.resolved.values)  # of the others, no width is known
 names = amortised.output.values
-scale = {
-    "prior_sd": prior_sds(names, params.prior, params.onset_sd),
-    "log": is_logarithmic(names),
-}
-sources = {
-    "amortised": amortised.draws.values,
-    "corrected": corrected.draws.values,
-}
-found = {name: contraction(draws, **scale) for name, draws in sources.items() if len(draws)}
-figure = identifiability(
-    reached({"limit": limit.contraction.values} | found, names),
-    motion=snakemake.wildcards.motion,
-)
-figure.savefig(snakemake.output[0])
+scale = {"prior_sd": prior_sds(names, params.prior, params.onset_sd), "log": is_logarithmic(names)}
+found = {"limit": limit.contraction.values}
+for name, data in (("amortised", amortised), ("corrected", corrected)):
+    if data.sizes["curve"]:
+        found[name] = contraction(data.draws.values, **scale)
+identifiability(reached(found, names), motion=motion).savefig(snakemake.output[0])

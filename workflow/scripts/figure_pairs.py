@@ -8,7 +8,8 @@ from breaker.stores import open_store
 from breaker.validation import correlation, parameters_of
 from breaker.workflow import start
 
-log = start(snakemake)
+start(snakemake)
+wildcards = snakemake.wildcards
 data = parameters_of(open_store(snakemake.input.validation))
 prior = open_store(snakemake.input.prior)
 names = data.output.values
@@ -21,7 +22,8 @@ figure = pairs(
     draws,
     truth,
     names,
-    motion=snakemake.params.get("motions") or snakemake.wildcards.motion,
+    motion=wildcards.get("source") or wildcards.motion,
     correlation=correlation(draws, log=is_logarithmic(names)),
+    **snakemake.params.get("words", {}),
 )
 figure.savefig(snakemake.output[0])

@@ -9,7 +9,6 @@ from scipy.stats import gaussian_kde
 
 from breaker.answers import Curve, Shown
 from breaker.figures import style
-from breaker.figures.words import literal
 from breaker.mechanism import PARAMETERS
 
 __all__ = ["answer"]
@@ -43,13 +42,13 @@ def answer(data: Shown) -> Figure:
     for k, (axis, each) in enumerate(zip(axes, PARAMETERS, strict=False)):
         posteriors = {of: [draws[:, k] for draws in some] for of, some in data.posteriors.items()}
         _densities(axis, posteriors, data.prior[:, k])
-        axis.set_title(literal(each.meaning), loc="left", fontsize=9)
+        axis.set_title(style.literal(each.meaning), loc="left", fontsize=9)
         axis.set_xlabel(each.label)
     _densities(axes[len(PARAMETERS)], data.switching, None)
     events = ", ".join(_SWITCHING[motion] for motion in data.curves)
     axes[len(PARAMETERS)].set_title(f"{events} of the contact", loc="left", fontsize=9)
     axes[len(PARAMETERS)].set_xlabel("time after the release (ms)")
-    figure.suptitle(literal(data.title))
+    figure.suptitle(style.literal(data.title))
     style.legend_below(figure, _keys(data), columns=3)
     return figure
 
@@ -70,7 +69,7 @@ def _record(axis: Axes, data: Curve, motion: str) -> None:
     axis.set_ylabel(style.TRAVEL)
     axis.margins(x=0)
     look = {"color": "black" if data.good else style.WARNING, "loc": "left"}
-    axis.set_title(f"{motion} in {literal(data.file)}: {data.words}", **look)
+    axis.set_title(f"{motion} in {style.literal(data.file)}: {data.words}", **look)
 
 
 def _left(axis: Axes, data: Curve) -> None:

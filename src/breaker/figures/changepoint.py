@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import marks, style
-from breaker.figures.words import symbolic
 
 __all__ = ["changepoint"]
 
@@ -61,7 +60,7 @@ def _parameters(axis: Axes, life: xr.Dataset) -> None:
     moved = life["parameter"].values[low * high > 0.0]
     for name in moved:
         one = life["changed"].sel(parameter=name).isel(quantile=1)
-        axis.plot(life["asked"], one, color=style.colour(name))
+        axis.plot(life["asked"], one, color=style.COLOURS[name])
     if len(moved):
         axis.legend(axis.lines, style.symbols(moved), loc="upper left", ncols=len(moved))
         return
@@ -111,4 +110,4 @@ def _words(change: xr.Dataset, number: int) -> list[str]:
         lines += [f"90 %: {earliest} to {latest}", f"noticed at {noticed}"]
     if change["certainty"].item() < 0.0:
         lines.append("taken back by later records")
-    return [lines[0], *(f"    {symbolic(line)}" for line in lines[1:])]
+    return [lines[0], *(f"    {style.symbolic(line)}" for line in lines[1:])]

@@ -42,8 +42,8 @@ def evolution(
     for axis, name in zip(axes, names, strict=True):
         _parameter(axis, life.sel(parameter=name), name, truth)
         for motion, each in singles.items():
-            look = {"color": _SINGLES[motion], "ms": style.dot_size(each.sizes["operation"])}
-            look |= {"mew": 0, "alpha": 0.6, "zorder": 0.5}
+            size = np.interp(each.sizes["operation"], [50, 500, 5000], [4.5, 2.6, 1.5])
+            look = {"color": _SINGLES[motion], "ms": size, "mew": 0, "alpha": 0.6, "zorder": 0.5}
             axis.plot(each["operation"], each.sel(parameter=name), "o", **look)
         marks.change_lines(axis, life)
     ends = style.edges(life["operation"].values)
@@ -60,7 +60,7 @@ def evolution(
 
 def _parameter(axis: Axes, one: xr.Dataset, name: str, truth: xr.DataArray | None) -> None:
     """Draw band, median and truth of a parameter on an axis as large as these."""
-    asked, colour, output = one["asked"].values, style.colour(name), style.parameter(name)
+    asked, colour, output = one["asked"].values, style.COLOURS[name], style.OUTPUTS[name]
     low, middle, high = one["changed"].transpose("quantile", "asked").values
     axis.fill_between(asked, low, high, color=colour, alpha=0.3, lw=0)
     axis.plot(asked, middle, color=colour, lw=1.6)

@@ -6,7 +6,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
-from breaker.figures.words import literal
 
 __all__ = ["fitted_prior"]
 
@@ -29,8 +28,9 @@ def fitted_prior(data: xr.Dataset) -> Figure:
     figure, axes = style.panels(len(names), columns=4, width=3.9, height=height)
     for axis, name in zip(axes, names, strict=True):
         _panel(axis, data.sel(parameter=name))
-        style.label_parameter(axis, name, fontsize=10)
-        axis.set_xlabel(style.parameter(name).label)
+        output = style.OUTPUTS[name]
+        axis.set_title(f"{output.symbol}   {output.meaning}", loc="left", fontsize=10)
+        axis.set_xlabel(output.label)
         axis.set_ylabel("density" if axis.get_subplotspec().is_first_col() else "")
     count = "one breaker" if breakers == 1 else f"{breakers} breakers"
     alone = "\nits spread from breaker to breaker is a guess" if breakers == 1 else ""
@@ -65,5 +65,5 @@ def _panel(axis: Axes, one: xr.Dataset) -> None:
     axis.set_ylim(rows.min() - 0.1, 1.05)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
     named = len(rows) <= _NAMED
-    words = [literal(name) for name in one["breaker"].values] if named else []
+    words = [style.literal(name) for name in one["breaker"].values] if named else []
     axis.set_yticks(rows if named else [], words)

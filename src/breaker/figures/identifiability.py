@@ -8,20 +8,17 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.validation import KNOWLEDGE, identifiability_words
 
-__all__ = ["DRIVE", "identifiability"]
+__all__ = ["identifiability"]
 
-DRIVE = "#2AA36B"  # the drive at hand
 # Shift from the middle of the row downwards, marker and colour of each posterior.
 _POSTERIORS = {
-    "amortised": (-0.18, "o", style.AMORTISED),
-    "corrected": (0.04, "D", style.CORRECTED),
-    "drive": (0.25, "s", DRIVE),
+    "amortised": (-0.13, "o", style.AMORTISED),
+    "corrected": (0.13, "D", style.CORRECTED),
 }
-_COLUMNS = {"limit": 0.05, "amortised": 0.20, "corrected": 0.38, "drive": 0.54}  # of the table
+_COLUMNS = {"limit": 0.05, "amortised": 0.23, "corrected": 0.44}  # of the table
 _WORDS = {
     "amortised": "amortised (network alone): mean and 90 % of {} simulated curves",
     "corrected": "corrected (exact posterior): mean and 90 % of {} simulated curves",
-    "drive": "this drive: mean and 90 % of its first {} operations",
 }
 _KNOWN = 0.64  # place of the words in the table
 _HALF = 0.36  # half the height of a limit's band, in rows
@@ -29,7 +26,7 @@ _HALF = 0.36  # half the height of a limit's band, in rows
 
 @style.styled
 def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
-    """Draw contraction of each output: the exact limit, and what posteriors reach.
+    """Draw contraction of each output: its linearised limit, and what posteriors reach.
 
     Args:
         reached: From :func:`breaker.validation.reached`; outputs are drawn in its order.
@@ -44,7 +41,7 @@ def identifiability(reached: xr.Dataset, *, motion: str) -> Figure:
             one = reached.sel(source=source)
             values = (one["lower"], one["mean"], one["upper"])
             style.draw_intervals(axis, rows + shift, values, color=color, marker=marker, lw=1.4)
-    labels = [f"{style.parameter(name).meaning}   {style.parameter(name).symbol}" for name in names]
+    labels = [f"{style.OUTPUTS[name].meaning}   {style.OUTPUTS[name].symbol}" for name in names]
     axis.set_yticks(rows, labels)
     axis.tick_params(axis="y", labelsize=10, length=0)
     axis.set(xlim=(min(0.0, axis.get_xlim()[0]), 1.0), ylim=(len(rows) - 0.45, -1.0))
@@ -84,10 +81,10 @@ def _table(axis: Axes, rows: np.ndarray, reached: xr.Dataset) -> None:
 def _handles(reached: xr.Dataset) -> list:
     count = dict(zip(reached["source"].values.tolist(), reached["curves"].values, strict=True))
     between = " and ".join(f"{least:g}" for least, _ in KNOWLEDGE[-2::-1])
-    band = f"exact limit: 90 % of {count['limit']} draws of the prior"
+    band = f"linearised limit: 90 % of {count['limit']} draws of the prior"
     handles = [
         style.band_key(band, style.PRIOR, 0.35),
-        style.line_key("exact limit: mean", style.MEASURED, "--", lw=1.6),
+        style.line_key("linearised limit: mean", style.MEASURED, "--", lw=1.6),
         style.line_key(f"{between}: from partly known on, from known on", ls=":", lw=0.9),
     ]
     for source, (_, marker, color) in _POSTERIORS.items():

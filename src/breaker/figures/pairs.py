@@ -21,6 +21,7 @@ def pairs(
     *,
     motion: str,
     correlation: np.ndarray,
+    of: str = style.MODELLED,
 ) -> Figure:
     """Draw draws pair by pair below the diagonal, marginals on it, correlations above it.
 
@@ -31,6 +32,7 @@ def pairs(
         names: Names of the ``q`` outputs.
         correlation: Correlation of the posterior draws, ``(q, q)``, from
             :func:`breaker.validation.correlation`.
+        of: Which drives the record is of.
     """
     q = len(names)
     figure = style.new_figure(1.6 * q + 0.6, 1.5 * q + 1.0)
@@ -47,7 +49,8 @@ def pairs(
                 _coefficient(axis, correlation[row, column])
     _frame(grid, np.concatenate([prior, posterior, truth[None]]), names)
     outcome = pairs_words(posterior, truth, correlation, style.symbols(names))
-    style.heading(figure, motion, "prior, posterior and truth of one simulated curve", outcome)
+    text = "prior, posterior and truth of one simulated curve"
+    style.heading(figure, motion, text, outcome, of=of)
     style.legend_below(figure, _handles(), columns=4 if q > 6 else 2)
     return figure
 
@@ -56,9 +59,9 @@ def _marginal(
     axis: Axes, prior: np.ndarray, posterior: np.ndarray, truth: float, name: str
 ) -> None:
     axis.hist(prior, bins=30, density=True, color=style.PRIOR, alpha=0.5)
-    axis.hist(posterior, bins=20, density=True, color=style.colour(name), alpha=0.75)
+    axis.hist(posterior, bins=20, density=True, color=style.COLOURS[name], alpha=0.75)
     axis.axvline(truth, color=style.MEASURED, lw=1.2, ls="--")
-    axis.set_title(style.parameter(name).symbol, fontsize=14)
+    axis.set_title(style.OUTPUTS[name].symbol, fontsize=14)
 
 
 def _scatter(axis: Axes, prior: np.ndarray, posterior: np.ndarray, truth: np.ndarray) -> None:
@@ -86,9 +89,9 @@ def _frame(grid: np.ndarray, drawn: np.ndarray, names: Sequence[str]) -> None:
         grid[i, i].set_xlim(low[i] - room[i], high[i] + room[i])
         for axis in grid[i, :i]:
             axis.set_ylim(low[i] - room[i], high[i] + room[i])
-        grid[last, i].set_xlabel(style.parameter(name).label)
+        grid[last, i].set_xlabel(style.OUTPUTS[name].label)
         if i:
-            grid[i, 0].set_ylabel(style.parameter(name).label)
+            grid[i, 0].set_ylabel(style.OUTPUTS[name].label)
     for (row, column), axis in np.ndenumerate(grid):
         axis.locator_params(nbins=3)
         axis.tick_params(labelbottom=row == last, labelleft=0 == column < row, labelsize=8)

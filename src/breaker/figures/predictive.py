@@ -10,6 +10,7 @@ from breaker.validation import PriorCheck, percent
 
 __all__ = ["endurance_predictive", "posterior_predictive", "prior_predictive"]
 
+_SHOWN = 150  # curves of the prior that are drawn one by one, the first ones
 _DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))
 _END = {"color": style.REFERENCE, "ls": (0, (4, 3)), "lw": 1.1}
 _BAND = style.band_key("pointwise 95 % band", style.MODEL, 0.3)
@@ -18,7 +19,7 @@ _MEDIAN = style.line_key("median", style.MODEL, lw=2)
 
 @style.styled
 def prior_predictive(
-    curves: xr.Dataset, check: PriorCheck, measured: xr.Dataset, *, motion: str, shown: int = 150
+    curves: xr.Dataset, check: PriorCheck, measured: xr.Dataset, *, motion: str
 ) -> Figure:
     """Draw curves of the prior beside curves of the endurance test (paper, Fig. 3).
 
@@ -27,11 +28,10 @@ def prior_predictive(
         check: All operations held against these curves, :func:`breaker.validation.prior_check`.
         measured: A few operations: ``travel (operation, time)``, coordinates ``operation`` and
             ``time``.
-        shown: How many curves of the prior are drawn one by one, the first ones.
     """
     figure = style.new_figure(9.0, 5.8)
     axis = figure.subplots()
-    single = curves["travel"].transpose("curve", "time").values[:shown]
+    single = curves["travel"].transpose("curve", "time").values[:_SHOWN]
     axis.plot(curves["time"], single.T, color=style.PRIOR, lw=0.5, alpha=0.35)
     axis.fill_between(curves["time"], check.lower, check.upper, color=style.MODEL, alpha=0.2, lw=0)
     axis.plot(curves["time"], check.median, color=style.MODEL, lw=2)
@@ -55,25 +55,25 @@ def prior_predictive(
 
 
 @style.styled
-def posterior_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float) -> Figure:
+def posterior_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     """Draw simulated curves and what their own posteriors predict (paper, Fig. 8).
 
     Args:
         predictive: ``measured``, ``median``, ``lower``, ``upper``, each ``(curve, time)`` in mm,
             the bounds pointwise 95 % of noisy predicted curves; ``share_inside (curve)``, the
-            share of the samples inside; coordinate ``time`` in ms.
-        noise_sd: Noise sd of a sample, mm: the unit of the residuals.
+            share of the samples inside; coordinate ``time`` in ms; attribute ``noise_sd``, that of
+            a sample, mm: the unit of the residuals.
     """
     data = predictive.rename(curve="panel", measured="record")
     shares = enumerate(data["share_inside"].values, start=1)
     titles = [f"simulated record {i}: {percent(share)} in the band" for i, share in shares]
-    figure = _checks(data, titles, "simulated record", noise_sd)
+    figure = _checks(data, titles, "simulated record")
     style.heading(figure, motion, "posterior predictive check on simulated records")
     return figure
 
 
 @style.styled
-def endurance_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float) -> Figure:
+def endurance_predictive(predictive: xr.Dataset, *, motion: str) -> Figure:
     """Draw records at stages of the life and what is predicted for them (paper, Fig. 9).
 
     Args:
@@ -81,11 +81,10 @@ def endurance_predictive(predictive: xr.Dataset, *, motion: str, noise_sd: float
             in :func:`posterior_predictive`; over ``stage`` ``share_inside``, the share of the main
             motion inside the band, ``main_motion_end`` in ms, ``p_value`` and the flag ``misfit``;
             coordinates ``time`` in ms and ``operation (stage)``.
-        noise_sd: Noise sd of a sample, mm: the unit of the residuals.
     """
     data = predictive.rename(stage="panel", travel="record")
     titles = [_stage_words(data.isel(panel=i)) for i in range(data.sizes["panel"])]
-    figure = _checks(data, titles, "record of the endurance test", noise_sd)
+    figure = _checks(data, titles, "record of the endurance test")
     flagged = int(data["misfit"].sum())
     outcome = f"{flagged or 'none'} of {len(titles)} flagged as not fitting the model"
     style.heading(figure, motion, "posterior predictive check of the endurance test", outcome)
@@ -101,15 +100,13 @@ def _stage_words(one: xr.Dataset) -> str:
     )
 
 
-def _checks(data: xr.Dataset, titles: list[str], key: str, noise_sd: float) -> Figure:
+def _checks(data: xr.Dataset, titles: list[str], key: str) -> Figure:
     """Draw one panel with residuals below it for each of ``titles``, two in a row."""
-    if not noise_sd > 0:
-        raise ValueError(f"residuals need a noise sd above zero, got {noise_sd}")
     rows = -(-len(titles) // 2)
     figure = style.new_figure(11.0, 4.6 * rows + 0.9)
     places = figure.subfigures(rows, 2, squeeze=False).flat
     numbered = zip(places, enumerate(titles), strict=False)
-    below = [_check(place, data.isel(panel=i), title, noise_sd) for place, (i, title) in numbered]
+    below = [_check(place, data.isel(panel=i), title) for place, (i, title) in numbered]
     limit = max(abs(bound) for axis in below for bound in axis.get_ylim())
     for axis in below:
         axis.set_ylim(-limit, limit)
@@ -118,9 +115,10 @@ def _checks(data: xr.Dataset, titles: list[str], key: str, noise_sd: float) -> F
     return figure
 
 
-def _check(place: SubFigure, one: xr.Dataset, title: str, noise_sd: float) -> Axes:
+def _check(place: SubFigure, one: xr.Dataset, title: str) -> Axes:
     """Draw one curve with its prediction, residuals below; return the axes of the residuals."""
     above, below = place.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    noise_sd = one.attrs["noise_sd"]
     for axis, shift, unit in ((above, 0.0, 1.0), (below, one["median"], noise_sd)):
         low, middle, high, dots = (
             (one[name] - shift) / unit for name in ("lower", "median", "upper", "record")

@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 
 from breaker.decisions import STATES
 from breaker.figures import marks, style
-from breaker.figures.words import literal
 
 __all__ = ["remaining_life"]
 
@@ -33,7 +32,7 @@ def remaining_life(
             operation of that change, nan without one; None for real measurements.
     """
     known = (standing["state"] > STATES.index("unknown")).any("operation").values
-    vague = ", ".join(literal(name) for name in standing["limit"].values[~known])
+    vague = ", ".join(style.literal(name) for name in standing["limit"].values[~known])
     note = f"Too little is known to draw: {vague}." if vague else ""
     if not known.any():
         return marks.sentence(_TITLE, note)

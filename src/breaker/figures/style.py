@@ -4,6 +4,7 @@ Matplotlib's settings are changed inside :func:`styled` only. Figures are made w
 nothing is kept open and no window system is asked for.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from functools import wraps
 from textwrap import fill
@@ -18,8 +19,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
-from breaker.figures.words import literal, symbolic
-from breaker.mechanism import ONSET, PARAMETERS, Parameter
+from breaker.mechanism import ONSET, PARAMETERS
+
+OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
+"""What is inferred, by name: symbols, units and meanings."""
 
 COLOURS = {
     "mu": "#CC79A7",
@@ -47,12 +50,10 @@ P = ParamSpec("P")
 
 TIME = "time (ms)"
 TRAVEL = "travel (mm)"
+MODELLED = "two-spring model"  # of which drives simulated records are, if of no family
 
-_SOURCES = {
-    "closing": "Closing",
-    "opening": "Opening",
-    "both": "Both motions",
-}
+_SOURCES = {"closing": "Closing", "opening": "Opening", "both": "Both motions"}
+_NAMES = re.compile(rf"\b({'|'.join(OUTPUTS)})\b")
 _LETTERS = 8.2  # of a title, per inch of its figure
 
 _SETTINGS = {
@@ -81,8 +82,6 @@ _SETTINGS = {
     "figure.constrained_layout.w_pad": 0.06,
 }
 
-_OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
-
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     """Make a figure function work in the project's style and leave the settings as they were."""
@@ -99,25 +98,27 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     return wrapper
 
 
-def parameter(name: str) -> Parameter:
-    """Return the output of a name.
-
-    Raises:
-        ValueError: If there is none.
-    """
-    if name not in _OUTPUTS:
-        raise ValueError(f"no output is called {name!r}; there are {', '.join(_OUTPUTS)}")
-    return _OUTPUTS[name]
-
-
 def symbols(names: Sequence[str]) -> list[str]:
     """Return the symbols of outputs."""
-    return [parameter(name).symbol for name in names]
+    return [OUTPUTS[name].symbol for name in names]
 
 
-def colour(name: str) -> str:
-    """Return the colour of an output, the same in every figure."""
-    return COLOURS[parameter(name).name]
+def literal(text: object) -> str:
+    """Return a text, with names that a user gave, without signs of mathematics.
+
+    >>> literal("5 $ or more")
+    '5 \\\\$ or more'
+    """
+    return str(text).replace("$", r"\$")
+
+
+def symbolic(text: object) -> str:
+    r"""Return a literal text with parameters by their symbols, as panels name them.
+
+    >>> symbolic("touch_time above 9.7 ms and f below 0.765 mm/ms²")
+    'touch_time above 9.7 ms and $f$ below 0.765 mm/ms²'
+    """
+    return _NAMES.sub(lambda found: OUTPUTS[found.group()].symbol, literal(text))
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -145,18 +146,21 @@ def panels(
 
 
 def heading(
-    figure: Figure, source: str, text: str, outcome: str = "", *, failed: bool = False
+    figure: Figure,
+    source: str,
+    text: str,
+    outcome: str = "",
+    *,
+    of: str = "",
+    failed: bool = False,
 ) -> None:
     """Write the title: what is shown, of which motion or both, and below it what came out.
 
-    The title of a figure whose check failed is in the colour of a warning.
-
-    Raises:
-        ValueError: If there is no such source.
+    ``of`` says of which drives; the title of a figure whose check failed is in the colour of a
+    warning.
     """
-    if source not in _SOURCES:
-        raise ValueError(f"no source is called {source!r}; there are {', '.join(_SOURCES)}")
-    lines = [f"{_SOURCES[source]}: {text}", *outcome.splitlines()]
+    first = ", ".join(filter(None, [_SOURCES[source], of]))
+    lines = [f"{first}: {text}", *outcome.splitlines()]
     width = int(_LETTERS * figure.get_figwidth())
     title = "\n".join(fill(line, width) for line in lines)
     figure.suptitle(title, color=WARNING if failed else "black")
@@ -190,13 +194,6 @@ def draw_intervals(
     low, middle, high = ends
     axis.hlines(rows, low, high, color=color, **look)
     axis.plot(middle, rows, marker, color=color, mec="white", mew=0.8, ms=7)
-
-
-def label_parameter(axis: Axes, name: str, **look: float) -> None:
-    """Name a panel of one output: symbol and meaning above, symbol and unit beside it."""
-    output = parameter(name)
-    axis.set_ylabel(output.label)
-    axis.set_title(f"{output.symbol}   {output.meaning}", loc="left", **look)
 
 
 def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) -> None:
@@ -251,8 +248,3 @@ def edges(operation: np.ndarray) -> np.ndarray:
     half = np.diff(operation) / 2
     first, last = operation[:1] - half[:1], operation[-1:] + half[-1:]
     return np.concatenate([first, operation[:-1] + half, last])
-
-
-def dot_size(operations: int) -> float:
-    """Return a size of dots that keeps this many operations apart, points."""
-    return float(np.interp(operations, [50, 500, 5000], [4.5, 2.6, 1.5]))

@@ -29,23 +29,25 @@ def sbc(
     *,
     motion: str,
     subject: str = "simulation-based calibration",
+    of: str = style.MODELLED,
 ) -> Figure:
     """Draw the ECDF difference of the ranks in its simultaneous band (paper, Fig. 4).
 
     Args:
         calibration: From :func:`breaker.validation.judge_ranks`.
         names: Names of the ``q`` outputs.
+        of: Which drives the records are of.
     """
     figure, axes = style.panels(len(names), sharex=True, sharey=True)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         draw_ranks(axis, calibration, {i: name})
         outside = bool(calibration.outside[i])
         words = f"outside by {calibration.excess[i]:.3f}" if outside else "inside"
-        title = f"{style.parameter(name).symbol}   {words}, p = {calibration.p_values[i]:.2g}"
+        title = f"{style.OUTPUTS[name].symbol}   {words}, p = {calibration.p_values[i]:.2g}"
         axis.set_title(title, color=style.WARNING if outside else "black")
     style.label_outer(axes, _RANK, _DIFFERENCE)
     outcome, failed = calibration.words(style.symbols(names)), bool(calibration.outside.any())
-    style.heading(figure, motion, subject, outcome, failed=failed)
+    style.heading(figure, motion, subject, outcome, of=of, failed=failed)
     style.legend_below(figure, rank_keys(calibration))
     return figure
 
@@ -56,8 +58,8 @@ def draw_ranks(axis: Axes, calibration: Calibration, names: dict[int, str]) -> N
     axis.fill_between(band.grid, band.lower, band.upper, color=style.PRIOR, alpha=0.35, lw=0)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
     for i, name in names.items():
-        label = f"{style.parameter(name).symbol}, p = {calibration.p_values[i]:.2g}"
-        look = {"color": style.colour(name), "drawstyle": "steps-post", "label": label}
+        label = f"{style.OUTPUTS[name].symbol}, p = {calibration.p_values[i]:.2g}"
+        look = {"color": style.COLOURS[name], "drawstyle": "steps-post", "label": label}
         axis.plot(band.grid, calibration.difference[:, i], **look)
     axis.set(xlim=(0, 1))
 
@@ -65,7 +67,7 @@ def draw_ranks(axis: Axes, calibration: Calibration, names: dict[int, str]) -> N
 def rank_keys(calibration: Calibration) -> list:
     """Return the legend of :func:`draw_ranks`."""
     share = f"{100 * (1 - calibration.alpha):g} %"
-    label = f"simultaneous {share} band, all {calibration.panels} outputs together"
+    label = f"simultaneous {share} band, all {calibration.outside.size} outputs together"
     line = style.line_key("observed ranks (colour of the parameter)")
     return [line, style.band_key(label, style.PRIOR, 0.35)]
 
@@ -77,27 +79,28 @@ def contraction(
     *,
     motion: str,
     limit: np.ndarray | None = None,
-    setting: str = "",
+    of: str = style.MODELLED,
 ) -> Figure:
     """Draw z-score against contraction, one dot per curve (paper, Fig. 5).
 
     Args:
         scores: From :func:`breaker.validation.scores`.
         names: Names of the ``q`` outputs.
-        limit: Mean contraction of the exact posterior, ``(q,)``, if known.
+        limit: Mean contraction of the exact posterior, linearised, ``(q,)``, if known.
+        of: Which drives the records are of.
     """
     figure, axes = style.panels(len(names), sharex=True, sharey=True)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         dots = {"ms": 2.5, "mew": 0, "alpha": 0.45, "rasterized": True}
-        axis.plot(scores.contraction[:, i], scores.z[:, i], "o", color=style.colour(name), **dots)
+        axis.plot(scores.contraction[:, i], scores.z[:, i], "o", color=style.COLOURS[name], **dots)
         for level in (-_Z_LIMIT, _Z_LIMIT):
             axis.axhline(level, color=style.REFERENCE, lw=0.9, ls=":")
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
         words = f"mean {scores.mean_contraction[i]:.2f}"
         if limit is not None:
             axis.axvline(limit[i], color=style.MEASURED, lw=1.2, ls="--")
-            words += f", exact {limit[i]:.2f}"
-        symbol = style.parameter(name).symbol
+            words += f", limit {limit[i]:.2f}"
+        symbol = style.OUTPUTS[name].symbol
         axis.set_title(f"{symbol}   {words}\nz-score sd {scores.z_sd[i]:.2f}")
     largest = max(4.2, 1.05 * abs(scores.z).max())
     lowest = scores.contraction.min()
@@ -107,29 +110,32 @@ def contraction(
     axes[0].set(xlim=(min(0.0, 1.05 * lowest), 1.02), ylim=(-largest, largest))
     style.label_outer(axes, "contraction", "z-score")
     outcome = contraction_words(scores, style.symbols(names), limit)
-    style.heading(figure, motion, f"z-score against contraction{setting}", outcome)
-    label = "mean contraction of the exact posterior"
+    style.heading(figure, motion, "z-score against contraction", outcome, of=of)
     handles = [
         style.dot_key(f"one simulated curve{f'; {left} left of the axes' * (left > 0)}", ms=4),
         style.line_key("z-score ±3", ls=":", lw=0.9),
-        limit is not None and style.line_key(label, style.MEASURED, "--", lw=1.2),
+        limit is not None
+        and style.line_key("mean, linearised limit", style.MEASURED, "--", lw=1.2),
     ]
     style.legend_below(figure, handles)
     return figure
 
 
 @style.styled
-def recovery(summary: Recovery, names: Sequence[str], *, motion: str) -> Figure:
+def recovery(
+    summary: Recovery, names: Sequence[str], *, motion: str, of: str = style.MODELLED
+) -> Figure:
     """Draw posterior median and 95 % interval against the truth (paper, Fig. 6).
 
     Args:
         summary: From :func:`breaker.validation.recovery`.
         names: Names of the ``q`` outputs.
+        of: Which drives the records are of.
     """
     figure, axes = style.panels(len(names), height=3.2)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         truth, low, high = summary.truth[:, i], *summary.interval_95[:, i].T
-        colour, output = style.colour(name), style.parameter(name)
+        colour, output = style.COLOURS[name], style.OUTPUTS[name]
         axis.vlines(truth, low, high, color=colour, lw=0.7, alpha=0.13, rasterized=True)
         dots = {"ms": 3.2, "mec": "white", "mew": 0.3, "rasterized": True}
         axis.plot(truth, summary.median[:, i], "o", color=colour, **dots)
@@ -145,7 +151,7 @@ def recovery(summary: Recovery, names: Sequence[str], *, motion: str) -> Figure:
         words = f"correlation {summary.correlation[i]:.2f}\ntruth in 95 %: {covered}"
         axis.set_title(f"{output.symbol}   {words}", fontsize=10)
     outcome = recovery_words(summary)
-    style.heading(figure, motion, "recovery of the true parameters", outcome)
+    style.heading(figure, motion, "recovery of the true parameters", outcome, of=of)
     handles = [
         style.dot_key("posterior median", ms=4),
         style.line_key("95 % interval", alpha=0.5),

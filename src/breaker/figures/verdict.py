@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from breaker.decisions import STATES, about, in_percent, span
 from breaker.figures import marks, style
-from breaker.figures.words import literal, symbolic
 
 __all__ = ["verdict"]
 
@@ -135,7 +134,7 @@ def _left(axis: Axes, row: int, one: xr.Dataset) -> None:
 def _frame(left: Axes, right: Axes, now: xr.Dataset) -> None:
     """Name rows and axes."""
     labels = [
-        f"{literal(limit)}\n{symbolic(fill(str(words), 38))}"
+        f"{style.literal(limit)}\n{style.symbolic(fill(str(words), 38))}"
         for limit, words in zip(now["limit"].values, now["words"].values, strict=True)
     ]
     left.set_yticks(np.arange(len(labels)), labels)

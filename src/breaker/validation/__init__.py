@@ -34,7 +34,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "Scores",
             "contraction",
             "correlation",
-            "pointwise_band",
             "prior_check",
             "recovery",
             "scores",

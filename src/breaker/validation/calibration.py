@@ -77,7 +77,6 @@ class Calibration:
             (distance left to the band) where it stays inside.
         p_value: p-value of all outputs together.
         alpha: Probability that calibrated outputs leave the band in any panel.
-        panels: Number of panels the band allows for.
     """
 
     difference: np.ndarray
@@ -87,7 +86,6 @@ class Calibration:
     excess: np.ndarray
     p_value: float
     alpha: float
-    panels: int
 
     def words(self, symbols: Sequence[str]) -> str:
         """Return the result in one line; ``symbols`` name the ``q`` outputs."""
@@ -98,16 +96,13 @@ class Calibration:
         return f"NOT calibrated: {', '.join(names)} outside the band ({p})"
 
 
-def judge_ranks(
-    ranks: ArrayLike, draws: int, *, alpha: float = LEVEL, panels: int | None = None
-) -> Calibration:
+def judge_ranks(ranks: ArrayLike, draws: int, *, alpha: float = LEVEL) -> Calibration:
     """Judge the ranks ``(n, q)`` of all outputs among ``draws`` draws.
 
     Args:
         ranks: From :func:`ranks`.
         draws: Number of draws behind each rank.
         alpha: Probability that calibrated outputs leave the band in any panel.
-        panels: Number of panels read together; ``q`` unless given.
 
     Raises:
         ValueError: As :func:`ecdf_difference` and :func:`simultaneous_band`.
@@ -122,7 +117,7 @@ def judge_ranks(
         array([False,  True])
     """
     difference = ecdf_difference(ranks, draws)
-    panels = difference.shape[1] if panels is None else panels
+    panels = difference.shape[1]
     band = simultaneous_band(len(np.asarray(ranks)), draws, alpha=alpha, panels=panels)
     beyond = np.maximum(difference - band.upper[:, None], band.lower[:, None] - difference)
     p_values = calibration_p_values(ranks, draws)
@@ -134,7 +129,6 @@ def judge_ranks(
         excess=beyond.max(axis=0),
         p_value=family_p_value(p_values),
         alpha=alpha,
-        panels=panels,
     )
 
 

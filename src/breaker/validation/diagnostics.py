@@ -20,7 +20,6 @@ __all__ = [
     "Scores",
     "contraction",
     "correlation",
-    "pointwise_band",
     "prior_check",
     "recovery",
     "scores",
@@ -146,22 +145,6 @@ def correlation(draws: ArrayLike, *, log: ArrayLike) -> np.ndarray:
     return np.corrcoef(_scaled(np.asarray(draws, dtype=np.float64), log), rowvar=False)
 
 
-def pointwise_band(
-    curves: ArrayLike, *, level: float = 0.95
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return median, lower and upper bound ``(t,)`` of curves ``(n, t)``, time by time.
-
-    Raises:
-        ValueError: If a value is not finite.
-    """
-    curves = np.asarray(curves)
-    if not np.all(np.isfinite(curves)):
-        raise ValueError("curves of a band must be finite")
-    tail = (1.0 - level) / 2
-    median, lower, upper = np.quantile(curves, [0.5, tail, 1.0 - tail], axis=0)
-    return median, lower, upper
-
-
 @dataclass(frozen=True)
 class PriorCheck:
     """Comparison of measured curves with curves of the prior.
@@ -188,7 +171,9 @@ def prior_check(curves: ArrayLike, measured: ArrayLike) -> PriorCheck:
     Raises:
         ValueError: If a value of the curves is not finite.
     """
-    median, lower, upper = pointwise_band(curves)
+    if not np.all(np.isfinite(curves)):
+        raise ValueError("curves of a band must be finite")
+    median, lower, upper = np.quantile(curves, [0.5, 0.025, 0.975], axis=0)
     least = float(np.quantile(share_inside(curves, lower, upper), 0.05))
     return PriorCheck(median, lower, upper, share_inside(measured, lower, upper), least)
 

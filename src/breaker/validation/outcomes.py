@@ -33,12 +33,12 @@ def _from_to(shares: np.ndarray) -> str:
 def contraction_words(
     scores: Scores, symbols: Sequence[str], limit: np.ndarray | None = None
 ) -> str:
-    """State what is known best and least, how far from the exact posterior, and the z-scores.
+    """State what is known best and least, how far from the limit, and the z-scores.
 
     Args:
         scores: From :func:`breaker.validation.scores`.
         symbols: Names of the ``q`` outputs.
-        limit: Mean contraction of the exact posterior, ``(q,)``, if known.
+        limit: Mean contraction of the exact posterior, linearised, ``(q,)``, if known.
     """
     mean = scores.mean_contraction
     best, least = mean.argmax(), mean.argmin()
@@ -47,8 +47,8 @@ def contraction_words(
         told += f", least: {symbols[least]} ({mean[least]:.2f})"
     if limit is not None:
         short = (np.asarray(limit) - mean).max()
-        told += f"; {f'at most {short:.1g}' if short > 0 else 'not'} below the exact posterior"
-    return f"{told}; sd of z-scores {scores.z_sd.min():.2f} to {scores.z_sd.max():.2f}"
+        told += f"; {f'at most {short:.1g}' if short > 0 else 'not'} below the limit"
+    return f"{told}; z-score sd {scores.z_sd.min():.2f} to {scores.z_sd.max():.2f}"
 
 
 def pairs_words(

@@ -15,17 +15,18 @@ __all__ = ["modules_of"]
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
-def modules_of(script: str | Path) -> list[str]:
+def modules_of(script: str | Path, named: str | None = None) -> list[str]:
     """Return the files of the package that a script imports, directly or not, sorted.
 
     Args:
         script: A Python file.
+        named: A module that the script is told to import, such as ``breaker.figures.pairs``.
 
     Returns:
         Paths relative to the working directory where they are below it, as Snakemake shows them.
     """
-    found: set[Path] = set()
-    waiting = [Path(script)]
+    found = set(_files(named, ())) if named else set()
+    waiting = [Path(script), *found]
     while waiting:
         new = set(_imported(waiting.pop())) - found
         found |= new

@@ -1,0 +1,13 @@
+"""Draw stores as they are: by the function of the figure's name in the module that a rule names."""
+
+from importlib import import_module
+
+from breaker.stores import open_store
+from breaker.workflow import start
+
+start(snakemake)
+params, files = snakemake.params, dict(snakemake.input.items())
+files.pop("code")
+draw = getattr(import_module(params.within), params.figure)
+stores = {name: open_store(file).load() for name, file in files.items()}
+draw(**stores, **dict(snakemake.wildcards.items())).savefig(snakemake.output[0])

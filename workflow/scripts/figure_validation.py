@@ -1,0 +1,25 @@
+"""Draw calibration, z-scores or recovery of posteriors of simulated records (Figs. 4, 5, 6)."""
+
+from breaker.figures import validation
+from breaker.mechanism import is_logarithmic, prior_sds
+from breaker.stores import open_store
+from breaker.validation import judge_draws, parameters_of, recovery, scores
+from breaker.workflow import start
+
+start(snakemake)
+params, wildcards = snakemake.params, snakemake.wildcards
+data = parameters_of(open_store(snakemake.input.validation))
+names, posteriors = data.output.values, (data.draws.values, data.truth.values)
+words = {"motion": wildcards.get("source") or wildcards.motion, **params.get("words", {})}
+
+if params.shows == "ranks":
+    figure = validation.sbc(judge_draws(*posteriors), names, **words)
+elif params.shows == "recovery":
+    figure = validation.recovery(recovery(*posteriors), names, **words)
+else:
+    prior_sd = prior_sds(names, params.prior, params.onset_sd)
+    judged = scores(*posteriors, prior_sd=prior_sd, log=is_logarithmic(names))
+    limit = snakemake.input.get("limit")  # none is known of a family
+    limit = open_store(limit).contraction.mean("curve").values if limit else None
+    figure = validation.contraction(judged, names, limit=limit, **words)
+figure.savefig(snakemake.output[0])
