@@ -6,19 +6,14 @@ import pytest
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.randomness import generator
-from breaker.records.landmarks import NoMotionError, first_motion
+from breaker.records.errors import UnusableError
+from breaker.records.landmarks import first_motion
 
 CURVES = 500
 DIRECTION = {"closing": 1.0, "opening": -1.0}
 # Bias and sd over 3,000 curves of each motion are at most 0.056 and 0.123 ms. With 500 curves the
 # bias has a standard error of 0.0055 ms and the sd one of 0.004 ms: false alarms below 1e-4.
 LARGEST_BIAS, LARGEST_SD = 0.08, 0.14
-
-
-def by_threshold(time, record, direction):
-    """The planted fault: the first of five samples in a row that are 0.5 mm from the rest."""
-    risen = direction * (record - np.median(record[:5])) > 0.5
-    return time[np.flatnonzero(np.convolve(risen, np.ones(5), mode="valid") == 5)[0]]
 
 
 @pytest.fixture(scope="module", params=MOTIONS)
@@ -33,25 +28,17 @@ def records(request, prior, sensor):
     return time, sensor.corrupt(exact, rng), moves, theta, DIRECTION[motion]
 
 
-def errors(find, records):
-    time, measured, moves, _, direction = records
-    return np.array([find(time, record, direction) for record in measured]) - moves
-
-
 @pytest.fixture(scope="module")
 def error(records):
     """What is found of all records, less the truth, ms."""
-    return errors(first_motion, records)
+    time, measured, moves, _, direction = records
+    return np.array([first_motion(time, record, direction) for record in measured]) - moves
 
 
 def test_it_is_nearly_unbiased_and_precise(error):
     assert abs(error.mean()) <= LARGEST_BIAS
     assert error.std() <= LARGEST_SD
     assert np.abs(error).max() < 0.8
-
-
-def test_a_threshold_would_fail_that(records):
-    assert errors(by_threshold, records).mean() > 0.5
 
 
 def test_it_is_no_later_for_a_weak_drive(records, error):
@@ -79,13 +66,13 @@ def test_it_does_not_depend_on_the_grid(prior, step, start):
 def test_a_record_at_rest_has_none(direction):
     rng = generator(2, "test rest")
     time = 0.1 * np.arange(700)
-    with pytest.raises(NoMotionError, match=r"no motion: the travel rises by no more than 0\.\d+"):
+    with pytest.raises(UnusableError, match=r"no motion: the travel rises by no more than 0\.\d+"):
         first_motion(time, 0.1 * rng.standard_normal(time.size), direction)
 
 
 def test_a_motion_the_other_way_is_none():
     time = 0.1 * np.arange(700)
-    with pytest.raises(NoMotionError, match="no motion"):
+    with pytest.raises(UnusableError, match="no motion"):
         first_motion(time, -0.15 * np.maximum(time - 10.0, 0.0) ** 2, 1.0)
 
 
@@ -94,7 +81,7 @@ def test_a_record_that_begins_in_the_motion_is_refused(records, late):
     time, measured, moves, _, direction = records
     for record, start in zip(measured[:50], moves[:50], strict=True):
         inside = time > start + late
-        with pytest.raises(NoMotionError, match="no rest before the motion"):
+        with pytest.raises(UnusableError, match="no rest before the motion"):
             first_motion(time[inside], record[inside], direction)
 
 
@@ -110,7 +97,7 @@ def changed(records, change, n=FEW):
     for record, start in zip(measured[:n], moves[:n], strict=True):
         try:
             found.append(first_motion(*change(time, record.copy(), start), direction) - start)
-        except NoMotionError:
+        except UnusableError:
             found.append(np.nan)
     return np.array(found)
 
@@ -126,7 +113,7 @@ def raised(after, height, samples):
     return change
 
 
-@pytest.mark.parametrize("after", [-5.0, -0.5, 0.0, 0.5, 1.5])
+@pytest.mark.parametrize("after", [-40.0, -5.0, -0.5, 0.0, 0.5, 1.5])
 @pytest.mark.parametrize(("height", "samples"), [(8.0, 1), (-8.0, 1), (8.0, 8), (-2.0, 8)])
 def test_wrong_samples_do_not_move_it(records, after, height, samples):
     """8 mm too much on one sample before the motion was 1.7 ms, on 0.8 ms of samples 40 ms."""
@@ -136,16 +123,6 @@ def test_wrong_samples_do_not_move_it(records, after, height, samples):
     assert np.isnan(wrong).mean() <= (0.1 if samples > 1 else 0.0)
     assert np.nanmax(np.abs(wrong - plain)) < (0.8 if samples > 1 else 0.4)
     assert abs(np.nanmean(wrong)) < 0.25
-
-
-@pytest.mark.parametrize("after", [-40.0, -5.0])
-def test_a_burst_long_before_does_not_move_it(records, after):
-    def change(time, record, start):
-        first = max(0, np.searchsorted(time, start + after))
-        record[first : first + 8] += 8.0
-        return time, record
-
-    assert np.abs(changed(records, change)).max() < 0.6
 
 
 @pytest.mark.parametrize(("far", "slow"), [(11.0, 4.8), (1.0, 5.0), (1.0, 0.4), (70.0, 50.0)])

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from breaker.records.fits import Fit, weights_of
-from breaker.records.running import running_mean
+from breaker.records.running import filled, running_mean
 from breaker.records.settling import settling
 
 __all__ = ["NotShownError", "Trace", "Uncertain"]
@@ -116,9 +116,7 @@ class Trace:
     @cached_property
     def smooth(self) -> np.ndarray:
         """Running mean over the width of a local fit, ``(n,)``, to find places with."""
-        places = np.flatnonzero(self._there)
-        filled = np.interp(np.arange(self.time.size), places, self.travel[places])
-        return running_mean(filled, 2 * round(0.5 * self.half / self.step) + 1)
+        return running_mean(filled(self.travel), 2 * round(0.5 * self.half / self.step) + 1)
 
     def sd(self, found: Uncertain) -> float:
         """Return the standard deviation of a value."""
