@@ -206,17 +206,6 @@ def test_too_many_missing_samples_are_told(file, prior, times):
     assert "31 of the 151 samples" in rejection(file, FORMAT | {"missing": 0}, times)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_a_first_motion_that_is_not_seen_is_told(file, prior, times, motion):
-    """Rather than found milliseconds off: the rise lies in a gap, or most of it does."""
-    for gap in ((0, 50), (-10, 14), (-100, 5)):
-        written(file, prior, motion)
-        for line in range(*gap):
-            edit(file, cell(1, ""), HEAD + 101 + line)
-        message = rejection(file, FORMAT, times, motion)
-        assert re.search("the first motion is not seen|begins too late$", message)
-
-
 # ---- bad records: file and reason -------------------------------------------------------------
 
 

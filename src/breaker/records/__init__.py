@@ -15,11 +15,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "noise": ["noise_remarks"],
         "opened": ["open_curves", "require_any"],
         "raw": ["Raw", "read_raws"],
-        "reader": [
-            "Record",
-            "read_curves",
-            "read_record",
-        ],
+        "reader": ["Record", "read_curves", "read_record"],
         "scale": ["Scale"],
         "shape": [
             "SHAPE_STEP",
