@@ -16,7 +16,7 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 from breaker.records.export import write_curve
-from breaker.records.opened import open_curves, require_any
+from breaker.records.opened import open_curves
 from breaker.records.reader import read_curves, read_record
 from breaker.records.scale import Scale
 from breaker.stores import describe, save
@@ -311,9 +311,17 @@ def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
     assert curves.time.attrs["unit"] == curves.first_motion.attrs["unit"] == "ms"
 
 
+def stored(operations, times, store):
+    """Read files and keep what is read."""
+    curves = read_curves(operations, FORMAT, times, "closing")
+    save(describe(curves, "measured closing curves", format=FORMAT), store)
+    return store
+
+
 def test_if_all_are_rejected_it_is_an_error_with_the_first_reasons(folder, tmp_path, times):
+    store = stored(folder[1:3] + folder[4:], times, tmp_path / "curves.zarr")
     with pytest.raises(RejectedCurveError) as caught:
-        require_any(read_curves(folder[1:3] + folder[4:], FORMAT, times, "closing"))
+        open_curves([store])
     message = str(caught.value)
     assert message.startswith(f"{tmp_path}: none of 3 closing files can be used; check endurance")
     assert "op_2.csv, line 50: 'travel' is '?', which is not a number" in message
@@ -322,12 +330,8 @@ def test_if_all_are_rejected_it_is_an_error_with_the_first_reasons(folder, tmp_p
 
 def test_chunks_of_operations_are_opened_as_one(folder, tmp_path, times):
     whole = read_curves(folder, FORMAT, times, "closing")
-    stores = []
-    for k, part in enumerate((folder[:1], folder[1:])):
-        curves = read_curves(part, FORMAT, times, "closing")
-        stores.append(tmp_path / f"curves_{k:03d}.zarr")
-        save(describe(curves, "measured closing curves", format=FORMAT), stores[-1])
-    together = open_curves(stores)
+    parts = enumerate((folder[:1], folder[1:]))
+    together = open_curves([stored(part, times, tmp_path / f"{k}.zarr") for k, part in parts])
     for name in whole.data_vars:
         np.testing.assert_array_equal(together[name].values, whole[name].values)
     assert together.operation.values.tolist() == [1, 2, 3, 4, 5]

@@ -13,7 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "landmarks": ["main_motion"],
         "measured": ["Contact", "Measured", "measure_curve"],
         "noise": ["noise_remarks"],
-        "opened": ["open_curves", "require_any"],
+        "opened": ["open_curves"],
         "raw": ["Raw", "read_raws"],
         "reader": ["Record", "read_curves", "read_record"],
         "scale": ["Scale"],
