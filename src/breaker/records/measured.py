@@ -110,12 +110,12 @@ def measure_curve(
 
 
 def variables(
-    found: Sequence[Mapping[str, Measured] | bool], motion: str, speeds: Sequence[Speed] = SPEEDS
+    found: Sequence[Mapping[str, Measured] | None], motion: str, speeds: Sequence[Speed] = SPEEDS
 ) -> tuple[dict, dict]:
     """Return variables and coordinates of a dataset of what is measured of records.
 
     Args:
-        found: What was measured of each operation, False where there is no record.
+        found: What was measured of each operation, None where there is no record.
         motion: "closing" or "opening".
 
     Returns:
