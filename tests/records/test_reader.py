@@ -209,30 +209,21 @@ def test_too_many_missing_samples_are_told(file, prior, times):
 # ---- bad records: file and reason -------------------------------------------------------------
 
 
-def misread(settings, **wrong):
-    """Settings with which a good file is written, and wrong ones with which it is read."""
-    return BARE | settings, wrong
-
-
-MAGNITUDES = {
-    "m as mm": (*misread({"travel_unit": "m"}, travel_unit="mm"), "travel_unit 'm'?"),
-    "mm as m": (*misread({"travel_unit": "mm"}, travel_unit="m"), "travel_unit 'mm'?"),
-    "um as mm": (*misread({"travel_unit": "um"}, travel_unit="mm"), "travel_unit 'um'?"),
-    "mm as inch": (*misread({"travel_unit": "mm"}, travel_unit="inch"), "travel_unit 'mm'?"),
-    "s as ms": (*misread({"time_unit": "s"}, time_unit="ms"), "time_unit 's' rather than 'ms'?"),
-    "ms as s": (*misread({"time_unit": "ms"}, time_unit="s"), "time_unit 'ms' rather than 's'?"),
-    "us as ms": (*misread({"time_unit": "us"}, time_unit="ms"), "time_unit 'us' rather than 'ms'?"),
-}
-
-
-@pytest.mark.parametrize("name", MAGNITUDES)
-def test_a_wrong_unit_is_told_by_its_magnitude(file, prior, times, name):
-    settings, wrong, reason = MAGNITUDES[name]
-    export(file, settings, *record(prior, "closing"))
-    read_curve(file, settings, times, "closing")
-    message = rejection(file, {**settings, **wrong}, times)
+@pytest.mark.parametrize(
+    ("unit", "written", "wrong"),
+    [
+        *(("travel_unit", *units) for units in (("m", "mm"), ("mm", "m"), ("um", "mm"))),
+        ("travel_unit", "mm", "inch"),
+        *(("time_unit", *units) for units in (("s", "ms"), ("ms", "s"), ("us", "ms"))),
+    ],
+)
+def test_a_wrong_unit_is_told_by_its_magnitude(file, prior, times, unit, written, wrong):
+    export(file, BARE | {unit: written}, *record(prior, "closing"))
+    read_curve(file, BARE | {unit: written}, times, "closing")
+    message = rejection(file, BARE | {unit: wrong}, times)
+    rather = f" rather than {wrong!r}" if unit == "time_unit" else ""
     assert message.startswith(f"{file}: ")
-    assert message.endswith("endurance.format." + reason)
+    assert message.endswith(f"endurance.format.{unit} {written!r}{rather}?")
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -17,13 +17,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "raw": ["Raw", "read_raws"],
         "reader": ["Record", "read_curves", "read_record"],
         "scale": ["Scale"],
-        "shape": [
-            "SHAPE_STEP",
-            "SHAPE_TIMES",
-            "Shape",
-            "effective_noise",
-            "normalise",
-            "shape_of",
-        ],
+        "shape": ["SHAPE_STEP", "SHAPE_TIMES", "Shape", "effective_noise", "normalise", "shape_of"],
     },
 )

@@ -108,11 +108,7 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
 
 
 def grid_remarks(
-    gridded: Gridded,
-    time: np.ndarray,
-    times: np.ndarray,
-    *,
-    back: bool,
+    gridded: Gridded, time: np.ndarray, times: np.ndarray, *, back: bool
 ) -> tuple[str, str]:
     """Say where a record does not cover the grid, and where its rate does not fit; "" if it does.
 
