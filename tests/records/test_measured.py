@@ -58,7 +58,7 @@ def reading_of(time, read, motion, contact=UNKNOWN, speeds=SPEEDS):
     """What the reader finds in a record."""
     segment = find_segment(time, read, motion)
     inside = slice(segment.begin, segment.end)
-    moves = first_motion(time[inside], read[inside], 1.0 if motion == "closing" else -1.0)
+    moves = first_motion(time[inside], read[inside], motion)
     noise = noise_at_rest(read[time < moves - 1.0], time[1] - time[0], 0.4, 0.0)
     found = motion, segment, moves, noise, 0.0, contact, speeds
     return Reading(time[inside], read[inside], *found)

@@ -40,19 +40,19 @@ _BEFORE = 0.1  # of the time of that rise, least rest before it
 _GAP = 0.3  # of that time, longest gap in it
 
 
-def first_motion(time: np.ndarray, travel: np.ndarray, direction: float) -> float:
+def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
     """Return the time of the first motion, ms.
 
     Args:
         time: Times of a record, ``(t,)``, ms, evenly spaced.
-        travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
-        direction: 1 if the travel grows, -1 if it falls.
+        travel: Travel towards closed, ``(t,)``, mm; NaN where a sample is missing.
+        motion: "closing" or "opening".
 
     Raises:
         UnusableError: If the travel stays within its noise, has left its rest position when the
             record begins, or samples are missing or noisy where the start must be.
     """
-    travel = direction * travel
+    travel = travel if motion == "closing" else -travel
     there = ~np.isnan(travel)
     for _ in range(2):  # once more, since a burst in the rise moves the running median
         smooth, _ = without_bursts(time, np.where(there, travel, np.nan))

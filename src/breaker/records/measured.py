@@ -101,7 +101,7 @@ def measure_curve(
     segment = find_segment(time, travel, motion)
     inside = slice(segment.begin, segment.end)
     time, travel, quantum = time[inside], travel[inside], seen_quantum(travel)
-    moves = first_motion(time, travel, 1.0 if motion == "closing" else -1.0)
+    moves = first_motion(time, travel, motion)
     rest = travel[(time >= moves - REST[0]) & (time <= moves - REST[1])]
     step = float(time[1] - time[0])
     noise = noise_at_rest(rest, step, step, quantum)

@@ -156,7 +156,7 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         check_stroke(segment.stroke, settings)
         rest = rest_of_open(segment, settings, motion)
         inside = slice(segment.begin, segment.end)
-        moves = first_motion(time[inside], left[inside], 1.0 if motion == "closing" else -1.0)
+        moves = first_motion(time[inside], left[inside], motion)
         beside = {kind: _placed(each, place, time) for kind, each in columns.beside.items()}
         events, odd = events_of(operation, settings, motion, time, segment, moves, beside)
     except UnusableError as error:
