@@ -1,14 +1,10 @@
 """Limits in words, exceeded and how probably, and refused where they cannot be one."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal, norm
+from scipy.stats import norm
 
 from breaker.mechanism.limits import Limit, from_list
-from breaker.model.randomness import generator
 
 NAN = np.nan
 SLOW, TIRED, BAND = from_list(
@@ -89,52 +85,6 @@ def test_excess_and_exceeded():
 # ---- probabilities ---------------------------------------------------------------------------
 
 
-def test_probability_by_hand():
-    values = np.array([[9.9, 0.7], [9.9, 0.8], [9.7, 0.7], [9.9, 0.6]])
-    assert TIRED.exceedance(values) == pytest.approx((0.5, 0.75 * 0.75, 0.0))
-    joint, marginal, undefined = SLOW.exceedance([[10.1], [9.0], [11.0], [9.0], [9.0]])
-    assert (joint, marginal, undefined) == (0.4, 0.4, 0.0)
-
-
-def test_two_parts_of_one_quantity_have_one_marginal():
-    """Above 1.5 and below 2.5 is one statement about mu: no product of 2/3 and 2/3."""
-    joint, marginal, _ = BAND.exceedance([[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]])
-    assert joint == marginal == pytest.approx(1 / 3)
-
-
-def test_probability_of_correlated_quantities():
-    """Against the normal distribution, 4 standard errors: false alarm 4e-4 in all.
-
-    A joint probability made of the marginals, 0.25, is 19 standard errors away.
-    """
-    d, correlation = 4000, -0.8
-    sds = np.array([0.2, 0.02])
-    rng = generator(1, "test", "limits")
-    covariance = np.array([[1.0, correlation], [correlation, 1.0]])
-    values = np.array([9.8, 0.77]) + sds * rng.multivariate_normal([0, 0], covariance, (3, d))
-    joint, marginal, undefined = TIRED.exceedance(values)
-    truth = multivariate_normal([0, 0], [[1, -correlation], [-correlation, 1]]).cdf([0, 0])
-    error = 4 * np.sqrt(truth * (1 - truth) / d)
-    assert joint.shape == marginal.shape == undefined.shape == (3,)
-    np.testing.assert_allclose(joint, truth, atol=error)
-    # Of two shares whose statements are correlated too: variance 0.2 / d.
-    np.testing.assert_allclose(marginal, 0.25, atol=4 * np.sqrt(0.2 / d))
-    assert np.all(np.abs(marginal - truth) > 3 * error)
-
-
-def test_a_quantity_that_does_not_exist_is_beyond_any_limit():
-    values = np.full((3, 200, 2), [9.9, 0.7])
-    values[:, :100] = [9.0, 0.7]  # half of the draws do not exceed the limit
-    values[1, 98:100, 0] = NAN  # two more do
-    values[2, 190:, 1] = NAN  # as those did already
-    joint, marginal, undefined = TIRED.exceedance(values)
-    np.testing.assert_allclose(undefined, [0.0, 0.01, 0.05])
-    np.testing.assert_allclose(joint, [0.5, 0.51, 0.5])
-    np.testing.assert_allclose(marginal, [0.5, 0.51, 0.5])
-    nothing = TIRED.exceedance(np.full((5, 2), NAN))
-    assert nothing == (1.0, 1.0, 1.0)
-
-
 def test_probability_of_measured_values():
     """Two bounds of one quantity, and a second one, against the normal distribution."""
     parts = (("stroke", 13.0, True), ("stroke", 14.0, False), ("travel_time", 9.0, True))
@@ -144,17 +94,3 @@ def test_probability_of_measured_values():
     between = norm.cdf(3.0) - norm.cdf(-2.0)
     np.testing.assert_allclose(found, [between * norm.cdf(0.5), NAN, 0.0], atol=1e-12)
     assert limit.measured_exceedance(values[0], np.zeros(3)) == 1.0
-
-
-def test_a_probability_needs_draws():
-    for values in (np.empty((4, 0, 2)), np.empty(2)):
-        with pytest.raises(ValueError, match="tired: a probability needs draws"):
-            TIRED.exceedance(values)
-
-
-def test_checked_without_compiled_code_or_tables():
-    code = (
-        "import sys; from breaker.mechanism import limits; "
-        "sys.exit('numba' in sys.modules or 'pandas' in sys.modules)"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -105,9 +105,13 @@ def test_damage_is_masked_at_any_rate(prior, rate):
         np.testing.assert_array_equal(doubts(record, rate) != "", wrong)
 
 
+def median(prior, motion="closing"):
+    """The curve of the median drive at 10 kHz."""
+    return travel(prior.medians[None], np.arange(0.0, 76.0, 0.1), motion, onset=10.0).travel[0]
+
+
 def test_a_stuck_reading_is_masked_where_the_drive_moves(prior):
-    time = np.arange(0.0, 76.0, 0.1)
-    x = travel(prior.medians[None], time, "closing", onset=10.0).travel[0]
+    x = median(prior)
     rng = generator(5, "stuck")
     for quantum in (0.0, 0.08):
         record = measured(x, 14.0, rng, quantum=quantum)
@@ -124,8 +128,7 @@ def test_a_stuck_reading_is_masked_where_the_drive_moves(prior):
 @pytest.mark.parametrize("low", [True, False])
 def test_a_rail_is_masked(prior, motion, low):
     """A channel whose range ends 10 % inside the stroke."""
-    time = np.arange(0.0, 76.0, 0.1)
-    x = travel(prior.medians[None], time, motion, onset=10.0).travel[0]
+    x = median(prior, motion)
     record = measured(x, 14.0, generator(6, "rail"))
     stroke = abs(x[-1] - x[0])
     rail = 0.1 * stroke if low else 0.9 * stroke
@@ -135,9 +138,7 @@ def test_a_rail_is_masked(prior, motion, low):
 
 
 def test_a_slip_leaves_the_longer_part(prior):
-    time = np.arange(0.0, 76.0, 0.1)
-    x = travel(prior.medians[None], time, "closing", onset=10.0).travel[0]
-    record = measured(x, 14.0, generator(7, "slip"))
+    record = measured(median(prior), 14.0, generator(7, "slip"))
     record[600:] += 5.0
     kinds = doubts(record, 10.0)
     np.testing.assert_array_equal(np.flatnonzero(kinds), np.arange(600, 760))

@@ -96,10 +96,10 @@ def test_what_is_stated_goes_before_what_a_channel_shows():
     )
     assert found == (30.0, 0.1, 5.0)
     assert said == []
-    assert events({"switching": 30.0, "timing_sd": 0.4})[0].switching_sd == 0.4
+    assert events({"switching": 30.0, "timing_sd": 0.4})[0].sd == 0.4
     found, said = events({}, {"contact": signal}, contact_column="C", timing_sd=0.05)
-    assert found.switching == pytest.approx(TOUCH, abs=0.051)
-    assert found.switching_sd == pytest.approx(np.hypot(0.05, 0.1 / np.sqrt(12)))
+    assert found.time == pytest.approx(TOUCH, abs=0.051)
+    assert found.sd == pytest.approx(np.hypot(0.05, 0.1 / np.sqrt(12)))
     assert np.isnan(found.trigger)
     assert events(trigger_column=0)[0].trigger == 0.0
     assert np.isnan(events()[0]).all()
@@ -119,7 +119,7 @@ def test_what_a_channel_does_not_show_is_a_remark():
     ]
     early = (TIME > 12.0) * 1.0  # before the first motion: another contact
     found, said = events({}, {"contact": early}, contact_column="C")
-    assert np.isnan(found.switching)
+    assert np.isnan(found.time)
     assert len(said) == 1
 
 

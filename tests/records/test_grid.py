@@ -33,12 +33,6 @@ def test_white_noise_stays_as_large_and_nearly_white(rate):
     assert len(set(own.tolist())) == len(own) <= 60 * rate + 1
 
 
-def test_a_planted_average_is_noticed():
-    """Means of two neighbours, which a reader must not hand on as samples, have half the noise."""
-    weights = 0.5 * (np.eye(100) + np.eye(100, k=1))
-    assert np.linalg.eigvalsh(weights @ weights.T).max() > 1.21 * np.diag(weights @ weights.T)[0]
-
-
 def test_the_gain_of_a_cubic_never_exceeds_one():
     """At no frequency, wherever a sample is moved to."""
     place = np.linspace(5.0, 6.0, 101)

@@ -16,7 +16,7 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 from breaker.records.export import write_curve
-from breaker.records.opened import open_curves, require_any
+from breaker.records.opened import open_curves
 from breaker.records.reader import read_curves, read_record
 from breaker.records.scale import Scale
 from breaker.stores import describe, save
@@ -206,44 +206,24 @@ def test_too_many_missing_samples_are_told(file, prior, times):
     assert "31 of the 151 samples" in rejection(file, FORMAT | {"missing": 0}, times)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_a_first_motion_that_is_not_seen_is_told(file, prior, times, motion):
-    """Rather than found milliseconds off: the rise lies in a gap, or most of it does."""
-    for gap in ((0, 50), (-10, 14), (-100, 5)):
-        written(file, prior, motion)
-        for line in range(*gap):
-            edit(file, cell(1, ""), HEAD + 101 + line)
-        message = rejection(file, FORMAT, times, motion)
-        assert re.search("the first motion is not seen|begins too late$", message)
-
-
 # ---- bad records: file and reason -------------------------------------------------------------
 
 
-def misread(settings, **wrong):
-    """Settings with which a good file is written, and wrong ones with which it is read."""
-    return BARE | settings, wrong
-
-
-MAGNITUDES = {
-    "m as mm": (*misread({"travel_unit": "m"}, travel_unit="mm"), "travel_unit 'm'?"),
-    "mm as m": (*misread({"travel_unit": "mm"}, travel_unit="m"), "travel_unit 'mm'?"),
-    "um as mm": (*misread({"travel_unit": "um"}, travel_unit="mm"), "travel_unit 'um'?"),
-    "mm as inch": (*misread({"travel_unit": "mm"}, travel_unit="inch"), "travel_unit 'mm'?"),
-    "s as ms": (*misread({"time_unit": "s"}, time_unit="ms"), "time_unit 's' rather than 'ms'?"),
-    "ms as s": (*misread({"time_unit": "ms"}, time_unit="s"), "time_unit 'ms' rather than 's'?"),
-    "us as ms": (*misread({"time_unit": "us"}, time_unit="ms"), "time_unit 'us' rather than 'ms'?"),
-}
-
-
-@pytest.mark.parametrize("name", MAGNITUDES)
-def test_a_wrong_unit_is_told_by_its_magnitude(file, prior, times, name):
-    settings, wrong, reason = MAGNITUDES[name]
-    export(file, settings, *record(prior, "closing"))
-    read_curve(file, settings, times, "closing")
-    message = rejection(file, {**settings, **wrong}, times)
+@pytest.mark.parametrize(
+    ("unit", "written", "wrong"),
+    [
+        *(("travel_unit", *units) for units in (("m", "mm"), ("mm", "m"), ("um", "mm"))),
+        ("travel_unit", "mm", "inch"),
+        *(("time_unit", *units) for units in (("s", "ms"), ("ms", "s"), ("us", "ms"))),
+    ],
+)
+def test_a_wrong_unit_is_told_by_its_magnitude(file, prior, times, unit, written, wrong):
+    export(file, BARE | {unit: written}, *record(prior, "closing"))
+    read_curve(file, BARE | {unit: written}, times, "closing")
+    message = rejection(file, BARE | {unit: wrong}, times)
+    rather = f" rather than {wrong!r}" if unit == "time_unit" else ""
     assert message.startswith(f"{file}: ")
-    assert message.endswith("endurance.format." + reason)
+    assert message.endswith(f"endurance.format.{unit} {written!r}{rather}?")
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -322,9 +302,17 @@ def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
     assert curves.time.attrs["unit"] == curves.first_motion.attrs["unit"] == "ms"
 
 
+def stored(operations, times, store):
+    """Read files and keep what is read."""
+    curves = read_curves(operations, FORMAT, times, "closing")
+    save(describe(curves, "measured closing curves", format=FORMAT), store)
+    return store
+
+
 def test_if_all_are_rejected_it_is_an_error_with_the_first_reasons(folder, tmp_path, times):
+    store = stored(folder[1:3] + folder[4:], times, tmp_path / "curves.zarr")
     with pytest.raises(RejectedCurveError) as caught:
-        require_any(read_curves(folder[1:3] + folder[4:], FORMAT, times, "closing"))
+        open_curves([store])
     message = str(caught.value)
     assert message.startswith(f"{tmp_path}: none of 3 closing files can be used; check endurance")
     assert "op_2.csv, line 50: 'travel' is '?', which is not a number" in message
@@ -333,12 +321,8 @@ def test_if_all_are_rejected_it_is_an_error_with_the_first_reasons(folder, tmp_p
 
 def test_chunks_of_operations_are_opened_as_one(folder, tmp_path, times):
     whole = read_curves(folder, FORMAT, times, "closing")
-    stores = []
-    for k, part in enumerate((folder[:1], folder[1:])):
-        curves = read_curves(part, FORMAT, times, "closing")
-        stores.append(tmp_path / f"curves_{k:03d}.zarr")
-        save(describe(curves, "measured closing curves", format=FORMAT), stores[-1])
-    together = open_curves(stores)
+    parts = enumerate((folder[:1], folder[1:]))
+    together = open_curves([stored(part, times, tmp_path / f"{k}.zarr") for k, part in parts])
     for name in whole.data_vars:
         np.testing.assert_array_equal(together[name].values, whole[name].values)
     assert together.operation.values.tolist() == [1, 2, 3, 4, 5]

@@ -5,7 +5,8 @@ import pytest
 
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
-from breaker.records.segments import SegmentError, find_segment
+from breaker.records.errors import UnusableError
+from breaker.records.segments import find_segment
 from breaker.synthetic.drive import Drive, Elements, Stop
 
 # A damper at the open end, so that the opening has a rebound and a rest.
@@ -65,7 +66,7 @@ def test_of_several_motions_of_a_kind_none_is_chosen():
     time, travel = record({20.0: "opening", 120.0: "closing", 170.0: "opening"}, 260.0)
     assert find_segment(time, travel, "closing").stroke == pytest.approx(13.5, abs=0.3)
     with pytest.raises(
-        SegmentError, match=r"2 motions of opening, at 2\d, 17\d ms; .* from and to"
+        UnusableError, match=r"2 motions of opening, at 2\d, 17\d ms; .* from and to"
     ):
         find_segment(time, travel, "opening")
     second = find_segment(time, travel, "opening", begin=140.0)
@@ -80,9 +81,9 @@ def test_of_several_motions_of_a_kind_none_is_chosen():
 def test_the_other_motion_alone_is_refused(motion):
     time, travel = record({20.0: motion}, 100.0)
     other = {"closing": "opening", "opening": "closing"}[motion]
-    with pytest.raises(SegmentError, match=f"which is no {other}; .*wrong folder.*sign wrong"):
+    with pytest.raises(UnusableError, match=f"which is no {other}; .*wrong folder.*sign wrong"):
         find_segment(time, travel, other)
-    with pytest.raises(SegmentError, match=f"which is no {motion}"):
+    with pytest.raises(UnusableError, match=f"which is no {motion}"):
         find_segment(time, -travel, motion)
 
 
@@ -90,9 +91,9 @@ def test_the_other_motion_alone_is_refused(motion):
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
 def test_a_record_at_rest_is_refused(motion, scale):
     time, travel = record({500.0: motion}, 200.0)
-    with pytest.raises(SegmentError, match="nothing moves"):
+    with pytest.raises(UnusableError, match="nothing moves"):
         find_segment(time, scale * travel, motion)
-    with pytest.raises(SegmentError, match="nothing moves"):
+    with pytest.raises(UnusableError, match="nothing moves"):
         find_segment(time, np.full(time.size, 3.0), motion)
 
 
@@ -122,7 +123,7 @@ def test_a_truncated_record_is_taken_once_the_drive_has_slowed_down(motion):
         assert np.isnan(segment.back)
     assert segment.arrived
     for end in np.arange(23.0, time[fastest] + 0.5, 0.5):
-        with pytest.raises(SegmentError, match=f"ends in the middle of the {motion}"):
+        with pytest.raises(UnusableError, match=f"ends in the middle of the {motion}"):
             find_segment(time[time < end], travel[time < end], motion)
 
 
@@ -166,7 +167,7 @@ def test_a_counter_whose_rest_has_no_spread():
 
 def test_nothing_to_look_in():
     time, travel = record({30.0: "closing"}, 100.0)
-    with pytest.raises(SegmentError, match="only 0 samples"):
+    with pytest.raises(UnusableError, match="only 0 samples"):
         find_segment(time, travel, "closing", begin=200.0)
-    with pytest.raises(SegmentError, match="only 10 samples"):
+    with pytest.raises(UnusableError, match="only 10 samples"):
         find_segment(time, np.where(np.arange(time.size) < 10, travel, np.nan), "closing")

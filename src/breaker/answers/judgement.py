@@ -54,4 +54,4 @@ def _probability(answer: Answer, limit: Limit, seed: int) -> float:
     for k, name in enumerate(names):
         if answer.is_inferred(name):
             draws[:, k] = answer.inferred(name)
-    return float(limit.exceedance(draws).joint) if np.isfinite(draws).all() else np.nan
+    return float(limit.exceeded(draws).mean()) if np.isfinite(draws).all() else np.nan

@@ -2,17 +2,12 @@
 
 A limit has parts, each a quantity above or below a value; it is exceeded where all of them hold.
 Its quantities are those of the model at inferred parameters, or those read from the record itself.
-
-Of the model, the probability that it is exceeded comes from draws of the full posterior. Beside it
-stands the product over its quantities of the probability of each, which is what marginals alone
-would say. Measured quantities have normal errors, which are taken for independent of each other.
-
-Shapes: ``d`` draws.
+Measured quantities have normal errors, which are taken for independent of each other.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,24 +15,9 @@ from numpy.typing import ArrayLike
 from breaker.mechanism.quantities import SOURCES, check_quantity, evaluate, quantities
 from breaker.mechanism.speeds import SPEEDS, Speed
 
-__all__ = ["Exceedance", "Limit", "from_list"]
+__all__ = ["Limit", "from_list"]
 
 _LEAST = 1e-12  # least error of a measured value, in its unit
-
-
-class Exceedance(NamedTuple):
-    """Probabilities that a limit is exceeded, ``(...)``.
-
-    Attributes:
-        joint: Share of the draws in which all parts hold.
-        marginal: Product over the quantities of the share of draws in which the parts of each hold.
-        undefined: Share of the draws in which a quantity of the limit does not exist; they
-            count as beyond it.
-    """
-
-    joint: np.ndarray
-    marginal: np.ndarray
-    undefined: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -161,28 +141,6 @@ class Limit:
         """
         return np.all(~(self.excess(values) <= 0), axis=-1)
 
-    def exceedance(self, values: ArrayLike) -> Exceedance:
-        """Return how probably the limit is exceeded, ``(..., d, parts) -> (...)``.
-
-        Args:
-            values: The quantities of the limit in draws of a posterior, nan where they do not
-                exist, which is beyond any limit.
-
-        Raises:
-            ValueError: If there is no draw, or a shape does not fit.
-        """
-        excess = self.excess(values)
-        if excess.ndim < 2 or excess.shape[-2] == 0:
-            raise ValueError(f"{self.name}: a probability needs draws")
-        holds = ~(excess <= 0)
-        undefined = np.isnan(excess).any(axis=-1).mean(axis=-1)
-        names = np.array(self.quantities)
-        shares = [
-            holds[..., names == name].all(axis=-1).mean(axis=-1)
-            for name in dict.fromkeys(self.quantities)
-        ]
-        return Exceedance(holds.all(axis=-1).mean(axis=-1), np.prod(shares, axis=0), undefined)
-
     def measured_exceedance(self, values: ArrayLike, sds: ArrayLike) -> np.ndarray:
         """Return how probably measured values are beyond the limit, ``(..., parts) -> (...)``.
 
@@ -201,8 +159,8 @@ class Limit:
 
         values, sds = (np.asarray(each, dtype=np.float64) for each in (values, sds))
         holds = ndtr(self.excess(values) / np.maximum(sds, _LEAST))
-        names = np.array(self.quantities)
         # Two bounds of one quantity: it is between them, or beyond one of them, never beyond both.
+        names = np.array(self.quantities)
         shares = [
             holds[..., names == name].sum(axis=-1) - (np.sum(names == name) - 1)
             for name in dict.fromkeys(self.quantities)

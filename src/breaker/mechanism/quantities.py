@@ -46,8 +46,6 @@ __all__ = [
 _GAP, _TIMES = 10.0, {"closing": np.sqrt(10.0 / 0.75), "opening": np.sqrt(1.0 / 0.045)}
 _NEAR = 0.75  # powers of 2 within which a drive counts as of the reference drive's size
 _TRAVEL = Point(10.0, "%"), Point(90.0, "%")  # between which a travel time is taken
-
-
 _SHARPEST = 1e-3  # of its value, to which a fact can be known
 _LARGEST_FACT = 1e6
 
@@ -56,6 +54,7 @@ SOURCES = ("model", "record", "change")
 a parameter, in percent."""
 
 _MODEL, _RECORD = ("model",), ("record",)
+_CLOSING, _OPENING = ("closing",), ("opening",)
 
 
 @dataclass(frozen=True)
@@ -82,19 +81,15 @@ _FIXED = (
         *("travel_time", r"$t_\mathrm{travel}$", "ms"),
         *("time in which the drive goes from 10 to 90 % of its stroke", MOTIONS),
     ),
-    Quantity(
-        "touch_time", r"$t_\mathrm{touch}$", "ms", "first motion to contact touch", ("closing",)
-    ),
+    Quantity("touch_time", r"$t_\mathrm{touch}$", "ms", "first motion to contact touch", _CLOSING),
     Quantity(
         *("over_travel", r"$\Delta_\mathrm{close}$", "mm"),
-        *("largest travel beyond the closed rest position", ("closing",)),
+        *("largest travel beyond the closed rest position", _CLOSING),
     ),
-    Quantity(
-        "part_time", r"$t_\mathrm{part}$", "ms", "first motion to contact parting", ("opening",)
-    ),
+    Quantity("part_time", r"$t_\mathrm{part}$", "ms", "first motion to contact parting", _OPENING),
     Quantity(
         *("rebound", r"$\Delta_\mathrm{open}$", "mm"),
-        *("largest travel beyond the open rest position", ("opening",)),
+        *("largest travel beyond the open rest position", _OPENING),
     ),
     Quantity(
         *("latch_time", r"$t_\mathrm{latch}$", "ms"),

@@ -98,7 +98,9 @@ class Readings:
         return search(mark + point.amount, self._at), mark, point.amount
 
     def _travel(self, at: np.ndarray) -> np.ndarray:
-        return _cubic(self._forward, _around(at), at)
+        """Travel at times ``(n,)``, by cubics, ``(n,)``, mm."""
+        first = _around(at)
+        return _through(_four(self._forward, first), at / _STEP - first)
 
     def _last_before(self, level: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Last time before ``end`` (n,) at which a curve passes its level, nan if it does not."""
@@ -118,11 +120,6 @@ class Readings:
 def _around(at: np.ndarray) -> np.ndarray:
     """First of the four samples around each time, ``(n,)``; of the nearest four at the ends."""
     return np.clip(np.floor(at / _STEP).astype(int) - 1, 0, TIMES.size - 4)
-
-
-def _cubic(curves: np.ndarray, first: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values ``(n,)`` at times ``(n,)`` of the cubics through four samples from ``first``."""
-    return _through(_four(curves, first), at / _STEP - first)
 
 
 def _four(curves: np.ndarray, first: np.ndarray) -> np.ndarray:

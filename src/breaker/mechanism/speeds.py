@@ -13,7 +13,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from breaker.mechanism.size import Size
+from breaker.mechanism.size import UNIT, Size
 
 __all__ = ["SPEEDS", "Point", "Speed", "speeds_of"]
 
@@ -23,7 +23,6 @@ _TEXT = re.compile(
     r"|(?P<way>\d+(?:\.\d+)?) (?P<unit>mm|ms) (?P<side>before|after) (?P<of>touch|parting)"
     r"|(?P<share>\d+(?:\.\d+)?) % of stroke"
 )
-_AS_IT_IS = Size()
 _WAY = 6.0  # mm at size 1, over which a speed is taken that is not configured
 
 
@@ -152,7 +151,7 @@ class Speed:
 
 
 def speeds_of(
-    settings: Mapping[str, Sequence[str] | None] | None = None, size: Size = _AS_IT_IS
+    settings: Mapping[str, Sequence[str] | None] | None = None, size: Size = UNIT
 ) -> tuple[Speed, ...]:
     """Return the speeds that the section ``speeds`` of the configuration defines.
 

@@ -41,15 +41,6 @@ def even_times(
     Raises:
         UnusableError: If the times do not increase in steps that are even or whole multiples, or
             speak for another unit or rate.
-
-    Example:
-        >>> lines = np.arange(2, 6)
-        >>> time, place, _ = even_times(np.array([0.0, 0.01, 0.04, 0.05]), lines, {
-        ...     "time_unit": "s", "rate": None})
-        Traceback (most recent call last):
-        breaker.records.errors.UnusableError: one sample every 10 ms is too slow: at least one ...
-        >>> even_times(np.array([0.0, 0.1, 0.4, 0.5]), lines, {"time_unit": "ms", "rate": None})[1]
-        array([0, 1, 4, 5])
     """
     if lines.size < 2:
         raise UnusableError(f"has {lines.size} samples")

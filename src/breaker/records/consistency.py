@@ -32,15 +32,6 @@ def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: floa
         moves: Time of the first motion, ms.
         sd: Noise of a sample that the model takes for granted, mm. The record's own counts where
             it is larger.
-
-    Example:
-        >>> time = np.arange(0.0, 60.0, 0.1)
-        >>> travel = 0.3 * np.clip(time - 25.0, 0.0, 7.0) ** 2
-        >>> travel += 0.1 * np.random.default_rng(1).standard_normal(600)
-        >>> inconsistencies(time, travel, 25.0, 0.1)
-        []
-        >>> inconsistencies(time, np.append(travel[:50], travel)[:600], 30.0, 0.1)
-        ['the readings from 0 ms on come again from 5 ms on: were samples sent twice?']
     """
     there = np.flatnonzero(~np.isnan(travel))
     if there.size < 4 * _CALM:

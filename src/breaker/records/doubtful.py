@@ -8,7 +8,7 @@ than any speed of the record allows, or stays where noise forbids it. Nothing is
 
 import numpy as np
 
-from breaker.records.running import running_median
+from breaker.records.running import filled, running_median
 
 __all__ = ["doubtful_samples", "told"]
 
@@ -35,13 +35,6 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
         travel: Travel, ``(t,)``, mm, evenly spaced; NaN where a sample is missing.
         step: Time between two samples, ms.
         quantum: Step to which readings are rounded, mm; 0 if they are not.
-
-    Example:
-        >>> travel = np.clip(np.arange(400) * 0.1 - 20.0, 0.0, 14.0)
-        >>> travel[[100, 300]] = 8.0, 1e246
-        >>> kinds = doubtful_samples(travel, 0.1, 0.0)
-        >>> np.flatnonzero(kinds).tolist(), kinds[[100, 300]].tolist()
-        ([100, 300], ['spike', 'out of range'])
     """
     kinds, left = np.full(travel.shape, "", dtype="U12"), travel.copy()
 
@@ -58,7 +51,7 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     leave_out((left < low - margin) | (left > high + margin), "out of range")
     lag = max(1, round(1.0 / between))
     speed = np.abs(smooth[lag:] - smooth[:-lag]).max(initial=0.0) / (lag * between)
-    near = running_median(_filled(left), 5)
+    near = running_median(filled(left), 5)
     rounded = _COUNTS * quantum
     leave_out(np.abs(left - near) > _SPIKE * noise + rounded + 2.0 * speed * step, "spike")
     least = max(_NOISY * stroke * max(1.0, step / 0.1), quantum)
@@ -70,11 +63,7 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
 
 
 def told(time: np.ndarray, kinds: np.ndarray) -> str:
-    """Say which samples are doubtful: how many, what they are and when; "" if none is.
-
-    >>> told(np.arange(4.0), np.array(["spike", "", "jump", "jump"]))
-    '3 samples that no sensor of this stroke gives: spike at 0 ms, jump at 2 to 3 ms'
-    """
+    """Say which samples are doubtful: how many, what they are and when; "" if none is."""
     if not kinds.any():
         return ""
     begins = np.flatnonzero((kinds != "") & (kinds != np.append("", kinds[:-1])))
@@ -89,20 +78,14 @@ def told(time: np.ndarray, kinds: np.ndarray) -> str:
     return f"{count} {samples} that no sensor of this stroke gives: {', '.join(places)}{more}"
 
 
-def _filled(travel: np.ndarray) -> np.ndarray:
-    """Travel with straight lines where samples are missing, ``(t,)``."""
-    there = np.flatnonzero(~np.isnan(travel))
-    return np.interp(np.arange(travel.size), there, travel[there])
-
-
 def _smooth(travel: np.ndarray, step: float) -> tuple[np.ndarray, float]:
     """Running median of blocks of half a ms, and the time between them, ms.
 
     Where the travel only rises or only falls it is the travel itself.
     """
     block = max(1, round(_BLOCK / step))
-    filled = _filled(travel)
-    whole = filled[: filled.size // block * block] if filled.size >= block else filled[:1]
+    line = filled(travel)
+    whole = line[: line.size // block * block] if line.size >= block else line[:1]
     blocks = np.median(whole.reshape(-1, min(block, whole.size)), axis=1)
     window = 2 * round(_BURST / (block * step)) + 1
     return running_median(blocks, window), block * step

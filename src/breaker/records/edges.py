@@ -7,34 +7,21 @@ the first touch that counts.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
 from breaker.files import SWITCHING, Operation, label_of
 from breaker.records.errors import UnusableError
+from breaker.records.measured import Contact
 from breaker.records.segments import Segment
 
-__all__ = ["Events", "events_of", "switching_of", "trigger_of"]
+__all__ = ["events_of", "switching_of", "trigger_of"]
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms
 _CLEAR = 6.0  # sd of the noise, by which levels must differ
 _FEWEST = 3  # samples of a level
 _RISES = 0.1, 0.2  # of a trigger, between which its rise is straight
-
-
-class Events(NamedTuple):
-    """What is known of a motion beside its travel, ms of the file's time; nan where it is not.
-
-    Attributes:
-        switching, switching_sd: When the main contact touched or parted, and its error's sd.
-        trigger: When the coil was energised.
-    """
-
-    switching: float
-    switching_sd: float
-    trigger: float
 
 
 def events_of(
@@ -45,7 +32,7 @@ def events_of(
     segment: Segment,
     moves: float,
     channels: Mapping[str, np.ndarray],
-) -> tuple[Events, list[str]]:
+) -> tuple[Contact, list[str]]:
     """Return contact's time and trigger of a motion: as the operation states, or by channels.
 
     Args:
@@ -58,7 +45,7 @@ def events_of(
         channels: Those of ``"contact"`` and ``"trigger"`` that the record has, ``(n,)``.
 
     Returns:
-        The events, and what is doubtful about channels, in words.
+        They, and what is doubtful about channels, in words.
 
     Raises:
         UnusableError: If a time that the table states cannot be one of this motion.
@@ -82,7 +69,7 @@ def events_of(
             said.append(_not_seen("trigger", settings, f"rise before the {motion}"))
     elif settings["trigger_column"] == 0 and segment.begin == 0 and moves >= 0.0:
         trigger = 0.0
-    return Events(switching, np.nan if np.isnan(switching) else sd, trigger), said
+    return Contact(switching, np.nan if np.isnan(switching) else sd, trigger), said
 
 
 def _check_stated(name: str, stated: float, least: float, most: float, moves: float) -> None:
@@ -109,12 +96,6 @@ def switching_of(time: np.ndarray, contact: np.ndarray, moves: float) -> float:
         time: Times of the motion, ``(n,)``, ms, evenly spaced.
         contact: Channel of the contact, ``(n,)``; nan where a sample is missing.
         moves: Time of the first motion, ms.
-
-    Example:
-        >>> time = np.arange(0.0, 60.0, 0.1)
-        >>> bounces = (time > 19.95) & ~((time > 20.95) & (time < 21.95))
-        >>> round(switching_of(time, 24.0 * ~bounces, 10.0), 3)
-        19.95
     """
     before = contact[time < moves]
     after = contact[time > moves + 0.75 * (time[-1] - moves)]
@@ -133,11 +114,6 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> float:
     Args:
         time, moves: As for ``switching_of``.
         trigger: Channel of the trigger or of the coil's current, ``(n,)``; nan where missing.
-
-    Example:
-        >>> time = np.arange(0.0, 60.0, 0.1)
-        >>> round(trigger_of(time, np.interp(time, [5.0, 9.0], [0.0, 2.0]), 20.0), 1)
-        5.0
     """
     lead = time < moves
     time, trigger = time[lead], trigger[lead]

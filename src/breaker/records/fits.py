@@ -24,7 +24,7 @@ class Fit:
     near: float
     half: float
     coefficients: list[float]  # of degree + 1
-    window: slice | np.ndarray  # samples, w of them
+    window: np.ndarray  # samples, (w,)
     inverse: np.ndarray  # each coefficient's weights of these samples, (degree + 1, w)
     error: float
 

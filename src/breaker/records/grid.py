@@ -45,14 +45,6 @@ def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: floa
         travel: Travel, ``(n,)``, mm; NaN where a sample is missing.
         times: The model's grid, ``(t,)``, ms around the first motion.
         moves: Time of the first motion, ms.
-
-    Example:
-        >>> time = np.arange(0.0, 20.0, 0.1)
-        >>> gridded = on_grid(time, time**2, np.arange(-2.0, 10.0, 0.25), moves=5.0)
-        >>> gridded.start, f"{gridded.moved:.2f} ms", bool(gridded.sampled.all())
-        (5.0, '0.05 ms', True)
-        >>> float(np.abs(gridded.travel - (5.0 + np.arange(-2.0, 10.0, 0.25)) ** 2).max()) < 1e-9
-        True
     """
     step = float(time[-1] - time[0]) / (len(time) - 1)
     every = float(times[1] - times[0]) / step
@@ -89,10 +81,6 @@ def cubic_weights(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     Returns:
         Indices and weights, both ``(m, 4)``; on a sample its weight is 1 and the others are 0.
-
-    Example:
-        >>> cubic_weights(np.array([2.5]))
-        (array([[1, 2, 3, 4]]), array([[-0.0625,  0.5625,  0.5625, -0.0625]]))
     """
     place = np.where(np.abs(place - np.rint(place)) < _ON, np.rint(place), place)
     before = np.floor(place)
@@ -120,11 +108,7 @@ def check_missing(gridded: Gridded, allowed: float) -> None:
 
 
 def grid_remarks(
-    gridded: Gridded,
-    time: np.ndarray,
-    times: np.ndarray,
-    *,
-    back: bool,
+    gridded: Gridded, time: np.ndarray, times: np.ndarray, *, back: bool
 ) -> tuple[str, str]:
     """Say where a record does not cover the grid, and where its rate does not fit; "" if it does.
 

@@ -13,9 +13,10 @@ describe the rest of the stroke, where stops and dampers act.
 
 import numpy as np
 
+from breaker.records.errors import UnusableError
 from breaker.records.segments import white_noise, without_bursts
 
-__all__ = ["NoMotionError", "first_motion", "main_motion"]
+__all__ = ["first_motion", "main_motion"]
 
 _RISE = (0.03, 0.2)  # of the way, least and largest rise that is fitted,
 _CLEAR = 30.0  # and in between this many sd of the noise: low enough to see the start
@@ -39,29 +40,19 @@ _BEFORE = 0.1  # of the time of that rise, least rest before it
 _GAP = 0.3  # of that time, longest gap in it
 
 
-class NoMotionError(ValueError):
-    """A record in which nothing moves, or the first motion is not seen."""
-
-
-def first_motion(time: np.ndarray, travel: np.ndarray, direction: float) -> float:
+def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
     """Return the time of the first motion, ms.
 
     Args:
         time: Times of a record, ``(t,)``, ms, evenly spaced.
-        travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
-        direction: 1 if the travel grows, -1 if it falls.
+        travel: Travel towards closed, ``(t,)``, mm; NaN where a sample is missing.
+        motion: "closing" or "opening".
 
     Raises:
-        NoMotionError: If the travel stays within its noise, has left its rest position when the
+        UnusableError: If the travel stays within its noise, has left its rest position when the
             record begins, or samples are missing or noisy where the start must be.
-
-    Example:
-        >>> time = np.arange(0.0, 30.0, 0.1)
-        >>> travel = 0.3 * np.maximum(time - 12.0, 0.0) ** 2
-        >>> f"{first_motion(time, travel, 1.0):.1f} ms"
-        '12.1 ms'
     """
-    travel = direction * travel
+    travel = travel if motion == "closing" else -travel
     there = ~np.isnan(travel)
     for _ in range(2):  # once more, since a burst in the rise moves the running median
         smooth, _ = without_bursts(time, np.where(there, travel, np.nan))
@@ -72,16 +63,16 @@ def first_motion(time: np.ndarray, travel: np.ndarray, direction: float) -> floa
         there = off <= _WRONG * noise
     end, part = time[last], first + np.flatnonzero(there[first : last + 1])
     if part.size < _FEWEST:
-        raise NoMotionError("the first motion is not seen: its samples are missing")
+        raise UnusableError("the first motion is not seen: its samples are missing")
     best, sd = _start(time[part], travel[part], noise * _colour(travel[part] - smooth[part]))
     known = np.append(time[part], end)
     gap = np.diff(known[max(0, np.searchsorted(known, best) - 1) :]).max() - (time[1] - time[0])
     if gap > _GAP * (end - best):
-        raise NoMotionError(f"the first motion is not seen: {gap:.1f} ms of its rise are missing")
+        raise UnusableError(f"the first motion is not seen: {gap:.1f} ms of its rise are missing")
     if sd > _VAGUE * (end - best):
-        raise NoMotionError(f"the first motion is not seen: its time is uncertain by {sd:.1f} ms")
+        raise UnusableError(f"the first motion is not seen: its time is uncertain by {sd:.1f} ms")
     if best - known[0] < _BEFORE * (end - best):
-        raise NoMotionError("no rest before the motion: the record begins too late")
+        raise UnusableError("no rest before the motion: the record begins too late")
     return best
 
 
@@ -91,7 +82,7 @@ def _rise(smooth: np.ndarray, noise: float) -> tuple[int, int, float]:
     top = int((smooth - lowest).argmax())
     way, low = smooth[top] - lowest[top], lowest[top]
     if way <= _MOVES * noise:
-        raise NoMotionError(f"no motion: the travel rises by no more than {way:.2f} mm")
+        raise UnusableError(f"no motion: the travel rises by no more than {way:.2f} mm")
 
     def last_below(height: float, before: int) -> int:
         return before - int((smooth[before::-1] < height).argmax())
@@ -160,15 +151,9 @@ def main_motion(travel: np.ndarray, times: np.ndarray, motion: str) -> np.ndarra
         times: Times, ``(t,)``, ms, 0 at the first motion.
         motion: "closing" or "opening".
     """
-    start, end = _rests(times, travel)
+    # Rests are means: before time 0, and over the last twelfth.
+    before, after = max(1, np.searchsorted(times, 0.0)), max(1, times.size // 12)
+    start, end = travel[:before].mean(), travel[-after:].mean()
     done = (travel - start) / (end - start) >= _SHARE[motion]
     last = int(done.argmax()) if done.any() else len(travel)
     return (times >= 0) & (np.arange(len(travel)) < last)
-
-
-def _rests(times: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rest positions before and after the motion, ``(..., t) -> (...)``: the mean travel before
-    time 0, or where that is not recorded its first sample, and that over the last twelfth.
-    """
-    before, last = max(1, np.searchsorted(times, 0.0)), max(1, times.size // 12)
-    return travel[..., :before].mean(axis=-1), travel[..., -last:].mean(axis=-1)

@@ -34,14 +34,6 @@ def leap_remark(
         noise: Standard deviation of a sample's noise, mm.
         quantum: Step to which readings are rounded, mm; 0 if they are not.
         stroke: Way between the rest positions, mm.
-
-    Example:
-        >>> time = np.arange(0.0, 40.0, 0.1)
-        >>> travel = np.interp(time, [10.0, 20.0], [0.0, 14.0])
-        >>> leap_remark(time, travel, 0.01, 0.0, 14.0)
-        ''
-        >>> leap_remark(time, np.where(time < 15.0, travel, travel + 0.7), 0.01, 0.0, 14.0)[:40]
-        'the travel leaps by 0.7 mm at 15 ms: wer'
     """
     step = float(time[-1] - time[0]) / (len(time) - 1)
     block = max(1, round(_STEP / step))

@@ -10,6 +10,7 @@ not show is nan, with the reason.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -23,7 +24,7 @@ from breaker.records.scale import seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.uncertain import NotShownError, Trace, Uncertain
 
-__all__ = ["Contact", "Measured", "measure", "measure_curve", "variables"]
+__all__ = ["Contact", "Measured", "Reading", "measure_curve", "variables"]
 
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
 _AFTER = 8.0  # times that, farthest rest after it,
@@ -70,46 +71,6 @@ class Contact(NamedTuple):
 _UNKNOWN = Contact()
 
 
-def measure(
-    time: np.ndarray,
-    travel: np.ndarray,
-    motion: str,
-    segment: Segment,
-    moves: float,
-    noise: Noise,
-    quantum: float = 0.0,
-    *,
-    contact: Contact = _UNKNOWN,
-    speeds: Sequence[Speed] = SPEEDS,
-) -> dict[str, Measured]:
-    """Read the quantities of a record.
-
-    Args:
-        time: Times of the part of the record that is the motion, ``(n,)``, ms.
-        travel: Its travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
-        motion: "closing" or "opening".
-        segment: What is known of that part.
-        moves: Time of the first motion, ms.
-        quantum: Step of the reading, mm.
-        contact: When the contact touched or parted, and the trigger came.
-
-    Returns:
-        By name, all of ``mechanism.quantities_of``, the model's and those of records alone.
-    """
-    errors = _ERRORS * (len(speeds) + _ERRORS)
-    reading = _Reading(time, travel, motion, segment, moves, noise, quantum, contact, errors)
-    ways = {
-        "stroke": reading.stroke,
-        "wipe": reading.wipe,
-        "travel_time": reading.travel_time,
-        **dict.fromkeys(("over_travel", "rebound"), reading.beyond),
-        **dict.fromkeys(("touch_time", "part_time"), reading.switching),
-        "latch_time": reading.latch,
-        **{each.name: partial(reading.speed, each) for each in speeds},
-    }
-    return {name: reading.told(ways[name]) for name in quantities_of(motion, speeds, SOURCES)}
-
-
 def measure_curve(
     time: np.ndarray,
     travel: np.ndarray,
@@ -118,12 +79,11 @@ def measure_curve(
     contact: Contact = _UNKNOWN,
     speeds: Sequence[Speed] = SPEEDS,
 ) -> dict[str, Measured]:
-    """Read the quantities of a curve of which nothing else is known, as ``measure`` does.
+    """Read the quantities of a curve of which nothing else is known.
 
     Args:
         time: Times, ``(n,)``, ms, evenly spaced, some of them before the first motion.
-        travel: Travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
-        motion, contact, speeds: As for ``measure``.
+        travel, motion, contact, speeds: As of ``Reading``, of whose quantities all are returned.
 
     Raises:
         ValueError: If the motion is not in the curve, or its beginning is not.
@@ -141,21 +101,21 @@ def measure_curve(
     segment = find_segment(time, travel, motion)
     inside = slice(segment.begin, segment.end)
     time, travel, quantum = time[inside], travel[inside], seen_quantum(travel)
-    moves = first_motion(time, travel, 1.0 if motion == "closing" else -1.0)
+    moves = first_motion(time, travel, motion)
     rest = travel[(time >= moves - REST[0]) & (time <= moves - REST[1])]
     step = float(time[1] - time[0])
     noise = noise_at_rest(rest, step, step, quantum)
-    found = segment, moves, noise, quantum
-    return measure(time, travel, motion, *found, contact=contact, speeds=speeds)
+    found = segment, moves, noise, quantum, contact, speeds
+    return Reading(time, travel, motion, *found).quantities()
 
 
 def variables(
-    found: Sequence[Mapping[str, Measured] | bool], motion: str, speeds: Sequence[Speed] = SPEEDS
+    found: Sequence[Mapping[str, Measured] | None], motion: str, speeds: Sequence[Speed] = SPEEDS
 ) -> tuple[dict, dict]:
     """Return variables and coordinates of a dataset of what is measured of records.
 
     Args:
-        found: What ``measure`` returns of each operation, False where there is no record.
+        found: What was measured of each operation, None where there is no record.
         motion: "closing" or "opening".
 
     Returns:
@@ -177,23 +137,60 @@ def variables(
     }
 
 
-class _Reading:
-    """What is read of a record, in the direction of its motion; arguments as of ``measure``."""
+@dataclass(eq=False)
+class Reading:
+    """What is read of the part of a record that is one motion.
 
-    def __init__(self, time, travel, motion, segment, moves, noise, quantum, contact, errors):
-        sign = 1.0 if motion == "closing" else -1.0
-        self.time, forward = time, sign * travel
-        self.segment, self.moves, self.contact, self.motion = segment, moves, contact, motion
-        done = (forward - sign * segment.before) / segment.stroke >= _TRAVEL[1]
-        self.arrival = float(self.time[int(done.argmax())])
+    Attributes:
+        time: Its times, ``(n,)``, ms.
+        travel: Its travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
+        motion: "closing" or "opening".
+        segment: What is known of that part.
+        moves: Time of the first motion, ms.
+        noise: Noise at rest.
+        quantum: Step of the reading, mm.
+        contact: When the contact touched or parted, and the trigger came.
+        speeds: How speeds are defined.
+    """
+
+    time: np.ndarray
+    travel: np.ndarray
+    motion: str
+    segment: Segment
+    moves: float
+    noise: Noise
+    quantum: float = 0.0
+    contact: Contact = _UNKNOWN
+    speeds: Sequence[Speed] = SPEEDS
+
+    def __post_init__(self) -> None:
+        time, moves, stroke = self.time, self.moves, self.segment.stroke
+        sign = 1.0 if self.motion == "closing" else -1.0
+        forward = sign * self.travel
+        done = (forward - sign * self.segment.before) / stroke >= _TRAVEL[1]
+        self.arrival = float(time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * float(time[1] - time[0]))
         first = moves - (_BEFORE[0] + 1.0) * self.duration
         last = self.arrival + (_AFTER + 1.0) * self.duration
         near = slice(*np.searchsorted(time, [first, last]))
-        self.time = time[near]
-        known = noise.process if np.isfinite(noise.sd) else (white_noise(forward), 0.0)
-        around = *known, quantum, self.duration, segment.stroke, errors
-        self.trace = Trace(self.time, forward[near], *around)
+        known = self.noise.process if np.isfinite(self.noise.sd) else (white_noise(forward), 0.0)
+        errors = _ERRORS * (len(self.speeds) + _ERRORS)
+        around = *known, self.quantum, self.duration, stroke, errors
+        self.trace = Trace(time[near], forward[near], *around)
+
+    def quantities(self) -> dict[str, Measured]:
+        """Return all of ``mechanism.quantities_of`` by name: the model's and those of records."""
+        ways = {
+            "stroke": self.stroke,
+            "wipe": self.wipe,
+            "travel_time": self.travel_time,
+            **dict.fromkeys(("over_travel", "rebound"), self.beyond),
+            **dict.fromkeys(("touch_time", "part_time"), self.switching),
+            "latch_time": self.latch,
+            **{each.name: partial(self.speed, each) for each in self.speeds},
+        }
+        names = quantities_of(self.motion, self.speeds, SOURCES)
+        return {name: self.told(ways[name]) for name in names}
 
     def told(self, way) -> Measured:
         """A quantity, or why there is none."""
@@ -214,7 +211,7 @@ class _Reading:
         """Rest after the motion; how far its halves differ is an error, as of a slow approach."""
         if not self.segment.arrived:
             raise NotShownError("the record ends before the drive rests")
-        end = min(self.time[-1], self.arrival + _AFTER * self.duration)
+        end = min(self.trace.time[-1], self.arrival + _AFTER * self.duration)
         begin = end - _LAST * (end - self.arrival)
         mean = self.trace.rest(begin, end, "after")
         settled = self.trace.settles(end - _TAIL * (end - self.arrival), end)

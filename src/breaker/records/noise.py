@@ -68,12 +68,6 @@ def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: floa
         grid_step: Time between two samples of the model's grid, ms.
         quantum: Step to which readings are rounded, mm; its error, ``quantum / sqrt(12)``, is
             there also where rest is too steady to show it.
-
-    Example:
-        >>> rest = 0.1 * np.random.default_rng(1).standard_normal(400)
-        >>> noise = noise_at_rest(rest, 0.1, 0.4, 0.0)
-        >>> round(noise.sd, 2), round(noise.colour, 2), noise.samples
-        (0.09, 0.05, 400)
     """
     every = max(1, round(grid_step / step))
     there = ~np.isnan(rest)

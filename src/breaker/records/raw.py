@@ -17,12 +17,12 @@ from breaker.records.doubtful import doubtful_samples, told
 from breaker.records.edges import events_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, on_grid
-from breaker.records.landmarks import NoMotionError, first_motion
+from breaker.records.landmarks import first_motion
 from breaker.records.leaps import leap_remark
-from breaker.records.measured import Contact, Measured, measure
+from breaker.records.measured import Contact, Measured, Reading
 from breaker.records.noise import REST, Noise, noise_at_rest
 from breaker.records.scale import Scale, seen_quantum
-from breaker.records.segments import Segment, SegmentError, find_segment, white_noise
+from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
 __all__ = ["Raw", "read_raw", "read_raws"]
@@ -130,8 +130,8 @@ class Raw:
             contact: When it switched, where the record has not seen it.
         """
         found = self.motion, self.segment, self.moves, self.noise_at(self.step), self.quantum
-        contact = contact or self.contact
-        return measure(self.time[self.inside], self.left, *found, contact=contact, speeds=speeds)
+        about = *found, contact or self.contact, speeds
+        return Reading(self.time[self.inside], self.left, *about).quantities()
 
 
 def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str) -> Raw:
@@ -156,12 +156,11 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         check_stroke(segment.stroke, settings)
         rest = rest_of_open(segment, settings, motion)
         inside = slice(segment.begin, segment.end)
-        moves = first_motion(time[inside], left[inside], 1.0 if motion == "closing" else -1.0)
+        moves = first_motion(time[inside], left[inside], motion)
         beside = {kind: _placed(each, place, time) for kind, each in columns.beside.items()}
         events, odd = events_of(operation, settings, motion, time, segment, moves, beside)
-    except (UnusableError, SegmentError, NoMotionError) as error:
-        line = getattr(error, "line", None)
-        raise RejectedCurveError(operation.file, str(error), line=line) from error
+    except UnusableError as error:
+        raise RejectedCurveError(operation.file, str(error), line=error.line) from error
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
     found = operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum
     return Raw(*found, *events, said)

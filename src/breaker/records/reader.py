@@ -3,7 +3,7 @@
 A file holds one operation of one motion, or a table says which part of it does. Explicit settings
 describe it; nothing is guessed, and nothing repaired. The steps, each in a module of its own:
 
-1. ``sources``: the columns of the file, numbers in its own units.
+1. ``breaker.files``: the columns of the file, numbers in its own units.
 2. ``clock``: even times, ms; missing samples are NaN.
 3. ``scale``: travel, mm towards closed.
 4. ``doubtful``: samples that no sensor of this stroke can give become NaN.
@@ -47,11 +47,7 @@ from breaker.records.noise import Noise, noise_remarks
 from breaker.records.raw import Raw, read_raw, read_raws
 from breaker.records.scale import Scale
 
-__all__ = [
-    "Record",
-    "read_curves",
-    "read_record",
-]
+__all__ = ["Record", "read_curves", "read_record"]
 
 # Of a record that is rejected.
 _UNITS = {
@@ -129,7 +125,6 @@ def read_curves(
 
     Raises:
         ValueError: If the settings lack something, or name an unknown unit or encoding.
-
     """
     records: list[Record | RejectedCurveError] = []
     for raw in read_raws(operations, settings, motion):
@@ -151,61 +146,51 @@ def _dataset(
     speeds: Sequence[Speed],
 ) -> xr.Dataset:
     """Records, or why there is none, as the dataset of ``read_curves``."""
-    accepted = [isinstance(record, Record) for record in records]
-    found = [record.numbers if isinstance(record, Record) else _NUMBERS for record in records]
-    rows = [record.gridded.travel for record in records if isinstance(record, Record)]
-    travel = np.full((len(records), len(times)), np.nan)
-    travel[accepted] = np.reshape(rows, (-1, len(times)))
+    read = [record if isinstance(record, Record) else None for record in records]
+    longest = max((each.left.size for each in read if each), default=1)
+    travel, noise = np.full((len(read), len(times)), np.nan), np.full((len(read), 2), np.nan)
+    whole = np.full((len(read), longest), np.nan, np.float32)
+    for i, each in enumerate(read):
+        if each:
+            travel[i], noise[i] = each.gridded.travel, each.process
+            whole[i, : each.left.size] = each.left
     texts = {
         "reason": ["" if isinstance(record, Record) else str(record) for record in records],
-        "remarks": ["; ".join(getattr(record, "remarks", ())) for record in records],
+        "remarks": ["; ".join(each.remarks) if each else "" for each in read],
         "file": [printable(each.file) for each in operations],
     }
-    numbers = {
-        name: ("operation", np.array([each[name] for each in found]), {"unit": unit})
-        for name, unit in _UNITS.items()
+    numbers = [each.numbers if each else _NUMBERS for each in read]
+    of_each = {
+        "missing": np.isnan(travel).sum(axis=1),
+        "accepted": np.array([each is not None for each in read], dtype=bool),
+        **{name: np.array(values, dtype=str) for name, values in texts.items()},
     }
-    read = [isinstance(record, Record) and record.measured(speeds) for record in records]
-    measured, quantities = variables(read, motion, speeds)
-    about = {name: [getattr(each, name) for each in operations] for name in ABOUT}
-    as_read = _as_read(records)
+    about = {name: np.array([getattr(each, name) for each in operations]) for name in ABOUT}
+    measured, quantities = variables(
+        [each and each.measured(speeds) for each in read], motion, speeds
+    )
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
-            **as_read,
-            "missing": ("operation", np.isnan(travel).sum(axis=1)),
-            "accepted": ("operation", np.array(accepted, dtype=bool)),
-            **{name: ("operation", np.array(values, dtype=str)) for name, values in texts.items()},
-            **numbers,
-            **{name: ("operation", np.array(values)) for name, values in about.items()},
+            "record": (("operation", "sample"), whole, {"unit": "mm"}),
+            "record_noise": ("operation", noise[:, 0], {"unit": "mm"}),
+            "record_colour": ("operation", noise[:, 1]),
+            **{name: ("operation", values) for name, values in of_each.items()},
+            **{
+                name: ("operation", np.array([each[name] for each in numbers]), {"unit": unit})
+                for name, unit in _UNITS.items()
+            },
+            **{name: ("operation", values) for name, values in about.items()},
             **measured,
         },
         coords={
             "operation": ("operation", [each.number for each in operations]),
             "time": ("time", times, {"unit": "ms"}),
-            "sample": np.arange(as_read["record"][1].shape[1]),
+            "sample": np.arange(longest),
             **quantities,
         },
         attrs={"motion": motion},
     )
-
-
-def _as_read(records: Sequence[Record | RejectedCurveError]) -> dict[str, tuple]:
-    """The motions as they are in the files, and the noise of a sample; nan without one."""
-    there = [record if isinstance(record, Record) else None for record in records]
-    longest = max((record.left.size for record in there if record), default=1)
-    read, noise = (
-        np.full((len(there), longest), np.nan, np.float32),
-        np.full((len(there), 2), np.nan),
-    )
-    for i, record in enumerate(there):
-        if record:
-            read[i, : record.left.size], noise[i] = record.left, record.process
-    return {
-        "record": (("operation", "sample"), read, {"unit": "mm"}),
-        "record_noise": ("operation", noise[:, 0], {"unit": "mm"}),
-        "record_colour": ("operation", noise[:, 1]),
-    }
 
 
 def read_record(

@@ -7,9 +7,15 @@ import numpy as np
 
 from breaker.mechanism import compiled
 
-__all__ = ["running_mean", "running_median"]
+__all__ = ["filled", "running_mean", "running_median"]
 
 _fast = compiled()
+
+
+def filled(travel: np.ndarray) -> np.ndarray:
+    """Return samples with straight lines where some are missing, ``(n,)``."""
+    there = np.flatnonzero(~np.isnan(travel))
+    return np.interp(np.arange(travel.size), there, travel[there])
 
 
 @_fast

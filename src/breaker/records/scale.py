@@ -127,11 +127,6 @@ def seen_quantum(travel: np.ndarray) -> float:
 
     Args:
         travel: Travel, ``(t,)``, mm; NaN where a sample is missing.
-
-    Example:
-        >>> travel = 10.0 / (1.0 + np.exp(20.0 - np.arange(0.0, 60.0, 0.1)))
-        >>> f"{seen_quantum(0.08 * np.round(travel / 0.08)):.3f} mm, {seen_quantum(travel):.3f} mm"
-        '0.080 mm, 0.000 mm'
     """
     steps = np.abs(np.diff(travel[np.isfinite(travel)]))
     fine = 1e-9 * max(1.0, float(steps.max(initial=0.0)))

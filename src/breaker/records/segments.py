@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from breaker.records.running import running_median
+from breaker.records.errors import UnusableError
+from breaker.records.running import filled, running_median
 
-__all__ = ["Segment", "SegmentError", "find_segment", "white_noise", "without_bursts"]
+__all__ = ["Segment", "find_segment", "white_noise", "without_bursts"]
 
 _FEWEST = 20  # samples of a record
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
@@ -22,10 +23,6 @@ _NEAR = 5  # times as long as the motion, how far the rest before and after it i
 _SPAN = 0.3  # of the way, over which speeds are compared
 _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
 _STILL = 0.1  # of the greatest speed: below, the drive has arrived
-
-
-class SegmentError(ValueError):
-    """A record in which the motion asked for is not, or more than once, or not enough of it."""
 
 
 @dataclass(frozen=True)
@@ -71,16 +68,9 @@ def find_segment(
         begin, end: Part of the record to look in, ms; nan for its beginning and end.
 
     Raises:
-        SegmentError: If nothing moves, the motion is not in the record or more than once, or the
+        UnusableError: If nothing moves, the motion is not in the record or more than once, or the
             record ends before the drive slows down. One that ends later is enough: the forces that
             drive it have been seen up to the touch or the damper.
-
-    Example:
-        >>> time = np.arange(0.0, 300.0, 0.1)
-        >>> travel = np.interp(time, [50, 60, 200, 215], [0.0, 14.0, 14.0, 0.0])
-        >>> closing = find_segment(time, travel, "closing")
-        >>> closing.stroke, closing.begin, bool(190 < time[closing.end] <= 200)
-        (14.0, 0, True)
     """
     first = 0 if np.isnan(begin) else int(np.searchsorted(time, begin))
     last = len(time) if np.isnan(end) else int(np.searchsorted(time, end, side="right"))
@@ -89,7 +79,7 @@ def find_segment(
     done = sign * smooth
     crossings, forward = _crossings(done)
     if forward.sum() != 1:
-        raise SegmentError(_none_or_several(time[crossings], forward, smooth, motion))
+        raise UnusableError(_none_or_several(time[crossings], forward, smooth, motion))
     place = int(forward.argmax())
     bounds = [0, *crossings.tolist(), done.size][place : place + 3]
     goes_back = bounds[2] < done.size
@@ -97,7 +87,7 @@ def find_segment(
     speed = 0.0 if goes_back else _end_speed(done[start : stop - half])
     if speed > _SLOW:
         moving = f"{time[-1]:.1f} ms and {speed:.0%} of the greatest speed"
-        raise SegmentError(f"ends in the middle of the {motion}, at {moving}; record longer")
+        raise UnusableError(f"ends in the middle of the {motion}, at {moving}; record longer")
     arrived = speed <= _STILL
     before, after = _rests(done[start:middle], done[middle:stop], arrived=arrived)
     return Segment(
@@ -125,10 +115,8 @@ def without_bursts(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, in
     Missing samples are filled by straight lines. Half a window from the ends it goes on as it is
     there: mirrored, a burst at the end would fill the window.
     """
-    there = np.flatnonzero(~np.isnan(travel))
-    filled = np.interp(np.arange(travel.size), there, travel[there])
     half = max(2, round(0.5 * _WINDOW / (time[1] - time[0])))
-    smooth = running_median(filled, 2 * half + 1)
+    smooth = running_median(filled(travel), 2 * half + 1)
     if smooth.size > 2 * half:
         smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
     return smooth, half
@@ -138,15 +126,14 @@ def _smooth(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
     """Check that something moves; then as ``without_bursts``.
 
     Raises:
-        SegmentError: If there are too few samples, or nothing moves.
+        UnusableError: If there are too few samples, or nothing moves.
     """
-    there = np.flatnonzero(~np.isnan(travel))
-    if there.size < _FEWEST:
-        raise SegmentError(f"only {there.size} samples of travel in the part to look in")
+    if (count := int((~np.isnan(travel)).sum())) < _FEWEST:
+        raise UnusableError(f"only {count} samples of travel in the part to look in")
     noise = white_noise(travel)
     smooth, half = without_bursts(time, travel)
     if np.ptp(smooth) <= _CLEAR * noise:
-        raise SegmentError(
+        raise UnusableError(
             f"nothing moves: the travel ranges over {np.ptp(smooth):.3g} mm, with noise of "
             f"{noise:.2g} mm; is it the right column?"
         )

@@ -40,12 +40,6 @@ def settling(time: np.ndarray, travel: np.ndarray) -> Settling | None:
     Args:
         time: Times, ``(n,)``, ms, increasing.
         travel: Travel, ``(n,)``, mm; no sample missing.
-
-    Example:
-        >>> time = np.arange(0.0, 30.0, 0.1)
-        >>> found = settling(time, 14.0 + 0.8 * np.exp(-0.1 * time) * np.cos(0.17 * time))
-        >>> round(found.rest, 3)
-        14.0
     """
     every = max(1, time.size // _BLOCKS)
     skipped = time.size % every

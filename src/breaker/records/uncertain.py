@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from breaker.records.fits import Fit, weights_of
-from breaker.records.running import running_mean
+from breaker.records.running import filled, running_mean
 from breaker.records.settling import settling
 
 __all__ = ["NotShownError", "Trace", "Uncertain"]
@@ -84,7 +84,6 @@ class Trace:
     stroke: float
     others: int = 64
     _sds: list[float] = field(default_factory=list)
-    _inverses: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._there = ~np.isnan(self.travel)
@@ -116,9 +115,7 @@ class Trace:
     @cached_property
     def smooth(self) -> np.ndarray:
         """Running mean over the width of a local fit, ``(n,)``, to find places with."""
-        places = np.flatnonzero(self._there)
-        filled = np.interp(np.arange(self.time.size), places, self.travel[places])
-        return running_mean(filled, 2 * round(0.5 * self.half / self.step) + 1)
+        return running_mean(filled(self.travel), 2 * round(0.5 * self.half / self.step) + 1)
 
     def sd(self, found: Uncertain) -> float:
         """Return the standard deviation of a value."""
@@ -242,18 +239,10 @@ class Trace:
         centre = min(max(round((near - float(self.time[0])) / step), 0), n - 1)
         reach = int(half / step + 1e-6)
         begin, end = max(centre - reach, 0), min(centre + reach + 1, n)
-        there = self._there[begin:end]
-        window, inverse = slice(begin, end), None
-        if there.all() and end - begin >= _FEWEST - 1 and begin < centre < end - 1:
-            key = begin - centre, end - centre
-            if key not in self._inverses:
-                self._inverses[key] = weights_of(np.arange(*key) * step / half)
-            inverse = self._inverses[key]
-        else:
-            window = begin + np.flatnonzero(there)
-            if window.size < _FEWEST - 1 or not window[0] < centre < window[-1]:
-                raise NotShownError("samples are missing at the point")
-            inverse = weights_of((window - centre) * step / half)
+        window = begin + np.flatnonzero(self._there[begin:end])
+        if window.size < _FEWEST - 1 or not window[0] < centre < window[-1]:
+            raise NotShownError("samples are missing at the point")
+        inverse = weights_of((window - centre) * step / half)
         travel = self.travel[window]
         off = _OFF * self.stroke * (half / self.duration) ** 2
         rounding = self._rounding(float(np.std(travel))) if self.quantum else 0.0
