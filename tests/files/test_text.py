@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from breaker.files.guards import RejectedCurveError
+from breaker.files.names import split_unit, unit_of
 from breaker.files.numbers import strict_numbers, why_none
 from breaker.files.settings import TO_MS, complete
 from breaker.files.sources import read_columns
-from breaker.files.units import split_unit, unit_of
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
 from tests.files.refused import told

@@ -8,12 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.files.guards import RejectedCurveError
-from breaker.files.head import (
-    Head,
-    Table,
-    find_head,
-    is_remark,
-)
+from breaker.files.head import Head, Table, find_head, is_remark
 from breaker.files.names import BESIDE
 from breaker.files.numbers import LARGEST_NUMBER, strict_numbers, why_none
 
@@ -51,8 +46,7 @@ def columns_of(
         file: Named in messages.
         blocks: Lines and rows of cells, block after block, without blank rows; the first one has
             all that stands above the samples.
-        settings: The section ``endurance.format``, complete.
-        channel: Column of the travel, where it is not that of the settings.
+        settings, channel: As of ``sources.read_columns``.
 
     Raises:
         RejectedCurveError: If a column is not there, states another unit, or has a cell that is no
@@ -104,15 +98,12 @@ def _part(
             cells = [row[place] for row in rows]
         except IndexError:
             cells = ["".join(row[place : place + 1]) for row in rows]
-        decimal, largest = settings["decimal"], LARGEST_NUMBER[kind]
-        columns[kind], odd = strict_numbers(cells, decimal, largest)
+        form = settings["decimal"], LARGEST_NUMBER[kind]
+        columns[kind], odd = strict_numbers(cells, *form)
         if odd:
-            cell = cells[odd[0]]
-            text = (
-                f"{head.labels[kind]} is {cell.strip()[:40]!r}, {why_none(cell, decimal, largest)}"
-            )
-            more = f" ({len(odd)} such samples)" if len(odd) > 1 else ""
-            wrong.setdefault(odd[0], text + more)
+            cell, more = cells[odd[0]], f" ({len(odd)} such samples)" if len(odd) > 1 else ""
+            text = f"{head.labels[kind]} is {cell.strip()[:40]!r}, {why_none(cell, *form)}{more}"
+            wrong.setdefault(odd[0], text)
     if wrong:
         first = min(wrong)
         raise RejectedCurveError(file, wrong[first], line=lines[first])

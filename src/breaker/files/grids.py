@@ -12,13 +12,7 @@ import numpy as np
 
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, TooLargeError, read_bytes
-from breaker.files.names import (
-    BESIDE,
-    check_unit,
-    label_of,
-    place_of,
-    wanted_columns,
-)
+from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
 from breaker.files.numbers import LARGEST_NUMBER
 from breaker.files.zarr_metadata import check_store
 
@@ -35,17 +29,8 @@ _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
 
 def read_grid(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read a variable of a NetCDF file or a Zarr store, and its coordinate of time.
-
-    Args:
-        file: A file of version 3 or 4, or a store.
-        settings: The section ``endurance.format``, complete; columns are variables.
-        channel: Variable of the travel, where it is not that of the settings.
-
-    Raises:
-        RejectedCurveError: If there is no such variable, it is none of one record, or states
-            another unit.
-        ModuleNotFoundError: If a package for this version is not installed.
+    """Read a variable of a NetCDF file or a Zarr store, which has to be of one record, and its
+    coordinate of time: see ``sources.read_columns``.
     """
     with open_grid(file) as dataset:
         return _columns(file, dataset, settings, channel)

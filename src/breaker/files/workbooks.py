@@ -25,17 +25,11 @@ _REMEDY = "export the record alone, at a lower rate, or as CSV"
 
 
 def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read the columns of a workbook: of its first sheet that has them.
-
-    Args:
-        file: A workbook of one record. A row counts as a line.
-        settings: The section ``endurance.format``, complete; encoding and delimiter do not matter.
-        channel: Column of the travel, where it is not that of the settings.
+    """Read the columns of a workbook, of its first sheet that has them: see
+    ``sources.read_columns``. A row counts as a line; encoding and delimiter do not matter.
 
     Raises:
-        RejectedCurveError: If unpacked it is too large, or as ``columns_of`` says of the first
-            sheet, if no sheet has the columns.
-        ModuleNotFoundError: If openpyxl is not installed.
+        RejectedCurveError: Of the first sheet, if no sheet has the columns.
     """
     book = open_workbook(file)
     settings, first = {**settings, "delimiter": "\t"}, None
