@@ -6,15 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.files.listing import (
-    ENDINGS,
-    fingerprint,
-    list_known,
-    list_operations,
-    record_files,
-)
+from breaker.files.listing import fingerprint, list_known, list_operations, record_files
 from breaker.files.manifest import Operation
-from breaker.files.sources import OTHER_KINDS
 from breaker.records.reader import read_curves
 
 
@@ -46,10 +39,6 @@ def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
     (tmp_path / "8.zarr").mkdir()
     assert [file.name for file in record_files(tmp_path)] == [*readable, "8.zarr"]
     assert record_files(tmp_path / "nowhere") == []
-
-
-def test_every_kind_that_has_a_reader_counts():
-    assert set(OTHER_KINDS) < set(ENDINGS)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import numpy as np
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, TooLargeError, read_bytes
 from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
-from breaker.files.numbers import LARGEST_NUMBER
+from breaker.files.numbers import are_readings
 from breaker.files.zarr_metadata import check_store
 
 __all__ = ["open_grid", "read_grid"]
@@ -165,7 +165,7 @@ def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
     if variable.dtype.kind not in "iuf":
         raise RejectedCurveError(file, f"{variable.name!r} is not of numbers")
     values = variable.values.reshape(-1).astype(float)
-    if not (np.abs(values[~np.isnan(values)]) <= LARGEST_NUMBER[kind]).all():
+    if not are_readings(values, kind):
         raise RejectedCurveError(file, f"{variable.name!r} has values that are no readings")
     return values
 

@@ -15,6 +15,7 @@ from breaker.files.names import (
     BESIDE,
     check_unit,
     label_of,
+    listed,
     place_of,
     places_of,
     split_unit,
@@ -70,6 +71,7 @@ class Head:
     """What stands above the samples.
 
     Attributes:
+        table: Where it stands.
         first: Row of the first sample.
         places: Place of each column in a row, from 0, by its kind: see ``names.wanted_columns``.
         labels: What messages call these columns.
@@ -77,6 +79,7 @@ class Head:
         remarks: What is doubtful, in words.
     """
 
+    table: Table
     first: int
     places: Mapping[str, int]
     labels: Mapping[str, str]
@@ -111,7 +114,8 @@ def find_head(table: Table, channel: str) -> Head:
         reason = f"ends before its first sample, with line {table.lines[-1]}"
         raise RejectedCurveError(table.file, reason)
     labels = {kind: label_of(column) for kind, column in wanted.items()}
-    return Head(first, places, labels, width, _check_units(table, names, units, places, labels))
+    remarks = _check_units(table, names, units, places, labels)
+    return Head(table, first, places, labels, width, remarks)
 
 
 def is_remark(row: Row) -> bool:
@@ -159,12 +163,10 @@ def _no_names(table: Table, wanted: Mapping[str, str | int]) -> str:
         ):
             return f"no line has {columns}; is endurance.format.delimiter {sign!r}?"
     reason = f"no line has {columns}"
-    for i, row in enumerate(rows[1:]):
-        if sum(map(table.is_number, row)) > len(row) / 2:
-            above = max(rows[max(0, i - 1) : i + 1], key=len)
-            listed = ", ".join(repr(cell.strip()[:40]) for cell in above[:20])
-            reason += f"; above the numbers, which begin in line {table.lines[i + 1]}, is {listed}"
-            break
+    numeric = (i for i, row in enumerate(rows) if 2 * sum(map(table.is_number, row)) > len(row))
+    if first := next(filter(None, numeric), None):
+        above = listed(max(rows[max(0, first - 2) : first], key=len))
+        reason += f"; above the numbers, which begin in line {table.lines[first]}, is {above}"
     return reason + "; see endurance.format, also its encoding, or give numbers of columns"
 
 

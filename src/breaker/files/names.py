@@ -16,6 +16,7 @@ __all__ = [
     "BESIDE",
     "check_unit",
     "label_of",
+    "listed",
     "place_of",
     "places_of",
     "split_unit",
@@ -59,13 +60,8 @@ def wanted_columns(
     rows: Iterable[Sequence[str]], settings: Mapping, channel: str
 ) -> dict[str, str | int]:
     """Return the columns that are wanted, by kind: ``"time"``, if there is one, ``"travel"``, and
-    those of ``BESIDE`` that the settings name.
-
-    Args:
-        rows: Rows that may hold the names.
-        settings: The section ``endurance.format``.
-        channel: Column of the travel, where it is not that of the settings: a text also where it is
-            a number, unless that is a name.
+    those of ``BESIDE`` that the settings name. A channel that is a number in words is a number,
+    unless one of the rows has it for a name.
     """
     if channel.isdecimal() and not any(places_of(row, channel) for row in rows):
         channel = int(channel)
@@ -111,13 +107,16 @@ def place_of(
     found = places_of(row, column)
     if len(found) == 1:
         return found[0]
-    listed = ", ".join(repr(cell.strip()[:40]) for cell in row[:20])
+    reason = f"no column {column!r} among {listed(row)}; see endurance.format, also its skip_rows"
     if found:
         numbers = " or ".join(str(place + 1) for place in found)
         reason = f"more than one column {column!r}; give its number, {numbers}, for its name"
-    else:
-        reason = f"no column {column!r} among {listed}; see endurance.format, also its skip_rows"
     raise RejectedCurveError(file, reason, line=line)
+
+
+def listed(row: Sequence[str]) -> str:
+    """Return what a message shows of a row of names."""
+    return ", ".join(repr(cell.strip()[:40]) for cell in row[:20])
 
 
 def check_unit(

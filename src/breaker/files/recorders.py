@@ -12,7 +12,7 @@ import numpy as np
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, read_bytes
 from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
-from breaker.files.numbers import LARGEST_NUMBER
+from breaker.files.numbers import are_readings
 from breaker.files.settings import TO_MS
 
 __all__ = ["open_comtrade", "read_comtrade"]
@@ -39,7 +39,7 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
         ratio = f"{described.primary:g} : {described.secondary:g}"
         remarks += (f"{label_of(column)} is of the secondary side, with a ratio of {ratio}",)
     travel = np.asarray(record.analog[place])
-    if not (np.abs(travel[~np.isnan(travel)]) <= LARGEST_NUMBER["travel"]).all():
+    if not are_readings(travel, "travel"):
         raise RejectedCurveError(file, f"{label_of(column)} has values that are no readings")
     time = np.asarray(record.time) * 1e3 / TO_MS[settings["time_unit"]]
     # Contacts and triggers may be analog or status channels.

@@ -40,17 +40,14 @@ def check_store(folder: str | Path) -> None:
             place = f"its part {part.relative_to(folder)} has"
             for name in _names([array.get(key) for key in ("compressor", "filters", "codecs")]):
                 if not _CODECS.fullmatch(name):
-                    reason = (
-                        f"{place} the codec {name!r}, which is not known to be harmless; write "
-                    )
-                    raise RejectedCurveError(folder, f"{reason}it again with zstd, or as NetCDF")
+                    why = "is not known to be harmless; write it again with zstd, or as NetCDF"
+                    raise RejectedCurveError(folder, f"{place} the codec {name!r}, which {why}")
             chunk, every, chunks = _extent(array)
             size, count = size + every, count + chunks
             if chunk > _LARGEST or size > _MOST_BYTES or count > _MOST_CHUNKS:
-                reason = (
-                    f"{place} {chunks} chunks of {chunk} bytes, which with others are too many; "
-                )
-                raise RejectedCurveError(folder, f"{reason}write the record alone, with few chunks")
+                why = "with others are too many; write the record alone, with few chunks"
+                held = f"{chunks} chunks of {chunk} bytes"
+                raise RejectedCurveError(folder, f"{place} {held}, which {why}")
 
 
 def _arrays(found: object) -> Iterator[dict]:

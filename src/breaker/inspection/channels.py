@@ -7,11 +7,11 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from breaker.files import TO_MM
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
+from breaker.records import running_median, white_noise
 
 __all__ = ["Travel", "find_travels"]
 
@@ -112,10 +112,9 @@ def _smooth(values: np.ndarray, half: int) -> np.ndarray | None:
     there = np.flatnonzero(np.isfinite(values))
     if there.size < 40:
         return None
-    noise = np.median(np.abs(np.diff(values[there], n=2))) / (0.6745 * np.sqrt(6.0))
     filled = np.interp(np.arange(values.size), there, values[there])
-    smooth = median_filter(filled, 2 * half + 1, mode="nearest")
-    return smooth if np.ptp(smooth) > _STILL * noise else None
+    smooth = running_median(filled, 2 * half + 1)
+    return smooth if np.ptp(smooth) > _STILL * white_noise(values) else None
 
 
 def _travel(place: int, unit: str | None, smooth: np.ndarray, half: int) -> Travel | None:

@@ -6,7 +6,6 @@ head is guessed from the first lines and some of the others: a file may hold any
 """
 
 import csv
-import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +13,6 @@ from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from breaker.files import (
     LARGEST_NUMBER,
@@ -22,6 +20,7 @@ from breaker.files import (
     RejectedCurveError,
     is_number,
     split_unit,
+    strict_numbers,
     unit_of,
 )
 
@@ -32,7 +31,7 @@ _ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; r
 _MOST_COLUMNS = 300  # the widest exports have a tenth of it
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
 _MOST_CELLS = 8_000_000
-_BLOCK = 20_000  # lines, of which cells are built at a time
+_BLOCK = 2_000  # lines, of which cells are built at a time
 _TOGETHER = 5  # lines in a row that look like samples: there samples begin
 _LONGEST_NAME = 60  # signs; no number is longer either
 _VALUE = re.compile(r"[-+]?\d+(?:[.,]\d+)?\s*\S{0,5}|.*[:=]")  # "10 kHz", "Rate:": of no column
@@ -140,39 +139,14 @@ def _numbers(
     """Numbers of each column, ``(t,)``, NaN where a cell is empty or no number, and in all of a
     column that is not numeric.
     """
-    places = np.flatnonzero(numeric).tolist()
-    form = {
-        "sep": r"\s+" if delimiter == " " else delimiter,
-        "quoting": csv.QUOTE_NONE if delimiter == " " else csv.QUOTE_MINIMAL,
-        "decimal": decimal,
-        "header": None,
-        "names": range(len(numeric)),
-        "usecols": places,
-        "index_col": False,
-        "low_memory": False,
-    }
-    whole = delimiter.join("0" * len(numeric)) + "\n"  # a block may have short lines only
     columns = np.full((len(numeric), len(lines)), np.nan)
     for begin in range(0, len(lines), _BLOCK):
-        text = whole + "".join(lines[begin : begin + _BLOCK])
-        try:
-            frame = pd.read_csv(io.StringIO(text), **form)
-        except pd.errors.ParserError:  # an odd quotation mark
-            frame = pd.read_csv(io.StringIO(text.replace('"', "")), **form)
-        for place in places:
-            columns[place, begin : begin + len(frame) - 1] = _floats(frame[place][1:], decimal)
+        rows = [cells_of(line, delimiter) for line in lines[begin : begin + _BLOCK]]
+        for place in np.flatnonzero(numeric):
+            cells = ["".join(row[place : place + 1]) for row in rows]
+            values, _ = strict_numbers(cells, decimal, LARGEST_NUMBER["time"])
+            columns[place, begin : begin + len(rows)] = values
     return list(columns)
-
-
-def _floats(cells: pd.Series, decimal: str) -> np.ndarray:
-    """Cells as numbers, ``(t,)``, NaN where one is none."""
-    if cells.dtype.kind not in "iuf":
-        cells = cells.astype(str)
-        if decimal == ",":  # a point may separate thousands
-            cells = cells.str.replace(".", "x", regex=False).str.replace(",", ".", regex=False)
-        cells = pd.to_numeric(cells, errors="coerce")
-    values = cells.to_numpy(dtype=float)
-    return np.where(np.abs(values) <= LARGEST_NUMBER["time"], values, np.nan)
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:

@@ -20,7 +20,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "read_curves",
             "read_record",
         ],
+        "running": ["running_median"],
         "scale": ["Scale"],
+        "segments": ["white_noise"],
         "shape": [
             "SHAPE_STEP",
             "SHAPE_TIMES",
