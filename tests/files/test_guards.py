@@ -116,12 +116,6 @@ def test_a_name_that_no_file_has_is_rejected(tmp_path, name):
     assert str(told.value).isprintable()
 
 
-def test_a_file_is_read_as_it_is(tmp_path):
-    file = tmp_path / "op_1.csv"
-    file.write_bytes(b"\xff\r\n\0")
-    assert read_bytes(str(file)) == b"\xff\r\n\0"
-
-
 @pytest.mark.parametrize(
     ("text", "shown"),
     [("närüß 1.csv", "närüß 1.csv"), ("a\nb\t\x1b[2J", r"a\nb\t\x1b[2J"), ("\udcff", r"\udcff")],

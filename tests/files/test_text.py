@@ -382,12 +382,6 @@ def test_encodings_and_byte_order_marks(file, written, settings):
     assert_read(read(file, travel_column=name, encoding=settings))
 
 
-@pytest.mark.parametrize("encoding", ["base64", "punycode", "idna", "unicode-escape", "utf-9"])
-def test_what_is_no_encoding_of_files_is_refused(encoding):
-    with pytest.raises(ValueError, match=r"endurance\.format\.encoding"):
-        complete({"encoding": encoding})
-
-
 def test_zero_bytes_are_told(file):
     """Of a crashed disk, or of another encoding: the line ends among them would be lost."""
     put(file, ["time,travel", *ROWS])

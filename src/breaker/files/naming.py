@@ -65,7 +65,9 @@ def _numbers_of_kind(stems: Sequence[str]) -> Sequence[int | str]:
     counters = varying[0] if varying else columns[0]
     digits = [run[0] for run in counters]
     why = _no_counter(stems, counters) or _date_alone(digits)
-    if not why and not _COUNTS.search(stems[0][: counters[0].start()]) and _are_years(digits):
+    counted = _COUNTS.search(stems[0][: counters[0].start()])
+    # A counter that passes through 2000 has others, too.
+    if not why and not counted and all(len(d) == 4 and 1950 <= int(d) <= 2060 for d in digits):
         why = "looks like a year"
     if why:
         return [f"has the number {each}, which {why}" for each in digits]
@@ -113,11 +115,6 @@ def _date_alone(digits: Sequence[str]) -> str:
     if all(len(each) in (7, 8) and _parses(each, "%Y%j %Y%m%d %d%m%Y %m%d%Y") for each in digits):
         return "looks like a date"
     return ""
-
-
-def _are_years(digits: Sequence[str]) -> bool:
-    """Whether all numbers of a column may be years: a counter that passes through 2000 does not."""
-    return all(len(each) == 4 and 1950 <= int(each) <= 2060 for each in digits)
 
 
 def _parses(digits: str, forms: str) -> bool:

@@ -77,13 +77,8 @@ class Layout:
 def layout_of_lines(
     file: str | Path, lines: Sequence[str], settings: Mapping, delimiter: str
 ) -> Layout:
-    """Guess the head and the columns of a table.
-
-    Args:
-        file: Named in messages.
-        lines: Lines of the table.
-        settings: ``decimal``, and what else of the settings is known.
-        delimiter: Sign between cells.
+    """Guess the head and the columns of a table from its lines, the sign between their cells, and
+    settings: ``decimal``, and what else of them is known.
 
     Raises:
         LayoutError: If there are no columns of numbers.
@@ -101,15 +96,15 @@ def layout_of_lines(
     every = max(1, len(samples) // _SAMPLE)
     some = (cells_of(line, delimiter) for line in samples[::every])
     cells = dict(enumerate(zip_longest(*some, fillvalue="")))
-    named, units_at = _head(above, columns)
+    named, units_at = _head(above, width)
     names = [] if named is None else above[named]
     units = [split_unit(name)[1] for name in names]
     if units_at is not None:
-        units = [unit_of(cell) for cell in above[units_at]]
-    head = {named, units_at}
+        units = list(map(unit_of, above[units_at]))
+    rest = (row for i, row in enumerate(above) if i not in (named, units_at))
     return Layout(
         settings=dict(settings),
-        preamble=["; ".join(filter(None, above[i])) for i in range(first) if i not in head],
+        preamble=["; ".join(filter(None, row)) for row in rest],
         names=[*names, *[""] * width][:width],
         units=[*units, *[None] * width][:width],
         columns=columns,
@@ -119,11 +114,7 @@ def layout_of_lines(
 
 
 def check_size(file: str | Path, samples: int, columns: int, *, line: int | None = None) -> None:
-    """Reject a table that is larger than any record, before its cells are built.
-
-    Raises:
-        RejectedCurveError: If it has more columns, samples or cells than a record.
-    """
+    """Reject a table with more columns, samples or cells than a record, before they are built."""
     if columns > _MOST_COLUMNS:
         reason = f"has {columns:,} columns, but records have at most {_MOST_COLUMNS}"
         raise RejectedCurveError(file, f"{reason}; export fewer channels", line=line)
@@ -208,17 +199,14 @@ def kind_of(cell: str, decimal: str) -> int:
     return 1 if len(cell) <= _LONGEST_NAME and is_number(cell, decimal) else -1
 
 
-def _head(
-    above: Sequence[Sequence[str]], columns: Sequence[np.ndarray]
-) -> tuple[int | None, int | None]:
+def _head(above: Sequence[Sequence[str]], width: int) -> tuple[int | None, int | None]:
     """Lines, from 0, of names and of units among those above the samples; None where none is."""
     filled = [i for i, row in enumerate(above) if any(row)]
     units = filled[-1] if filled and _are_units(above[filled[-1]]) else None
     candidates = filled[:-1] if units is not None else filled
-    if candidates and _are_names(above[candidates[-1]], len(columns)):
+    if candidates and _are_names(above[candidates[-1]], width):
         return candidates[-1], units
-    # A line of short names, such as "t;s", may look like one of units.
-    return (units, None) if units is not None else (None, None)
+    return units, None  # a line of short names, such as "t;s", may look like one of units
 
 
 def _are_units(row: Iterable[str]) -> bool:
