@@ -16,7 +16,7 @@ from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_c
 from breaker.files.numbers import are_readings
 from breaker.files.zarr_metadata import check_store
 
-__all__ = ["open_grid", "read_grid"]
+__all__ = ["open_grid", "read_grid", "unit_text"]
 
 _LARGEST = 10_000_000  # samples
 _MOST = 20_000_000  # values of all variables
@@ -72,6 +72,11 @@ class _ReadOnce(io.BytesIO):
         return found
 
 
+def unit_text(variable) -> str:
+    """Return the unit that a variable states, without the date that times are counted from."""
+    return str(variable.attrs.get("units", "")).split(" since ")[0]
+
+
 def _check_size(variables: Iterable) -> None:
     """Refuse more values than a record has."""
     if (size := sum(each.size for each in variables)) > _MOST:
@@ -113,11 +118,7 @@ def _convert() -> None:
         }
         _check_size(wanted.values())
         numbers = {
-            name: (
-                each.dims,
-                each.values.astype(float),
-                {"units": str(each.attrs.get("units", ""))},
-            )
+            name: (each.dims, each.values.astype(float), {"units": unit_text(each)})
             for name, each in wanted.items()
         }
         said = {str(name): str(value) for name, value in dataset.attrs.items()}
@@ -156,8 +157,7 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
 
 
 def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:
-    text = str(variable.attrs.get("units", "")).split(" since ")[0]
-    return check_unit(file, kind, repr(variable.name), text, settings)
+    return check_unit(file, kind, repr(variable.name), unit_text(variable), settings)
 
 
 def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:

@@ -68,21 +68,20 @@ def list_operations(
             are several breakers or phases and none is chosen, or something cannot be a file of a
             record. The message says what to do.
     """
-    chosen = {"breaker": breaker, "phase": phase}
-    if os.path.lexists(Path(folder, MANIFEST)):
-        rows = _rows(Path(folder, MANIFEST), chosen, events)
-        operations = [operation for of, operation in rows if of == motion]
+    table, chosen = Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}
+    if os.path.lexists(table):
+        operations = [each for of, each in _rows(table, chosen, events) if of == motion]
         if not operations:
             raise FileNotFoundError(
-                f"{Path(folder, MANIFEST)} has no operation of motion {motion}; add its rows, or "
-                "leave it out of motions"
+                f"{table} has no operation of motion {motion}; add its rows, or leave it out of "
+                "motions"
             )
+    elif said := " and ".join(f"endurance.{k} is {v}" for k, v in chosen.items() if v):
+        raise ValueError(
+            f"{said}, but {printable(folder)} has no table {MANIFEST} that names any; set it to "
+            "null, or add the table"
+        )
     else:
-        if said := " and ".join(f"endurance.{k} is {v}" for k, v in chosen.items() if v):
-            raise ValueError(
-                f"{said}, but {printable(folder)} has no table {MANIFEST} that names any; set it "
-                "to null, or add the table"
-            )
         operations = _from_names(Path(folder, motion))
     _require_files(operations)
     return sorted(operations, key=lambda each: each.number)

@@ -88,12 +88,11 @@ def places_of(row: Sequence[str], column: str | int) -> list[int]:
         return []
     names = [cell.strip() for cell in row]
     names[0] = names[0].lstrip("#%! ") or names[0]
-    if column in names:
-        return [i for i, name in enumerate(names) if name == column]
-    bare = [split_unit(name)[0] for name in names]
-    if column in bare:
-        return [i for i, name in enumerate(bare) if name == column]
-    return [i for i, name in enumerate(bare) if name.casefold() == column.casefold()]
+    if column not in names:
+        names = [split_unit(name)[0] for name in names]
+    if column not in names:
+        names, column = [name.casefold() for name in names], column.casefold()
+    return [i for i, name in enumerate(names) if name == column]
 
 
 def place_of(

@@ -8,6 +8,7 @@ another number the counter.
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -120,12 +121,9 @@ def _date_alone(digits: Sequence[str]) -> str:
 def _parses(digits: str, forms: str) -> bool:
     """Whether digits are a date of the last decades, or a time, in one of some forms."""
     for form in forms.split():
-        try:
-            when = datetime.strptime(digits, form)
-        except ValueError:
-            continue
-        if "%H" in form or 2005 <= when.year <= 2060:
-            return True
+        with suppress(ValueError):
+            if 2005 <= datetime.strptime(digits, form).year <= 2060 or "%H" in form:
+                return True
     return False
 
 
@@ -240,8 +238,6 @@ def _moment(match: re.Match) -> Moment | None:
     month = _MONTHS_OF[parts["name"].lower()] if "name" in parts else int(parts["month"])
     # The day first, as nearly everywhere; the month first where it can only be so.
     for one, other in ((month, day), (day, month)):
-        try:
+        with suppress(ValueError):
             return Moment(match.start(), match.end(), datetime(year, one, other, *clock), timed)
-        except ValueError:
-            continue
     return None

@@ -34,7 +34,6 @@ def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Col
     book = open_workbook(file)
     settings, first = {**settings, "delimiter": "\t"}, None
     for sheet in book.worksheets:
-        sheet.reset_dimensions()  # what a sheet states of its size is often wrong
         try:
             return columns_of(file, _blocks(sheet, settings["decimal"]), settings, channel)
         except RejectedCurveError as error:
@@ -102,6 +101,7 @@ def rows_of(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:
     Raises:
         TooLargeError: If there are too many cells or signs; a row has all cells up to its last one.
     """
+    sheet.reset_dimensions()  # what a sheet states of its size is often wrong
     last = size = rows = widest = 0
     for number, values in enumerate(sheet.iter_rows(values_only=True), start=1):
         if number - last > _GAP:

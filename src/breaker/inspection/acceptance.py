@@ -1,8 +1,7 @@
 """What will be accepted of a folder of records, and why the rest will not, before any training."""
 
-import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -59,29 +58,23 @@ def check_folder(
         motions: "closing", "opening" or both.
     """
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
+    errors = {name: sensor[name] for name in ("noise_sd", "zero_sd")}
+    read = partial(read_curves, settings=endurance["format"], times=times, **errors)
     checked = []
     for motion in motions:
         for breaker, phase in _groups(folder, endurance):
+            of = motion, breaker or "", phase or ""
             try:
                 operations = list_operations(folder, motion, breaker=breaker, phase=phase)
             except (ValueError, OSError) as error:
-                checked.append(Checked(motion, breaker or "", phase or "", trouble=str(error)))
-                continue
-            curves = _read(operations, endurance["format"], times, motion, sensor)
-            checked.append(Checked(motion, breaker or "", phase or "", curves))
+                checked.append(Checked(*of, trouble=str(error)))
+            else:
+                checked.append(Checked(*of, _in_parts(partial(read, motion=motion), operations)))
     return checked
 
 
-def _read(
-    operations: Sequence[Operation],
-    settings: Mapping,
-    times: np.ndarray,
-    motion: str,
-    sensor: Mapping,
-) -> xr.Dataset:
-    """The same as ``read_curves``, on all cores where there are many files."""
-    errors = {name: sensor[name] for name in ("noise_sd", "zero_sd")}
-    read = partial(read_curves, settings=settings, times=times, motion=motion, **errors)
+def _in_parts(read: Callable, operations: Sequence[Operation]) -> xr.Dataset:
+    """What is read of operations, on all cores where there are many of them."""
     if len(operations) < 2 * _PART:
         return read(operations)
     parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
@@ -91,19 +84,14 @@ def _read(
 
 def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, str | None]]:
     """Breakers and phases of a folder, or those that are chosen."""
-    chosen = endurance.get("breaker"), endurance.get("phase")
-    if not os.path.lexists(Path(folder, MANIFEST)):
-        return [chosen]
+    chosen = breaker, phase = endurance.get("breaker"), endurance.get("phase")
     try:
-        rows = [operation for _, operation in read_manifest(Path(folder, MANIFEST))]
+        rows = read_manifest(Path(folder, MANIFEST))
     except ValueError:
-        return [chosen]  # listing says what is wrong
-    there = sorted({(each.breaker, each.phase) for each in rows})
-    return [
-        pair
-        for pair in there
-        if all(wanted in (None, name) for wanted, name in zip(chosen, pair, strict=True))
-    ] or [chosen]
+        return [chosen]  # there is no table, or listing says what is wrong with it
+    there = sorted({(each.breaker, each.phase) for _, each in rows})
+    fit = [(b, p) for b, p in there if breaker in (None, b) and phase in (None, p)]
+    return fit or [chosen]
 
 
 # ---- in words -----------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ from breaker.files import (
     rows_of,
     understood,
     unit_of,
+    unit_text,
 )
 from breaker.inspection.layouts import (
     Layout,
@@ -65,7 +66,6 @@ def look_into(file: str | Path) -> Layout:
 def _workbook(file: str | Path) -> Layout:
     """That of the first sheet with numbers."""
     for sheet in open_workbook(file).worksheets:
-        sheet.reset_dimensions()
         lines = [_line(cells) for _, cells in rows_of(sheet, ".")]
         with suppress(LayoutError):
             return layout_of_lines(file, lines, {"decimal": "."}, "\t")
@@ -87,13 +87,10 @@ def _comtrade(file: str | Path) -> Layout:
     channels = record.cfg.analog_channels
     check_size(file, len(record.time), 1 + len(channels))
     # Times are known whatever the settings: what they have by default.
-    return Layout(
-        settings=settings,
-        preamble=[],
-        names=[FORMAT["time_column"], *(each.name for each in channels)],
-        units=[FORMAT["time_unit"], *(unit_of(each.uu) for each in channels)],
-        columns=[np.asarray(record.time), *map(np.asarray, record.analog)],
-    )
+    names = [FORMAT["time_column"], *(each.name for each in channels)]
+    units = [FORMAT["time_unit"], *(unit_of(each.uu) for each in channels)]
+    columns = [np.asarray(record.time), *map(np.asarray, record.analog)]
+    return Layout(settings, preamble=[], names=names, units=units, columns=columns)
 
 
 def _grid(file: str | Path) -> Layout:
@@ -110,14 +107,8 @@ def _grid(file: str | Path) -> Layout:
         said = [f"{name}: {value}" for name, value in dataset.attrs.items()]
     if not found:
         raise RejectedCurveError(file, "has no variable of numbers along one dimension")
-    units = (str(each.attrs.get("units", "")).split(" since ")[0] for each in found.values())
-    return Layout(
-        settings={},
-        preamble=said,
-        names=list(found),
-        units=list(map(unit_of, units)),
-        columns=columns,
-    )
+    units = [unit_of(unit_text(each)) for each in found.values()]
+    return Layout({}, preamble=said, names=list(found), units=units, columns=columns)
 
 
 _LOOK = {"excel": _workbook, "comtrade": _comtrade, "netcdf": _grid}
@@ -166,11 +157,8 @@ def _encoding(content: bytes) -> str:
     """Encoding of a text: by its mark, UTF-8 where it is that, else by what it would say."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
-    try:
+    with suppress(UnicodeDecodeError):
         content.decode("utf-8")
-    except UnicodeDecodeError:
-        pass
-    else:
         return "utf-8"
     if (zeros := content[:2000].count(0)) > len(content[:2000]) / 4:
         return "utf-16-le" if content[1:2000:2].count(0) > zeros / 2 else "utf-16-be"

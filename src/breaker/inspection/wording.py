@@ -24,18 +24,14 @@ def overlay_of(proposal: Proposal) -> str:
     refused until it is filled in.
     """
     given = {**proposal.settings, **dict.fromkeys(proposal.lacking)}
-    given = {key: given[key] for key in FORMAT if key in given}
-    pairs = [f"{key}: {_yaml(value)}" for key, value in given.items()]
+    pairs = {key: f"{key}: {_yaml(given[key])}" for key in FORMAT if key in given}
+    lacking = {key: f"  # FILL IN: {why}" for key, why in proposal.lacking.items()}
     sensor = [f"sensor: {_yaml(proposal.sensor)}"] if proposal.sensor else []
-    lines = []
-    for key, pair in zip(given, pairs, strict=True):
-        why = f"  # FILL IN: {proposal.lacking[key]}" if key in proposal.lacking else ""
-        lines.append(f"    {pair}{why}")
+    lines = [f"    {pair}{lacking.get(key, '')}" for key, pair in pairs.items()]
     if 2 + len(lines) + len(sensor) > _LONGEST:
-        lacking = [line.lstrip() for line in lines if "# FILL IN" in line]
-        rest = ", ".join(p for k, p in zip(given, pairs, strict=True) if k not in proposal.lacking)
-        commas = [line.replace("  #", ",  #") for line in lacking]
-        packed = [*commas, *_lines(rest, _WIDTH - 6)]
+        packed = [f"{pair},{lacking[key]}" for key, pair in pairs.items() if key in lacking]
+        known = ", ".join(pair for key, pair in pairs.items() if key not in lacking)
+        packed += _lines(known, _WIDTH - 6)
         lines = ["    {", *(f"      {line}" for line in packed), "    }"]
     return "\n".join(["endurance:", "  format:", *lines, *sensor, ""])
 
