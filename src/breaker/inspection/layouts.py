@@ -134,7 +134,7 @@ def _numbers(
     for begin in range(0, len(lines), _BLOCK):
         rows = [cells_of(line, delimiter) for line in lines[begin : begin + _BLOCK]]
         for place in np.flatnonzero(numeric):
-            cells = ["".join(row[place : place + 1]) for row in rows]
+            cells = [row[place] if place < len(row) else "" for row in rows]
             values, _ = strict_numbers(cells, decimal, LARGEST_NUMBER["time"])
             columns[place, begin : begin + len(rows)] = values
     return list(columns)
