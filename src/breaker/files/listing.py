@@ -168,10 +168,8 @@ def odd_signs(path: str | Path) -> str:
 
     Snakemake takes braces and angle brackets for a pattern; control signs are in no table.
     """
-    text = str(path)
-    odd = set(text) & set("{}<>")
-    if not text.isprintable():
-        odd |= {sign for sign in text if unicodedata.category(sign) in ("Cc", "Zl", "Zp")}
+    control = ("Cc", "Zl", "Zp")
+    odd = {sign for sign in str(path) if sign in "{}<>" or unicodedata.category(sign) in control}
     return " ".join(sorted(map(printable, odd)))
 
 
