@@ -4,7 +4,8 @@ from datetime import datetime
 
 import pytest
 
-from breaker.files.dates import iso_date, moments
+from breaker.files.cells import iso_date
+from breaker.files.naming import moments
 
 WHEN = datetime(2024, 11, 20, 15, 13, 7)
 

@@ -6,15 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.files.listing import (
-    ENDINGS,
-    fingerprint,
-    list_known,
-    list_operations,
-    record_files,
-)
+from breaker.files.listing import fingerprint, list_known, list_operations, record_files
 from breaker.files.manifest import Operation
-from breaker.files.sources import OTHER_KINDS
 from breaker.records.reader import read_curves
 
 
@@ -46,10 +39,6 @@ def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
     (tmp_path / "8.zarr").mkdir()
     assert [file.name for file in record_files(tmp_path)] == [*readable, "8.zarr"]
     assert record_files(tmp_path / "nowhere") == []
-
-
-def test_every_kind_that_has_a_reader_counts():
-    assert set(OTHER_KINDS) < set(ENDINGS)
 
 
 @pytest.mark.parametrize(
@@ -185,11 +174,8 @@ def test_a_name_that_is_a_pattern_or_a_control_sign_is_refused(tmp_path, name, s
 @pytest.mark.parametrize(
     ("make", "reason"),
     [
-        (os.mkfifo, "is a pipe"),
         (os.mkdir, "is a folder"),
-        (lambda file: os.symlink(file, file), "is a link that leads back to itself"),
         (lambda file: os.symlink("nowhere", file), "is not there"),
-        (lambda file: os.symlink("/dev/null", file), "is a device"),
     ],
 )
 def test_what_is_no_file_is_refused(tmp_path, make, reason):

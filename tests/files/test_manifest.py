@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from breaker.files.manifest import COLUMNS, read_manifest
+from breaker.files.cells import READ
+from breaker.files.manifest import read_manifest
 
 HEAD = "file,motion,operation"
 
@@ -157,7 +158,7 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
         ("opening", 1),
         ("closing", 2),
     ]
-    assert set(example.split("\n", 1)[0].split(",")) == set(COLUMNS)
+    assert set(example.split("\n", 1)[0].split(",")) == set(READ)
 
 
 def test_events_are_of_those_that_are_known(tmp_path):

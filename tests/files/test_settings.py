@@ -17,6 +17,10 @@ REFUSED = {
     "no range of strokes": ({"stroke": [60.0, 4.0]}, "stroke is [60.0, 4.0]"),
     "no clock": ({"time_column": None}, "endurance.format.rate is needed"),
     "an encoding": ({"encoding": "utf-9"}, "endurance.format.encoding: unknown encoding: utf-9"),
+    **{
+        name: ({"encoding": name}, f"endurance.format.encoding: {name} is no encoding of text")
+        for name in ("base64", "punycode", "idna", "unicode-escape")
+    },
     "a delimiter": ({"delimiter": "\\t"}, "delimiter is '\\\\t', but must be one sign"),
     "an unknown setting": ({"colour": "red"}, "endurance.format has no colour"),
 }

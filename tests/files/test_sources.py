@@ -21,7 +21,6 @@ from scipy.io import netcdf_file
 
 from breaker.files import grids, recorders, workbooks
 from breaker.files.guards import LARGEST, RejectedCurveError
-from breaker.files.listing import ENDINGS
 from breaker.files.settings import complete
 from breaker.files.sources import OTHER_KINDS, read_columns
 from breaker.inspection.contents import look_into
@@ -505,10 +504,6 @@ def test_extras_are_tested():
     assert needed == set(extras) - {"networks", "workflow", "test"}
     tested = {extra for each in extras["test"] for extra in Requirement(each).extras}
     assert needed <= tested
-
-
-def test_every_kind_is_looked_for_in_a_folder():
-    assert set(OTHER_KINDS) <= set(ENDINGS)
 
 
 def test_texts_need_none_of_these_packages():

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from breaker.files.guards import RejectedCurveError
+from breaker.files.names import split_unit, unit_of
 from breaker.files.numbers import strict_numbers, why_none
 from breaker.files.settings import TO_MS, complete
 from breaker.files.sources import read_columns
-from breaker.files.units import split_unit, unit_of
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
 from tests.files.refused import told
@@ -380,12 +380,6 @@ def test_encodings_and_byte_order_marks(file, written, settings):
     name = "行程" if written == "gbk" or written.startswith("utf") else "Weg °"
     put(file, [f"time,{name}", *ROWS], encoding=written)
     assert_read(read(file, travel_column=name, encoding=settings))
-
-
-@pytest.mark.parametrize("encoding", ["base64", "punycode", "idna", "unicode-escape", "utf-9"])
-def test_what_is_no_encoding_of_files_is_refused(encoding):
-    with pytest.raises(ValueError, match=r"endurance\.format\.encoding"):
-        complete({"encoding": encoding})
 
 
 def test_zero_bytes_are_told(file):

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from breaker.files.numbers import LARGEST_NUMBER, strict_numbers
 from breaker.inspection import proposals
 from breaker.inspection.contents import look_into
 from breaker.inspection.proposals import inspect_file
@@ -77,26 +76,6 @@ def test_of_a_long_record_the_first_motions_are_read(tmp_path, monkeypatch):
     assert (short.settings, short.sensor) == (whole.settings, whole.sensor)
     assert re.search("opening .* not read", report_of(short))
     assert "choose a column by --channel, or export a" in report_of(short)
-
-
-@pytest.mark.parametrize(
-    ("delimiter", "decimal"), [(";", ","), (",", "."), (" ", "."), ("\t", ",")]
-)
-def test_numbers_are_those_of_the_strict_reader(tmp_path, delimiter, decimal):
-    """Whatever stands in some cells, or is missing at the end of a line."""
-    odd = ["1_0", "inf", "1e400", "0x10", "True", "--", "n/a", "1e", "٣", "+5.", "1e17", "x"]
-    odd += [] if delimiter == " " else ["", " 7 ", "1.000"]
-    rng, cells = np.random.default_rng(1), [f"{i / 7:.6f}" for i in range(200)]
-    cells = [cell.replace(".", decimal) for cell in cells]
-    for place, cell in zip(rng.choice(200, len(odd), replace=False), odd, strict=True):
-        cells[place] = cell
-    rows = [f"{i}{delimiter}{cell}" for i, cell in enumerate(cells)] + [f"{i}" for i in range(9)]
-    file = tmp_path / "odd.txt"
-    file.write_text("\n".join(rows), encoding="utf-8")
-    layout = look_into(file)
-    assert layout.settings["delimiter"] == delimiter
-    expected, _ = strict_numbers([*cells, *[""] * 9], decimal, LARGEST_NUMBER["time"])
-    np.testing.assert_allclose(layout.columns[1], expected, rtol=1e-15)
 
 
 @pytest.mark.parametrize("bad", ['"x', '"1;2', "1;2;3;4;5", "\0"])

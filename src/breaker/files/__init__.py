@@ -10,7 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "cells": ["EVENTS", "event_words"],
-        "grids": ["open_grid"],
+        "grids": ["open_grid", "unit_text"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],
         "listing": ["ENDINGS", "fingerprint", "list_known", "list_operations", "record_files"],
         "manifest": [
@@ -21,14 +21,13 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "known_about",
             "read_manifest",
         ],
-        "names": ["label_of"],
+        "names": ["label_of", "split_unit", "unit_of"],
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
         "proposal": ["propose_manifest"],
         "recorders": ["open_comtrade"],
         "settings": ["FORMAT", "TO_MM", "TO_MS", "complete"],
         "sources": ["OTHER_KINDS", "is_other_kind", "read_columns", "understood"],
-        "units": ["split_unit", "unit_of"],
         "workbooks": ["open_workbook", "rows_of"],
     },
 )

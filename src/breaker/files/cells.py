@@ -5,12 +5,12 @@ Light to import.
 
 import re
 from collections.abc import Callable, Collection
+from datetime import datetime
 from pathlib import PurePosixPath, PureWindowsPath
 
-from breaker.files.dates import iso_date
 from breaker.files.naming import LARGEST_COUNTER
 
-__all__ = ["EVENTS", "MOTIONS", "READ", "event_reader", "event_words"]
+__all__ = ["EVENTS", "MOTIONS", "READ", "event_reader", "event_words", "iso_date"]
 
 _FRICTION = ("gamma_a", "gamma_b")
 EVENTS: dict[str, tuple[str, ...]] = {
@@ -27,6 +27,11 @@ EVENTS: dict[str, tuple[str, ...]] = {
 
 MOTIONS = ("closing", "opening")
 _LONGEST = 200  # signs of a text
+_ISO = re.compile(
+    r"[0-9]{4}-[0-9]{2}-[0-9]{2}"
+    r"(?:[T ][0-9]{2}:[0-9]{2}(?::[0-9]{2}(?:\.[0-9]{1,6})?)?(?:Z|[+-][0-9]{2}:[0-9]{2})?)?"
+)
+_POINTS = re.compile(r"([0-9]{2})\.([0-9]{2})\.([0-9]{4})((?: [0-9]{2}:[0-9]{2}(?::[0-9]{2})?)?)")
 
 
 def event_words(event: str) -> tuple[str, ...]:
@@ -109,7 +114,30 @@ def _text(cell: str) -> str:
     return cell
 
 
+def iso_date(text: str) -> str:
+    """Return a date, or date and time, as ISO 8601.
+
+    Taken are ISO 8601 itself, with a blank or T before the time, and day.month.year.
+
+    >>> iso_date("20.11.2024 15:13")
+    '2024-11-20T15:13:00'
+
+    Raises:
+        ValueError: If it is none of these, or there is no such day or time.
+    """
+    points = _POINTS.fullmatch(text)
+    iso = f"{points[3]}-{points[2]}-{points[1]}{points[4]}" if points else text
+    if not _ISO.fullmatch(iso):
+        raise ValueError(f"{text!r} is no date; write it as 2024-11-20 or 2024-11-20T15:13:07")
+    try:
+        when = datetime.fromisoformat(iso)
+    except ValueError as error:
+        raise ValueError(f"{text!r} is no date: {error}") from error
+    return when.isoformat() if len(iso) > len("2024-11-20") else iso
+
+
 _TIME = _number(-1e7, 1e7, "ms")
+# Columns that the table may have, in this order, and what reads their cells.
 READ: dict[str, Callable] = {
     "file": _file,
     "motion": _motion,

@@ -8,12 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.files.guards import RejectedCurveError
-from breaker.files.head import (
-    Head,
-    Table,
-    find_head,
-    is_remark,
-)
+from breaker.files.head import Head, Row, Table, find_head, is_remark
 from breaker.files.names import BESIDE
 from breaker.files.numbers import LARGEST_NUMBER, strict_numbers, why_none
 
@@ -51,8 +46,7 @@ def columns_of(
         file: Named in messages.
         blocks: Lines and rows of cells, block after block, without blank rows; the first one has
             all that stands above the samples.
-        settings: The section ``endurance.format``, complete.
-        channel: Column of the travel, where it is not that of the settings.
+        settings, channel: As of ``sources.read_columns``.
 
     Raises:
         RejectedCurveError: If a column is not there, states another unit, or has a cell that is no
@@ -62,7 +56,7 @@ def columns_of(
     lines, rows = next(blocks, ([], []))
     head = find_head(Table(file, lines, rows, settings), channel)
     samples = chain([(lines[head.first :], rows[head.first :])], blocks)
-    parts = [_part(file, *block, head, settings) for block in samples]
+    parts = [_part(head, *block) for block in samples]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     travel, lines = columns["travel"], columns["lines"]
     there = np.flatnonzero(~np.isnan(travel))
@@ -83,13 +77,7 @@ def columns_of(
     return Columns(time, travel[kept], lines[kept], head.remarks, beside)
 
 
-def _part(
-    file: str | Path,
-    lines: Sequence[int],
-    rows: Sequence[Sequence[str]],
-    head: Head,
-    settings: Mapping,
-) -> dict[str, np.ndarray]:
+def _part(head: Head, lines: Sequence[int], rows: Sequence[Row]) -> dict[str, np.ndarray]:
     """The columns of a block of rows, and its lines, each ``(t,)``."""
     # Where a line has its time, what is not there is missing; without, it may be no sample at all.
     least = 0 if "time" in head.places else head.places["travel"] + 1
@@ -97,46 +85,32 @@ def _part(
     if signs or min(map(len, rows), default=least) < least:
         kept = [i for i, row in enumerate(rows) if len(row) >= least and not is_remark(row)]
         lines, rows = [lines[i] for i in kept], [rows[i] for i in kept]
-    _check_widths(file, lines, rows, head.width, exact=settings["delimiter"] == " ")
+    _check_widths(head, lines, rows)
     columns, wrong = {"lines": np.array(lines, dtype=int)}, {}
     for kind, place in head.places.items():
         try:
             cells = [row[place] for row in rows]
         except IndexError:
             cells = ["".join(row[place : place + 1]) for row in rows]
-        decimal, largest = settings["decimal"], LARGEST_NUMBER[kind]
-        columns[kind], odd = strict_numbers(cells, decimal, largest)
+        form = head.table.settings["decimal"], LARGEST_NUMBER[kind]
+        columns[kind], odd = strict_numbers(cells, *form)
         if odd:
-            cell = cells[odd[0]]
-            text = (
-                f"{head.labels[kind]} is {cell.strip()[:40]!r}, {why_none(cell, decimal, largest)}"
-            )
-            more = f" ({len(odd)} such samples)" if len(odd) > 1 else ""
-            wrong.setdefault(odd[0], text + more)
+            cell, more = cells[odd[0]], f" ({len(odd)} such samples)" if len(odd) > 1 else ""
+            text = f"{head.labels[kind]} is {cell.strip()[:40]!r}, {why_none(cell, *form)}{more}"
+            wrong.setdefault(odd[0], text)
     if wrong:
         first = min(wrong)
-        raise RejectedCurveError(file, wrong[first], line=lines[first])
+        raise RejectedCurveError(head.table.file, wrong[first], line=lines[first])
     return columns
 
 
-def _check_widths(
-    file: str | Path,
-    lines: Sequence[int],
-    rows: Sequence[Sequence[str]],
-    width: int,
-    *,
-    exact: bool,
-) -> None:
+def _check_widths(head: Head, lines: Sequence[int], rows: Sequence[Row]) -> None:
     """Reject a line with more cells than names, as decimal commas make where commas separate; and
     where blanks do, also one with fewer: nobody knows which cell is blank.
     """
-    if {len(row) for row in rows} <= {width}:
-        return
+    width, exact = head.width, head.table.settings["delimiter"] == " "
+    remedy = "see endurance.format.delimiter and endurance.format.decimal"
     for line, row in zip(lines, rows, strict=True):
         if len(row) != width and (exact or any(map(str.strip, row[width:]))):
-            raise RejectedCurveError(
-                file,
-                f"{len(row)} cells where there are {width} columns; see "
-                "endurance.format.delimiter and endurance.format.decimal",
-                line=line,
-            )
+            reason = f"{len(row)} cells where there are {width} columns; {remedy}"
+            raise RejectedCurveError(head.table.file, reason, line=line)

@@ -12,17 +12,11 @@ import numpy as np
 
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, TooLargeError, read_bytes
-from breaker.files.names import (
-    BESIDE,
-    check_unit,
-    label_of,
-    place_of,
-    wanted_columns,
-)
-from breaker.files.numbers import LARGEST_NUMBER
+from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
+from breaker.files.numbers import are_readings
 from breaker.files.zarr_metadata import check_store
 
-__all__ = ["open_grid", "read_grid"]
+__all__ = ["open_grid", "read_grid", "unit_text"]
 
 _LARGEST = 10_000_000  # samples
 _MOST = 20_000_000  # values of all variables
@@ -35,17 +29,8 @@ _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
 
 def read_grid(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read a variable of a NetCDF file or a Zarr store, and its coordinate of time.
-
-    Args:
-        file: A file of version 3 or 4, or a store.
-        settings: The section ``endurance.format``, complete; columns are variables.
-        channel: Variable of the travel, where it is not that of the settings.
-
-    Raises:
-        RejectedCurveError: If there is no such variable, it is none of one record, or states
-            another unit.
-        ModuleNotFoundError: If a package for this version is not installed.
+    """Read a variable of a NetCDF file or a Zarr store, which has to be of one record, and its
+    coordinate of time: see ``sources.read_columns``.
     """
     with open_grid(file) as dataset:
         return _columns(file, dataset, settings, channel)
@@ -85,6 +70,11 @@ class _ReadOnce(io.BytesIO):
         if min(self._reads, self._bytes) < 0:
             raise TooLargeError(f"has too many variables, or parts of it twice; {_REMEDY}")
         return found
+
+
+def unit_text(variable) -> str:
+    """Return the unit that a variable states, without the date that times are counted from."""
+    return str(variable.attrs.get("units", "")).split(" since ")[0]
 
 
 def _check_size(variables: Iterable) -> None:
@@ -128,11 +118,7 @@ def _convert() -> None:
         }
         _check_size(wanted.values())
         numbers = {
-            name: (
-                each.dims,
-                each.values.astype(float),
-                {"units": str(each.attrs.get("units", ""))},
-            )
+            name: (each.dims, each.values.astype(float), {"units": unit_text(each)})
             for name, each in wanted.items()
         }
         said = {str(name): str(value) for name, value in dataset.attrs.items()}
@@ -171,8 +157,7 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
 
 
 def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:
-    text = str(variable.attrs.get("units", "")).split(" since ")[0]
-    return check_unit(file, kind, repr(variable.name), text, settings)
+    return check_unit(file, kind, repr(variable.name), unit_text(variable), settings)
 
 
 def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
@@ -180,7 +165,7 @@ def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:
     if variable.dtype.kind not in "iuf":
         raise RejectedCurveError(file, f"{variable.name!r} is not of numbers")
     values = variable.values.reshape(-1).astype(float)
-    if not (np.abs(values[~np.isnan(values)]) <= LARGEST_NUMBER[kind]).all():
+    if not are_readings(values, kind):
         raise RejectedCurveError(file, f"{variable.name!r} has values that are no readings")
     return values
 

@@ -70,7 +70,8 @@ def no_file(file: str | Path) -> str:
         found = os.stat(file)
     except OSError as error:
         return _why(error)
-    return "" if stat.S_ISREG(found.st_mode) else _kind(found)
+    kind = _KINDS.get(stat.S_IFMT(found.st_mode), "something else")
+    return "" if stat.S_ISREG(found.st_mode) else f"is {kind}, not a file"
 
 
 def _why(error: OSError) -> str:
@@ -84,19 +85,22 @@ def read_bytes(file: str | Path) -> bytes:
         RejectedCurveError: If it is no regular file (a pipe, a device, a folder ...), is not there
             or may not be read, or is larger than ``LARGEST``.
     """
+    content = b""
     try:
-        _require_regular(file, os.stat(file))  # before opening: devices act when they are opened
-        with open(file, "rb", opener=_without_waiting) as stream:
-            _require_regular(file, os.fstat(stream.fileno()))
-            content = stream.read(LARGEST + 1)
+        why = no_file(file)  # before opening: a pipe waits, and a device acts when it is opened
+        if not why and (size := os.stat(file).st_size) > LARGEST:
+            why = _too_large(f"{size / 2**20:.0f} MiB")
+        if not why:
+            with open(file, "rb") as stream:
+                content = stream.read(LARGEST + 1)
     except OSError as error:
-        raise RejectedCurveError(file, _why(error)) from error
+        why = _why(error)
     except ValueError as error:
-        if isinstance(error, RejectedCurveError):
-            raise
-        raise RejectedCurveError(file, f"is no name of a file: {error}") from error
-    if len(content) > LARGEST:
-        raise RejectedCurveError(file, _too_large("more"))
+        why = f"is no name of a file: {error}"
+    if len(content) > LARGEST:  # more than was stated
+        why = _too_large("more")
+    if why:
+        raise RejectedCurveError(file, why)
     return content
 
 
@@ -111,10 +115,9 @@ def require_folder(folder: str | Path) -> None:
         raise RejectedCurveError(folder, no_file(folder) or "is a file, not a folder")
     size = count = 0
     for place, folders, names in os.walk(folder):
-        if linked := [name for name in folders if os.path.islink(os.path.join(place, name))]:
-            raise RejectedCurveError(
-                folder, f"its part {linked[0]} is a link; put the folder there"
-            )
+        for name in folders:
+            if os.path.islink(os.path.join(place, name)):
+                raise RejectedCurveError(folder, f"its part {name} is a link; put the folder there")
         for name in names:
             file = os.path.join(place, name)
             if why := no_file(file):
@@ -124,22 +127,6 @@ def require_folder(folder: str | Path) -> None:
         if count > _MOST_PARTS or size > LARGEST:
             held = f"{size / 2**20:.0f} MiB" if size > LARGEST else f"{count} parts"
             raise RejectedCurveError(folder, _too_large(held))
-
-
-def _without_waiting(file: str, flags: int) -> int:
-    return os.open(file, flags | getattr(os, "O_NONBLOCK", 0))
-
-
-def _require_regular(file: str | Path, found: os.stat_result) -> None:
-    """Reject what is no regular file, or too large a one."""
-    if not stat.S_ISREG(found.st_mode):
-        raise RejectedCurveError(file, _kind(found))
-    if found.st_size > LARGEST:
-        raise RejectedCurveError(file, _too_large(f"{found.st_size / 2**20:.0f} MiB"))
-
-
-def _kind(found: os.stat_result) -> str:
-    return f"is {_KINDS.get(stat.S_IFMT(found.st_mode), 'something else')}, not a file"
 
 
 def _too_large(size: str) -> str:

@@ -15,12 +15,14 @@ from breaker.files.names import (
     BESIDE,
     check_unit,
     label_of,
+    listed,
     place_of,
     places_of,
+    split_unit,
+    unit_of,
     wanted_columns,
 )
 from breaker.files.numbers import MISSING, is_number
-from breaker.files.units import split_unit, unit_of
 
 __all__ = ["Head", "Table", "find_head", "is_remark"]
 
@@ -50,17 +52,18 @@ class Table:
         """Return a cell; it is empty where there is none."""
         return "" if row is None else "".join(self.rows[row][place : place + 1]).strip()
 
+    def is_number(self, cell: str) -> bool:
+        """Say whether a cell is a plain number."""
+        return is_number(cell, self.settings["decimal"])
+
     def numeric(self, row: Row, places: Mapping[str, int]) -> bool:
         """Say whether a row has numbers in those of these places that are time and travel."""
-        cells = ("".join(row[place : place + 1]) for place in _without_beside(places).values())
-        return all(is_number(cell, self.settings["decimal"]) for cell in cells)
+        own = _without_beside(places).values()
+        return all(self.is_number("".join(row[place : place + 1])) for place in own)
 
     def texts(self, row: Row) -> tuple[bool, ...]:
         """Say which cells of a row are neither blank nor numbers."""
-        decimal = self.settings["decimal"]
-        return tuple(
-            not is_number(cell, decimal) and not cell.isspace() and cell != "" for cell in row
-        )
+        return tuple(cell.strip() != "" and not self.is_number(cell) for cell in row)
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,7 @@ class Head:
     """What stands above the samples.
 
     Attributes:
+        table: Where it stands.
         first: Row of the first sample.
         places: Place of each column in a row, from 0, by its kind: see ``names.wanted_columns``.
         labels: What messages call these columns.
@@ -75,6 +79,7 @@ class Head:
         remarks: What is doubtful, in words.
     """
 
+    table: Table
     first: int
     places: Mapping[str, int]
     labels: Mapping[str, str]
@@ -83,11 +88,7 @@ class Head:
 
 
 def find_head(table: Table, channel: str) -> Head:
-    """Find the head of a table.
-
-    Args:
-        table: The first rows of a file.
-        channel: Column of the travel, where it is not that of the settings.
+    """Find the head of a table; a channel is the column of travel if it is not that of settings.
 
     Raises:
         RejectedCurveError: If a column is not there, or states another unit than the settings.
@@ -113,7 +114,8 @@ def find_head(table: Table, channel: str) -> Head:
         reason = f"ends before its first sample, with line {table.lines[-1]}"
         raise RejectedCurveError(table.file, reason)
     labels = {kind: label_of(column) for kind, column in wanted.items()}
-    return Head(first, places, labels, width, _check_units(table, names, units, places, labels))
+    remarks = _check_units(table, names, units, places, labels)
+    return Head(table, first, places, labels, width, remarks)
 
 
 def is_remark(row: Row) -> bool:
@@ -161,12 +163,10 @@ def _no_names(table: Table, wanted: Mapping[str, str | int]) -> str:
         ):
             return f"no line has {columns}; is endurance.format.delimiter {sign!r}?"
     reason = f"no line has {columns}"
-    for i, row in enumerate(rows[1:]):
-        if sum(is_number(cell, table.settings["decimal"]) for cell in row) > len(row) / 2:
-            above = max(rows[max(0, i - 1) : i + 1], key=len)
-            listed = ", ".join(repr(cell.strip()[:40]) for cell in above[:20])
-            reason += f"; above the numbers, which begin in line {table.lines[i + 1]}, is {listed}"
-            break
+    numeric = (i for i, row in enumerate(rows) if 2 * sum(map(table.is_number, row)) > len(row))
+    if first := next(filter(None, numeric), None):
+        above = listed(max(rows[max(0, first - 2) : first], key=len))
+        reason += f"; above the numbers, which begin in line {table.lines[first]}, is {above}"
     return reason + "; see endurance.format, also its encoding, or give numbers of columns"
 
 
@@ -212,7 +212,7 @@ def _are_units(table: Table, row: int, places: Mapping[str, int]) -> bool:
     if all(cell.lower() in MISSING for cell in cells):  # the other columns decide
         cells = [cell.strip() for cell in table.rows[row]]
     texts = any(cell.lower() not in MISSING for cell in cells)
-    return texts and not any(is_number(cell, table.settings["decimal"]) for cell in cells)
+    return texts and not any(map(table.is_number, cells))
 
 
 def _check_units(
@@ -226,16 +226,13 @@ def _check_units(
     file, settings = table.file, table.settings
     remarks: tuple[str, ...] = ()
     for kind, place in _without_beside(places).items():
-        text = table.cell(units, place)
-        line = table.lines[units] if units is not None else None
-        if units is not None and (
-            is_number(text, settings["decimal"]) or (settings["units_row"] and not text)
-        ):
+        text, row = table.cell(units, place), units
+        if row is not None and (table.is_number(text) or (settings["units_row"] and not text)):
             reason = f"the unit of {labels[kind]} is {text!r}; see endurance.format.units_row"
-            raise RejectedCurveError(file, reason, line=line)
+            raise RejectedCurveError(file, reason, line=table.lines[row])
         if not text:
-            text = split_unit(table.cell(names, place))[1] or ""
-            line = table.lines[names] if names is not None else None
+            text, row = split_unit(table.cell(names, place))[1] or "", names
+        line = None if row is None else table.lines[row]
         remarks += check_unit(file, kind, labels[kind], text, settings, line=line)
     return remarks
 

@@ -14,10 +14,11 @@ from pathlib import Path
 from breaker.files.guards import no_file, printable
 from breaker.files.manifest import MANIFEST, Operation, read_manifest
 from breaker.files.naming import numbers_in
+from breaker.files.sources import OTHER_KINDS
 
 __all__ = ["ENDINGS", "fingerprint", "list_known", "list_operations", "odd_signs", "record_files"]
 
-ENDINGS = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".cfg", ".cff", ".nc", ".nc4", ".zarr")
+ENDINGS = (".csv", ".txt", ".tsv", *OTHER_KINDS)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
 
 _SHOWN = 3  # files in a message
@@ -67,21 +68,20 @@ def list_operations(
             are several breakers or phases and none is chosen, or something cannot be a file of a
             record. The message says what to do.
     """
-    if os.path.lexists(Path(folder, MANIFEST)):
-        rows = _rows(Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}, events)
-        operations = [operation for of, operation in rows if of == motion]
+    table, chosen = Path(folder, MANIFEST), {"breaker": breaker, "phase": phase}
+    if os.path.lexists(table):
+        operations = [each for of, each in _rows(table, chosen, events) if of == motion]
         if not operations:
             raise FileNotFoundError(
-                f"{Path(folder, MANIFEST)} has no operation of motion {motion}; add its rows, or "
-                "leave it out of motions"
+                f"{table} has no operation of motion {motion}; add its rows, or leave it out of "
+                "motions"
             )
+    elif said := " and ".join(f"endurance.{k} is {v}" for k, v in chosen.items() if v):
+        raise ValueError(
+            f"{said}, but {printable(folder)} has no table {MANIFEST} that names any; set it to "
+            "null, or add the table"
+        )
     else:
-        chosen = [f"endurance.{k} is {v}" for k, v in (("breaker", breaker), ("phase", phase)) if v]
-        if chosen:
-            raise ValueError(
-                f"{' and '.join(chosen)}, but {printable(folder)} has no table {MANIFEST} that "
-                "names any; set it to null, or add the table"
-            )
         operations = _from_names(Path(folder, motion))
     _require_files(operations)
     return sorted(operations, key=lambda each: each.number)
@@ -150,18 +150,16 @@ def _from_names(folder: Path) -> list[Operation]:
         f"say which file is which operation in a table {MANIFEST}: "
         f"`breaker manifest {printable(folder.parent)}` proposes one"
     )
-    numbers = numbers_in([file.stem for file in files])
-    named = zip(files, numbers, strict=True)
+    named = list(zip(files, numbers_in([file.stem for file in files]), strict=True))
     if unclear := [f"{file} {why}" for file, why in named if isinstance(why, str)]:
         raise ValueError(f"{_first(unclear)}. Rename it, or {remedy}")
     listed: dict[int, Path] = {}
-    for file, number in zip(files, numbers, strict=True):
-        if number in listed:
+    for file, number in named:
+        if (other := listed.setdefault(number, file)) is not file:
             raise ValueError(
-                f"{printable(file)} and {printable(listed[number])} are both operation {number}; "
+                f"{printable(file)} and {printable(other)} are both operation {number}; "
                 f"rename one of them, or {remedy}"
             )
-        listed[number] = file
     return [Operation(number, file) for number, file in listed.items()]
 
 
@@ -170,10 +168,8 @@ def odd_signs(path: str | Path) -> str:
 
     Snakemake takes braces and angle brackets for a pattern; control signs are in no table.
     """
-    text = str(path)
-    odd = set(text) & set("{}<>")
-    if not text.isprintable():
-        odd |= {sign for sign in text if unicodedata.category(sign) in ("Cc", "Zl", "Zp")}
+    control = ("Cc", "Zl", "Zp")
+    odd = {sign for sign in str(path) if sign in "{}<>" or unicodedata.category(sign) in control}
     return " ".join(sorted(map(printable, odd)))
 
 
@@ -205,12 +201,10 @@ def fingerprint(operations: Iterable[Operation]) -> str:
 
 def _parts(file: Path) -> list[Path]:
     """The files of a record."""
-    ending = file.suffix.lower()
-    if ending == ".zarr":
+    if file.suffix.lower() == ".zarr":
         return sorted(file.rglob("*"))
-    return (
-        [file, file.with_suffix(".dat"), file.with_suffix(".DAT")] if ending == ".cfg" else [file]
-    )
+    beside = (".dat", ".DAT") if file.suffix.lower() == ".cfg" else ()
+    return [file, *map(file.with_suffix, beside)]
 
 
 def _state(file: Path) -> tuple[int, int]:

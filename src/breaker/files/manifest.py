@@ -18,16 +18,7 @@ from breaker.files.guards import RejectedCurveError, printable, read_bytes
 if TYPE_CHECKING:  # xarray takes longer to load than all of this
     import xarray as xr
 
-__all__ = [
-    "ABOUT",
-    "COLUMNS",
-    "MANIFEST",
-    "PROPOSED",
-    "SWITCHING",
-    "Operation",
-    "known_about",
-    "read_manifest",
-]
+__all__ = ["ABOUT", "MANIFEST", "SWITCHING", "Operation", "known_about", "read_manifest"]
 
 MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
@@ -35,15 +26,13 @@ MANIFEST = "operations.csv"
 ABOUT = ("breaker", "phase", "date", "temperature", "event")
 """What is known of an operation and kept through to all results; empty where it is not."""
 
-REQUIRED = ("file", "motion", "operation")
+_REQUIRED = ("file", "motion", "operation")
 SWITCHING = {"closing": "touch_time", "opening": "part_time"}
 """Column of the time at which the contact touched or parted, by motion."""
 
-PROPOSED = (*REQUIRED, "channel", *ABOUT, "from", "to")
-COLUMNS = (*PROPOSED, *SWITCHING.values(), "timing_sd", "trigger")
-"""Columns that the table may have; the first three it must have."""
-
 _SHOWN = 10  # mistakes in a message
+# A number with a decimal comma: 21,5 but not 1,000, which may be a thousand.
+_DECIMAL = re.compile("[+-]?(?![0-9]{1,3},[0-9]{3}$)[0-9]+,[0-9]+")
 
 
 @dataclass(frozen=True)
@@ -118,18 +107,16 @@ def read_manifest(
     readers = READ if events is None else READ | {"event": event_reader(events)}
     for line, cells in rows if not wrong else ():
         row, mistakes = _row(names, cells, file.parent, readers)
+        if row:
+            motion, operation = row
+            key = (operation.breaker, operation.phase, motion, operation.number)
+            if (first := lines.setdefault(key, line)) != line:
+                mistakes.append(
+                    f"column operation: {motion} {operation.number} is in line {first} already; "
+                    "give each its own number, or breaker or phase"
+                )
+            found.append(row)
         wrong += [f"line {line}, {mistake}" for mistake in mistakes]
-        if mistakes:
-            continue
-        motion, operation = row
-        key = (operation.breaker, operation.phase, motion, operation.number)
-        if key in lines:
-            wrong.append(
-                f"line {line}, column operation: {motion} {operation.number} is in line "
-                f"{lines[key]} already; give each its own number, or breaker or phase"
-            )
-        lines.setdefault(key, line)
-        found.append(row)
     if wrong:
         more = len(wrong) - _SHOWN
         rest = [f"and {more} more"] if more > 0 else []
@@ -160,35 +147,25 @@ def _rows(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
         reason = f"is no table: {error}; are quotation marks closed?"
         raise RejectedCurveError(file, reason, line=line) from error
     if not rows:
-        raise RejectedCurveError(file, f"is empty; its first line names {', '.join(REQUIRED)}")
-    return rows[0][1], [(at, _to_decimal_point(cells, delimiter)) for at, cells in rows[1:]]
-
-
-def _to_decimal_point(cells: list[str], delimiter: str) -> list[str]:
-    """Numbers with a decimal point, where semicolons leave the comma for it: 21,5 but not 1,000,
-    which may be a thousand."""
-    if delimiter == ",":
-        return cells
-    return [
-        cell.replace(",", ".")
-        if re.fullmatch("[+-]?[0-9]+,[0-9]+", cell)
-        and not re.fullmatch("[+-]?[0-9]{1,3},[0-9]{3}", cell)
-        else cell
-        for cell in cells
-    ]
+        raise RejectedCurveError(file, f"is empty; its first line names {', '.join(_REQUIRED)}")
+    (_, names), *rows = rows
+    if delimiter == ";":
+        rows = [
+            (at, [each.replace(",", ".") if _DECIMAL.fullmatch(each) else each for each in cells])
+            for at, cells in rows
+        ]
+    return names, rows
 
 
 def _wrong_names(names: list[str]) -> Iterator[str]:
     """Say what is wrong with the names of the columns."""
     for place, name in enumerate(names, start=1):
-        if name not in COLUMNS:
-            yield (
-                f"line 1, column {place}: {name!r} is none of {', '.join(COLUMNS)}; "
-                "rename it, or leave it out"
-            )
+        if name not in READ:
+            known = ", ".join(READ)
+            yield f"line 1, column {place}: {name!r} is none of {known}; rename it, or leave it out"
         elif name in names[: place - 1]:
             yield f"line 1, column {place}: {name} is there twice; leave one of them out"
-    if lacking := [name for name in REQUIRED if name not in names]:
+    if lacking := [name for name in _REQUIRED if name not in names]:
         yield (
             f"line 1: there is no column {' nor '.join(lacking)}; the first line must name the "
             "columns, with commas or semicolons between"
@@ -206,7 +183,7 @@ def _row(
         ]
     read, mistakes = {}, []
     for name, cell in zip(names, cells, strict=True):
-        if not cell and name not in REQUIRED:
+        if not cell and name not in _REQUIRED:
             continue
         try:
             read[name] = readers[name](cell)
@@ -223,6 +200,6 @@ def _row(
     ]
     if mistakes:
         return None, mistakes
-    file, motion, number = (read.pop(name) for name in REQUIRED)
+    file, motion, number = (read.pop(name) for name in _REQUIRED)
     read |= {"begin": begin, "end": end, "switching": switching.get(motion, math.nan)}
     return (motion, Operation(number, folder / file, **read)), []

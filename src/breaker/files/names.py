@@ -1,31 +1,67 @@
 """Columns by their names or numbers, and the units that they state.
 
-A name is found in these words, or else without regard to capitals and to a unit behind it.
+A name is found in these words, or else without regard to capitals and to a unit behind it. A unit
+is bare, in brackets, or behind a name, and only what is sure is known: `grad` is a degree in German
+and a gon elsewhere, so it is not. A single letter counts in its own case, and letters of phases are
+no units behind a name: `Travel (S)`.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from breaker.files.guards import RejectedCurveError
-from breaker.files.units import split_unit, unit_of
 
-__all__ = ["BESIDE", "check_unit", "label_of", "place_of", "places_of", "wanted_columns"]
+__all__ = [
+    "BESIDE",
+    "check_unit",
+    "label_of",
+    "listed",
+    "place_of",
+    "places_of",
+    "split_unit",
+    "unit_of",
+    "wanted_columns",
+]
 
 BESIDE = ("contact", "trigger")
 """Columns that a record may have beside time and travel, in any unit."""
+
+_SPELLINGS = {
+    "s": "s sec secs second seconds sek sekunden",
+    "ms": "ms msec msecs msek millisec millisecs millisecond milliseconds millisekunden",
+    "us": "us µs μs usec µsec μsec microsec microsecs microsecond microseconds",
+    "mm": "mm millimeter millimeters millimetre millimetres",
+    "cm": "cm centimeter centimeters centimetre centimetres",
+    "m": "m meter meters metre metres",
+    "um": "um µm μm micron microns micrometer micrometers micrometre micrometres",
+    "inch": "in inch inches zoll \" '' ″",
+    "deg": "deg degs degree degrees ° º ˚ °deg",
+    "rad": "rad rads radian radians",
+    "V": "V volt volts",
+    "counts": "count counts cts digit digits inc incs incr increment increments pulse pulses lsb",
+    "%": "% pct percent prozent",
+}
+# Known, but of no time or travel that the settings can have: they contradict any of these.
+_OTHERS = (
+    "ns min h dm km nm ft mil thou mrad gon A mA kA mV kV W N kN Pa bar Hz kHz Ω ohm °C "
+    "m/s mm/s mm/ms cm/s ft/s in/s deg/s rad/s m/s² m/s2 g"
+)
+_KNOWN = {each: unit for unit, spelt in _SPELLINGS.items() for each in spelt.split()}
+_KNOWN |= {other: other for other in _OTHERS.split()}
+_FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items() if len(spelling) > 1}
+_BEHIND = re.compile(r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}))\s*")
+_LONGEST = 200  # signs of a name
+# Behind a name they rather are a phase, a pole or a direction.
+_NAMES = {"A", "V", "W", "N", "h", "g", "in", "inc"}
 
 
 def wanted_columns(
     rows: Iterable[Sequence[str]], settings: Mapping, channel: str
 ) -> dict[str, str | int]:
     """Return the columns that are wanted, by kind: ``"time"``, if there is one, ``"travel"``, and
-    those of ``BESIDE`` that the settings name.
-
-    Args:
-        rows: Rows that may hold the names.
-        settings: The section ``endurance.format``.
-        channel: Column of the travel, where it is not that of the settings: a text also where it is
-            a number, unless that is a name.
+    those of ``BESIDE`` that the settings name. A channel that is a number in words is a number,
+    unless one of the rows has it for a name.
     """
     if channel.isdecimal() and not any(places_of(row, channel) for row in rows):
         channel = int(channel)
@@ -52,12 +88,11 @@ def places_of(row: Sequence[str], column: str | int) -> list[int]:
         return []
     names = [cell.strip() for cell in row]
     names[0] = names[0].lstrip("#%! ") or names[0]
-    if column in names:
-        return [i for i, name in enumerate(names) if name == column]
-    bare = [split_unit(name)[0] for name in names]
-    if column in bare:
-        return [i for i, name in enumerate(bare) if name == column]
-    return [i for i, name in enumerate(bare) if name.casefold() == column.casefold()]
+    if column not in names:
+        names = [split_unit(name)[0] for name in names]
+    if column not in names:
+        names, column = [name.casefold() for name in names], column.casefold()
+    return [i for i, name in enumerate(names) if name == column]
 
 
 def place_of(
@@ -71,13 +106,16 @@ def place_of(
     found = places_of(row, column)
     if len(found) == 1:
         return found[0]
-    listed = ", ".join(repr(cell.strip()[:40]) for cell in row[:20])
+    reason = f"no column {column!r} among {listed(row)}; see endurance.format, also its skip_rows"
     if found:
         numbers = " or ".join(str(place + 1) for place in found)
         reason = f"more than one column {column!r}; give its number, {numbers}, for its name"
-    else:
-        reason = f"no column {column!r} among {listed}; see endurance.format, also its skip_rows"
     raise RejectedCurveError(file, reason, line=line)
+
+
+def listed(row: Sequence[str]) -> str:
+    """Return what a message shows of a row of names."""
+    return ", ".join(repr(cell.strip()[:40]) for cell in row[:20])
 
 
 def check_unit(
@@ -89,15 +127,8 @@ def check_unit(
     *,
     line: int | None = None,
 ) -> tuple[str, ...]:
-    """Return what is to be remarked on the unit of a column: that it is not known.
-
-    Args:
-        file: Named in messages.
-        kind: "time" or "travel".
-        label: What messages call the column.
-        text: The unit as it stands in the file; nothing where there is none.
-        settings: The section ``endurance.format``.
-        line: Where it stands.
+    """Return what is to be remarked on the unit of a column of a kind, "time" or "travel", as it
+    stands in the file: that it is not known.
 
     Raises:
         RejectedCurveError: If it is another than that of the settings.
@@ -108,3 +139,25 @@ def check_unit(
     if stated and stated != wanted:
         raise RejectedCurveError(file, f"{known}, but {but}", line=line)
     return (f"{known}, which is not known; {but}",) if text and not stated else ()
+
+
+def unit_of(text: str) -> str | None:
+    """Return the unit that a text states, as the settings call it, or None if it is not known.
+
+    >>> [unit_of(text) for text in ("[msec]", "Grad", "°", "(INCH)", "kA")]
+    ['ms', None, 'deg', 'inch', 'kA']
+    """
+    bare = text.strip().strip("[](){}<>").strip().removesuffix(".")
+    return _KNOWN.get(bare) or _FOLDED.get(bare.casefold())
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """Return the name of a column without its unit, and the unit; None where it has none.
+
+    >>> [split_unit(name) for name in ("Travel [mm]", "t/ms", "Travel (A)")]
+    [('Travel', 'mm'), ('t', 'ms'), ('Travel (A)', None)]
+    """
+    found = _BEHIND.fullmatch(name) if len(name) <= _LONGEST else None
+    behind = next(filter(None, found.groups()[1:]), "") if found else ""
+    unit = None if behind.strip() in _NAMES else unit_of(behind)
+    return (found[1], unit) if unit else (name, None)

@@ -1,18 +1,19 @@
-"""The operation number in the name of a file, where the names leave no doubt. Light to import.
+"""Number and dates of an operation in the name of its file. Light to import.
 
-Names of one kind differ in their digits only. The counter of a kind is its only number, or the only
-one that varies. So a name that is added can make a number vary that did not, and with it the names
-ambiguous, which is an error; but it never makes another number the counter.
+A number is one where the names leave no doubt. Names of one kind differ in their digits only. The
+counter of a kind is its only number, or the only one that varies. So a name that is added can make
+a number vary that did not, and with it the names ambiguous, which is an error; but it never makes
+another number the counter.
 """
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
+from typing import NamedTuple
 
-from breaker.files.dates import moments
-
-__all__ = ["LARGEST_COUNTER", "natural", "numbers_in"]
+__all__ = ["LARGEST_COUNTER", "Moment", "moments", "natural", "numbers_in"]
 
 LARGEST_COUNTER = 9_999_999
 """More than any drive operates; what is larger is a date, a stamp or a serial number."""
@@ -65,7 +66,9 @@ def _numbers_of_kind(stems: Sequence[str]) -> Sequence[int | str]:
     counters = varying[0] if varying else columns[0]
     digits = [run[0] for run in counters]
     why = _no_counter(stems, counters) or _date_alone(digits)
-    if not why and not _COUNTS.search(stems[0][: counters[0].start()]) and _are_years(digits):
+    counted = _COUNTS.search(stems[0][: counters[0].start()])
+    # A counter that passes through 2000 has others, too.
+    if not why and not counted and all(len(d) == 4 and 1950 <= int(d) <= 2060 for d in digits):
         why = "looks like a year"
     if why:
         return [f"has the number {each}, which {why}" for each in digits]
@@ -115,20 +118,12 @@ def _date_alone(digits: Sequence[str]) -> str:
     return ""
 
 
-def _are_years(digits: Sequence[str]) -> bool:
-    """Whether all numbers of a column may be years: a counter that passes through 2000 does not."""
-    return all(len(each) == 4 and 1950 <= int(each) <= 2060 for each in digits)
-
-
 def _parses(digits: str, forms: str) -> bool:
     """Whether digits are a date of the last decades, or a time, in one of some forms."""
     for form in forms.split():
-        try:
-            when = datetime.strptime(digits, form)
-        except ValueError:
-            continue
-        if "%H" in form or 2005 <= when.year <= 2060:
-            return True
+        with suppress(ValueError):
+            if 2005 <= datetime.strptime(digits, form).year <= 2060 or "%H" in form:
+                return True
     return False
 
 
@@ -142,3 +137,107 @@ def natural(path: str | Path) -> list[tuple[int, str]]:
         (int(part), "") if part.isdecimal() else (0, part)
         for part in re.split("([0-9]+)", str(path))
     ]
+
+
+# ---- dates ---------------------------------------------------------------------------------------
+
+_MONTHS = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
+_MONTHS_OF = {name: i for i, name in enumerate(_MONTHS, start=1)}
+_MONTHS_OF |= {"mär": 3, "mai": 5, "okt": 10, "dez": 12}  # German, and French where it differs
+_MONTHS_OF |= {"fév": 2, "avr": 4, "juin": 6, "juil": 7, "aoû": 8, "déc": 12}
+_NAME = rf"(?P<name>{'|'.join(_MONTHS_OF)})"
+_YEAR = r"(?P<year>(?:19|20)[0-9]{2})"
+_GAP = r"(?P<gap>[-_. /]?)"
+_DATES = [
+    rf"{_YEAR}{_GAP}(?P<month>[0-9]{{2}})(?P=gap)(?P<day>[0-9]{{2}})",
+    rf"(?P<day>[0-9]{{2}}){_GAP}(?P<month>[0-9]{{2}})(?P=gap){_YEAR}",
+    rf"(?P<day>[0-9]{{1,2}})(?P<gap>[-_. /])(?P<month>[0-9]{{1,2}})(?P=gap){_YEAR}",
+    rf"(?P<day>[0-9]{{1,2}})[-_. ]?{_NAME}[a-z]*[-_. ]?{_YEAR}",
+    rf"{_YEAR}[-_. ]?{_NAME}[a-z]*[-_. ]?(?P<day>[0-9]{{1,2}})",
+    # With two digits for the year only where no digit is near: 20-11-24, 24_11_20.
+    r"(?P<day>[0-9]{2})(?P<gap>[-_. /])(?P<month>[0-9]{2})(?P=gap)(?P<short>[0-9]{2})",
+    r"(?P<short>[0-9]{2})(?P<gap>[-_. /])(?P<month>[0-9]{2})(?P=gap)(?P<day>[0-9]{2})",
+]
+_TIME = (
+    r"(?P<hour>[0-9]{2})(?P<between>[-_.:h ]?)(?P<minute>[0-9]{2})"
+    r"(?:[-_.:m ]?(?P<second>[0-9]{2}))?s?"
+)
+_MOMENTS = [
+    re.compile(rf"(?<![0-9]){date}(?:[T_ ,.-]{{0,3}}{_TIME})?(?![0-9])", re.IGNORECASE)
+    for date in _DATES
+] + [
+    re.compile(rf"(?<![0-9]){date}(?![0-9])", re.IGNORECASE)  # what follows is no time
+    for date in _DATES
+]
+# A day, or a month with its year: the name of the month is a word, as in 20-nov and March 5.
+_ENDS = "uary?|vier|ruary?|rier|ch|z|s|il|[eiy]|ust|t|let|(?:t?em|o)(?:ber|bre)"
+_WORD = rf"(?<![^\W\d_]){_NAME}(?:{_ENDS})?(?![^\W\d_])"
+_DAY = "(?:0?[1-9]|[12][0-9]|3[01])"
+_PARTS = [
+    re.compile(rf"(?<![0-9]){part}(?![0-9])", re.IGNORECASE)
+    for part in (
+        rf"{_DAY}[-_. ]*{_WORD}",
+        rf"{_WORD}[-_. ]*{_DAY}",
+        rf"{_YEAR}[-_.](?:0[1-9]|1[0-2])",
+    )
+]
+_TIMES = [
+    re.compile(r"(?<![0-9])(?P<hour>[0-9]{2})([-_.:])(?P<minute>[0-9]{2})\2(?P<second>[0-9]{2})"),
+    re.compile(r"(?<![0-9])(?P<hour>[0-9]{1,2})h(?P<minute>[0-9]{2})(?:m(?P<second>[0-9]{2}))?"),
+]
+
+
+class Moment(NamedTuple):
+    """A date or time in a text.
+
+    Attributes:
+        start, stop: Where it stands in the text.
+        when: What it says; None for a time without a date, and for part of a date.
+        timed: Whether it says the time of the day.
+    """
+
+    start: int
+    stop: int
+    when: datetime | None
+    timed: bool
+
+    @property
+    def iso(self) -> str:
+        """The date, with the time if it says one, as ISO 8601."""
+        return (self.when if self.timed else self.when.date()).isoformat()
+
+
+def moments(text: str) -> list[Moment]:
+    """Find what looks like a date or a time in the name of a file, in the order of the text.
+
+    >>> [str(each.when) for each in moments("closing_20-11-2024_15-13-07")]
+    ['2024-11-20 15:13:07']
+    >>> moments("operation_0007_10kHz")
+    []
+    """
+    found: list[Moment] = []
+    for pattern in (*_MOMENTS, *_TIMES, *_PARTS):
+        for match in pattern.finditer(text):
+            moment = _moment(match)
+            apart = all(match.end() <= each.start or each.stop <= match.start() for each in found)
+            if moment and apart:
+                found.append(moment)
+    return sorted(found)
+
+
+def _moment(match: re.Match) -> Moment | None:
+    """What a match says, None if there is no such day or time."""
+    parts = {name: text for name, text in match.groupdict().items() if text}
+    clock = [int(parts.get(name, 0)) for name in ("hour", "minute", "second")]
+    timed = "hour" in parts
+    if "day" not in parts:
+        fine = clock[0] < 24 and clock[1] < 60 and clock[2] < 60
+        return Moment(match.start(), match.end(), None, timed) if fine else None
+    year = int(parts["year"]) if "year" in parts else 2000 + int(parts["short"])
+    day = int(parts["day"])
+    month = _MONTHS_OF[parts["name"].lower()] if "name" in parts else int(parts["month"])
+    # The day first, as nearly everywhere; the month first where it can only be so.
+    for one, other in ((month, day), (day, month)):
+        with suppress(ValueError):
+            return Moment(match.start(), match.end(), datetime(year, one, other, *clock), timed)
+    return None

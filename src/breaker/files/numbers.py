@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers", "why_none"]
+__all__ = ["LARGEST_NUMBER", "MISSING", "are_readings", "is_number", "strict_numbers", "why_none"]
 
 LARGEST_NUMBER = {"time": 1e16, "travel": 1e9, "contact": 1e40, "trigger": 1e40}
 """Beyond it is no time (those since 1970 are 2e15 microseconds), and no reading of a sensor. Some
@@ -38,12 +38,8 @@ _REMEDY = "leave the cell empty where a sample is missing; a line of remarks beg
 def strict_numbers(
     cells: Sequence[str], decimal: str, largest: float
 ) -> tuple[np.ndarray, list[int]]:
-    """Return cells as numbers, ``(t,)``, NaN where missing, and the places of what is no number.
-
-    Args:
-        cells: Cells of one column.
-        decimal: Decimal sign.
-        largest: Magnitude beyond which a number is no reading.
+    """Return cells of a column as numbers, ``(t,)``, NaN where missing, and the places of what is
+    no number, or one beyond the largest of a reading.
 
     Example:
         >>> values, wrong = strict_numbers(["1,5", "", "1_000"], ",", 1e9)
@@ -73,6 +69,11 @@ def strict_numbers(
     return values, wrong
 
 
+def are_readings(values: np.ndarray, kind: str) -> bool:
+    """Say whether values ``(t,)``, NaN where missing, are none beyond the largest of a kind."""
+    return bool((np.isnan(values) | (np.abs(values) <= LARGEST_NUMBER[kind])).all())
+
+
 def why_none(cell: str, decimal: str, largest: float) -> str:
     """Return why a cell is no number, and what to do about it.
 
@@ -90,6 +91,5 @@ def is_number(cell: str, decimal: str) -> bool:
     """Say whether a cell is a plain decimal number. A point that is not the decimal sign makes it
     none: it may separate thousands.
     """
-    if decimal != "." and "." in cell:
-        return False
-    return bool(_NUMBER.fullmatch(cell.strip().replace(decimal, ".")))
+    plain = decimal == "." or "." not in cell
+    return plain and bool(_NUMBER.fullmatch(cell.strip().replace(decimal, ".")))

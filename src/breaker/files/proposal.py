@@ -7,20 +7,19 @@ import csv
 import os
 import re
 from collections.abc import Iterator, Sequence
-from datetime import datetime
 from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
 from breaker.files.cells import MOTIONS
-from breaker.files.dates import moments
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
-from breaker.files.manifest import PROPOSED
-from breaker.files.naming import natural, numbers_in
+from breaker.files.manifest import ABOUT
+from breaker.files.naming import Moment, moments, natural, numbers_in
 
 __all__ = ["propose_manifest"]
 
+_COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 _WORDS = {
     "closing": {"closing", "close", "closes", "ein"},
     "opening": {"opening", "open", "opens", "trip", "tripping", "aus"},
@@ -33,21 +32,17 @@ class _File(NamedTuple):
     Attributes:
         path: From the folder of the table, with / between its parts.
         stem: Name without ending.
-        motions: What its folders, or else its name, say it holds; both if they say nothing.
-        said: Whether they do.
+        motions: The one that its folders, or else its name, say it holds; both if none does.
         breaker: Its other folders.
-        when: Date in its name, None without one.
-        timed: Whether that has a time.
+        date: The first one in its name, None without one.
         written: When the file was written, s.
     """
 
     path: str
     stem: str
     motions: tuple[str, ...]
-    said: bool
     breaker: str
-    when: datetime | None
-    timed: bool
+    date: Moment | None
     written: float
 
 
@@ -84,12 +79,12 @@ def propose_manifest(
         raise FileNotFoundError(
             "; ".join([f"{printable(folder)} has no file of a record", *remarks])
         )
-    if unsaid := sum(not file.said for file in files):
+    if unsaid := sum(len(file.motions) > 1 for file in files):
         remarks.append(
             f"no folder or name says the motion of {unsaid} files, so each has a row of "
             f"{' and '.join(motions)}: delete what it does not hold"
         )
-    if any(file.when for file in files):
+    if any(file.date for file in files):
         remarks.append("dates are from the names, the day before the month where both can be")
     groups: dict[tuple[str, str], list[_File]] = {}
     for file in files:
@@ -140,16 +135,12 @@ def _described(file: Path, path: str, top: str) -> _File:
     spoken = [_motions(part) for part in parts]
     # The folder that is nearest to the file goes first, then its name.
     motions = next(filter(None, [*reversed(spoken), _motions(file.stem), _motions(top)]), ())
-    said = len(motions) == 1
-    dated = next((each for each in moments(file.stem) if each.when), None)
     return _File(
         path=path,
         stem=file.stem,
-        motions=motions if said else tuple(_WORDS),
-        said=said,
+        motions=motions if len(motions) == 1 else MOTIONS,
         breaker="/".join(part for part, each in zip(parts, spoken, strict=True) if not each),
-        when=dated and dated.when,
-        timed=bool(dated and dated.timed),
+        date=next((each for each in moments(file.stem) if each.when), None),
         written=os.stat(file).st_mtime,
     )
 
@@ -165,8 +156,8 @@ def _numbers(files: Sequence[_File]) -> tuple[list[int], str]:
     said = numbers_in([file.stem for file in files])
     if all(isinstance(number, int) for number in said) and len(set(said)) == len(said):
         return said, ""
-    dated = all(file.when for file in files)
-    keys = [(file.when if dated else file.written, natural(file.path)) for file in files]
+    dated = all(file.date for file in files)
+    keys = [(file.date.when if dated else file.written, natural(file.path)) for file in files]
     order = sorted(range(len(files)), key=keys.__getitem__)
     words = "the dates in their names" if dated else "the times at which the files were written"
     return [order.index(i) + 1 for i in range(len(files))], words
@@ -174,20 +165,11 @@ def _numbers(files: Sequence[_File]) -> tuple[list[int], str]:
 
 def _text(rows: Sequence[tuple[str, int, str, _File]], channels: Sequence[str]) -> str:
     text = StringIO()
-    table = csv.DictWriter(text, PROPOSED, restval="", lineterminator="\n")
-    table.writeheader()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(_COLUMNS)
     for breaker, number, motion, file in sorted(rows, key=lambda row: row[:3]):
-        when = file.when and (file.when if file.timed else file.when.date())
+        date = "" if file.date is None else file.date.iso
         for channel in channels:
-            table.writerow(
-                {
-                    "file": file.path,
-                    "motion": motion,
-                    "operation": number,
-                    "channel": channel,
-                    "breaker": breaker,
-                    "phase": channel,
-                    "date": when.isoformat() if when else "",
-                }
-            )
+            known = file.path, motion, number, channel, breaker, channel, date
+            table.writerow([*known, *[""] * (len(_COLUMNS) - len(known))])
     return text.getvalue()

@@ -11,14 +11,8 @@ import numpy as np
 
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, read_bytes
-from breaker.files.names import (
-    BESIDE,
-    check_unit,
-    label_of,
-    place_of,
-    wanted_columns,
-)
-from breaker.files.numbers import LARGEST_NUMBER
+from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
+from breaker.files.numbers import are_readings
 from breaker.files.settings import TO_MS
 
 __all__ = ["open_comtrade", "read_comtrade"]
@@ -30,18 +24,8 @@ _BYTES = {"BINARY": 2, "BINARY32": 4, "FLOAT32": 4}  # of an analog value
 
 
 def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read an analog channel, by its name or number, and the times of a COMTRADE record.
-
-    Args:
-        file: The ``.cfg``, with the ``.dat`` beside it, or a ``.cff``.
-        settings: The section ``endurance.format``, complete. The record knows its own times; they
-            are returned in ``time_unit``.
-        channel: Channel of the travel, where it is not ``travel_column``.
-
-    Raises:
-        RejectedCurveError: If a part is missing, or has not what the other says; if there is no
-            such channel, or it has another unit.
-        ModuleNotFoundError: If the package comtrade is not installed.
+    """Read an analog channel, by its name or number, and the times of a COMTRADE record: see
+    ``sources.read_columns``. The record knows its own times; they are returned in ``time_unit``.
     """
     record = open_comtrade(file, settings["encoding"])
     cfg = record.cfg
@@ -55,7 +39,7 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
         ratio = f"{described.primary:g} : {described.secondary:g}"
         remarks += (f"{label_of(column)} is of the secondary side, with a ratio of {ratio}",)
     travel = np.asarray(record.analog[place])
-    if not (np.abs(travel[~np.isnan(travel)]) <= LARGEST_NUMBER["travel"]).all():
+    if not are_readings(travel, "travel"):
         raise RejectedCurveError(file, f"{label_of(column)} has values that are no readings")
     time = np.asarray(record.time) * 1e3 / TO_MS[settings["time_unit"]]
     # Contacts and triggers may be analog or status channels.

@@ -48,11 +48,19 @@ def complete(settings: Mapping) -> dict:
     if unknown:
         raise ValueError(f"endurance.format has no {', '.join(unknown)}; see config/config.yaml")
     settings = {**FORMAT, **settings}
-    if settings["time_unit"] not in TO_MS:
-        raise ValueError(
-            f"endurance.format.time_unit is {settings['time_unit']!r}, but must be one of "
-            f"{', '.join(TO_MS)}"
-        )
+    zero, stroke = settings["zero"], settings["stroke"]
+    fine = {
+        "time_unit": (settings["time_unit"] in TO_MS, f"one of {', '.join(TO_MS)}"),
+        "zero": (not isinstance(zero, str) or zero == "rest", "a number or rest"),
+        "stroke": (
+            stroke is None or 0 < stroke[0] < stroke[1],
+            "the least and the largest stroke, mm, or null",
+        ),
+        "delimiter": (len(settings["delimiter"]) == 1, "one sign"),
+    }
+    for name, (is_fine, what) in fine.items():
+        if not is_fine:
+            raise ValueError(f"endurance.format.{name} is {settings[name]!r}, but must be {what}")
     if settings["travel_unit"] not in TO_MM and not (settings["ratio"] or settings["table"]):
         raise ValueError(
             f"endurance.format.travel_unit is {settings['travel_unit']!r}, not one of "
@@ -60,28 +68,15 @@ def complete(settings: Mapping) -> dict:
         )
     if settings["ratio"] is not None and settings["table"] is not None:
         raise ValueError("endurance.format.ratio and endurance.format.table exclude each other")
-    zero = settings["zero"]
-    if isinstance(zero, str) and zero != "rest":
-        raise ValueError(f"endurance.format.zero is {zero!r}, but must be a number or rest")
     if settings["table"] is not None and zero not in (0, "rest"):
         raise ValueError(
             "with endurance.format.table, which has the mm of each reading, endurance.format.zero "
             "must be 0 or rest"
         )
-    stroke = settings["stroke"]
-    if stroke is not None and not 0 < stroke[0] < stroke[1]:
-        raise ValueError(
-            f"endurance.format.stroke is {list(stroke)}, but must be the least and the largest "
-            "stroke, mm, or null"
-        )
     if settings["time_column"] is None and settings["rate"] is None:
         raise ValueError(
             "endurance.format.time_column is null, so endurance.format.rate is needed: the samples "
             "in a ms (kHz)"
-        )
-    if len(settings["delimiter"]) != 1:
-        raise ValueError(
-            f"endurance.format.delimiter is {settings['delimiter']!r}, but must be one sign"
         )
     try:
         codec = codecs.lookup(settings["encoding"])

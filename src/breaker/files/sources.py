@@ -26,7 +26,7 @@ OTHER_KINDS = {
 }
 """What is no text, by ending: its reader, its name, and the extra of this package that it needs."""
 
-_OLD = {".xls": "save it as .xlsx", ".xlsb": "save it as .xlsx", ".ods": "save it as .xlsx"}
+_OLD = (".xls", ".xlsb", ".ods")
 
 
 def read_columns(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
@@ -54,7 +54,7 @@ def is_other_kind(file: str | Path) -> bool:
     """
     ending = Path(file).suffix.lower()
     if ending in _OLD:
-        raise RejectedCurveError(file, f"is of a kind that cannot be read; {_OLD[ending]}")
+        raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
     return ending in OTHER_KINDS
 
 
@@ -72,12 +72,11 @@ def understood(file: str | Path) -> Iterator[None]:
             yield
     except RejectedCurveError:
         raise
-    except TooLargeError as error:
-        raise RejectedCurveError(file, str(error)) from error
-    except ModuleNotFoundError as error:
-        reason = f'is {kind}, which needs {error.name}: pip install "{DISTRIBUTION}[{extra}]"'
-        raise RejectedCurveError(file, reason) from error
     except Exception as error:  # a damaged file raises anything in the package that reads it
         said = f"{type(error).__name__}: {error}"[:200]
         reason = f"is {kind} that cannot be read ({said}); is it whole? Export it again"
+        if isinstance(error, TooLargeError):
+            reason = str(error)
+        if isinstance(error, ModuleNotFoundError):
+            reason = f'is {kind}, which needs {error.name}: pip install "{DISTRIBUTION}[{extra}]"'
         raise RejectedCurveError(file, reason) from error

@@ -18,16 +18,7 @@ _BEFORE_UNIT = re.compile(r"(?<=[^\s\])])\s+(?=[\[(])")
 
 
 def read_text(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read the columns of a text.
-
-    Args:
-        file: File of one record.
-        settings: The section ``endurance.format``, complete.
-        channel: Column of the travel, where it is not that of the settings.
-
-    Raises:
-        RejectedCurveError: If the file cannot be read, or as ``columns_of`` says.
-    """
+    """Read the columns of a text: see ``sources.read_columns``."""
     text = _decode(file, read_bytes(file), settings["encoding"])
     return columns_of(file, _blocks(file, text, settings["delimiter"]), settings, channel)
 
@@ -73,23 +64,20 @@ def _blocks(
 
 
 def _split(lines: list[str], delimiter: str, *, quoted: bool) -> list[list[str]]:
-    """Cells of each line."""
+    """Cells of each line. Each is split for itself: an odd quotation mark, such as that of an inch,
+    must not join lines, or their numbers shift.
+    """
+    plain = None if delimiter == " " else delimiter
     if delimiter == " ":
         lines = [
             _BEFORE_UNIT.sub("", one).strip() if "(" in one or "[" in one else one.strip()
             for one in lines
         ]
-    if quoted:
-        return [_quoted(one, delimiter) for one in lines]
-    plain = None if delimiter == " " else delimiter
-    return [one.split(plain) for one in lines]
-
-
-def _quoted(line: str, delimiter: str) -> list[str]:
-    """Cells of one line. Each line is split for itself: an odd quotation mark, such as that of an
-    inch, must not join lines, or their numbers shift.
-    """
-    plain = None if delimiter == " " else delimiter
-    if '"' not in line or line.count('"') % 2:
-        return line.split(plain)
-    return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    if not quoted:
+        return [one.split(plain) for one in lines]
+    return [
+        next(csv.reader([one], delimiter=delimiter, skipinitialspace=True))
+        if '"' in one and one.count('"') % 2 == 0
+        else one.split(plain)
+        for one in lines
+    ]

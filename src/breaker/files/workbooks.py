@@ -25,22 +25,15 @@ _REMEDY = "export the record alone, at a lower rate, or as CSV"
 
 
 def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read the columns of a workbook: of its first sheet that has them.
-
-    Args:
-        file: A workbook of one record. A row counts as a line.
-        settings: The section ``endurance.format``, complete; encoding and delimiter do not matter.
-        channel: Column of the travel, where it is not that of the settings.
+    """Read the columns of a workbook, of its first sheet that has them: see
+    ``sources.read_columns``. A row counts as a line; encoding and delimiter do not matter.
 
     Raises:
-        RejectedCurveError: If unpacked it is too large, or as ``columns_of`` says of the first
-            sheet, if no sheet has the columns.
-        ModuleNotFoundError: If openpyxl is not installed.
+        RejectedCurveError: Of the first sheet, if no sheet has the columns.
     """
     book = open_workbook(file)
     settings, first = {**settings, "delimiter": "\t"}, None
     for sheet in book.worksheets:
-        sheet.reset_dimensions()  # what a sheet states of its size is often wrong
         try:
             return columns_of(file, _blocks(sheet, settings["decimal"]), settings, channel)
         except RejectedCurveError as error:
@@ -108,6 +101,7 @@ def rows_of(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:
     Raises:
         TooLargeError: If there are too many cells or signs; a row has all cells up to its last one.
     """
+    sheet.reset_dimensions()  # what a sheet states of its size is often wrong
     last = size = rows = widest = 0
     for number, values in enumerate(sheet.iter_rows(values_only=True), start=1):
         if number - last > _GAP:

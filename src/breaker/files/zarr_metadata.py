@@ -21,6 +21,7 @@ _CODECS = re.compile(
     r"(?:numcodecs\.)?(?:blosc|zstd|gzip|zlib|lz4|lzma|bz2|crc32c?|adler32|fletcher32|shuffle|delta|"
     "quantize|fixedscaleoffset|bitround|vlen-utf8|vlen-bytes|bytes|transpose|sharding_indexed)"
 )
+_NAMING = ("id", "name", "configuration", "codecs", "index_codecs")
 _LARGEST = 80_000_000  # bytes of a chunk
 _MOST_BYTES, _MOST_CHUNKS = 320_000_000, 10_000  # stated; consolidated metadata do so again
 
@@ -36,20 +37,17 @@ def check_store(folder: str | Path) -> None:
     size = count = 0
     for part in sorted(Path(folder).rglob("*")):
         for array in _arrays(json.loads(read_bytes(part))) if part.name in _FILES else ():
-            codecs = [_names(array.get(key)) for key in ("compressor", "filters", "codecs")]
-            for name in (name for names in codecs for name in names):
+            place = f"its part {part.relative_to(folder)} has"
+            for name in _names([array.get(key) for key in ("compressor", "filters", "codecs")]):
                 if not _CODECS.fullmatch(name):
-                    reason = f"its part {part.relative_to(folder)} has the codec {name!r}, which "
-                    remedy = "is not known to be harmless; write it again with zstd, or as NetCDF"
-                    raise RejectedCurveError(folder, reason + remedy)
+                    why = "is not known to be harmless; write it again with zstd, or as NetCDF"
+                    raise RejectedCurveError(folder, f"{place} the codec {name!r}, which {why}")
             chunk, every, chunks = _extent(array)
             size, count = size + every, count + chunks
             if chunk > _LARGEST or size > _MOST_BYTES or count > _MOST_CHUNKS:
-                reason = (
-                    f"its part {part.relative_to(folder)} has {chunks} chunks of {chunk} bytes, "
-                )
-                remedy = "which with others are too many; write the record alone, with few chunks"
-                raise RejectedCurveError(folder, reason + remedy)
+                why = "with others are too many; write the record alone, with few chunks"
+                held = f"{chunks} chunks of {chunk} bytes"
+                raise RejectedCurveError(folder, f"{place} {held}, which {why}")
 
 
 def _arrays(found: object) -> Iterator[dict]:
@@ -63,28 +61,25 @@ def _arrays(found: object) -> Iterator[dict]:
 
 def _names(found: object) -> Iterator[str]:
     """Names of codecs, and of those within them."""
-    for each in found if isinstance(found, list) else [found]:
-        if isinstance(each, str):
-            yield each
-        elif isinstance(each, dict):
-            inner = each.get("configuration") or {}
-            names = (each.get("id"), each.get("name"), inner.get("id"))
-            yield from (name for name in names if isinstance(name, str))
-            yield from _names(inner.get("codecs"))
-            yield from _names(inner.get("index_codecs"))
+    if isinstance(found, str):
+        yield found
+    elif isinstance(found, dict):
+        yield from _names([found.get(key) for key in _NAMING])
+    elif isinstance(found, list):
+        for each in found:
+            yield from _names(each)
 
 
 def _extent(array: dict) -> tuple[int, int, int]:
     """Bytes of a chunk and of all chunks, unpacked, and the number of chunks, also of those that a
     chunk has."""
-    shape, kind = _sizes(array["shape"]), array.get("data_type", array.get("dtype"))
-    grids = sorted(_grids(array), key=math.prod)
-    pieces = [
+    shape, grids = _sizes(array["shape"]), sorted(_grids(array), key=math.prod)
+    most, fewest = (
         math.prod(-(-n // m) for n, m in zip(shape, grid, strict=True))
         for grid in (grids[0], grids[-1])
-    ]
-    chunk = math.prod(grids[-1]) * _width(kind)
-    return chunk, chunk * pieces[1], pieces[0]
+    )
+    chunk = math.prod(grids[-1]) * _width(array.get("data_type", array.get("dtype")))
+    return chunk, chunk * fewest, most
 
 
 def _grids(found: object) -> Iterator[list[int]]:

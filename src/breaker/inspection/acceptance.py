@@ -1,18 +1,17 @@
 """What will be accepted of a folder of records, and why the rest will not, before any training."""
 
-import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from textwrap import wrap
 
 import numpy as np
 import xarray as xr
 
 from breaker.files import MANIFEST, Operation, list_operations, read_manifest
+from breaker.inspection.wording import bullet
 from breaker.records import read_curves
 
 __all__ = ["Checked", "check_folder", "checked_text"]
@@ -21,7 +20,6 @@ _PART = 50  # files that one process reads at a time
 _FAR = 8.0  # robust sd from the median of the others, from which a record stands out
 _MATTERS = 0.03  # share of the median by which it has to
 _FEWEST = 8  # records, of which some can stand out
-_WIDTH = 100  # signs of a line
 
 
 @dataclass(frozen=True)
@@ -60,29 +58,23 @@ def check_folder(
         motions: "closing", "opening" or both.
     """
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
+    errors = {name: sensor[name] for name in ("noise_sd", "zero_sd")}
+    read = partial(read_curves, settings=endurance["format"], times=times, **errors)
     checked = []
     for motion in motions:
         for breaker, phase in _groups(folder, endurance):
+            of = motion, breaker or "", phase or ""
             try:
                 operations = list_operations(folder, motion, breaker=breaker, phase=phase)
             except (ValueError, OSError) as error:
-                checked.append(Checked(motion, breaker or "", phase or "", trouble=str(error)))
-                continue
-            curves = _read(operations, endurance["format"], times, motion, sensor)
-            checked.append(Checked(motion, breaker or "", phase or "", curves))
+                checked.append(Checked(*of, trouble=str(error)))
+            else:
+                checked.append(Checked(*of, _in_parts(partial(read, motion=motion), operations)))
     return checked
 
 
-def _read(
-    operations: Sequence[Operation],
-    settings: Mapping,
-    times: np.ndarray,
-    motion: str,
-    sensor: Mapping,
-) -> xr.Dataset:
-    """The same as ``read_curves``, on all cores where there are many files."""
-    errors = {name: sensor[name] for name in ("noise_sd", "zero_sd")}
-    read = partial(read_curves, settings=settings, times=times, motion=motion, **errors)
+def _in_parts(read: Callable, operations: Sequence[Operation]) -> xr.Dataset:
+    """What is read of operations, on all cores where there are many of them."""
     if len(operations) < 2 * _PART:
         return read(operations)
     parts = [operations[i : i + _PART] for i in range(0, len(operations), _PART)]
@@ -92,19 +84,14 @@ def _read(
 
 def _groups(folder: str | Path, endurance: Mapping) -> list[tuple[str | None, str | None]]:
     """Breakers and phases of a folder, or those that are chosen."""
-    chosen = endurance.get("breaker"), endurance.get("phase")
-    if not os.path.lexists(Path(folder, MANIFEST)):
-        return [chosen]
+    chosen = breaker, phase = endurance.get("breaker"), endurance.get("phase")
     try:
-        rows = [operation for _, operation in read_manifest(Path(folder, MANIFEST))]
+        rows = read_manifest(Path(folder, MANIFEST))
     except ValueError:
-        return [chosen]  # listing says what is wrong
-    there = sorted({(each.breaker, each.phase) for each in rows})
-    return [
-        pair
-        for pair in there
-        if all(wanted in (None, name) for wanted, name in zip(chosen, pair, strict=True))
-    ] or [chosen]
+        return [chosen]  # there is no table, or listing says what is wrong with it
+    there = sorted({(each.breaker, each.phase) for _, each in rows})
+    fit = [(b, p) for b, p in there if breaker in (None, b) and phase in (None, p)]
+    return fit or [chosen]
 
 
 # ---- in words -----------------------------------------------------------------------------------
@@ -114,16 +101,14 @@ def checked_text(checked: Sequence[Checked]) -> str:
     """Return a table of what was accepted, and the reasons and remarks, each once."""
     parts = [_table(checked)]
     parts += [f"{_name(each)}: {each.trouble}" for each in checked if each.curves is None]
-    read = [each for each in checked if each.curves is not None]
-    reasons = [(_name(e), f, r) for e in read for f, r in _pairs(e.curves, "reason") if r]
-    remarks = [(_name(e), f, r) for e in read for f, r in _pairs(e.curves, "remarks") if r]
-    stands_out = [(_name(e), *pair) for e in read for pair in _outliers(e.curves)]
-    for title, found in (
-        ("Rejected:", reasons),
-        ("Remarks on what was accepted:", remarks),
-        ("Unlike the others of their folder:", stands_out),
-    ):
-        if found:
+    sections = {
+        "Rejected:": partial(_texts, kind="reason"),
+        "Remarks on what was accepted:": partial(_texts, kind="remarks"),
+        "Unlike the others of their folder:": _outliers,
+    }
+    read = [(_name(each), each.curves) for each in checked if each.curves is not None]
+    for title, find in sections.items():
+        if found := [(name, *pair) for name, curves in read for pair in find(curves)]:
             parts.append("\n".join([title, *_grouped(found)]))
     return "\n\n".join(parts)
 
@@ -132,8 +117,10 @@ def _name(checked: Checked) -> str:
     return " ".join(filter(None, [checked.breaker, checked.phase, checked.motion]))
 
 
-def _pairs(curves: xr.Dataset, kind: str) -> list[tuple[str, str]]:
-    return list(zip(curves.file.values.tolist(), curves[kind].values.tolist(), strict=True))
+def _texts(curves: xr.Dataset, kind: str) -> list[tuple[str, str]]:
+    """File and text of each record that has one of a kind."""
+    pairs = zip(curves.file.values.tolist(), curves[kind].values.tolist(), strict=True)
+    return [(file, text) for file, text in pairs if text]
 
 
 def _table(checked: Sequence[Checked]) -> str:
@@ -144,7 +131,8 @@ def _table(checked: Sequence[Checked]) -> str:
             continue
         count, remarked = each.curves.sizes["operation"], (each.curves.remarks != "").sum().item()
         numbers = [count, each.accepted, remarked, count - each.accepted]
-        ranges = [_range(_measured(each.curves, "stroke")), _range(each.curves.noise.values)]
+        stroke = each.curves.measured.sel(quantity="stroke")
+        ranges = map(_range, (stroke.values, each.curves.noise.values))
         rows.append([_name(each), *map(str, numbers), *ranges])
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = (
@@ -158,25 +146,20 @@ def _range(values: np.ndarray) -> str:
     return f"{values.min():.3g} to {values.max():.3g}" if values.size else ""
 
 
-def _measured(curves: xr.Dataset, quantity: str) -> np.ndarray:
-    """A quantity as records show it, ``(n,)``; NaN where they do not."""
-    return curves.measured.sel(quantity=quantity).values
-
-
 def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
     """Accepted records whose stroke or travel time is far from those of the others."""
     found = []
-    for name, what, unit in (("stroke", "stroke", "mm"), ("travel_time", "travel time", "ms")):
-        values = _measured(curves, name)
+    for name, unit in (("stroke", "mm"), ("travel_time", "ms")):
+        values = curves.measured.sel(quantity=name).values
         there = np.isfinite(values)
         if there.sum() < _FEWEST:
             continue
         middle = float(np.median(values[there]))
         spread = 1.4826 * float(np.median(np.abs(values[there] - middle)))
-        far = np.abs(values - middle) > max(_FAR * spread, _MATTERS * middle)
-        for i in np.flatnonzero(there & far):
-            said = f"its {what} is {values[i]:.4g} {unit}, that of most {middle:.4g} {unit}"
-            found.append((str(curves.file.values[i]), said))
+        apart = np.abs(values - middle) > max(_FAR * spread, _MATTERS * middle)
+        for i in np.flatnonzero(there & apart):
+            far = f"{values[i]:.4g} {unit}, that of most {middle:.4g} {unit}"
+            found.append((str(curves.file.values[i]), f"its {name.replace('_', ' ')} is {far}"))
     return found
 
 
@@ -194,8 +177,5 @@ def _grouped(found: Sequence[tuple[str, str, str]]) -> list[str]:
         file, text = members[0]
         text = text if text.startswith(file) else f"{file}: {text}"
         count = f"{len(members)} of {name}, first " if len(members) > 1 else f"{name}, "
-        indent = {"initial_indent": "  - ", "subsequent_indent": "    "}
-        lines += wrap(
-            count + text, _WIDTH, break_long_words=False, break_on_hyphens=False, **indent
-        )
+        lines.append(bullet(count + text))
     return lines

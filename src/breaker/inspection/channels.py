@@ -7,11 +7,11 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from breaker.files import TO_MM
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
+from breaker.records import running_median, white_noise
 
 __all__ = ["Travel", "find_travels"]
 
@@ -98,12 +98,8 @@ def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
             continue
         smooth = _smooth(values, half)
         travel = None if smooth is None else _travel(place, unit, smooth, half)
-        if travel is None:
-            continue
-        if says:
-            named.append(travel)
-        elif _is_gentle(smooth, travel):
-            shaped.append(travel)
+        if travel and (says or _is_gentle(travel)):
+            (named if says else shaped).append(travel)
     return named or shaped
 
 
@@ -112,10 +108,9 @@ def _smooth(values: np.ndarray, half: int) -> np.ndarray | None:
     there = np.flatnonzero(np.isfinite(values))
     if there.size < 40:
         return None
-    noise = np.median(np.abs(np.diff(values[there], n=2))) / (0.6745 * np.sqrt(6.0))
     filled = np.interp(np.arange(values.size), there, values[there])
-    smooth = median_filter(filled, 2 * half + 1, mode="nearest")
-    return smooth if np.ptp(smooth) > _STILL * noise else None
+    smooth = running_median(filled, 2 * half + 1)
+    return smooth if np.ptp(smooth) > _STILL * white_noise(values) else None
 
 
 def _travel(place: int, unit: str | None, smooth: np.ndarray, half: int) -> Travel | None:
@@ -139,14 +134,14 @@ def _travel(place: int, unit: str | None, smooth: np.ndarray, half: int) -> Trav
     return travel if travel.strokes.min() > _LEAST * np.ptp(smooth) else None
 
 
-def _is_gentle(smooth: np.ndarray, travel: Travel) -> bool:
+def _is_gentle(travel: Travel) -> bool:
     """Whether a motion begins as that of a mass, slowly; a current rises fastest at first.
 
     One is enough: before another, the drive may still creep to its rest.
     """
     for k, at in enumerate(travel.at.tolist()):
         before, after = travel.levels[k : k + 2]
-        done = (smooth[travel.part(k)[0] : at + 1] - before) / (after - before)
+        done = (travel.smooth[travel.part(k)[0] : at + 1] - before) / (after - before)
         back = done[::-1]
         times = [
             int((back <= start).argmax()) - int((back <= end).argmax())

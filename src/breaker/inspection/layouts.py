@@ -6,7 +6,6 @@ head is guessed from the first lines and some of the others: a file may hold any
 """
 
 import csv
-import io
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +13,6 @@ from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from breaker.files import (
     LARGEST_NUMBER,
@@ -22,6 +20,7 @@ from breaker.files import (
     RejectedCurveError,
     is_number,
     split_unit,
+    strict_numbers,
     unit_of,
 )
 
@@ -32,7 +31,7 @@ _ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; r
 _MOST_COLUMNS = 300  # the widest exports have a tenth of it
 _MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
 _MOST_CELLS = 8_000_000
-_BLOCK = 20_000  # lines, of which cells are built at a time
+_BLOCK = 2_000  # lines, of which cells are built at a time
 _TOGETHER = 5  # lines in a row that look like samples: there samples begin
 _LONGEST_NAME = 60  # signs; no number is longer either
 _VALUE = re.compile(r"[-+]?\d+(?:[.,]\d+)?\s*\S{0,5}|.*[:=]")  # "10 kHz", "Rate:": of no column
@@ -78,13 +77,8 @@ class Layout:
 def layout_of_lines(
     file: str | Path, lines: Sequence[str], settings: Mapping, delimiter: str
 ) -> Layout:
-    """Guess the head and the columns of a table.
-
-    Args:
-        file: Named in messages.
-        lines: Lines of the table.
-        settings: ``decimal``, and what else of the settings is known.
-        delimiter: Sign between cells.
+    """Guess the head and the columns of a table from its lines, the sign between their cells, and
+    settings: ``decimal``, and what else of them is known.
 
     Raises:
         LayoutError: If there are no columns of numbers.
@@ -102,15 +96,15 @@ def layout_of_lines(
     every = max(1, len(samples) // _SAMPLE)
     some = (cells_of(line, delimiter) for line in samples[::every])
     cells = dict(enumerate(zip_longest(*some, fillvalue="")))
-    named, units_at = _head(above, columns)
+    named, units_at = _head(above, width)
     names = [] if named is None else above[named]
     units = [split_unit(name)[1] for name in names]
     if units_at is not None:
-        units = [unit_of(cell) for cell in above[units_at]]
-    head = {named, units_at}
+        units = list(map(unit_of, above[units_at]))
+    rest = (row for i, row in enumerate(above) if i not in (named, units_at))
     return Layout(
         settings=dict(settings),
-        preamble=["; ".join(filter(None, above[i])) for i in range(first) if i not in head],
+        preamble=["; ".join(filter(None, row)) for row in rest],
         names=[*names, *[""] * width][:width],
         units=[*units, *[None] * width][:width],
         columns=columns,
@@ -120,11 +114,7 @@ def layout_of_lines(
 
 
 def check_size(file: str | Path, samples: int, columns: int, *, line: int | None = None) -> None:
-    """Reject a table that is larger than any record, before its cells are built.
-
-    Raises:
-        RejectedCurveError: If it has more columns, samples or cells than a record.
-    """
+    """Reject a table with more columns, samples or cells than a record, before they are built."""
     if columns > _MOST_COLUMNS:
         reason = f"has {columns:,} columns, but records have at most {_MOST_COLUMNS}"
         raise RejectedCurveError(file, f"{reason}; export fewer channels", line=line)
@@ -140,39 +130,14 @@ def _numbers(
     """Numbers of each column, ``(t,)``, NaN where a cell is empty or no number, and in all of a
     column that is not numeric.
     """
-    places = np.flatnonzero(numeric).tolist()
-    form = {
-        "sep": r"\s+" if delimiter == " " else delimiter,
-        "quoting": csv.QUOTE_NONE if delimiter == " " else csv.QUOTE_MINIMAL,
-        "decimal": decimal,
-        "header": None,
-        "names": range(len(numeric)),
-        "usecols": places,
-        "index_col": False,
-        "low_memory": False,
-    }
-    whole = delimiter.join("0" * len(numeric)) + "\n"  # a block may have short lines only
     columns = np.full((len(numeric), len(lines)), np.nan)
     for begin in range(0, len(lines), _BLOCK):
-        text = whole + "".join(lines[begin : begin + _BLOCK])
-        try:
-            frame = pd.read_csv(io.StringIO(text), **form)
-        except pd.errors.ParserError:  # an odd quotation mark
-            frame = pd.read_csv(io.StringIO(text.replace('"', "")), **form)
-        for place in places:
-            columns[place, begin : begin + len(frame) - 1] = _floats(frame[place][1:], decimal)
+        rows = [cells_of(line, delimiter) for line in lines[begin : begin + _BLOCK]]
+        for place in np.flatnonzero(numeric):
+            cells = [row[place] if place < len(row) else "" for row in rows]
+            values, _ = strict_numbers(cells, decimal, LARGEST_NUMBER["time"])
+            columns[place, begin : begin + len(rows)] = values
     return list(columns)
-
-
-def _floats(cells: pd.Series, decimal: str) -> np.ndarray:
-    """Cells as numbers, ``(t,)``, NaN where one is none."""
-    if cells.dtype.kind not in "iuf":
-        cells = cells.astype(str)
-        if decimal == ",":  # a point may separate thousands
-            cells = cells.str.replace(".", "x", regex=False).str.replace(",", ".", regex=False)
-        cells = pd.to_numeric(cells, errors="coerce")
-    values = cells.to_numpy(dtype=float)
-    return np.where(np.abs(values) <= LARGEST_NUMBER["time"], values, np.nan)
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
@@ -234,17 +199,14 @@ def kind_of(cell: str, decimal: str) -> int:
     return 1 if len(cell) <= _LONGEST_NAME and is_number(cell, decimal) else -1
 
 
-def _head(
-    above: Sequence[Sequence[str]], columns: Sequence[np.ndarray]
-) -> tuple[int | None, int | None]:
+def _head(above: Sequence[Sequence[str]], width: int) -> tuple[int | None, int | None]:
     """Lines, from 0, of names and of units among those above the samples; None where none is."""
     filled = [i for i, row in enumerate(above) if any(row)]
     units = filled[-1] if filled and _are_units(above[filled[-1]]) else None
     candidates = filled[:-1] if units is not None else filled
-    if candidates and _are_names(above[candidates[-1]], len(columns)):
+    if candidates and _are_names(above[candidates[-1]], width):
         return candidates[-1], units
-    # A line of short names, such as "t;s", may look like one of units.
-    return (units, None) if units is not None else (None, None)
+    return units, None  # a line of short names, such as "t;s", may look like one of units
 
 
 def _are_units(row: Iterable[str]) -> bool:

@@ -105,11 +105,8 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     file = Path(file)
     clock = find_clock(layout := look_into(file))
     travels = _chosen(file, layout, clock, channel)
-    guesses = [
-        guess_time(layout, clock),
-        guess_unit(layout, travels),
-        guess_direction(file, layout, travels),
-    ]
+    direction = guess_direction(file, layout, travels)
+    guesses = [guess_time(layout, clock), guess_unit(layout, travels), direction]
     settings, lacking = {**FORMAT, **layout.settings}, {}
     for guess in guesses:
         settings |= guess.settings
@@ -121,9 +118,8 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     settings |= guesses[-1].settings
     tried |= guesses[-1].settings
     rate = _RATE if "rate" in lacking else clock.rate
-    found = [
-        each for travel in travels for each in _motions(file, layout, clock, travel, tried, rate)
-    ]
+    known = file, layout, clock, tried, rate
+    found = [each for travel in travels for each in _motions(travel, *known)]
     guesses.append(guess_grid(max(m.arrives - m.begins for m in found), rate, sensor))
     changed = guesses[-1].settings
     motions = _read(found, layout, tried, sensor | changed)
@@ -165,7 +161,7 @@ def _chosen(file: Path, layout: Layout, clock: Clock, channel: str) -> list[Trav
 
 
 def _motions(
-    file: Path, layout: Layout, clock: Clock, travel: Travel, settings: Mapping, rate: float
+    travel: Travel, file: Path, layout: Layout, clock: Clock, settings: Mapping, rate: float
 ) -> list[InspectedMotion]:
     """The motions of a channel, to be read. One that is there more than once needs its part."""
     start = 0.0

@@ -142,8 +142,7 @@ def stated_rates(preamble: Sequence[str]) -> list[float]:
     named, other = set(), set()
     for line in (text[: _LOOKED_AT[1]].lower() for text in preamble[: _LOOKED_AT[0]]):
         of_rate, of_step = _RATE_WORDS.search(line), _STEP_WORDS.search(line)
-        pairs = [(n, u) for n, u in _AFTER.findall(line)]
-        pairs += [(n, u) for u, n in _BEFORE.findall(line)]
+        pairs = _AFTER.findall(line) + [(n, u) for u, n in _BEFORE.findall(line)]
         if not pairs and (of_rate or of_step):
             pairs = [(n, "") for n in _BARE.findall(line)]
         for number, unit in pairs:

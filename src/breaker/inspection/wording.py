@@ -11,9 +11,9 @@ import yaml
 from breaker.files import FORMAT
 from breaker.inspection.proposals import NOT_READ, InspectedMotion, Proposal
 
-__all__ = ["overlay_of", "report_of"]
+__all__ = ["bullet", "overlay_of", "report_of"]
 
-_LINES = 10  # of an overlay
+_LONGEST = 10  # of an overlay
 _WIDTH = 100  # signs of a line
 
 
@@ -24,19 +24,15 @@ def overlay_of(proposal: Proposal) -> str:
     refused until it is filled in.
     """
     given = {**proposal.settings, **dict.fromkeys(proposal.lacking)}
-    given = {key: given[key] for key in FORMAT if key in given}
-    pairs = [f"{key}: {_yaml(value)}" for key, value in given.items()]
+    pairs = {key: f"{key}: {_yaml(given[key])}" for key in FORMAT if key in given}
+    lacking = {key: f"  # FILL IN: {why}" for key, why in proposal.lacking.items()}
     sensor = [f"sensor: {_yaml(proposal.sensor)}"] if proposal.sensor else []
-    lines = []
-    for key, pair in zip(given, pairs, strict=True):
-        why = f"  # FILL IN: {proposal.lacking[key]}" if key in proposal.lacking else ""
-        lines.append(f"    {pair}{why}")
-    if 2 + len(lines) + len(sensor) > _LINES:
-        lacking = [line.lstrip() for line in lines if "# FILL IN" in line]
-        rest = ", ".join(p for k, p in zip(given, pairs, strict=True) if k not in proposal.lacking)
-        packed = wrap(rest, _WIDTH - 6, break_long_words=False, break_on_hyphens=False)
-        commas = [line.replace("  #", ",  #") for line in lacking]
-        lines = ["    {", *(f"      {line}" for line in [*commas, *packed]), "    }"]
+    lines = [f"    {pair}{lacking.get(key, '')}" for key, pair in pairs.items()]
+    if 2 + len(lines) + len(sensor) > _LONGEST:
+        packed = [f"{pair},{lacking[key]}" for key, pair in pairs.items() if key in lacking]
+        known = ", ".join(pair for key, pair in pairs.items() if key not in lacking)
+        packed += _lines(known, _WIDTH - 6)
+        lines = ["    {", *(f"      {line}" for line in packed), "    }"]
     return "\n".join(["endurance:", "  format:", *lines, *sensor, ""])
 
 
@@ -55,7 +51,7 @@ def report_of(proposal: Proposal) -> str:
     parts = [f"{proposal.file}\n  {_text(proposal)}\n  {_time(proposal)}", _table(proposal)]
     said = [*proposal.remarks, *_said_of(proposal)]
     if said:
-        parts.append("To look at:\n" + "\n".join(map(_indented, said)))
+        parts.append("\n".join(["To look at:", *map(bullet, said)]))
     if proposal.lacking:
         lacking = " and ".join(proposal.lacking)
         parts.append(
@@ -77,9 +73,13 @@ def _said_of(proposal: Proposal) -> list[str]:
     return [f"{key[0]}, {places[key][0]}{more[key]}: {text}" for key, text in texts.items()]
 
 
-def _indented(text: str) -> str:
-    lines = wrap(text, _WIDTH - 4, break_long_words=False, break_on_hyphens=False)
-    return "  - " + "\n    ".join(lines)
+def bullet(text: str) -> str:
+    """Return a text as an item of a list, in lines of no more than 100 signs."""
+    return "  - " + "\n    ".join(_lines(text, _WIDTH - 4))
+
+
+def _lines(text: str, width: int) -> list[str]:
+    return wrap(text, width, break_long_words=False, break_on_hyphens=False)
 
 
 def _text(proposal: Proposal) -> str:
