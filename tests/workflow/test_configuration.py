@@ -25,7 +25,7 @@ from tests.networks_fixtures import built
 
 ROOT = Path(__file__).resolve().parents[2]
 DEFAULTS = ROOT / "config" / "config.yaml"
-OVERLAYS = ["paper.yaml", "networks.yaml", "any.yaml", "test.yaml"]
+OVERLAYS = ["paper.yaml", "any.yaml", "test.yaml"]
 
 
 @pytest.fixture

@@ -15,7 +15,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "family": ["Family"],
         "family_bank": ["shapes", "simulate_family"],
         "family_training": ["members_of", "open_family", "rows_of", "sample_rows"],
-        "high_voltage": ["CHANNELS", "HIGH_VOLTAGE", "write_exports"],
         "measuring": ["measure_drives", "own_quantities"],
         "reading": ["Reading"],
         "rigs": ["Rig"],
