@@ -5,8 +5,8 @@
     python -m studies.mutants --room model wear    those of some rooms
     python -m studies.mutants --check              only whether each fault still has its place
 
-The faults are in ``mutants.toml``, by room: ``find``, a text that stands once in the package or the
-workflow, ``put``, what stands there instead, and ``tests``, the test files (``curves`` is
+The faults are in ``mutants.toml``, by room: ``find``, a text that stands once in the package, the
+workflow or the studies, ``put``, what stands there instead, and ``tests``, the test files (``curves`` is
 ``test_curves.py``) that have to notice. A fault whose code was written anew is written anew, too.
 
 First the tests run without any fault: they have to pass. A fault is *caught* if a test fails or
@@ -31,7 +31,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 PARTS = ("Snakefile", "README.md", "LICENSE", "CITATION.cff", "Makefile", "pyproject.toml")
 FOLDERS = ("config", "docs", "envs", "profiles", "src", "studies", "tests", "workflow", ".ci")
-CODE = (("src/breaker", "*.py"), ("workflow", "*.py"), ("workflow", "*.smk"))
+CODE = (("src/breaker", "*.py"), ("workflow", "*.py"), ("workflow", "*.smk"), ("studies", "*.py"))
+TESTS = ("tests", "studies/tests")
 COMPILED = ("numba", "njit", "@compiled", "import compiled")  # such files need a cache of their own
 CAUGHT, SURVIVED, NOT_APPLICABLE = "caught", "survived", "not applicable"
 
@@ -66,7 +67,8 @@ class Mutant:
         files = [
             file
             for stem in self.tests.split()
-            for file in (tree / "tests").rglob(f"test_{stem}.py")
+            for folder in TESTS
+            for file in (tree / folder).rglob(f"test_{stem}.py")
         ]
         return [str(file.relative_to(tree)) for file in dict.fromkeys(files)]
 
