@@ -113,4 +113,4 @@ clean:
 
 distclean: clean
 	rm -rf $(VENV) .snakemake .pytest_cache .ruff_cache build dist src/*.egg-info
-	find src tests workflow envs -name __pycache__ -type d -prune -exec rm -rf {} +
+	find src studies tests workflow envs -name __pycache__ -type d -prune -exec rm -rf {} +

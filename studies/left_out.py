@@ -20,13 +20,13 @@ import pandas as pd
 
 from breaker.family import open_network, write_network
 from breaker.model import Prior, generator
-from breaker.posterior import FamilyNetwork, FamilyRows, Trainer
 from breaker.shipped import DEFAULTS
-from breaker.synthetic import Family, members_of, rows_of, sample_rows, simulate_family
+from breaker.synthetic import Family, rows_of, sample_rows, simulate_family, train_network
 from breaker.validation import family_quality
 from breaker.workflow import load, merge
 
-DRIVES, ASIDE, STEPS, PROBES, DRAWS = 30_000, 1000, 3000, 3000, 300
+DRIVES, ASIDE, PROBES, DRAWS = 30_000, 1000, 3000, 300
+SHORT = {"steps": 3000, "validation_curves": ASIDE, "device": "cpu"}
 NONE = [0.0, 0.0]
 WAVES = dict.fromkeys(("way_force", "time_force", "speed_force"), NONE)
 STOPPED = {"damping": NONE, "stiffness": NONE}
@@ -58,6 +58,7 @@ SENSOR = {"levels": {"noise": (0.0074, 0.0075)}, "changes": {"noise": (0.0015, 0
 def main(kind: str, output: str) -> None:
     config = load([DEFAULTS])
     prior, seed = Prior.from_settings(config["prior"]), config["seed"]
+    settings = merge(config["family_networks"], {"training": SHORT})
     done = set(pd.read_csv(output).left_out) if Path(output).exists() else set()
     whole = None
     for name, without in LEFT_OUT.items():
@@ -65,7 +66,9 @@ def main(kind: str, output: str) -> None:
         if name not in done:
             family = Family(prior, merge(config["family"], without))
             bank = simulate_family(family, DRIVES, generator(seed, "left out", kind))
-            train(kind, bank, config["family_networks"], saved, seed)
+            last = bank.isel(drive=slice(DRIVES - ASIDE, None))
+            _, weights, frozen = train_network(kind, bank, last, settings, seed)
+            write_network(saved, {"kind": kind, "networks": settings}, weights, frozen)
         network = open_network(saved)
         whole = whole or network
         if name in done:
@@ -78,28 +81,6 @@ def main(kind: str, output: str) -> None:
         ]
         header = not Path(output).exists()
         pd.concat(tables).to_csv(output, mode="a", header=header, index=False, float_format="%.4g")
-
-
-def train(kind, bank, settings, saved, seed) -> None:
-    """Write a network that is trained as those of the workflow are, but shorter."""
-    rows = rows_of(kind, bank)
-    rows.freeze(generator(seed, "left out", kind, "scales"))
-    network = FamilyNetwork(settings["network"], kind, *rows.sizes, atoms=rows.atoms, seed=seed)
-    aside = len(rows) - ASIDE
-    some = {**settings["training"], "steps": STEPS, "device": "cpu"}
-    Trainer(
-        posterior=network,
-        rows=FamilyRows(np.arange(aside), rows.rows),
-        validation=FamilyRows(np.arange(aside, len(rows)), rows.rows),
-        settings=some,
-        seed=seed,
-    ).run()
-    if kind == "levels":
-        last = bank.isel(drive=slice(aside, None))
-        rng = generator(seed, "left out, members")
-        rows.frozen["members"] = members_of(last, rows.frozen["bases"], rng)
-    weights = {name: each.detach().numpy() for name, each in network.state_dict().items()}
-    write_network(saved, {"kind": kind, "networks": settings}, weights, rows.frozen)
 
 
 def asked(kind, network, bank, seed) -> pd.DataFrame:

@@ -6,8 +6,9 @@
     python -m studies.mutants --check              only whether each fault still has its place
 
 The faults are in ``mutants.toml``, by room: ``find``, a text that stands once in the package, the
-workflow or the studies, ``put``, what stands there instead, and ``tests``, the test files (``curves`` is
-``test_curves.py``) that have to notice. A fault whose code was written anew is written anew, too.
+workflow or the studies, ``put``, what stands there instead, and ``tests``, the test files
+(``curves`` is ``test_curves.py``) that have to notice. A fault whose code was written anew is
+written anew, too.
 
 First the tests run without any fault: they have to pass. A fault is *caught* if a test fails or
 does not end in time, and has *survived* if all pass; it is *not applicable* where its text is not

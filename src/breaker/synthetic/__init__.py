@@ -14,7 +14,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "failure_times": ["failures", "true_lives"],
         "family": ["Family"],
         "family_bank": ["shapes", "simulate_family"],
-        "family_training": ["members_of", "open_family", "rows_of", "sample_rows"],
+        "family_training": ["open_family", "rows_of", "sample_rows", "train_network"],
         "measuring": ["measure_drives", "own_quantities"],
         "reading": ["Reading"],
         "rigs": ["Rig"],
