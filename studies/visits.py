@@ -29,8 +29,8 @@ from breaker.model import Prior, Sensor, generator
 from breaker.records import write_curve
 from breaker.shipped import DEFAULTS, model_file
 from breaker.synthetic import Drive, Family, Reading
-from breaker.synthetic.measuring import own_quantities
 from breaker.workflow import read
+from studies.measuring import own_quantities
 
 SCATTER = 0.004
 TIMES, RELEASE = 0.1 * np.arange(900), 15.0  # ms

@@ -11,10 +11,10 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
-from breaker.mechanism import NAMES, travel
+from breaker.mechanism import NAMES, rest_position, travel
 from breaker.model import generator
-from studies.mechanism import solve
 from studies.peers.common import (
     RESULTS,
     clock,
@@ -28,6 +28,46 @@ from studies.peers.common import (
 _ACCURATE = 1e-4  # mm, a thousandth of the noise
 _TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 _LANES = (32, 128)  # curves that diffrax solves together
+
+
+def solve(theta: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
+    """Return the travel ``(t,)`` of one operation that starts at time 0, by ``solve_ivp``."""
+    mu, k_a, k_b, gamma_a, gamma_b, f, gap = theta.tolist()
+    pull = f if motion == "closing" else 0.0
+    rest = float(rest_position(theta, motion))
+
+    def free(_, y):
+        x_a, v_a, x_b, v_b = y.tolist()
+        spring = k_b * (x_b - x_a) + gamma_b * (v_b - v_a)
+        return v_a, pull - k_a * x_a - gamma_a * v_a + spring, v_b, -mu * spring
+
+    def closed(_, y):
+        x_a, v_a, _, _ = y.tolist()
+        spring = k_b * (gap - x_a) - gamma_b * v_a
+        return v_a, pull - k_a * x_a - gamma_a * v_a + spring, 0.0, 0.0
+
+    def reached(_, y):
+        return gap - y[2] if motion == "closing" else k_b * (y[0] - gap) + gamma_b * y[1]
+
+    reached.terminal, reached.direction = True, -1
+    first, second = (free, closed) if motion == "closing" else (closed, free)
+    start = [rest, 0.0, 0.0 if motion == "closing" else gap, 0.0]
+    position = np.full(len(times), rest)
+    moving = times > 0
+    settings = {"rtol": 1e-6, "atol": 1e-8}
+    run = solve_ivp(
+        first, (0.0, times[-1]), start, t_eval=times[moving], events=reached, **settings
+    )
+    reported = len(run.t)  # a list where there is none
+    found = run.y[0] if reported else np.empty(0)
+    if run.status == 1:
+        now, state = run.t_events[0][0], run.y_events[0][0]
+        later = times[moving][reported:]
+        state[2:] = gap, 0.0
+        rerun = solve_ivp(second, (now, times[-1]), state, t_eval=later, **settings)
+        found = np.concatenate([found, rerun.y[0]])
+    position[moving] = found
+    return position
 
 
 def main() -> None:

@@ -23,15 +23,7 @@ _CONTACT_SD = 0.1  # ms at size 1
 
 
 def own_quantities(drive: Drive, motion: str, speeds: Sequence[Speed] = SPEEDS) -> dict[str, float]:
-    """Return the quantities of a drive's motion without noise, nan where one does not exist.
-
-    Example:
-        >>> from breaker.synthetic.drive import Elements
-        >>> drive = Drive((2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0), Elements())
-        >>> found = own_quantities(drive, "closing")
-        >>> f"{found['touch_time']:.2f} ms, {found['closing_speed']:.2f} mm/ms"
-        '10.09 ms, 1.24 mm/ms'
-    """
+    """Return the quantities of a drive's motion without noise, nan where one does not exist."""
     sign = 1.0 if motion == "closing" else -1.0
     time = drive.size.times * np.append(np.arange(0.0, _LONG, _FINE), _RESTS)
     curve, switching = drive.operate(motion, time)

@@ -10,7 +10,7 @@ from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import speeds_of
 from breaker.model.randomness import generator
 from breaker.synthetic.family import Family
-from breaker.synthetic.measuring import measure_drives, own_quantities
+from studies.measuring import measure_drives, own_quantities
 
 SPEEDS = speeds_of(
     {
