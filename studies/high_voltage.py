@@ -20,9 +20,7 @@ import numpy as np
 from breaker.mechanism import Size
 from breaker.model import generator
 from breaker.shipped import DEFAULTS
-from breaker.synthetic.dialects import DIALECTS
-from breaker.synthetic.drive import Drive
-from breaker.synthetic.rigs import Rig
+from breaker.synthetic import DIALECTS, Drive, Rig
 from breaker.workflow import load
 
 __all__ = ["CHANNELS", "HIGH_VOLTAGE", "write_exports"]

@@ -12,7 +12,7 @@ import pandas as pd
 
 from breaker.mechanism import SPEEDS, Point, Speed, evaluate, quantities_of
 from breaker.records import Contact, measure_curve
-from breaker.synthetic.drive import Drive
+from breaker.synthetic import Drive
 
 __all__ = ["measure_drives", "own_quantities"]
 

@@ -36,6 +36,7 @@ CODE = (("src/breaker", "*.py"), ("workflow", "*.py"), ("workflow", "*.smk"), ("
 TESTS = ("tests", "studies/tests")
 COMPILED = ("numba", "njit", "@compiled", "import compiled")  # such files need a cache of their own
 CAUGHT, SURVIVED, NOT_APPLICABLE = "caught", "survived", "not applicable"
+FIELDS = ("room", "name", "outcome", "test", "seconds")  # of the results
 
 
 @dataclass(frozen=True)
@@ -175,8 +176,7 @@ def main() -> int:
             if failed := run_tests(tree, files, caches / "shared", 3600.0)[0]:
                 raise SystemExit(f"without any fault the tests fail already: {failed}")
         with options.output.open("a", encoding="utf-8", newline="") as file:
-            fields = ["room", "name", "outcome", "test", "seconds"]
-            writer = csv.DictWriter(file, fields)
+            writer = csv.DictWriter(file, FIELDS)
             if not known:
                 writer.writeheader()
             for mutant in chosen:
@@ -184,16 +184,10 @@ def main() -> int:
                     continue
                 began = time.strftime("%H:%M:%S")
                 outcome, failed, took = plant(mutant, tree, caches, options.limit)
-                row = dict(
-                    zip(
-                        fields,
-                        (*(mutant.room, mutant.name), outcome, failed, f"{took:.0f}"),
-                        strict=True,
-                    )
-                )
-                writer.writerow(row)
+                values = mutant.room, mutant.name, outcome, failed, f"{took:.0f}"
+                known.append(dict(zip(FIELDS, values, strict=True)))
+                writer.writerow(known[-1])
                 file.flush()
-                known.append(row)
                 print(
                     f"{began} {mutant.room:12s} {outcome:15s} {mutant.name}  {failed}", flush=True
                 )

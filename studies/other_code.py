@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from breaker.answers.changed import changes, compare
+from breaker.answers import changes, compare
 from breaker.family import open_network, seen_of
 from breaker.mechanism import MOTIONS, NAMES, Size
 from breaker.model import Prior, Sensor, generator

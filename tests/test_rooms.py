@@ -50,6 +50,7 @@ def sources(*folders: str) -> dict[str, str]:
 
 PACKAGE = sources("src/breaker")
 SCRIPTS = sources("workflow/scripts")
+STUDIES = {f: t for f, t in sources("studies").items() if not f.startswith("studies/tests/")}
 
 
 def room_of(file: str) -> str | None:
@@ -302,6 +303,10 @@ CHECKS = {
 @pytest.mark.parametrize("check", dict.fromkeys(check for check, _ in CHECKS.values()))
 def test_the_house_is_in_order(check):
     assert check({**PACKAGE, **SCRIPTS}) == []
+
+
+def test_studies_come_in_by_the_doors():
+    assert hidden({**PACKAGE, **STUDIES}) == []
 
 
 @pytest.mark.parametrize("name", CHECKS)

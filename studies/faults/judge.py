@@ -30,7 +30,7 @@ from breaker.files import Operation
 from breaker.mechanism import MOTIONS, travel
 from breaker.model import Prior, Sensor, generator
 from breaker.records import read_curves
-from breaker.synthetic.dialects import DIALECTS
+from breaker.synthetic import DIALECTS
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
 
