@@ -5,35 +5,6 @@ Needs the banks, and the corrected validation for the evidence. Makes a model of
 networks that take missing samples, what becomes of their posteriors when samples are missing.
 """
 
-COMPARISON = configuration.read(ROOT / "studies/config.yaml")
-NETWORKS = [
-    f"{summary}-{inference}"
-    for summary in COMPARISON["summaries"]
-    for inference in COMPARISON["inferences"]
-]
-os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-
-
-wildcard_constraints:
-    network="[a-z_]+-[a-z_]+",
-
-
-def network_of(wildcards):
-    """The settings of a combination of networks of one motion, of the kinds in its name."""
-    summary, inference = wildcards.network.split("-")
-    sections = config["network"][wildcards.motion]
-    chosen = {
-        "summary": {**sections["summary"], "kind": summary},
-        "inference": {**sections["inference"], "kind": inference},
-    }
-    return configuration.chosen_network(chosen)
-
-
-def training_of(wildcards):
-    """The settings of the training of one motion, of no more steps than the comparison has."""
-    settings = config["training"][wildcards.motion]
-    return {**settings, "steps": min(COMPARISON["steps"], settings["steps"])}
-
 
 use rule train as train_network with:
     output:
