@@ -52,19 +52,20 @@ test: lint
 test-faults: $(INSTALLED)
 	@echo "== damaged files before the reader: results/faults.csv, half an hour of two cores"
 	$(BIN)/python -m tests.cli.command_lines --cores $(CORES)
-	$(BIN)/python -m breaker.synthetic.fault_runs --cores $(CORES)
+	$(BIN)/python -m studies.faults --cores $(CORES)
 
 lint: $(INSTALLED)
 	@echo "== lint: ruff, snakefmt, snakemake --lint"
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/snakefmt --check Snakefile workflow studies/Snakefile studies/rules
 	$(BIN)/snakemake --lint
+	$(BIN)/snakemake --snakefile studies/Snakefile --lint
 
 format: $(INSTALLED)
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow
+	$(BIN)/snakefmt Snakefile workflow studies/Snakefile studies/rules
 
 environment: $(INSTALLED)
 	@echo "== the environment is ready: source $(BIN)/activate"
@@ -112,4 +113,4 @@ clean:
 
 distclean: clean
 	rm -rf $(VENV) .snakemake .pytest_cache .ruff_cache build dist src/*.egg-info
-	find src tests workflow envs -name __pycache__ -type d -prune -exec rm -rf {} +
+	find src studies tests workflow envs -name __pycache__ -type d -prune -exec rm -rf {} +

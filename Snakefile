@@ -31,7 +31,6 @@ include: "workflow/rules/correct.smk"
 include: "workflow/rules/endurance.smk"
 include: "workflow/rules/decide.smk"
 include: "workflow/rules/numbers.smk"
-include: "workflow/rules/networks.smk"
 
 
 FIGURES = [
@@ -79,27 +78,4 @@ rule second_seed:
         ),
 
 
-rule networks:
-    """Every combination of networks trained and compared, outside of `all`."""
-    input:
-        expand("figures/networks_{motion}.png", motion=MOTIONS),
-        expand(
-            "figures/missing_{network}_{motion}.png",
-            network=[name for name in NETWORKS if name.startswith("deep_set")],
-            motion=MOTIONS,
-        ),
-
-
-# What all rules with a script have in common: the environment, a benchmark named as the log, and the
-# modules of the package that the script uses. They become inputs, since Snakemake sees a change of
-# the script alone.
-for each in workflow.rules:
-    if each.script:
-        each.conda_env = ENVIRONMENT
-        if each.benchmark is None:
-            each.benchmark_modifier = each.output_modifier
-            place = Path(each.log[0]).with_suffix(".tsv").parts[1:]
-            each.benchmark = "results/benchmarks/" + "_".join(place)
-        each.input_modifier = each.output_modifier  # has none yet if the rule states no input
-        file = Path(workflow.basedir) / "workflow/rules" / each.script
-        each.set_input(code=modules_of(file, each.params.get("within")))
+complete_rules()

@@ -1,4 +1,7 @@
-"""The package is a house of rooms: which may use which, by which names, and how large they are."""
+"""The package is a house of rooms: which may use which, by which names, and how large they are.
+
+The studies, a wing beside it, use the house, which knows nothing of them.
+"""
 
 import ast
 import importlib
@@ -30,6 +33,7 @@ FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # These are imported from their modules, so that a change of one figure concerns that figure only.
 FROM_MODULES = {"figures"}
 TORCH = {"networks", "posterior"}
+BESIDE = {"studies", "tests"}
 LONGEST_MODULE = 300
 LONGEST_FUNCTION = 55
 HEAVY = {"torch", "numba", "xarray", "scipy", "pandas", "zarr", "matplotlib"}
@@ -46,6 +50,7 @@ def sources(*folders: str) -> dict[str, str]:
 
 PACKAGE = sources("src/breaker")
 SCRIPTS = sources("workflow/scripts")
+STUDIES = {f: t for f, t in sources("studies").items() if not f.startswith("studies/tests/")}
 
 
 def room_of(file: str) -> str | None:
@@ -236,6 +241,11 @@ def torch_elsewhere(code: Mapping[str, str]) -> list[str]:
     ]
 
 
+def of_a_study(code: Mapping[str, str]) -> list[str]:
+    """Imports of studies, which the product does without, and of tests."""
+    return [str(each) for each in imports(code) if each.module.split(".")[0] in BESIDE]
+
+
 LONG_FUNCTION = "def f():\n" + "    pass\n" * LONGEST_FUNCTION
 SHOWS = "import lazy_loader\nlazy_loader.attach(__name__, submod_attrs={})"
 
@@ -282,12 +292,21 @@ CHECKS = {
         torch_elsewhere,
         {"cli.py": "if TYPE_CHECKING:\n    from torch import Tensor"},
     ),
+    "a study in a room": (
+        of_a_study,
+        {"wear/a.py": "def f():\n    from studies.lives import Life"},
+    ),
+    "a study in a script": (of_a_study, {"../../workflow/scripts/a.py": "import studies.visits"}),
 }
 
 
 @pytest.mark.parametrize("check", dict.fromkeys(check for check, _ in CHECKS.values()))
 def test_the_house_is_in_order(check):
     assert check({**PACKAGE, **SCRIPTS}) == []
+
+
+def test_studies_come_in_by_the_doors():
+    assert hidden({**PACKAGE, **STUDIES}) == []
 
 
 @pytest.mark.parametrize("name", CHECKS)

@@ -21,6 +21,7 @@ from PIL import Image
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE / "README.md"
+PROJECT = HERE.parents[1]
 
 _BLOCK = re.compile(r"```sh\n(?P<commands>.*?)```(?:\n\n```text\n(?P<shown>.*?)```)?", re.S)
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
@@ -44,7 +45,7 @@ def steps(text: str) -> list[Step]:
 
 
 def run(text: str, folder: Path) -> Iterator[tuple[Step, str]]:
-    """Run all commands of a page in a folder; yields each step and its output.
+    """Run all commands of a page in a folder, as in the project's; yields each step and its output.
 
     Raises:
         RuntimeError: If a command fails.
@@ -55,11 +56,12 @@ def run(text: str, folder: Path) -> Iterator[tuple[Step, str]]:
         (programs / name).write_text(script, encoding="utf-8")
         (programs / name).chmod(0o755)
     path = f"{programs}{os.pathsep}{os.environ['PATH']}"
+    modules = os.pathsep.join([str(PROJECT), os.environ.get("PYTHONPATH", "")])  # as there
     for step in steps(text):
         done = subprocess.run(
             ["bash", "-e", "-c", step.commands],
             cwd=folder,
-            env={**os.environ, "PATH": path, "COLUMNS": "100"},
+            env={**os.environ, "PATH": path, "PYTHONPATH": modules, "COLUMNS": "100"},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

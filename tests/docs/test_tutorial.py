@@ -11,9 +11,9 @@ import yaml
 from PIL import Image
 
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.synthetic.high_voltage import HIGH_VOLTAGE
 from breaker.synthetic.rigs import Rig
 from breaker.workflow.configuration import load
+from studies.high_voltage import HIGH_VOLTAGE
 
 FOLDER = Path(__file__).parents[2] / "docs" / "tutorial"
 spec = importlib.util.spec_from_file_location("renew", FOLDER / "renew.py")

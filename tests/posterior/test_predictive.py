@@ -18,7 +18,7 @@ from breaker.posterior.predictive import (
 from breaker.posterior.tables import table
 from breaker.records.opened import open_curves
 from breaker.stores import save
-from tests.networks_fixtures import DEEP_SET, MARKS, NETWORK, exact_curves, frozen, pin, simulated
+from tests.networks_fixtures import MARKS, exact_curves, frozen, pin, simulated
 
 pytestmark = MARKS
 
@@ -218,31 +218,6 @@ def test_validation_follows_its_seed_and_nothing_else(posterior):
     # The draws of a record depend on its number and the seed, not on how many there are.
     part = sample_records(posterior, data.measured.values[:3], data.truth.values[:3], 5, 11)
     np.testing.assert_array_equal(part.draws.values, data.draws.values[:3])
-
-
-def test_validation_with_samples_missing():
-    """The same records and truth, of which each has lost its share of samples at random."""
-    network = {"summary": DEEP_SET, "inference": NETWORK["inference"]}
-    deep_set = pin(frozen(network=network, curves=256), 0.0, 0.5)
-    whole = validate(deep_set, 30, 5, seed=11)
-    missing, again = (validate(deep_set, 30, 5, seed=11, missing=0.3) for _ in range(2))
-    xr.testing.assert_identical(missing, again)
-    lost = np.isnan(missing.measured.values)
-    samples = deep_set.sensor.samples
-    assert (lost.sum(axis=1) == round(0.3 * samples)).all()
-    assert len({tuple(row) for row in lost}) == 30
-    np.testing.assert_array_equal(missing.measured.values[~lost], whole.measured.values[~lost])
-    np.testing.assert_array_equal(missing.truth, whole.truth)
-    assert np.isfinite(missing.draws).all()
-    xr.testing.assert_identical(validate(deep_set, 30, 5, seed=11, missing=0.0), whole)
-    other = np.isnan(validate(deep_set, 30, 5, seed=12, missing=0.3).measured.values)
-    assert not np.array_equal(other, lost)
-
-
-def test_a_network_of_whole_records_is_validated_with_missing_samples(posterior):
-    found = validate(posterior, 3, 5, seed=11, missing=0.3)
-    assert np.isnan(found.measured.values).sum(axis=1).tolist() == [9, 9, 9]
-    assert np.isfinite(found.draws.values).all()
 
 
 # ---- stages ----------------------------------------------------------------------------------

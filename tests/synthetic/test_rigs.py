@@ -16,9 +16,9 @@ from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
 from breaker.synthetic.drive import Drive, Elements
 from breaker.synthetic.failure_times import failures, true_lives
-from breaker.synthetic.measuring import own_quantities
 from breaker.synthetic.rigs import Rig
 from breaker.synthetic.truth import truth_of
+from studies.measuring import own_quantities
 
 TIMES = np.linspace(-2.0, 58.0, 151)
 

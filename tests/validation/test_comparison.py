@@ -125,13 +125,3 @@ def test_unusable_contractions_are_refused():
         comparison.reached(values | {"limit": values["limit"][0]}, NAMES)
     with pytest.raises(ValueError, match="corrected must be finite"):
         comparison.reached(values | {"corrected": np.full((3, 8), np.nan)}, NAMES)
-
-
-def test_ratios_over_curves_leave_out_those_without():
-    ratios = np.tile(np.arange(101.0)[:, None], (1, 2)) * [1.0, 2.0]
-    expected = np.array([[5, 10], [50, 100], [95, 190], [101, 101]])
-    with_gaps = np.concatenate([ratios, np.full((7, 2), np.nan)])
-    np.testing.assert_allclose(comparison.over_curves(with_gaps), expected)
-    none = comparison.over_curves(np.full((7, 2), np.nan))
-    assert np.isnan(none[:3]).all()
-    assert none[3].tolist() == [0, 0]

@@ -1,6 +1,4 @@
-"""Tables of the quality, of families and of networks, on posteriors known in closed form."""
-
-from types import SimpleNamespace
+"""Tables of the quality, of drives and of families, on posteriors known in closed form."""
 
 import numpy as np
 import pandas as pd
@@ -9,14 +7,7 @@ import xarray as xr
 
 from breaker.model.randomness import generator
 from breaker.validation.calibration import judge_draws
-from breaker.validation.tables import (
-    draws_per_second,
-    family_quality,
-    network_row,
-    parameters_of,
-    quality,
-    quality_words,
-)
+from breaker.validation.tables import family_quality, parameters_of, quality, quality_words
 from tests.validation.made import exact_posteriors
 
 NAMES = ["mu", "L", "onset"]
@@ -150,69 +141,3 @@ def test_what_does_not_vary_has_no_contraction_and_figures_show_what_has_a_symbo
     data["truth"][:, 2] = 0.0
     assert np.isnan(family_quality(data, log=True).contraction.iloc[2])
     assert parameters_of(data).output.values.tolist() == ["f", "L"]
-
-
-# ---- one row a network ---------------------------------------------------------------------------
-
-
-class Network:
-    """A network that draws zeros and counts how often."""
-
-    outputs, steps = NAMES, 3
-
-    def __init__(self):
-        self.calls = []
-
-    def sample(self, measured, noise):
-        assert noise.shape == (len(measured), 500, 3)
-        self.calls.append(len(measured))
-        return np.zeros_like(noise)
-
-    def parameters(self):
-        return [SimpleNamespace(numel=lambda: 7), SimpleNamespace(numel=lambda: 5)]
-
-
-def row_of(data):
-    judged = {"gap_nats": 4.5, "gap_se": 0.1, "efficiency_median": 0.55}
-    judged |= {"efficiency_10_percent": 0.19, "rounds_mean": 3.0}
-    history = xr.Dataset(
-        attrs={"held_out_log_density": 3.25, "held_out_log_density_se": 0.125, "best_step": 7}
-    )
-    training = pd.DataFrame({"s": [90.0], "mean_load": [97.0], "cpu_time": [87.5]})
-    data = data.assign(measured=(("curve", "time"), np.zeros((N, 4))))
-    return network_row("its_name", Network(), data, pd.DataFrame([judged]), history, training)
-
-
-def test_row_of_a_network_has_the_numbers_of_its_parts():
-    data = validation()
-    table = row_of(data)
-    assert len(table) == 1
-    speed = table.pop("draws_per_second").item()
-    assert 0 < speed < np.inf
-    judged = judge_draws(data.draws.values, data.truth.values)
-    assert table.iloc[0].to_dict() == {
-        "network": "its_name",
-        "held_out_log_density": 3.25,
-        "held_out_log_density_se": 0.125,
-        "gap_nats": 4.5,
-        "gap_se": 0.1,
-        "efficiency_median": 0.55,
-        "efficiency_10_percent": 0.19,
-        "calibration_p": judged.p_value,
-        "calibrated": True,
-        "training_seconds": 87.5,
-        "solver_steps": 3,
-        "weights": 12,
-    }
-    bad = row_of(validation(width=0.7))
-    assert bad.calibration_p.item() < 1e-4
-    assert not bad.calibrated.item()
-
-
-def test_draws_per_second_counts_processor_time(monkeypatch):
-    """A clock that says two seconds; a few records, or fewer. The first call does not count."""
-    network = Network()
-    monkeypatch.setattr("breaker.validation.tables.process_time", lambda: 2.0 * len(network.calls))
-    assert draws_per_second(network, np.zeros((50, 4))) == 10 * 500 / 2.0
-    assert network.calls == [1, 10]
-    assert draws_per_second(network, np.zeros((4, 4))) == 4 * 500 / 2.0

@@ -22,7 +22,7 @@ from tests.networks_fixtures import built
 from tests.workflow.conftest import ROOT, snakemake
 
 DEFAULTS = ROOT / "config" / "config.yaml"
-OVERLAYS = ["paper.yaml", "networks.yaml", "any.yaml", "test.yaml"]
+OVERLAYS = ["paper.yaml", "any.yaml", "test.yaml"]
 
 
 @pytest.fixture

@@ -15,7 +15,11 @@ ROOT = Path(__file__).parents[2]
 # Of the drive, from all its motions.
 TOGETHER = {"verdict", "health", "remaining_life", "changepoint", "evolution"}
 TOGETHER |= {f"{name}_table" for name in ("decisions", "limits", "changes")}
-PAGES = sorted(path.stem for path in (ROOT / "workflow/report").glob("*.rst"))
+PAGES = {
+    path.stem: path
+    for wing in ("workflow", "studies")
+    for path in sorted((ROOT / wing / "report").glob("*.rst"))
+}
 FIGURES = [name for name in PAGES if name != "workflow" and "_table" not in name]
 
 
@@ -25,10 +29,11 @@ def filled_in(page, motion, *, curves=None, files=()):
     config["endurance"]["curves"] = curves
     job = SimpleNamespace(config=config)
     if page != "workflow":  # the front page belongs to no job
+        job.params = SimpleNamespace(share=0.3)
         job.wildcards = SimpleNamespace(
             motion=motion, source=motion, network="deep_set-flow_matching"
         )
-    text = (ROOT / f"workflow/report/{page}.rst").read_text()
+    text = PAGES[page].read_text()
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
     return environment.from_string(text).render(snakemake=job, files=files)
 

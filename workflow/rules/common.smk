@@ -34,6 +34,7 @@ def ordered(value):
 for section in config:
     config[section] = ordered(config[section])
 
+ROOT = Path(str(workflow.current_basedir)).parents[1]
 MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
@@ -43,7 +44,7 @@ OWN_CURVES = config["endurance"]["curves"]
 # Store of the stand-in's true parameters; real measurements have none.
 TRUTH = "results/rig/truth.zarr" if OWN_CURVES is None else []
 ENVIRONMENT = "../../envs/breaker.yaml"
-os.environ.update(BREAKER_ROOT=str(workflow.basedir))  # for the script beside the environment
+os.environ.update(BREAKER_ROOT=str(ROOT))  # for the script beside the environment
 
 
 wildcard_constraints:
@@ -52,7 +53,6 @@ wildcard_constraints:
     origin="shipped|trained",
     chunk=r"\d\d\d+",
     kind="levels|changes",
-    network="[a-z_]+-[a-z_]+",
     shard=r"\d\d\d+",
     seed=r"\d+",
 
@@ -72,17 +72,6 @@ def validated(wildcards):
     """The validation that figures show: of the network's posteriors, or of the corrected ones."""
     kind = "_corrected" if config["validation"]["posterior"] == "corrected" else ""
     return f"results/validation/{wildcards.motion}{kind}_seed{SEED}.zarr"
-
-
-def network_of(wildcards):
-    """The settings of a combination of networks of one motion, of the kinds in its name."""
-    summary, inference = wildcards.network.split("-")
-    sections = config["network"][wildcards.motion]
-    chosen = {
-        "summary": {**sections["summary"], "kind": summary},
-        "inference": {**sections["inference"], "kind": inference},
-    }
-    return configuration.chosen_network(chosen)
 
 
 def shard_of_family(wildcards):
@@ -111,3 +100,21 @@ def judged_shipped(wildcards):
     name, drives = config["family"]["name"], (config["prior"], config["family"])
     fit = name in FAMILIES and all(is_of(model_file(name, kind), *drives) for kind in KINDS)
     return judged_family("shipped", SOURCES[-1:]) if fit else []
+
+
+def complete_rules():
+    """Give rules with a script what all of them have in common, once all are stated.
+
+    That is the environment, a benchmark named as the log, and the modules of the package that the
+    script uses: they become inputs, since Snakemake sees a change of the script alone.
+    """
+    for each in workflow.rules:
+        if each.script and each.conda_env is None:
+            each.conda_env = ENVIRONMENT
+            if each.benchmark is None:
+                each.benchmark_modifier = each.output_modifier
+                place = Path(each.log[0]).with_suffix(".tsv").parts[1:]
+                each.benchmark = "results/benchmarks/" + "_".join(place)
+            each.input_modifier = each.output_modifier  # has none yet if the rule states no input
+            script = Path(str(each.basedir)) / each.script
+            each.set_input(code=modules_of(script, each.params.get("within")))

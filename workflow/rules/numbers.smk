@@ -7,9 +7,7 @@ are written from; `make numbers` renews both.
 
 import yaml
 
-IS_DEFAULT = config == yaml.safe_load(
-    (Path(workflow.basedir) / "config/config.yaml").read_text(encoding="utf-8")
-)
+IS_DEFAULT = config == yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 
 
 rule numbers:

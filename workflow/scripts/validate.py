@@ -8,7 +8,6 @@ log = start(snakemake)
 params, wildcards = snakemake.params, snakemake.wildcards
 
 posterior = Posterior.load(snakemake.input.model)
-missing = params.get("missing", 0.0)
-result = validate(posterior, params.curves, params.draws, int(wildcards.seed), missing=missing)
+result = validate(posterior, params.curves, params.draws, int(wildcards.seed))
 title = f"posteriors of simulated {wildcards.motion} records"
 save(describe(result, title, model=posterior.settings), snakemake.output[0])

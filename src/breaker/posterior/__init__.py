@@ -15,7 +15,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "exactness": ["correct_operations", "correct_validation", "judge", "models_of"],
         "family_network": ["FamilyNetwork", "FamilyRows"],
         "laplace": ["approximate"],
-        "missing": ["widening"],
         "predictive": [
             "infer",
             "predict",

@@ -9,16 +9,13 @@ because the likelihood of the samples that are there is known.
 """
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-import xarray as xr
 
-from breaker.mechanism import is_logarithmic
 from breaker.model import Model, generator, simulate
 
-__all__ = ["check", "completed", "expected", "lacking", "remove", "widening"]
+__all__ = ["check", "completed", "expected", "lacking"]
 
 _CURVES = 2000  # of which the moments of records are taken
 
@@ -116,35 +113,3 @@ def _given(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     filled[lost] = mean[lost] + (record - mean)[~lost] @ weights
     # The noise of each missing sample is in the covariance left, so it has a root.
     return filled, np.linalg.cholesky(own - across.T @ weights)
-
-
-def remove(measured: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
-    """Return records with a share of the samples missing at random, nan, ``(n, t) -> (n, t)``.
-
-    Each record loses the same number of samples, each set of samples being as likely.
-    """
-    n, t = measured.shape
-    lost = rng.permuted(np.tile(np.arange(t) < round(share * t), (n, 1)), axis=1)
-    return np.where(lost, np.nan, measured)
-
-
-def widening(whole: xr.Dataset, missing: xr.Dataset, names: Sequence[str]) -> np.ndarray:
-    """Return how much wider posteriors are without the missing samples, ``(n, q)``.
-
-    The ratio of standard deviations, of log parameters and of the onset, curve by curve. It is nan
-    where either of the two is not ``resolved``, since its draws are not those of the posterior.
-
-    Args:
-        whole, missing: ``draws (curve, draw, output)`` of the same curves, and ``resolved (curve)``
-            if they were corrected.
-    """
-    log = is_logarithmic(names)
-    sds = []
-    for data in (missing, whole):
-        draws = data.draws.values.astype(np.float64)
-        draws[..., log] = np.log(draws[..., log])
-        sd = draws.std(axis=1, ddof=1)
-        if "resolved" in data:
-            sd[~data.resolved.values] = np.nan
-        sds.append(sd)
-    return sds[0] / sds[1]

@@ -12,7 +12,6 @@ from tqdm import tqdm
 
 from breaker.mechanism import NAMES
 from breaker.model import Model, generator, simulate
-from breaker.posterior.missing import remove
 from breaker.posterior.tables import quantiles, share_inside
 from breaker.records import main_motion
 
@@ -42,9 +41,7 @@ def _noise(posterior: "Posterior", seed: int, purpose: str, keys: np.ndarray, dr
     )
 
 
-def validate(
-    posterior: "Posterior", n: int, draws: int, seed: int, *, missing: float = 0.0
-) -> xr.Dataset:
+def validate(posterior: "Posterior", n: int, draws: int, seed: int) -> xr.Dataset:
     """Infer records simulated from the prior, whose truth is known.
 
     Args:
@@ -52,7 +49,6 @@ def validate(
         n: Number of records.
         draws: Draws for each.
         seed: Seed of the records and of the draws.
-        missing: Share of the samples of each record that are taken away at random.
 
     Returns:
         Dataset with dims ``curve``, ``draw``, ``output``, ``time``: ``draws`` and ``truth`` in
@@ -65,8 +61,6 @@ def validate(
     bank = simulate(posterior.model, n, rng)
     values = truth_of(bank, posterior)
     measured = sensor.corrupt(bank.travel.values.astype(np.float64), rng)
-    if missing:
-        measured = remove(measured, missing, generator(seed, "missing samples", motion))
     return sample_records(posterior, measured, values, draws, seed)
 
 

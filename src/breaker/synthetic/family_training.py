@@ -1,4 +1,4 @@
-"""What a training on a family of drives begins with: its bank, rows of it, and held-out drives."""
+"""Training on a family of drives: its bank, rows of it, the network, and held-out drives."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
@@ -9,12 +9,13 @@ import xarray as xr
 
 from breaker.family import Basis, Changes, Levels, Membership, Seen, worn
 from breaker.mechanism import MOTIONS, NAMES
+from breaker.model import generator
 from breaker.stores import open_store
 from breaker.synthetic.family_bank import shapes
 from breaker.synthetic.family_records import record_shapes
 from breaker.synthetic.family_rows import ChangeRows, LevelRows, Rows
 
-__all__ = ["members_of", "open_family", "rows_of", "sample_rows"]
+__all__ = ["members_of", "open_family", "rows_of", "sample_rows", "train_network"]
 
 _LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
 
@@ -92,6 +93,59 @@ def open_family(shards: Sequence[str | Path], held_out: int) -> tuple[xr.Dataset
             "train on; raise family.drives"
         )
     return bank.isel(drive=slice(rest)), bank.isel(drive=slice(rest, None))
+
+
+def train_network(
+    kind: str,
+    bank: xr.Dataset,
+    held_out: xr.Dataset,
+    settings: Mapping,
+    seed: int,
+    *,
+    checkpoint: Path | None = None,
+    fingerprint: str = "",
+) -> tuple[xr.Dataset, dict[str, np.ndarray], dict]:
+    """Train a network of "levels" or "changes" on the drives of a bank.
+
+    Args:
+        kind: Of the network.
+        bank: Drives, the last ``validation_curves`` of which judge the training.
+        held_out: Drives that show what records of members look like.
+        settings: The section ``family_networks`` of the configuration.
+        seed: Seed of the configuration.
+        checkpoint, fingerprint: As of ``posterior.Trainer``.
+
+    Returns:
+        The history of the training; weights by name, and what inputs and outputs are scaled by,
+        both as ``family.write_network`` takes them.
+    """
+    from breaker.posterior import (  # loads torch
+        FamilyNetwork,
+        FamilyRows,
+        Trainer,
+        choose_device,
+    )
+
+    rows = rows_of(kind, bank)
+    rows.freeze(generator(seed, "family", kind, "scales"))
+    device = choose_device(settings["training"]["device"])
+    network = FamilyNetwork(settings["network"], kind, *rows.sizes, atoms=rows.atoms, seed=seed)
+    aside = len(rows) - settings["training"]["validation_curves"]
+    history = Trainer(
+        posterior=network.to(device),
+        rows=FamilyRows(np.arange(aside), rows.rows, device),
+        validation=FamilyRows(np.arange(aside, len(rows)), rows.rows, device),
+        settings=settings["training"],
+        seed=seed,
+        checkpoint=checkpoint,
+        fingerprint=fingerprint,
+    ).run()
+    frozen = rows.frozen
+    if kind == "levels":
+        rng = generator(seed, "family members")
+        frozen["members"] = members_of(held_out, frozen["bases"], rng)
+    weights = {name: each.detach().cpu().numpy() for name, each in network.state_dict().items()}
+    return history, weights, frozen
 
 
 def members_of(

@@ -23,7 +23,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "examples",
             "exactness_words",
             "identifiability_words",
-            "over_curves",
             "percent",
             "plus_minus",
             "reached",
@@ -45,9 +44,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "outcomes": ["contraction_words", "pairs_words", "recovery_words"],
         "tables": [
-            "draws_per_second",
             "family_quality",
-            "network_row",
             "parameters_of",
             "quality",
             "quality_words",

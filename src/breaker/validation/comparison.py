@@ -20,7 +20,6 @@ __all__ = [
     "exactness_words",
     "examples",
     "identifiability_words",
-    "over_curves",
     "percent",
     "plus_minus",
     "reached",
@@ -116,18 +115,6 @@ def examples(judged: xr.Dataset, amortised: xr.Dataset, corrected: xr.Dataset) -
             for name in ("efficiency", "pareto_k", "resolved")
         },
     )
-
-
-def over_curves(ratios: np.ndarray) -> np.ndarray:
-    """Return 5 %, 50 % and 95 % of ratios ``(n, q)`` over curves, and their number, ``(4, q)``.
-
-    Curves without a ratio (nan) are left out.
-    """
-    known = ratios[np.isfinite(ratios).all(axis=1)]
-    if not len(known):
-        return np.stack([*np.full((3, ratios.shape[1]), np.nan), np.zeros(ratios.shape[1])])
-    count = np.full((1, ratios.shape[1]), float(len(known)))
-    return np.concatenate([np.quantile(known, [0.05, 0.5, 0.95], axis=0), count])
 
 
 def percent(share: float) -> str:

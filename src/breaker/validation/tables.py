@@ -1,7 +1,4 @@
-"""Tables of how good a posterior is: one row an output, or one row a network."""
-
-from time import process_time
-from typing import TYPE_CHECKING
+"""Tables of how good a posterior is, one row an output."""
 
 import numpy as np
 import pandas as pd
@@ -11,19 +8,13 @@ from breaker.mechanism import NAMES, ONSET
 from breaker.validation.calibration import coverage, judge_draws, judge_ranks, ranks
 from breaker.validation.diagnostics import scores
 
-if TYPE_CHECKING:
-    from breaker.posterior import Posterior
-
 __all__ = [
-    "draws_per_second",
     "family_quality",
-    "network_row",
     "parameters_of",
     "quality",
     "quality_words",
 ]
 
-_CURVES, _DRAWS = 10, 500  # of the timing
 _FAMILY_LEVEL = 0.01
 _SAME = 1e-12  # variance of what does not vary
 
@@ -133,57 +124,3 @@ def _calibrated(table: pd.DataFrame, which: str = "") -> str:
     if outside.empty:
         return f"calibrated ({smallest})"
     return f"NOT calibrated: {', '.join(outside)} ({smallest})"
-
-
-def draws_per_second(posterior: "Posterior", measured: np.ndarray) -> float:
-    """Return how many draws the posterior makes in a second of processor time.
-
-    Args:
-        measured: Records, ``(n, t)``, mm; a few of them are inferred, curve after curve.
-    """
-    rng = np.random.default_rng(0)  # what is drawn does not matter
-    noise = rng.standard_normal((min(_CURVES, len(measured)), _DRAWS, len(posterior.outputs)))
-    posterior.sample(measured[:1], noise[:1])  # the first call sets things up
-    start = process_time()
-    posterior.sample(measured[: len(noise)], noise)
-    return noise.shape[0] * noise.shape[1] / (process_time() - start)
-
-
-def network_row(
-    network: str,
-    posterior: "Posterior",
-    validation: xr.Dataset,
-    judged: pd.DataFrame,
-    history: xr.Dataset,
-    training: pd.DataFrame,
-) -> pd.DataFrame:
-    """Sum up one trained network.
-
-    Args:
-        validation: What ``predictive.validate`` returns.
-        judged: What ``posterior.summary`` returns.
-        history: What ``Trainer.run`` returns, with the held-out log density.
-        training: Snakemake's benchmark of the training.
-
-    Returns:
-        One row with ``held_out_log_density`` (nats, standardised outputs) and its standard error,
-        ``gap_nats`` and its standard error, ``efficiency_median`` and ``efficiency_10_percent``,
-        ``calibration_p`` of all outputs together and ``calibrated``, ``draws_per_second`` and
-        ``training_seconds`` of processor time, ``solver_steps`` and ``weights``, their number.
-    """
-    calibration = judge_draws(validation.draws.values, validation.truth.values)
-    columns = ["gap_nats", "gap_se", "efficiency_median", "efficiency_10_percent"]
-    return pd.DataFrame(
-        {
-            "network": [network],
-            "held_out_log_density": [history.attrs["held_out_log_density"]],
-            "held_out_log_density_se": [history.attrs["held_out_log_density_se"]],
-            **{name: [judged[name].iloc[0]] for name in columns},
-            "calibration_p": [calibration.p_value],
-            "calibrated": [not calibration.outside.any()],
-            "draws_per_second": [draws_per_second(posterior, validation.measured.values)],
-            "training_seconds": [training.cpu_time.iloc[0]],
-            "solver_steps": [posterior.steps],
-            "weights": [sum(weight.numel() for weight in posterior.parameters())],
-        }
-    )

@@ -1,0 +1,218 @@
+"""An exact judge for the network of levels: Markov chains over parameters and elements.
+
+    python -m studies.family_exact              # 20 records a motion: two hours of a core
+    python -m studies.family_exact --records 2 --steps 1500
+    python -m studies.family_exact --draw docs/family_exact.png     # the first records, drawn
+
+The likelihood of a drive whose elements are unknown is an integral over them, so chains walk over
+all that the family draws: seven parameters, contact, strength, elements, random forces, and the
+onset; the zero is integrated. The simulator is that of the bank, the sensor that of the defaults,
+the sampler emcee with moves by differences of walkers (0.7 DE, 0.1 DE with gamma 1, 0.2 snooker).
+Unknowns are standard normal numbers of which the family's own code makes a drive.
+
+Written for each record: effective size of the chains, how far their halves are apart and their last
+walker behind; by how many nats the network's posterior differs from theirs, both taken for normal
+in the logarithms of the parameters; and the ratio of their standard deviations.
+"""
+
+import argparse
+import contextlib
+import csv
+import math
+from pathlib import Path
+
+import emcee
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy.special import ndtr
+
+from breaker.family import Levels, open_network, seen_of
+from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Size
+from breaker.model import Prior, Sensor, generator
+from breaker.records import shape_of
+from breaker.shipped import DEFAULTS, model_file
+from breaker.synthetic import Drive, Family
+from breaker.workflow import load
+
+_MOVES = [
+    (emcee.moves.DEMove(), 0.7),
+    (emcee.moves.DEMove(gamma0=1.0), 0.1),
+    (emcee.moves.DESnookerMove(), 0.2),
+]
+_FIRST = 3000  # draws of the prior, of which walkers start at the best
+_WALKERS = 2  # for each unknown
+_BEFORE = 800  # steps of a first run
+_STUCK = 25.0  # nats; five sd of the log density of 57 unknowns
+_LOOKED_AT = 12  # scores whose chains are judged: strength and kinds, and the parameters
+_DRAWS = 4000
+
+
+class Numbers:
+    """A generator whose numbers are given as normal scores, in the order in which they are asked.
+
+    Asked for more than there are, as where a family draws a drive again, it raises ValueError.
+    """
+
+    def __init__(self, scores: np.ndarray) -> None:
+        self.scores, self.shares, self.used = scores, ndtr(scores), 0
+
+    def standard_normal(self, size=()):
+        return self._next(self.scores, size)
+
+    def random(self, size=()):
+        return self._next(self.shares, size)
+
+    def _next(self, numbers, size):
+        begin, self.used = self.used, self.used + math.prod(np.atleast_1d(size).tolist())
+        if self.used > numbers.size:
+            raise ValueError("these scores make no drive that holds")
+        return numbers[begin] if size == () else numbers[begin : self.used].reshape(size)
+
+    def uniform(self, low, high):
+        return low + (high - low) * self.random()
+
+
+def drive_of(family: Family, scores: np.ndarray) -> Drive | None:
+    """The drive that the family draws by scores ``(m,)``; None if they make none."""
+    try:
+        return family.drawn(Numbers(scores))[0]
+    except ValueError:
+        return None
+
+
+def unknowns_of(family: Family) -> int:
+    """How many scores make a drive that holds at the first try."""
+    counts = []
+    for seed in range(20):
+        numbers = Numbers(np.random.default_rng(seed).standard_normal(100_000))
+        family.drawn(numbers)
+        counts.append(numbers.used)
+    return min(counts)
+
+
+def log_posterior(family, sensor, motion, record, scores) -> np.ndarray:
+    """Log densities of scores ``(w, m + 1)``, the last that of the onset, but for a constant."""
+    curves = np.full((len(scores), sensor.times.size), np.nan)
+    for i, each in enumerate(scores):
+        drive = drive_of(family, each[:-1])
+        if drive is not None:
+            with contextlib.suppress(FloatingPointError, ValueError):
+                curves[i] = drive.travel(motion, sensor.times - sensor.onset_sd * each[-1])
+    there = np.isfinite(curves).all(axis=1)
+    found = np.full(len(scores), -np.inf)
+    chi_square = sensor.chi_square(record, curves[there])
+    found[there] = -0.5 * (chi_square + np.square(scores[there]).sum(axis=1))
+    return found
+
+
+def by_chains(family, sensor, motion, record, unknowns, steps, rng):
+    """Draws of the logarithms of the parameters, ``(d, p)``, and how far the chains have come.
+
+    Walkers that are stuck far below the others after a first run start anew among these (Hou et al.
+    2012). Returned are further the effective size, the largest distance of the means of the two
+    halves of what is kept, in sd, and by how many nats the last walker is below the median.
+    """
+    walkers = _WALKERS * unknowns
+
+    def log_density(scores):
+        return log_posterior(family, sensor, motion, record, scores)
+
+    first = rng.standard_normal((_FIRST, unknowns))
+    start = first[np.argsort(-log_density(first))[:walkers]]
+    sampler = emcee.EnsembleSampler(walkers, unknowns, log_density, moves=_MOVES, vectorize=True)
+    sampler.random_state = np.random.RandomState(int(rng.integers(2**31))).get_state()
+    sampler.run_mcmc(start, _BEFORE)
+    density = sampler.get_log_prob()[-1]
+    arrived = np.flatnonzero(density > np.median(density) - _STUCK)
+    late = np.unique(sampler.get_chain()[_BEFORE // 2 :, arrived].reshape(-1, unknowns), axis=0)
+    start = late[rng.permutation(len(late))[:walkers]]
+    sampler.reset()
+    sampler.run_mcmc(start, steps)
+    density = sampler.get_log_prob()[-1]
+    stuck = np.median(density) - density.min()
+    kept = sampler.get_chain(discard=steps // 4)[..., :_LOOKED_AT]
+    time = np.nanmax(emcee.autocorr.integrated_time(kept, quiet=True))
+    one, two = (each.mean(axis=(0, 1)) for each in np.array_split(kept, 2))
+    apart = np.abs(one - two) / kept.std(axis=(0, 1))
+    flat = sampler.get_chain(discard=steps // 4, flat=True)
+    chosen = flat[rng.integers(0, len(flat), _DRAWS)]
+    drives = [drive_of(family, each[:-1]) for each in chosen]
+    draws = np.log([each.theta for each in drives])
+    return draws, walkers * (steps - steps // 4) / time, apart.max(), stuck
+
+
+def by_network(levels: Levels, sensor, motion, record, rng) -> np.ndarray:
+    """The same by the network, which is told the size."""
+    step = float(sensor.times[1] - sensor.times[0])
+    shape = shape_of(record if motion == "closing" else -record, step)
+    seen = seen_of(shape, sensor.noise_sd, 0.0, step)
+    return np.log(levels.draw({motion: seen}, _DRAWS, rng, size=Size()).theta)
+
+
+def divergence(exact: np.ndarray, other: np.ndarray) -> float:
+    """Kullback-Leibler divergence of two sets of draws ``(d, p)``, taken for normal, nats."""
+    off = other.mean(axis=0) - exact.mean(axis=0)
+    one, two = (np.cov(each, rowvar=False) for each in (exact, other))
+    ratio = np.linalg.solve(two, one)
+    square = off @ np.linalg.solve(two, off)
+    return 0.5 * float(np.trace(ratio) - len(off) + square - np.linalg.slogdet(ratio)[1])
+
+
+def draw(table: Path, picture: Path) -> None:
+    """Draw the marginals of both for the first two records of each motion."""
+    figure, axes = plt.subplots(4, len(NAMES), figsize=(13, 6.5), layout="constrained")
+    for row, (i, motion) in enumerate((i, motion) for motion in MOTIONS for i in range(2)):
+        with np.load(table.with_name(f"{table.stem}_{motion}_{i}.npz")) as found:
+            by = {name: np.exp(found[name]) for name in ("exact", "network", "truth")}
+        for k, axis in enumerate(axes[row]):
+            edges = np.histogram_bin_edges(np.hstack([by["exact"][:, k], by["network"][:, k]]), 40)
+            axis.hist(by["exact"][:, k], edges, density=True, color="0.75", label="chains")
+            axis.hist(by["network"][:, k], edges, density=True, histtype="step", label="network")
+            axis.axvline(by["truth"][k], color="k", ls="--", lw=1.0, label="truth")
+            axis.set(yticks=[])
+            if row == 0:
+                axis.set_title(f"{PARAMETERS[k].symbol} ({PARAMETERS[k].unit or '1'})")
+        axes[row, 0].set_ylabel(f"{motion} {i + 1}")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.savefig(picture, dpi=100)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--records", type=int, default=20, help="of each motion")
+    parser.add_argument("--steps", type=int, default=2000, help="of the chains")
+    parser.add_argument("--output", type=Path, default=Path("family_exact.csv"))
+    parser.add_argument("--draw", type=Path, metavar="PNG", help="draw a run that there is")
+    options = parser.parse_args()
+    if options.draw:
+        draw(options.output, options.draw)
+        return
+    config = load([DEFAULTS])
+    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    sensor = Sensor(**config["sensor"])
+    levels = open_network(model_file("medium_voltage", "levels"))
+    unknowns = unknowns_of(family) + 1  # and the onset
+    with options.output.open("w", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["motion", "record", "effective_size", "apart", "stuck", "gap", *NAMES])
+        for i in range(options.records):
+            for motion in MOTIONS:
+                rng = generator(5, "exact judge of the family", motion, i)
+                drive, _ = family.drawn(rng)
+                times = sensor.times - sensor.onset_sd * rng.standard_normal()
+                record = sensor.corrupt(drive.travel(motion, times)[None], rng)[0]
+                given = family, sensor, motion, record
+                exact, size, apart, stuck = by_chains(*given, unknowns, options.steps, rng)
+                network = by_network(levels, sensor, motion, record, rng)
+                ratios = network.std(axis=0) / exact.std(axis=0)
+                gap = divergence(exact, network)
+                draws = options.output.with_name(f"{options.output.stem}_{motion}_{i}.npz")
+                np.savez_compressed(draws, exact=exact, network=network, truth=np.log(drive.theta))
+                told = f"{size:.0f}", f"{apart:.2f}", f"{stuck:.0f}", f"{gap:.3f}"
+                table.writerow([motion, i, *told, *ratios.round(2)])
+                file.flush()
+                print(f"{motion} {i}: effective size {size:.0f}, gap {gap:.2f} nats", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Damaged files before the reader: ``python -m studies.faults``."""

@@ -1,0 +1,300 @@
+"""Damage to the text of a curve file: what goes wrong between an instrument and the reader.
+
+Each kind is a function of the bytes of a good file and a generator, ``(content, rng) -> bytes``.
+How much is damaged is drawn. The text is taken apart where lines end, and at the sign that most of
+them have between their cells. What is no text is damaged like any other file.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from studies.faults.records import size
+
+__all__ = ["TEXT"]
+
+Damage = Callable[[bytes, np.random.Generator], bytes]
+_CELL = re.compile(rb"-?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
+_UNITS = [b"mm", b"ms", b"cm", b"us", b"deg", b"s", b"m", b"V", b"inch"]
+_ODD = [
+    "1_000", "1e246", "-1e300", "1e-320", "٣٫١٤", "１２.５", "²", "nan", "inf", "-inf", "N/A",
+    "#DIV/0!", "---", "OVER", "1.2.3", "1,234.5", "0x1F", "1e5000", "12 34", "+-1", "1.", ".", "on",
+    "9" * 400, "=A1", "1d3", "\u221212.3", "1e3j", "", " ", '"', "''", "\x00", "\t", "\u200b",
+]  # fmt: skip
+
+
+def _lines(content: bytes) -> tuple[list[bytes], bytes]:
+    """Lines, and what ends them; a byte order or its zeros stay with the lines."""
+    end = next((each for each in (b"\r\n", b"\n") if each in content), b"\r")
+    return content.split(end), end
+
+
+def _one(rng: np.random.Generator, options: Sequence[Any]) -> Any:
+    return options[rng.integers(len(options))]
+
+
+def _some(rng: np.random.Generator, total: int) -> np.ndarray:
+    """A few of so many places, or one in two of them, in order."""
+    count = min(total, round(size(rng, 1, max(2, total // 2))))
+    return np.sort(rng.choice(total, count, replace=False))
+
+
+def _delimiter(content: bytes) -> bytes:
+    """The sign between the cells of the last lines."""
+    return next(
+        (sign for sign in (b";", b"\t", b"|", b",") if content[-600:].count(sign) > 5), b" "
+    )
+
+
+def _columns(content: bytes) -> tuple[list[bytes], bytes, bytes, int, int]:
+    """Lines, what ends them, the sign between cells, their number, the first line of samples."""
+    (lines, end), sign = _lines(content), _delimiter(content)
+    width = Counter(line.count(sign) for line in lines).most_common(1)[0][0]
+    first = (i for i, line in enumerate(lines) if re.match(rb"\W*\d", line))
+    return lines, end, sign, width + 1, next(first, 0)
+
+
+def _in_cells(change: Callable[[bytes, np.random.Generator], bytes]) -> Damage:
+    """Damage to numbers of the file, from the change of one of them."""
+
+    def damage(content: bytes, rng: np.random.Generator) -> bytes:
+        found = list(_CELL.finditer(content))
+        parts, end = [], 0
+        for i in _some(rng, len(found)) if rng.random() < 0.3 else [rng.integers(len(found))]:
+            parts += [content[end : found[i].start()], change(found[i].group(), rng)]
+            end = found[i].end()
+        return b"".join([*parts, content[end:]])
+
+    damage.__name__, damage.__doc__ = change.__name__, change.__doc__
+    return damage
+
+
+@_in_cells
+def odd_numbers(number: bytes, rng: np.random.Generator) -> bytes:
+    """Cells with what Python, a spreadsheet or an instrument might write for a number."""
+    behind = [b" mm", b"mm", b"V", b" s", b"*", b"!", b"?", b"%", b"e"]
+    return _one(rng, _ODD).encode() if rng.random() < 0.8 else number + _one(rng, behind)
+
+
+@_in_cells
+def signs_moved(number: bytes, rng: np.random.Generator) -> bytes:
+    """Numbers without their point, their minus, their first digit, or with one of these more."""
+    change = rng.integers(6)
+    if change == 0:
+        return number.replace(b".", b"").replace(b",", b"")
+    if change == 1:
+        return number[1:] if number.startswith(b"-") else b"-" + number
+    return [number[1:], number[:-1], number + b"0", number * 2][change - 2]
+
+
+@_in_cells
+def digits_changed(number: bytes, rng: np.random.Generator) -> bytes:
+    """A digit of a number is another, or two change places."""
+    digits = [i for i, each in enumerate(number) if chr(each).isdigit()]
+    i, j = rng.choice(digits, 2)
+    changed = bytearray(number)
+    changed[i], changed[j] = changed[j], changed[i]
+    if i == j:
+        changed[i] = ord(str(rng.integers(10)))
+    return bytes(changed)
+
+
+@_in_cells
+def cells_lost(number: bytes, rng: np.random.Generator) -> bytes:
+    """Blank cells."""
+    return b""
+
+
+def bytes_flipped(content: bytes, rng: np.random.Generator) -> bytes:
+    """Single bits are the other way, in 1 byte to 10 % of them."""
+    changed = np.frombuffer(content, dtype=np.uint8).copy()
+    where = rng.choice(changed.size, round(size(rng, 1, max(2, changed.size // 10))), replace=False)
+    changed[where] ^= (1 << rng.integers(0, 8, where.size)).astype(np.uint8)
+    return changed.tobytes()
+
+
+def bytes_zeroed(content: bytes, rng: np.random.Generator) -> bytes:
+    """A block is NUL, as after a crash of the disk."""
+    length = round(size(rng, 1, len(content)))
+    first = int(rng.integers(0, len(content) - length + 1))
+    return content[:first] + b"\0" * length + content[first + length :]
+
+
+def lines_deleted(content: bytes, rng: np.random.Generator) -> bytes:
+    """Lines are missing, of the head or of the samples."""
+    lines, end = _lines(content)
+    gone = set(_some(rng, len(lines)).tolist())
+    return end.join(line for i, line in enumerate(lines) if i not in gone)
+
+
+def lines_repeated(content: bytes, rng: np.random.Generator) -> bytes:
+    """Lines come twice, or all of the file is appended to itself."""
+    lines, end = _lines(content)
+    if rng.random() < 0.1:
+        return content * 2
+    twice = set(_some(rng, len(lines)).tolist())
+    return end.join(line for i, line in enumerate(lines) for _ in range(1 + (i in twice)))
+
+
+def lines_moved(content: bytes, rng: np.random.Generator) -> bytes:
+    """Lines change places."""
+    lines, end = _lines(content)
+    where = _some(rng, len(lines))
+    moved = dict(zip(where.tolist(), rng.permutation(where).tolist(), strict=True))
+    return end.join(lines[moved.get(i, i)] for i in range(len(lines)))
+
+
+def truncated(content: bytes, rng: np.random.Generator) -> bytes:
+    """The file ends early or begins late, in mid-line."""
+    lost = round(size(rng, 1, len(content)))
+    return content[lost:] if rng.random() < 0.3 else content[: len(content) - lost]
+
+
+def other_delimiter(content: bytes, rng: np.random.Generator) -> bytes:
+    """Another sign separates the columns, in the whole file or from some line on."""
+    new = _one(rng, [b";", b"\t", b"|", b",", b" ", b"::", b", "])
+    lines, end = _lines(content)
+    first = 0 if rng.random() < 0.5 else int(rng.integers(len(lines)))
+    sign = _delimiter(content)
+    return end.join(lines[:first] + [line.replace(sign, new) for line in lines[first:]])
+
+
+def other_decimal(content: bytes, rng: np.random.Generator) -> bytes:
+    """Decimal points become commas or the other way round, in the whole file or from a line on."""
+    lines, end = _lines(content)
+    first = 0 if rng.random() < 0.5 else int(rng.integers(len(lines)))
+    swap = bytes.maketrans(b".,", b",.") if rng.random() < 0.5 else bytes.maketrans(b".", b",")
+    return end.join(lines[:first] + [line.translate(swap) for line in lines[first:]])
+
+
+def other_encoding(content: bytes, rng: np.random.Generator) -> bytes:
+    """The text in another encoding, or behind a byte order mark, the right one or another."""
+    if rng.random() < 0.5:
+        return _one(rng, [b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"]) * rng.integers(1, 3) + content
+    new = _one(rng, ["utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-8-sig", "cp037"])
+    return content.decode("latin-1").encode(new, errors="replace")
+
+
+def line_ends(content: bytes, rng: np.random.Generator) -> bytes:
+    """Lines end in another way, all or some of them."""
+    new = _one(rng, [b"\r\n", b"\r", b"\n\n", b"\r\r\n", b"\n\r", b"\x0b", b"\x85", b"\x1e"])
+    lines, end = _lines(content)
+    every = rng.random() < 0.5
+    where = set(range(len(lines)) if every else _some(rng, len(lines)).tolist())
+    return b"".join(line + (new if i in where else end) for i, line in enumerate(lines))
+
+
+def long_line(content: bytes, rng: np.random.Generator) -> bytes:
+    """One line has up to 300,000 signs more: digits, delimiters, blanks or quotation marks."""
+    lines, end = _lines(content)
+    i = int(rng.integers(len(lines)))
+    more = _one(rng, [b"9", _delimiter(content), b" ", b'"', b"x", b"1" + _delimiter(content)])
+    lines[i] += more * round(size(rng, 10, 300_000))
+    return end.join(lines)
+
+
+def quotation_marks(content: bytes, rng: np.random.Generator) -> bytes:
+    """Quotation marks where none belong."""
+    changed = bytearray(content)
+    for i in rng.choice(len(content), round(size(rng, 1, 50)), replace=False)[::-1]:
+        changed[i:i] = _one(rng, [b'"', b"'", b'""'])
+    return bytes(changed)
+
+
+def other_units(content: bytes, rng: np.random.Generator) -> bytes:
+    """Units of the head are others."""
+    for i in rng.permutation(len(_UNITS)):
+        pattern = re.compile(rb"(?<![A-Za-z])" + _UNITS[i] + rb"(?![A-Za-z])")
+        if pattern.search(content):
+            return pattern.sub(_one(rng, _UNITS), content)
+    return content
+
+
+def columns_swapped(content: bytes, rng: np.random.Generator) -> bytes:
+    """Two columns change places, with their names or without them, in all lines or from one on."""
+    lines, end, sign, width, samples = _columns(content)
+    i, j = rng.integers(0, width, 2)
+    for n in range(_one(rng, [0, samples, int(rng.integers(len(lines)))]), len(lines)):
+        cells = lines[n].split(sign)
+        if len(cells) > max(i, j):
+            cells[i], cells[j] = cells[j], cells[i]
+            lines[n] = sign.join(cells)
+    return end.join(lines)
+
+
+def column_lost(content: bytes, rng: np.random.Generator) -> bytes:
+    """A column is missing, with its name or without it."""
+    lines, end, sign, width, samples = _columns(content)
+    i = int(rng.integers(0, width))
+    for n in range(_one(rng, [0, samples]), len(lines)):
+        cells = lines[n].split(sign)
+        lines[n] = sign.join(cells[:i] + cells[i + 1 :])
+    return end.join(lines)
+
+
+def names_changed(content: bytes, rng: np.random.Generator) -> bytes:
+    """A word of the head is spelt otherwise, gone, or there twice."""
+    words = list(re.finditer(rb"[A-Za-z]{3,}", content[:3000]))
+    if not words:
+        return content
+    word = _one(rng, words)
+    text = word.group()
+    new = [text.upper(), text.title(), text + b" 1", b"", text[::-1], text + b"\t" + text]
+    return content[: word.start()] + _one(rng, new) + content[word.end() :]
+
+
+def trailing_cells(content: bytes, rng: np.random.Generator) -> bytes:
+    """Lines have cells more at their end: blank ones, or a remark."""
+    more = _one(rng, [b"", b"", b" ", b"0", b"ok", b"1.5"])
+    cells = (_delimiter(content) + more) * round(size(rng, 1, 20))
+    lines, end = _lines(content)
+    where = set(range(len(lines)) if rng.random() < 0.5 else _some(rng, len(lines)).tolist())
+    return end.join(line + cells * (i in where and line != b"") for i, line in enumerate(lines))
+
+
+def junk_lines(content: bytes, rng: np.random.Generator) -> bytes:
+    """Lines of something else between the lines: page heads, remarks, blanks, the head again."""
+    (lines, end), sign = _lines(content), _delimiter(content)
+    junk = [b"", b"   ", b"# remark", b"Page 2", b"-----", sign * 3, lines[0], lines[-1][:5]]
+    for i in _some(rng, len(lines))[:20][::-1]:
+        lines.insert(int(i), _one(rng, junk))
+    return end.join(lines)
+
+
+def preamble(content: bytes, rng: np.random.Generator) -> bytes:
+    """1 to 100 lines more before all others, some of which look like names, units or samples."""
+    (lines, end), sign = _lines(content), _delimiter(content)
+    words = [b"Report", b"Time", b"mm", b"", b'"', lines[len(lines) // 2], sign * 5]
+    words += [sign.join(cells) for cells in ([b"travel", b"time"], [b"1", b"2"])]
+    more = [_one(rng, words) for _ in range(round(size(rng, 1, 100)))]
+    return end.join(more + lines)
+
+
+def binary(content: bytes, rng: np.random.Generator) -> bytes:
+    """The file, or a block in it, is of random bytes; or it is a picture or an archive."""
+    junk = rng.bytes(round(size(rng, 1, 20_000)))
+    first = int(rng.integers(len(content)))
+    whole = [b"PK\x03\x04" + junk, b"\x89PNG\r\n\x1a\n" + junk, b"%PDF-1.7\n" + junk, junk]
+    inside = content[:first] + junk + content[first + len(junk) :]
+    return inside if rng.random() < 0.5 else _one(rng, whole)
+
+
+def empty(content: bytes, rng: np.random.Generator) -> bytes:
+    """Nothing, blanks, or the head alone."""
+    return _one(rng, [b"", b"\n", b"\n" * 5000, b" " * 5000, b"\0" * 5000, content[:100]])
+
+
+TEXT: dict[str, Damage] = {
+    each.__name__.replace("_", " "): each
+    for each in (
+        odd_numbers, signs_moved, digits_changed, cells_lost, bytes_flipped,
+        bytes_zeroed, lines_deleted, lines_repeated, lines_moved, truncated,
+        other_delimiter, other_decimal, other_encoding, line_ends, long_line,
+        quotation_marks, other_units, columns_swapped, column_lost, names_changed, trailing_cells,
+        junk_lines, preamble, binary, empty,
+    )
+}  # fmt: skip
+"""Kinds of damage by name."""

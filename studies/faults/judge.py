@@ -1,0 +1,234 @@
+"""Does the reader notice what is wrong with a file? Damaged files, and a judge of each.
+
+A good record of the model is written in a layout, damaged, and read as a user would who knows the
+drive: the format states the layout, the rate, and the stroke within 1.5 %. What comes back is
+
+- rejected, with a reason;
+- right: every sample that is kept is within 0.3 mm of that of the good file or of the true travel,
+  at a first motion that is within 0.2 ms;
+- masked: right, because samples were left out as doubtful;
+- flagged: wrong, with a remark, of which the good file has none;
+- silent: wrong, and nobody is told. There should be none.
+
+The sensor has a noise of 0.05 mm, so that 0.3 mm are more than noise makes. Any error but a
+rejection, and any file that takes more than 2 s, is a defect.
+"""
+
+import signal
+import tempfile
+import time as clock
+import warnings
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from breaker.files import Operation
+from breaker.mechanism import MOTIONS, travel
+from breaker.model import Prior, Sensor, generator
+from breaker.records import read_curves
+from breaker.synthetic import DIALECTS
+from studies.faults.files import TEXT
+from studies.faults.records import PHYSICAL
+
+__all__ = [
+    "APART",
+    "KINDS",
+    "OUTCOMES",
+    "SECONDS",
+    "Good",
+    "Trial",
+    "good_file",
+    "judge",
+    "try_kind",
+]
+
+OUTCOMES = ("rejected", "right", "masked", "flagged", "silent", "exception")
+"""What can become of a damaged file."""
+KINDS = [*PHYSICAL, *TEXT]
+"""Names of all kinds of damage."""
+APART = ("excursion",)
+"""Kinds that no single record can show, which are counted apart from all others."""
+SECONDS = 2.0
+"""That a file may take."""
+
+_TRAVEL = 0.3  # mm, that a sample may be off
+_FIRST_MOTION = 0.2  # ms, that the first motion may be off
+_STROKE = 0.015  # share by which the format lets the stroke be another
+_LEAD, _SPREAD, _LENGTH = 10.0, 4.0, 76.0  # ms: first motion, its range, the record
+_GOOD = 20  # good records of a motion in each layout
+_PRIOR = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.2, 0.15, 0.2, 0.2, 0.4, 0.1, 0.05])
+_SENSOR = Sensor(-2.0, 58.0, 151, noise_sd=0.05, onset_sd=0.3, zero_sd=0.05)
+
+
+@dataclass(frozen=True)
+class Good:
+    """A good record, and what the reader makes of its file.
+
+    Attributes:
+        layout: Name of the layout of its file.
+        motion: "closing" or "opening".
+        time, travel: The whole record, ``(t,)``, ms and mm.
+        truth: The same without noise, mm.
+        settings: The format, with what is known of the drive.
+        first: The file's time that is 0 on the grid, ms.
+        record: The reading on the grid, mm.
+        files: Content of its files, by name, that to be read first.
+    """
+
+    layout: str
+    motion: str
+    time: np.ndarray
+    travel: np.ndarray
+    truth: np.ndarray
+    settings: dict
+    first: float
+    record: np.ndarray
+    files: dict[str, bytes]
+
+    def write(self, file: Path, time: np.ndarray, travel: np.ndarray) -> None:
+        """Write a record, damaged or not, in this one's layout."""
+        DIALECTS[self.layout].write(file, time, travel, motion=self.motion, operation=1)
+
+    def read(self, file: Path) -> xr.Dataset:
+        """Read one file as the workflow would."""
+        operations, times = [Operation(1, file)], _SENSOR.times
+        errors = {"noise_sd": _SENSOR.noise_sd, "zero_sd": _SENSOR.zero_sd}
+        return read_curves(operations, self.settings, times, self.motion, **errors)
+
+
+class Trial(NamedTuple):
+    """What became of a damaged file.
+
+    Attributes:
+        kind, number: What was damaged how, and which of these it was.
+        layout, motion: Of the good file.
+        outcome: One of ``OUTCOMES``.
+        words: Reason, remarks or error.
+        seconds: That the reader took.
+    """
+
+    kind: str
+    number: int
+    layout: str
+    motion: str
+    outcome: str
+    words: str
+    seconds: float
+
+
+class _HangError(BaseException):
+    """Not an Exception, so that no reader catches it."""
+
+
+@cache
+def good_file(layout: str, motion: str, number: int, seed: int) -> Good:
+    """Return a good record, which the reader accepts without a remark.
+
+    Raises:
+        RuntimeError: If it accepts none of ten such.
+    """
+    dialect = DIALECTS[layout]
+    for attempt in range(10):
+        rng = generator(seed, "good record", layout, motion, number, attempt)
+        time = np.arange(0.0, _LENGTH, 1.0 / dialect.rate)
+        moves = _LEAD + _SPREAD * (rng.random() - 0.5)
+        curve = travel(_PRIOR.sample(1, rng), time, motion, onset=moves).travel
+        truth = curve[0] + _SENSOR.zero_sd * rng.standard_normal()
+        record = truth + _SENSOR.noise_sd * rng.standard_normal(time.size)
+        stroke = abs(np.median(record[-20:]) - np.median(record[:20]))
+        known = {"rate": dialect.rate, "samples": time.size}
+        known["stroke"] = [(1 - _STROKE) * stroke, (1 + _STROKE) * stroke]
+        good = Good(
+            layout, motion, time, record, truth, {**dialect.settings, **known}, 0.0, record, {}
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, dialect.file_name(motion, 1))
+            good.write(file, time, record)
+            curves = good.read(file)
+            names = [
+                file.name,
+                *sorted({each.name for each in Path(folder).iterdir()} - {file.name}),
+            ]
+            files = {name: Path(folder, name).read_bytes() for name in names}
+        words = curves.reason.item() + curves.remarks.item()
+        if not words and not curves.masked.item():
+            first = float(curves.first_motion.item())
+            return replace(good, first=first, record=curves.travel.values[0], files=files)
+    raise RuntimeError(f"no good {motion} in the layout {layout} is read: {words}")
+
+
+def is_right(good: Good, record: np.ndarray) -> bool:
+    """Say whether a reading is that of a good file, but for missing samples.
+
+    The time at which a file begins means nothing, so the reading ``(g,)`` may be that of the good
+    record for any first motion that is near enough. A sample may be near that of the good record,
+    or near the true travel: at rest, one sample is as good as another.
+    """
+    kept, grid = np.isfinite(record), good.first + _SENSOR.times
+    zero = np.median(good.record - np.interp(grid, good.time, good.travel))
+    step = good.time[1] - good.time[0]
+    near = int(_FIRST_MOTION / step + 1e-6)
+    off = np.abs(record - good.record)
+    for at in (grid + step * i for i in range(-near, near + 1)):
+        both = [np.interp(at, good.time, each) + zero for each in (good.travel, good.truth)]
+        off = np.vstack([off, np.abs(record - both).min(axis=0)])
+    return bool((np.atleast_2d(off)[:, kept] <= _TRAVEL).all(axis=1).any())
+
+
+def judge(file: Path, good: Good) -> tuple[str, str, float]:
+    """Read a damaged file, and return one of ``OUTCOMES``, the words, and the seconds it took."""
+    signal.signal(signal.SIGALRM, _hangs)
+    signal.setitimer(signal.ITIMER_REAL, 5 * SECONDS)
+    start = clock.perf_counter()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            curves = good.read(file)
+        outcome = _outcome(curves, good)
+        words = curves.reason.item() or curves.remarks.item()
+    except (Exception, _HangError) as error:  # whatever it is, it is a defect
+        outcome, words = "exception", f"{type(error).__name__}: {error}"
+    finally:
+        seconds = clock.perf_counter() - start
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    return outcome, words.replace(f"{file.parent}/", ""), seconds
+
+
+def _hangs(*_: object) -> None:
+    raise _HangError
+
+
+def _outcome(curves: xr.Dataset, good: Good) -> str:
+    if not curves.accepted.item():
+        return "rejected" if curves.reason.item() else "exception"
+    if is_right(good, curves.travel.values[0]):
+        return "masked" if curves.masked.item() else "right"
+    return "flagged" if curves.remarks.item() else "silent"
+
+
+def try_kind(kind: str, number: int, seed: int) -> Trial:
+    """Damage a good file in one way and judge what the reader makes of it.
+
+    The layout and the motion are drawn, too; all is determined by the arguments.
+    """
+    rng = generator(seed, "damage", kind, number)
+    layout = list(DIALECTS)[rng.integers(len(DIALECTS))]
+    motion = MOTIONS[rng.integers(len(MOTIONS))]
+    good = good_file(layout, motion, int(rng.integers(_GOOD)), seed)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, next(iter(good.files)))
+        if kind in PHYSICAL:
+            good.write(file, *PHYSICAL[kind](good.time, good.travel, rng))
+        else:
+            damaged = str(rng.choice(list(good.files)))
+            for name, content in good.files.items():
+                new = TEXT[kind](content, rng) if name == damaged else content
+                Path(folder, name).write_bytes(new)
+        judged = judge(file, good)
+        if judged[-1] > SECONDS:  # a busy machine may have halted it; a file that hangs does again
+            judged = judge(file, good)
+        return Trial(kind, number, layout, motion, *judged)

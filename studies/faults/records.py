@@ -1,0 +1,269 @@
+"""Damage to a record: what goes wrong between a contact that moves and the numbers of a file.
+
+Each kind is a function of a good record and a generator, ``(time, travel, rng) -> (time, travel)``,
+both ``(t,)``, ms and mm; a sample without a reading is NaN. How severe the damage is is drawn, over
+orders of magnitude, so that some of it is below the noise and some of it leaves no record at all.
+``studies.faults.files`` damages the text of a file.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.signal import lfilter
+
+__all__ = ["PHYSICAL", "size"]
+
+Record = tuple[np.ndarray, np.ndarray]
+
+
+def size(rng: np.random.Generator, low: float, high: float) -> float:
+    """Return a size between two, uniform in its logarithm."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def _signed(rng: np.random.Generator, low: float, high: float) -> float:
+    return float(rng.choice([-1.0, 1.0])) * size(rng, low, high)
+
+
+def _part(rng: np.random.Generator, total: int, shortest: float) -> slice:
+    """A stretch of samples of any length from ``shortest`` up."""
+    length = round(size(rng, shortest, total))
+    first = int(rng.integers(0, total - length + 1))
+    return slice(first, first + length)
+
+
+def _stretch(time: np.ndarray, low: float, high: float, rng: np.random.Generator) -> slice:
+    """Samples of a stretch that lasts so long, ms."""
+    length = round(size(rng, low, high) / float(np.median(np.diff(time))))
+    first = int(rng.integers(0, max(1, time.size - length)))
+    return slice(first, first + length)
+
+
+def clipped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The range of the channel ends inside the stroke: 0.1 to 100 % of it are cut off."""
+    low, high = travel.min(), travel.max()
+    cut = size(rng, 0.001, 1.0) * (high - low)
+    return time, np.clip(travel, *((low, high - cut) if rng.random() < 0.5 else (low + cut, high)))
+
+
+def drifting(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The zero drifts evenly, by 0.01 to 20 mm over the record."""
+    return time, travel + _signed(rng, 0.01, 20.0) * np.linspace(0.0, 1.0, time.size)
+
+
+def offset(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The zero is off by 0.01 to 30 mm."""
+    return time, travel + _signed(rng, 0.01, 30.0)
+
+
+def slipped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The mount of the sensor slips once, by 0.05 to 10 mm."""
+    return time, travel + _signed(rng, 0.05, 10.0) * (time > rng.uniform(time[0], time[-1]))
+
+
+def gain(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The scale is wrong by 0.1 to 100 %, up or down."""
+    return time, travel * np.exp(_signed(rng, 0.001, 1.0))
+
+
+def stuck(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The reading stays for 0.2 ms up to the whole record, and goes on where it should be."""
+    part, travel = _part(rng, time.size, 2), travel.copy()
+    travel[part] = travel[part.start]
+    return time, travel
+
+
+def swapped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Pairs of samples, 1 to 100 of them, change places over 1 to 200 samples."""
+    travel = travel.copy()
+    for _ in range(round(size(rng, 1, 100))):
+        apart = round(size(rng, 1, 200))
+        i = int(rng.integers(0, max(1, time.size - apart)))
+        j = min(i + apart, time.size - 1)
+        travel[[i, j]] = travel[[j, i]]
+    return time, travel
+
+
+def blocks_swapped(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Two neighbouring blocks of a buffer, of 1 to 200 samples, change places."""
+    length = min(round(size(rng, 1, 200)), time.size // 2)
+    i = int(rng.integers(0, time.size - 2 * length + 1))
+    order = np.arange(time.size)
+    order[i : i + 2 * length] = np.roll(order[i : i + 2 * length], length)
+    return time, travel[order]
+
+
+def blank(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Single samples have no reading: 0.1 to 90 % of them."""
+    return time, np.where(rng.random(time.size) < size(rng, 0.001, 0.9), np.nan, travel)
+
+
+def gap(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """A stretch from one sample up to nearly the whole record has no reading."""
+    travel = travel.copy()
+    travel[_part(rng, time.size, 1)] = np.nan
+    return time, travel
+
+
+def rows_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """A stretch, or single samples, are lost together with their times."""
+    keep = np.ones(time.size, dtype=bool)
+    if rng.random() < 0.5:
+        keep[_part(rng, time.size - 2, 1)] = False
+    else:
+        keep = rng.random(time.size) >= size(rng, 0.001, 0.9)
+        keep[:2] = True
+    return time[keep], travel[keep]
+
+
+def samples_lost(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """A stretch of samples is lost, and the times go on as if they were not: a buffer overran."""
+    part = _part(rng, time.size - 2, 1)
+    left = np.delete(travel, np.r_[part])
+    return time[: left.size], left
+
+
+def samples_repeated(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """A stretch of samples comes twice, and what follows comes later by its length."""
+    part = _part(rng, time.size // 2, 1)
+    return time, np.insert(travel, part.stop, travel[part])[: time.size]
+
+
+def time_scaled(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The clock is wrong by 0.01 to 100 %, and the times with it."""
+    return time * np.exp(_signed(rng, 1e-4, 1.0)), travel
+
+
+def time_jitter(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Each time is off by itself, with an sd of 0.1 µs to 10 ms."""
+    return time + size(rng, 1e-4, 10.0) * rng.standard_normal(time.size), travel
+
+
+def time_jumps(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The clock jumps once, by 1 µs to 1 s, on or back."""
+    return time + _signed(rng, 1e-3, 1e3) * (time > rng.uniform(time[0], time[-1])), travel
+
+
+def spikes(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Single samples, 1 to 30, are off by 0.05 to 100 mm."""
+    travel, count = travel.copy(), round(size(rng, 1, 30))
+    height = size(rng, 0.05, 100.0)
+    where = rng.choice(time.size, count, replace=False)
+    travel[where] += height * rng.choice([-1.0, 1.0], count)
+    return time, travel
+
+
+def burst(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """0.2 to 20 ms of noise of 0.1 to 30 mm on top."""
+    part, travel = _stretch(time, 0.2, 20.0, rng), travel.copy()
+    travel[part] += size(rng, 0.1, 30.0) * rng.standard_normal(travel[part].size)
+    return time, travel
+
+
+def excursion(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """One smooth excursion of 0.1 to 30 mm and back, in 0.5 to 50 ms."""
+    part, travel = _stretch(time, 0.5, 50.0, rng), travel.copy()
+    travel[part] += _signed(rng, 0.1, 30.0) * np.hanning(travel[part].size + 2)[1:-1]
+    return time, travel
+
+
+def dropout(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """A stretch reads 0, or the end of a range of 5 to 1,000 mm: a loose contact."""
+    travel = travel.copy()
+    travel[_part(rng, time.size, 1)] = 0.0 if rng.random() < 0.5 else _signed(rng, 5.0, 1000.0)
+    return time, travel
+
+
+def quantised(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The reading has steps of 0.01 to 5 mm."""
+    step = size(rng, 0.01, 5.0)
+    return time, step * np.rint(travel / step)
+
+
+def noisy(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """White noise of 0.01 to 3 mm on top."""
+    return time, travel + size(rng, 0.01, 3.0) * rng.standard_normal(time.size)
+
+
+def coloured(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Noise of 0.01 to 3 mm on top, of which neighbours share 30 to 99 %."""
+    share = rng.uniform(0.3, 0.99)
+    white = rng.standard_normal(time.size + 500)
+    noise = np.sqrt(1.0 - share**2) * lfilter([1.0], [1.0, -share], white)[500:]
+    return time, travel + size(rng, 0.01, 3.0) * noise
+
+
+def hum(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Mains of 50 or 60 Hz on top, of 0.01 to 5 mm."""
+    phase = 2 * np.pi * (rng.choice([0.05, 0.06]) * time + rng.random())
+    return time, travel + size(rng, 0.01, 5.0) * np.sin(phase)
+
+
+def smoothed(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """A filter averages over 2 to 100 neighbours."""
+    width = round(size(rng, 2, 100))
+    ends = np.pad(travel, (width // 2, (width - 1) // 2), mode="edge")
+    return time, np.convolve(ends, np.full(width, 1.0 / width), mode="valid")
+
+
+def reversed_(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The samples are in the reverse order."""
+    return time, travel[::-1].copy()
+
+
+def upside_down(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The sign is wrong, about zero or about the middle of the stroke."""
+    middle = rng.choice([0.0, float(np.median(travel))])
+    return time, 2 * middle - travel
+
+
+def begins_late(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The first 0.1 to 99 % of the record are missing."""
+    first = round(size(rng, 0.001, 0.99) * time.size)
+    return time[first:], travel[first:]
+
+
+def ends_early(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The last 0.1 to 99 % of the record are missing."""
+    last = time.size - round(size(rng, 0.001, 0.99) * time.size)
+    return time[:last], travel[:last]
+
+
+def moves_back(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """The drive moves back to where it was, 1 to 70 ms after the record begins, in 2 to 30 ms."""
+    begins, lasts = size(rng, 1.0, 70.0), size(rng, 2.0, 30.0)
+    back = np.clip((time - time[0] - begins) / lasts, 0.0, 1.0)
+    return time, travel + (travel[0] - travel) * back**2 * (3.0 - 2.0 * back)
+
+
+def two_motions(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """A motion and its reverse, 0.5 to 300 ms later, in one record."""
+    step, wait = np.median(np.diff(time)), round(size(rng, 0.5, 300.0))
+    noise = rng.permutation(np.diff(travel[: time.size // 12])) / np.sqrt(2.0)
+    rest = travel[-1] + np.resize(noise, max(1, round(wait / step)))
+    both = np.concatenate([travel, rest, travel[::-1]])
+    return time[0] + step * np.arange(both.size), both
+
+
+def flat(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Nothing moves: the noise at rest, or one value."""
+    noise = size(rng, 1e-4, 1.0) * rng.standard_normal(time.size)
+    return time, travel[0] + noise * (rng.random() < 0.8)
+
+
+def nothing(time: np.ndarray, travel: np.ndarray, rng: np.random.Generator) -> Record:
+    """Nothing is wrong: how often is a good record rejected or remarked on?"""
+    return time, travel
+
+
+PHYSICAL: dict[str, Callable[[np.ndarray, np.ndarray, np.random.Generator], Record]] = {
+    each.__name__.strip("_").replace("_", " "): each
+    for each in (
+        nothing, clipped, drifting, offset, slipped, gain, stuck, swapped, blocks_swapped, blank,
+        gap, rows_lost, samples_lost, samples_repeated, time_scaled, time_jitter, time_jumps,
+        spikes, burst, excursion, dropout, quantised, noisy, coloured, hum, smoothed, reversed_,
+        upside_down,
+        begins_late, ends_early, moves_back, two_motions, flat,
+    )
+}  # fmt: skip
+"""Kinds of damage by name."""

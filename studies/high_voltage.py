@@ -1,0 +1,101 @@
+"""Exports of a rig of another kind of breaker: long strokes, close and open in one record.
+
+The default drive at 150 mm of stroke and 3.5 m/s, recorded as analysers of high-voltage breakers
+do: six currents and six travels side by side, no times, a preamble of 4 to 45 lines, steps of 0.08
+mm, blank cells where a channel ends and behind each line.
+
+    python -m studies.high_voltage FOLDER
+
+writes an example folder, always the same one.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from breaker.mechanism import Size
+from breaker.model import generator
+from breaker.shipped import DEFAULTS
+from breaker.synthetic import DIALECTS, Drive, Rig
+from breaker.workflow import load
+
+__all__ = ["CHANNELS", "HIGH_VOLTAGE", "write_exports"]
+
+HIGH_VOLTAGE = Size(lengths=10.35, times=4.46)
+"""Size beside the default drive: 150 mm, and 3.5 m/s where it is fastest."""
+
+_DIALECT = replace(DIALECTS["wide"], ending=".txt")
+CHANNELS = _DIALECT.channels
+"""Names of the columns of travel."""
+
+_APART = 200.0  # ms from closing to opening
+_OPENING = 400.0  # ms of a record from about its opening on
+_TRIGGER = (50.0, 5.0)  # ms before the closing, and their sd
+_PHASES_SD = 1.0  # ms, between the first motions of channels
+_FORCE_SD = 0.01  # share of the forces, between channels and operations
+_NOISE_SD = 0.05  # mm
+
+
+def write_exports(
+    drive: Drive,
+    seed: int,
+    folder: str | Path,
+    operations: int,
+    *,
+    force_sd: float = _FORCE_SD,
+    apart: float = _APART,
+) -> dict[tuple[str, str, int], float]:
+    """Write the files of some operations, ``rack_0001.txt`` and on.
+
+    Args:
+        drive: A drive of the default size, which is made larger.
+        force_sd: Standard deviation of the closing force between channels and operations, a share
+            of it.
+        apart: From closing to opening, ms; long enough for the drive to come to rest.
+
+    Returns:
+        Time of the first motion, ms of the record, by channel, motion and operation.
+    """
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    drive = drive.scaled(HIGH_VOLTAGE)
+    time = np.arange(0.0, apart + _OPENING, 1.0 / _DIALECT.rate)
+    truth: dict[tuple[str, str, int], float] = {}
+    for operation in range(1, operations + 1):
+        rng = generator(seed, "high voltage", operation)
+        trigger = _TRIGGER[0] + _TRIGGER[1] * rng.standard_normal()
+        records = []
+        for channel in CHANNELS:
+            one = drive.changed(f=drive.value("f") * (1.0 + force_sd * rng.standard_normal()))
+            closes, opens = trigger + _PHASES_SD * rng.standard_normal(2) + (0.0, apart)
+            closing = one.travel("closing", time - closes)
+            record = np.where(time < opens, closing, one.travel("opening", time - opens))
+            records.append(record + _NOISE_SD * rng.standard_normal(time.size))
+            truth[channel, "closing", operation] = closes
+            truth[channel, "opening", operation] = opens
+        records[-1][round(0.95 * time.size) :] = np.nan  # a channel that ends early
+        file = Path(folder, f"rack_{operation:04d}.txt")
+        _DIALECT.write(file, time, np.array(records), motion="close-open", operation=operation)
+    return truth
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write an example folder of the default drive in new condition, made larger."""
+    description = "Write exports of a simulated rig of 150 mm stroke and 3.5 m/s."
+    prog = "python -m studies.high_voltage"
+    parser = argparse.ArgumentParser(prog, description=description)
+    parser.add_argument("folder", metavar="FOLDER", help="where to write")
+    parser.add_argument("--operations", type=int, default=6, help="how many (default: 6)")
+    parser.add_argument("--seed", type=int, default=1, help="of noise and scatter (default: 1)")
+    options = parser.parse_args(arguments)
+    new = Rig.from_settings(load([DEFAULTS])["rig"], options.seed).new
+    write_exports(new, options.seed, options.folder, options.operations)
+    print(f"{options.operations} files written to {options.folder}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

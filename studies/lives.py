@@ -1,0 +1,459 @@
+"""Lives of drives from new to failure, followed and decided on as one would act.
+
+    python -m studies.lives follow develop lives.csv          # or calibrate, or score
+    python -m studies.lives table lives.csv docs/lives.csv    # sums one or more up
+
+Three seeds: to develop by, to calibrate by (threshold, future and margin in ``wear_model``), and to
+score. Drives of the family that networks are trained on, and foreign ones, wear along a straight
+line in their parameters and elements; half of them faster from 30 to 90 % of the life on. All that
+wears and all parameters scatter by 0.4 %; sensors round, and have coloured noise
+(``synthetic.Reading``). A record every fifth operation. Each life has a limit on a measured
+quantity, and one on the change of a parameter, at what the drive reaches at a random share of its
+wear; where nothing changes enough for that, it has none. ``steady`` lives have no change of rate,
+``faults`` a sudden one of a parameter.
+"""
+
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from tqdm import tqdm
+
+from breaker.decisions import STATES, standing
+from breaker.family import open_network, seen_of
+from breaker.mechanism import NAMES, Limit
+from breaker.model import Prior, Sensor, generator
+from breaker.records import measure_curve, shape_of
+from breaker.shipped import DEFAULTS, FAMILIES, KINDS, model_file
+from breaker.synthetic import Drive, Family, Reading
+from breaker.wear import Future, Motion, Readout, Series, Tracker, follow_life
+from breaker.workflow import load
+
+SEEDS = {"develop": 71, "calibrate": 72, "score": 73}
+SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100}
+LIFE, EVERY, LONGER = 2000, 5, 1.3
+KNEE, FASTER = (0.3, 0.9), (3.0, 8.0)  # share of the life, times
+FAILS = (0.7, 0.97)  # share of the wear at which a limit is reached
+SCATTER, ONSET, STEP = 0.004, 0.3, 0.2  # share, ms, ms
+TRIES = 100
+TIMES = np.arange(-8.0, 64.0, STEP)
+MEASURED = {"closing": ["stroke", "travel_time"], "opening": ["stroke", "travel_time"]}
+FOREIGN = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
+FAULT = (3.0, 12.0)  # percent of a parameter
+CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
+ASKED = 3  # operations of a life at which it is asked
+
+
+@dataclass
+class Life:
+    """A drive that wears: new, worn, and how fast."""
+
+    new: Drive
+    worn: Drive
+    knee: float
+    faster: float
+    fault: tuple[float, str, float] = (np.inf, "", 0.0)
+
+    @classmethod
+    def drawn(cls, name: str, config: Mapping, rng: np.random.Generator) -> "Life":
+        """Draw one of a set."""
+        prior = Prior.from_settings(config["prior"])
+        settings = config["family"]
+        if name == "foreign":
+            elements = {**config["rigs"]["elements"], **FOREIGN}
+            settings = {**config["rigs"], "elements": elements}
+        family = Family(prior, settings)
+        worn = None
+        while worn is None:
+            new = family.new(rng)
+            with suppress(RuntimeError):  # hardly a worn condition of this drive holds
+                worn = family.worn(new, rng, *(["sparse"] if name != "foreign" else []))
+        knee = LIFE * rng.uniform(*KNEE)
+        faster = float(np.exp(rng.uniform(*np.log(FASTER))))
+        if rng.random() < 0.5 or name in ("steady", "faults"):
+            knee, faster = LIFE, 1.0
+        life = cls(new, worn, knee, faster)
+        while name == "faults" and (not life.fault[1] or not life.at(LIFE).holds):
+            ranges = config["family"]["wear"]["change"]
+            which = str(rng.choice([n for n in NAMES if n in ranges]))
+            size = np.exp(rng.uniform(*np.log(FAULT))) * np.sign(np.sum(ranges[which]))
+            life.fault = LIFE * rng.uniform(0.6, 0.9), which, float(size)
+        return life
+
+    def at(self, operation: float, noise: Mapping[str, float] | None = None) -> Drive:
+        """Return the drive at an operation; its numbers times ``1 + noise``."""
+        way = min(operation, self.knee) + self.faster * max(operation - self.knee, 0.0)
+        share = way / (self.knee + self.faster * (LIFE - self.knee))
+        changed = {}
+        for name in (*NAMES, *(noise or {})):
+            new, worn = self.new.value(name), self.worn.value(name)
+            value = new + share * (worn - new)
+            if self.fault[1] == name and operation > self.fault[0]:
+                value *= 1.0 + self.fault[2] / 100.0
+            changed[name] = value * (1.0 + (noise or {}).get(name, 0.0))
+        return self.new.changed(**changed)
+
+
+def names_of(life: Life, config: Mapping) -> list[str]:
+    """What scatters: all parameters, and elements that wear."""
+    worn = [
+        n for n in config["family"]["wear"]["change"] if life.new.value(n) != life.worn.value(n)
+    ]
+    return sorted({*NAMES, *worn})
+
+
+def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Series, pd.DataFrame]:
+    """Records of a life, and its truth: parameters, and what records show but for noise."""
+    sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
+    names, operations = names_of(life, config), np.arange(EVERY, LIFE + 1, EVERY)
+    drives = []
+    for operation in operations:
+        drive = None
+        for _ in range(TRIES):
+            if drive is not None and drive.holds:
+                break
+            noise = dict(zip(names, SCATTER * rng.standard_normal(len(names)), strict=True))
+            drive = life.at(operation, noise)
+        drives.append(drive)
+    motions = {m: recorded(drives, m, sensor, reading, rng) for m in MEASURED}
+    stages = np.unique(np.append(np.linspace(0.0, LONGER * LIFE, 53).round(), round(life.knee)))
+    rows = []
+    for stage in stages:
+        drive = life.at(stage)
+        if not drive.holds:
+            break
+        row = dict(zip(NAMES, drive.theta, strict=True)) | {"operation": stage}
+        for motion, quantities in MEASURED.items():
+            found = measured(drive.travel(motion, TIMES), motion)
+            row |= {f"{motion} {q}": found.get(q, np.nan) for q in quantities}
+        rows.append(row)
+    series = Series(operations, motions, np.arange(config["wear_model"]["reference"]), {})
+    truth = pd.DataFrame(rows).set_index("operation")
+    for motion, each in motions.items():  # what records show is off by noise and rounding
+        for name, values in each.measured.items():
+            key = f"{motion} {name}"
+            truth[key] += np.nanmedian(values - np.interp(operations, truth.index, truth[key]))
+    return series, truth
+
+
+def measured(curve: np.ndarray, motion: str) -> dict[str, float]:
+    """Quantities of a curve; none of one that shows no motion."""
+    try:
+        return {
+            name: each.value
+            for name, each in measure_curve(TIMES, curve, motion, speeds=()).items()
+        }
+    except (ValueError, FloatingPointError):
+        return {}
+
+
+def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> Motion:
+    """Records of drives, normalised."""
+    sign = 1.0 if motion == "closing" else -1.0
+    ways, presents, noises, rows, like = [], [], [], [], None
+    for drive in drives:
+        late = ONSET * rng.standard_normal()
+        record = reading.corrupt(drive.travel(motion, TIMES - late), sensor, rng)
+        like = like or shape_of(sign * record, STEP)
+        shape = shape_of(sign * record, STEP, like)
+        rest = record[:35]
+        sd = max(float(rest.std()), reading.quantum / np.sqrt(12.0))
+        noises.append(seen_of(shape, sd, reading.colour, STEP, like).noise[0])
+        ways.append(shape.way)
+        presents.append(shape.present)
+        rows.append(measured(record, motion))
+    found = {q: np.array([row.get(q, np.nan) for row in rows]) for q in MEASURED[motion]}
+    units = like.stroke, like.duration
+    return Motion(np.array(ways), np.array(presents), np.array(noises), *units, found)
+
+
+def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limit, float]:
+    """Choose limits that the drive reaches, and when it does."""
+    share = rng.uniform(*FAILS)
+    way = share * (life.knee + life.faster * (LIFE - life.knee))
+    fails = way if way <= life.knee else life.knee + (way - life.knee) / life.faster
+    whole, found = np.arange(0.0, LONGER * LIFE), {}
+    dense = {n: np.interp(whole, truth.index, truth[n]) for n in truth.columns}
+    new = slice(0, EVERY * series.new.size)
+    candidates = []
+    for motion, each in series.motions.items():
+        for name, values in each.measured.items():
+            scatter = np.nanstd(np.diff(values[: series.new.size])) / np.sqrt(2.0)
+            end = np.interp(fails, whole, dense[f"{motion} {name}"])
+            if abs(end - np.nanmean(values[: series.new.size])) > CLEAR * scatter:
+                candidates.append((motion, name, float(end)))
+    if candidates:
+        motion, name, end = candidates[rng.integers(len(candidates))]
+        values = dense[f"{motion} {name}"]
+        upper = bool(end > values[new].mean())
+        over = (values > end) if upper else (values < end)
+        if over.any() and not over[new].any():
+            limit = Limit("measured", motion, ((name, end, upper),), of="record")
+            found[limit] = float(whole[over.argmax()])
+    percent = {n: 100.0 * (dense[n] / dense[n][new].mean() - 1.0) for n in NAMES}
+    ends = {n: float(np.interp(fails, whole, percent[n])) for n in NAMES}
+    clear = [n for n in NAMES if abs(ends[n]) > CLEAR]
+    if clear:
+        name = clear[rng.integers(len(clear))]
+        upper = ends[name] > 0.0
+        over = percent[name] > ends[name] if upper else percent[name] < ends[name]
+        limit = Limit("changed", "", ((name, ends[name], upper),), of="change")
+        if over.any():
+            found[limit] = float(whole[over.argmax()])
+    return found
+
+
+def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tuple:
+    """Simulate and follow one life."""
+    for attempt in range(TRIES):
+        rng = generator(seed, "benchmark of lives", name, number, attempt)
+        life = Life.drawn(name, config, rng)
+        with suppress(ValueError):  # a drive that does not hold all along its life
+            series, truth = simulate(life, config, rng)
+            break
+    limits = limits_of(truth, series, life, rng)
+    settings = config["wear_model"]
+    readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
+    tracker, future = Tracker.from_settings(settings), Future.from_settings(settings)
+    return life, truth, limits, readout, follow_life(readout, tracker, list(limits), future)
+
+
+def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list[dict]:
+    """Rows of one life."""
+    life, truth, limits, readout, data = followed(name, number, seed, config, networks)
+    about = {"set": name, "life": number, "knee": life.knee, "faster": life.faster}
+    about |= {"family": data.attrs["family"]}
+    rng = generator(seed, "benchmark of lives, asked", name, number)
+    rows = [about | each for each in changes_of(life, data, readout)]
+    told = data.attrs["told"]
+    stands = standing(data, config["planning"], np.full(data.sizes["operation"], np.nan))
+    for limit, fails in limits.items():
+        left = left_of(limit.name, fails, data, told, rng)
+        rows += [about | each | {"names": " ".join(limit.quantities)} for each in left]
+        rows.append(about | acted(limit.name, fails, data, stands))
+    where = rng.choice(data.asked.values[data.asked.values >= told], ASKED, replace=False)
+    reference = truth[list(NAMES)].pipe(_at, EVERY * config["wear_model"]["reference"] / 2.0)
+    for operation in where:
+        true = 100.0 * (_at(truth[list(NAMES)], operation) / reference - 1.0)
+        one = data.sel(asked=operation)
+        sizes = np.abs(true) / readout.usual()
+        names = one.names.item().split(" or ")
+        rows.append(
+            about
+            | {
+                "score": "named",
+                "right": NAMES[int(sizes.argmax())] in names,
+                "size": sizes.max(),
+                "count": len(names) if names[0] else 0,
+            }
+        )
+        for k, parameter in enumerate(NAMES):
+            low, middle, high = one.changed.values[k]
+            rows.append(
+                about
+                | {
+                    "score": "change",
+                    "name": parameter,
+                    "truth": true[k],
+                    "low": low,
+                    "middle": middle,
+                    "high": high,
+                }
+            )
+    return rows
+
+
+def _at(table: pd.DataFrame, operation: float) -> np.ndarray:
+    return np.array([np.interp(operation, table.index, table[n]) for n in table])
+
+
+def jump_of(life: Life, readout: Readout) -> float:
+    """How far a fault moves the curves, in the scatter of single records."""
+    after, before, square = life.fault[0] + 1.0, life.fault[0], 0.0
+    for motion, curve in readout.coordinates.curves.items():
+        each, sign = readout.series.motions[motion], 1.0 if motion == "closing" else -1.0
+        like = shape_of(sign * life.at(0.0).travel(motion, TIMES), STEP)
+        like = like._replace(stroke=each.stroke, duration=each.duration)
+        ways = [
+            shape_of(sign * life.at(o).travel(motion, TIMES), STEP, like).way
+            for o in (before, after)
+        ]
+        seen = curve.see(np.array(ways), np.ones((2, ways[0].size), dtype=bool))
+        square += np.square(np.diff(seen[:, :12], axis=0)).sum()
+    return float(np.sqrt(square))
+
+
+def changes_of(life: Life, data: xr.Dataset, readout: Readout) -> list[dict]:
+    """Whether a change was noticed, when, and by whom; and false ones."""
+    true = life.fault[0] if life.fault[1] else life.knee if life.knee < LIFE else np.inf
+    rows = []
+    for k in range(data.sizes["change"]):
+        noticed = float(data.noticed[k])
+        false = noticed <= true
+        rows.append(
+            {
+                "score": "false" if false else "noticed",
+                "operation": noticed,
+                "late": noticed - true,
+                "start": float(data.start[k]) - true,
+                "kind": data.kind[k].item(),
+                "names": data.change_names[k].item(),
+                "right": life.fault[1] in data.change_names[k].item().split(" or "),
+            }
+        )
+    quiet = np.isfinite(data.evidence.values) & (data.operation.values <= true)
+    most = np.nanmax(data.evidence.values, initial=-np.inf, where=quiet)
+    rows.append(
+        {
+            "score": "quiet",
+            "records": int(quiet.sum()),
+            "evidence": most,
+            "truth": true,
+            "size": jump_of(life, readout) if life.fault[1] else 0.0,
+            "name": life.fault[1],
+        }
+    )
+    return rows
+
+
+def left_of(limit: str, fails: float, data: xr.Dataset, told: int, rng) -> list[dict]:
+    """Operations left at random operations before a failure."""
+    asked = data.asked.values[(data.asked.values >= told) & (data.asked.values < fails)]
+    some = rng.choice(asked, min(ASKED, asked.size), replace=False) if asked.size else []
+    rows = []
+    for operation in some:
+        one = data.sel(asked=operation, limit=limit)
+        low, middle, high = one.remaining.values
+        rows.append(
+            {
+                "score": "left",
+                "name": limit,
+                "operation": operation,
+                "truth": fails - operation,
+                "low": low,
+                "middle": middle,
+                "high": high,
+            }
+        )
+    return rows
+
+
+def acted(limit: str, fails: float, data: xr.Dataset, stands: xr.Dataset) -> dict:
+    """What it costs to obey: when a service is first planned, when it is due, moves of the date.
+
+    ``known`` is whether anything is said of the limit when it fails, or when its service is due.
+    """
+    one, operations = stands.sel(limit=limit), stands.operation.values
+    state = one.state.values
+    planned, due = (np.flatnonzero(state >= STATES.index(s)) for s in ("plan", "now"))
+    first = float(operations[planned[0]]) if planned.size else np.nan
+    service = float(operations[due[0]]) if due.size else np.inf
+    at = np.searchsorted(operations, min(service, fails), side="right") - 1
+    until = (operations <= min(service, fails)) & (state == STATES.index("plan"))
+    by = one.service_by.values[until]
+    moves = int((by[1:] != by[:-1]).sum()) if by.size else 0
+    return {
+        "score": "acted",
+        "name": limit,
+        "fails": fails,
+        "first": first,
+        "service": service,
+        "moves": moves,
+        "known": bool(state[max(at, 0)] != STATES.index("unknown")),
+    }
+
+
+def follow(seed_name: str, file: str, *sets: str) -> None:
+    """Follow all lives of a seed, and add their rows to a file; those that are there are done."""
+    config, seed = load([DEFAULTS]), SEEDS[seed_name]
+    networks = [[open_network(model_file(f, kind)) for kind in KINDS] for f in FAMILIES]
+    done = pd.read_csv(file)[["set", "life"]].drop_duplicates() if Path(file).exists() else None
+    known = set() if done is None else set(done.itertuples(index=False, name=None))
+    for name in sets or SETS:
+        for number in tqdm(range(SETS[name]), desc=name, mininterval=10):
+            if (name, number) in known:
+                continue
+            rows = pd.DataFrame(scored(name, number, seed, config, networks))
+            columns = [*rows.columns] if not Path(file).exists() else None
+            rows = rows.reindex(columns=COLUMNS)
+            rows.to_csv(file, mode="a", header=columns is not None, index=False)
+
+
+COLUMNS = [
+    *("set", "life", "knee", "faster", "family", "score", "name", "truth", "low", "middle", "high"),
+    *("operation", "late", "start", "kind", "names", "right", "size", "count", "records"),
+    *("evidence", "fails", "first", "service", "moves", "known"),
+]
+
+
+def summed(some: pd.DataFrame) -> dict[str, tuple[float, int]]:
+    """Sum up the rows of a set: what each score is, and of how many."""
+    found: dict[str, tuple[float, int]] = {}
+    change = some[(some.score == "change") & some.low.notna()]
+    for name, each in change.groupby("name"):
+        holds = (each.low - 0.05 <= each.truth) & (each.truth <= each.high + 0.05)
+        found[f"change of {name}: 90 % hold"] = holds.mean(), len(each)
+        half = ((each.high - each.low) / 2.0)[each.truth.abs() > 1.0]
+        found[f"change of {name}: half width, %, where it changed"] = half.median(), len(half)
+    named = some[(some.score == "named") & (some["size"] > 0.05) & (some["count"] > 0)]
+    found["names hold what changed most"] = named.right.astype(float).mean(), len(named)
+    found["names in a set"] = named["count"].mean(), len(named)
+    quiet, false = (some[some.score == each] for each in ("quiet", "false"))
+    found["false changes in 10,000 records"] = 1e4 * len(false) / quiet.records.sum(), len(quiet)
+    changed = quiet[np.isfinite(quiet.truth)].set_index("life")
+    if len(changed):
+        late = some[some.score == "noticed"].groupby("life").late.min().reindex(changed.index)
+        found["changes found"] = late.notna().mean(), len(late)
+        found["records late"] = late.median() / EVERY, int(late.notna().sum())
+        for low, high in ((3, 6), (6, 12), (12, np.inf)):
+            of = changed.index[(changed["size"] >= low) & (changed["size"] < high)]
+            if len(of):
+                soon = (late.reindex(of) <= 3 * EVERY).mean()
+                found[f"faults of {low} to {high} sd found within 3 records"] = soon, len(of)
+    for name, each in some[(some.score == "left") & some.low.notna()].groupby("name"):
+        holds = (each.low <= each.truth) & (each.truth <= each.high)
+        found[f"{name} limits: 90 % hold operations left"] = holds.mean(), len(each)
+    for name, each in some[some.score == "acted"].groupby("name"):
+        told = each[each.known.astype(bool)]
+        found[f"{name} limits: told"] = len(told) / len(each), len(each)
+        failed = told.service > told.fails
+        found[f"{name} limits: failed before service_by"] = failed.mean(), len(told)
+        away = ((told.fails - told.service) / (told.fails - told["first"]))[~failed]
+        found[f"{name} limits: share of life given away"] = away.median(), len(away)
+        found[f"{name} limits: moves of service_by"] = told.moves.median(), len(told)
+        fixed = each.fails.quantile(0.05)  # the longest fixed interval that fails as seldom
+        away = ((each.fails - fixed) / each.fails).median()
+        found[f"{name} limits: share of a whole life given away, fixed interval"] = away, len(each)
+        away = ((told.fails - told.service) / told.fails)[~failed].median()
+        found[f"{name} limits: share of a whole life given away"] = away, len(told)
+    return found
+
+
+def table(*files: str) -> None:
+    """Sum rows up; the last file is written, and the table in docs/decisions.md."""
+    rows = pd.concat([pd.read_csv(file) for file in files[:-1]])
+    each = {name: summed(some) for name, some in rows.groupby("set")}
+    sets = [name for name in SETS if name in each]
+    scores = list(dict.fromkeys(score for name in sets for score in each[name]))
+    lines, data = [f"| | {' | '.join(sets)} |", "|---|" + "---|" * len(sets)], []
+    for score in scores:
+        cells = [each[name].get(score, (np.nan, 0)) for name in sets]
+        data.append([score, *(number for cell in cells for number in cell)])
+        shown = ["" if np.isnan(value) else f"{value:.2g} ({n})" for value, n in cells]
+        lines.append(f"| {score} | {' | '.join(shown)} |")
+    columns = ["score", *(name for of in sets for name in (of, f"{of}_count"))]
+    pd.DataFrame(data, columns=columns).to_csv(files[-1], index=False, float_format="%.3g")
+    page, mark = Path("docs/decisions.md"), "<!-- lives: made by studies/lives.py -->\n"
+    start, rest = page.read_text(encoding="utf-8").split(mark)
+    rest = rest[rest.index("\n\n") :]
+    page.write_text(start + mark + "\n".join(lines) + rest, encoding="utf-8")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    {"follow": follow, "table": table}[sys.argv[1]](*sys.argv[2:])

@@ -1,0 +1,106 @@
+"""Quantities read from records of drives whose motion is known: how true they are.
+
+A drive's own quantities are those of its motion without noise, sampled densely until it rests.
+Beside them stand what is measured of a noisy record, and the model's quantities at the drive's
+parameters, which are what posteriors and limits are about. Those differ where the model does.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from breaker.mechanism import SPEEDS, Point, Speed, evaluate, quantities_of
+from breaker.records import Contact, measure_curve
+from breaker.synthetic import Drive
+
+__all__ = ["measure_drives", "own_quantities"]
+
+_FINE = 0.01  # ms at size 1, between samples of a motion without noise
+_LONG, _RESTS = 150.0, 1000.0  # ms at size 1, all of a motion, and when it is over
+_LEAD, _LENGTH = 10.0, 80.0  # ms at size 1, of a record before and after the first motion
+_CONTACT_SD = 0.1  # ms at size 1
+
+
+def own_quantities(drive: Drive, motion: str, speeds: Sequence[Speed] = SPEEDS) -> dict[str, float]:
+    """Return the quantities of a drive's motion without noise, nan where one does not exist."""
+    sign = 1.0 if motion == "closing" else -1.0
+    time = drive.size.times * np.append(np.arange(0.0, _LONG, _FINE), _RESTS)
+    curve, switching = drive.operate(motion, time)
+    way = sign * (curve - curve[0])
+    stroke = way[-1]
+
+    def place(point: Point) -> tuple[float, float]:
+        if point.unit == "ms":
+            at = switching + point.amount
+            return at, float(np.interp(at, time, way))
+        touch = np.interp(switching, time, way)
+        level = point.amount / 100.0 * stroke if point.unit == "%" else touch + point.amount
+        if point.amount < 0.0:
+            below = np.flatnonzero((way <= level) & (time < switching))
+            first = below[-1] + 1 if below.size else 0
+        else:
+            begin = 0.0 if point.unit == "%" else switching
+            first = int(((way >= level) & (time >= begin)).argmax())
+        if first == 0:
+            return np.nan, level
+        around = slice(first - 1, first + 1)
+        return float(np.interp(level, way[around], time[around])), level
+
+    def between(start: Point, end: Point) -> tuple[float, float]:
+        (begin, low), (stop, high) = place(start), place(end)
+        return (stop - begin, high - low) if stop > begin else (np.nan, np.nan)
+
+    beyond = max(float(way.max() - stroke), 0.0)
+    found = {
+        **{"stroke": stroke, "travel_time": between(Point(10.0, "%"), Point(90.0, "%"))[0]},
+        **dict.fromkeys(("touch_time", "part_time"), switching),
+        **dict.fromkeys(("over_travel", "rebound"), beyond),
+    }
+    for speed in speeds:
+        duration, way_between = between(speed.start, speed.end)
+        found[speed.name] = way_between / duration
+    return {name: found.get(name, np.nan) for name in quantities_of(motion, speeds)}
+
+
+def measure_drives(
+    drives: Sequence[Drive],
+    motion: str,
+    rng: np.random.Generator,
+    *,
+    rate: float = 10.0,
+    noise: float = 0.007,
+    quantum: float = 0.0,
+    speeds: Sequence[Speed] = SPEEDS,
+) -> pd.DataFrame:
+    """Record each drive once, with contact timing, and read what an instrument would print.
+
+    Args:
+        motion: "closing" or "opening".
+        rate: Samples in a ms of a drive of size 1.
+        noise: Standard deviation of the noise, in strokes.
+        quantum: Step of the reading, in strokes.
+
+    Returns:
+        A row per drive and quantity: ``measured`` and ``measured_sd``, nan with a ``reason`` where
+        it is not shown; ``own``, that of the drive's motion without noise, and ``model``, that of
+        the model at its parameters.
+    """
+    rows = []
+    for number, drive in enumerate(drives):
+        own = own_quantities(drive, motion, speeds)
+        model = evaluate(list(own), np.array([drive.theta]), motion, speeds)[0]
+        times, stroke = drive.size.times, own["stroke"]
+        time = times * np.arange(-_LEAD - rng.uniform(0.0, 1.0 / rate), _LENGTH, 1.0 / rate)
+        curve, switching = drive.operate(motion, time)
+        curve = curve + noise * stroke * rng.standard_normal(time.size)
+        if quantum:
+            curve = quantum * stroke * np.round(curve / (quantum * stroke))
+        sd = _CONTACT_SD * times
+        contact = Contact(switching + sd * rng.standard_normal(), sd)
+        found = measure_curve(time, curve, motion, contact=contact, speeds=speeds)
+        for name, modelled in zip(own, model, strict=True):
+            row = {"drive": number, "quantity": name, "own": own[name], "model": modelled}
+            row |= {"measured": found[name].value, "measured_sd": found[name].sd}
+            rows.append(row | {"reason": found[name].reason})
+    return pd.DataFrame(rows)

@@ -1,0 +1,203 @@
+"""Do the tests notice? One fault at a time is planted in a copy of the project, and tests run.
+
+    python -m studies.mutants                      all faults, this project
+    python -m studies.mutants --tree ../other      the same in another copy of it
+    python -m studies.mutants --room model wear    those of some rooms
+    python -m studies.mutants --check              only whether each fault still has its place
+
+The faults are in ``mutants.toml``, by room: ``find``, a text that stands once in the package, the
+workflow or the studies, ``put``, what stands there instead, and ``tests``, the test files
+(``curves`` is ``test_curves.py``) that have to notice. A fault whose code was written anew is
+written anew, too.
+
+First the tests run without any fault: they have to pass. A fault is *caught* if a test fails or
+does not end in time, and has *survived* if all pass; it is *not applicable* where its text is not
+found exactly once. Results go to a CSV file as they come, and faults that it has are not run again.
+"""
+
+import argparse
+import csv
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+PARTS = ("Snakefile", "README.md", "LICENSE", "CITATION.cff", "Makefile", "pyproject.toml")
+FOLDERS = ("config", "docs", "envs", "profiles", "src", "studies", "tests", "workflow", ".ci")
+CODE = (("src/breaker", "*.py"), ("workflow", "*.py"), ("workflow", "*.smk"), ("studies", "*.py"))
+TESTS = ("tests", "studies/tests")
+COMPILED = ("numba", "njit", "@compiled", "import compiled")  # such files need a cache of their own
+CAUGHT, SURVIVED, NOT_APPLICABLE = "caught", "survived", "not applicable"
+FIELDS = ("room", "name", "outcome", "test", "seconds")  # of the results
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A fault: a text of the code, what stands there instead, and the tests that should notice."""
+
+    room: str
+    name: str
+    find: str
+    put: str
+    tests: str
+
+    def place(self, tree: Path) -> tuple[Path, str] | None:
+        """The file in which the fault goes and its text with the fault; None if it has no place."""
+        texts = {
+            file: file.read_text(encoding="utf-8")
+            for folder, pattern in CODE
+            for file in (tree / folder).rglob(pattern)
+        }
+        found = [file for file, text in texts.items() if self.find in text]
+        if len(found) != 1 or texts[found[0]].count(self.find) != 1:
+            return None
+        text = texts[found[0]].replace(self.find, self.put)
+        if found[0].suffix == ".py":
+            compile(text, self.name, "exec")  # a fault, not a slip of the pen
+        return found[0], text
+
+    def test_files(self, tree: Path) -> list[str]:
+        """Test files that are to notice, those that this tree has."""
+        files = [
+            file
+            for stem in self.tests.split()
+            for folder in TESTS
+            for file in (tree / folder).rglob(f"test_{stem}.py")
+        ]
+        return [str(file.relative_to(tree)) for file in dict.fromkeys(files)]
+
+
+def mutants(rooms: list[str] | None) -> Iterator[Mutant]:
+    """The faults of some rooms, or of all."""
+    listed = tomllib.loads((HERE / "mutants.toml").read_text(encoding="utf-8"))
+    for room, entries in listed.items():
+        if not rooms or room in rooms:
+            yield from (Mutant(room, **entry) for entry in entries)
+
+
+def copy(tree: Path, folder: Path) -> Path:
+    """Copy what the tests need of a project."""
+    for part in PARTS:
+        if (tree / part).exists():
+            shutil.copy2(tree / part, folder / part)
+    for part in FOLDERS:
+        if (tree / part).exists():
+            skipped = shutil.ignore_patterns("__pycache__", "results")
+            shutil.copytree(tree / part, folder / part, ignore=skipped)
+    return folder
+
+
+def run_tests(tree: Path, files: list[str], cache: Path, limit: float) -> tuple[str, float]:
+    """Run test files; return what came out and the seconds of processor time it took."""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(tree / "src"),
+        "NUMBA_CACHE_DIR": str(cache),
+        "OMP_NUM_THREADS": "1",
+        "NUMBA_NUM_THREADS": "1",
+    }
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *files]
+    began = os.times()
+    try:
+        done = subprocess.run(
+            command, cwd=tree, env=environment, capture_output=True, text=True, timeout=limit
+        )
+    except subprocess.TimeoutExpired:
+        return "no end", limit
+    ended = os.times()
+    took = sum(ended[2:4]) - sum(began[2:4])
+    if done.returncode in (0, 1, 2):
+        failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+        return (failed[0].split(" - ")[0] if failed else "error") if done.returncode else "", took
+    raise RuntimeError(f"pytest {files}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+
+
+def plant(mutant: Mutant, tree: Path, caches: Path, limit: float) -> tuple[str, str, float]:
+    """Plant one fault, run its tests, take it out again; return outcome, test and seconds."""
+    place, files = mutant.place(tree), mutant.test_files(tree)
+    if place is None or not files:
+        return NOT_APPLICABLE, "", 0.0
+    file, text = place
+    content, stat = file.read_bytes(), file.stat()
+    own = any(word in text for word in COMPILED)
+    cache = Path(tempfile.mkdtemp(dir=caches)) if own else caches / "shared"
+    try:
+        file.write_text(text, encoding="utf-8")
+        failed, took = run_tests(tree, files, cache, limit)
+    finally:
+        file.write_bytes(content)
+        os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+        if own:
+            shutil.rmtree(cache)
+    return (CAUGHT if failed else SURVIVED), failed, took
+
+
+def check(chosen: list[Mutant], tree: Path) -> int:
+    """Say which faults have no place or no test in a tree."""
+    lost = [m for m in chosen if m.place(tree) is None or not m.test_files(tree)]
+    for mutant in lost:
+        print(f"{mutant.room:12s} {mutant.name}")
+    print(f"{len(chosen) - len(lost)} of {len(chosen)} faults have a place and tests in {tree}")
+    return bool(lost)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("--tree", type=Path, default=HERE.parent, help="project to be tested")
+    parser.add_argument("--room", nargs="+", help="rooms, all by default")
+    parser.add_argument("--check", action="store_true", help="only look for the places")
+    parser.add_argument("--limit", type=float, default=900.0, help="seconds that tests may take")
+    parser.add_argument("--output", type=Path, default=Path("mutants.csv"), help="results")
+    parser.add_argument("--trust", action="store_true", help="do not run the tests without fault")
+    options = parser.parse_args()
+    chosen = list(mutants(options.room))
+    if options.check:
+        return check(chosen, options.tree.resolve())
+
+    known = []
+    if options.output.exists():
+        with options.output.open(encoding="utf-8", newline="") as file:
+            known = list(csv.DictReader(file))
+    done = {(row["room"], row["name"]) for row in known}
+    with tempfile.TemporaryDirectory() as folder:
+        (caches := Path(folder, "caches")).mkdir()
+        (project := Path(folder, "project")).mkdir()
+        tree = copy(options.tree.resolve(), project)
+        if not options.trust:
+            files = sorted({file for mutant in chosen for file in mutant.test_files(tree)})
+            if failed := run_tests(tree, files, caches / "shared", 3600.0)[0]:
+                raise SystemExit(f"without any fault the tests fail already: {failed}")
+        with options.output.open("a", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, FIELDS)
+            if not known:
+                writer.writeheader()
+            for mutant in chosen:
+                if (mutant.room, mutant.name) in done:
+                    continue
+                began = time.strftime("%H:%M:%S")
+                outcome, failed, took = plant(mutant, tree, caches, options.limit)
+                values = mutant.room, mutant.name, outcome, failed, f"{took:.0f}"
+                known.append(dict(zip(FIELDS, values, strict=True)))
+                writer.writerow(known[-1])
+                file.flush()
+                print(
+                    f"{began} {mutant.room:12s} {outcome:15s} {mutant.name}  {failed}", flush=True
+                )
+    counts = Counter(row["outcome"] for row in known)
+    print("\n" + ", ".join(f"{counts[each]} {each}" for each in (CAUGHT, SURVIVED, NOT_APPLICABLE)))
+    for row in known:
+        if row["outcome"] != CAUGHT:
+            print(f"  {row['outcome']:15s} {row['room']:12s} {row['name']}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

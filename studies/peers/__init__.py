@@ -1,0 +1,1 @@
+"""Other tools for the same task, beside this one: ``python -m studies.peers``."""

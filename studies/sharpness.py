@@ -1,0 +1,50 @@
+"""How sharp the networks are that ship, by records of one sensor: the tables of docs/family.md.
+
+    python -m studies.sharpness                  # two minutes of one core
+
+Levels from single operations with the noise of the defaults, 0.7 % of the stroke, the size given;
+changes from means with a fifth of that noise, of drives that wear in a few parameters or in most.
+"""
+
+import numpy as np
+
+from breaker.family import open_network
+from breaker.mechanism import NAMES
+from breaker.model import Prior, generator
+from breaker.shipped import DEFAULTS, FAMILIES, model_file
+from breaker.synthetic import Family, rows_of, sample_rows, simulate_family
+from breaker.validation import family_quality
+from breaker.workflow import load
+
+DRIVES, DRAWS = 5000, 300
+NOISE, OF_MEANS = (0.0074, 0.0075), (0.0015, 0.00151)  # share of the stroke
+
+
+def main() -> None:
+    config = load([DEFAULTS])
+    family = Family(Prior.from_settings(config["prior"]), config["family"])
+    bank = simulate_family(family, DRIVES, generator(1, "sharpness"))
+    levels, changes = (open_network(model_file(FAMILIES[0], k)) for k in ("levels", "changes"))
+    print("contraction of levels:", *NAMES)
+    for source in ("closing", "opening", "both"):
+        given = {"noise": NOISE, "told": np.ones(DRIVES, dtype=bool)}
+        rows = rows_of("levels", bank, levels)
+        data = sample_rows(levels, rows, source, DRAWS, generator(2, source), **given)
+        table = family_quality(data, log=True).set_index("output")
+        print(source, *(f"{table.contraction[name]:.2f}" for name in NAMES))
+    print("changes, both motions: rms error (half width), share that 90 % intervals hold")
+    for k, kind in enumerate(bank.wear.kinds):
+        some = bank.isel(drive=np.flatnonzero(bank.wear.values == k))
+        rows = rows_of("changes", some, changes)
+        data = sample_rows(changes, rows, "both", DRAWS, generator(3, kind), noise=OF_MEANS)
+        if kind == "none":
+            same = (np.abs(data.draws) < 1e-3).mean(["curve", "draw"])
+            print("no wear, P(no change):", same.round(3).values)
+            continue
+        table = family_quality(data, log=False).set_index("output")
+        known = zip(table.rms_error, table.half_width, table.coverage_90, strict=True)
+        print(kind, *(f"{rms:.2f} ({half:.2f}) {held:.0%}" for rms, half, held in known), sep=", ")
+
+
+if __name__ == "__main__":
+    main()

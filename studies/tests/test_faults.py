@@ -1,0 +1,152 @@
+"""The judge of damaged files: what it calls right, masked, flagged, silent, and a defect."""
+
+import contextlib
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from breaker.records import raw, reader
+from studies.faults import judge as judging
+from studies.faults.__main__ import defects, run, tabulate
+from studies.faults.judge import KINDS, good_file, is_right, judge, try_kind
+
+SEED = 5
+EACH = 10  # files of each kind
+
+
+@pytest.fixture(scope="module", params=["closing", "opening"])
+def good(request):
+    return good_file("stand-in", request.param, 0, SEED)
+
+
+def test_what_is_near_enough_is_right(good):
+    assert is_right(good, good.record)
+    assert is_right(good, good.record + 0.29)
+    assert is_right(good, np.where(np.arange(151) % 3, good.record, np.nan))
+    grid = good.first + np.linspace(-2.0, 58.0, 151)
+    assert is_right(good, np.interp(grid + 0.2, good.time, good.travel))  # 0.2 ms late
+
+
+@pytest.mark.parametrize("by", [0.6, -0.6])
+def test_what_is_far_off_is_wrong(good, by):
+    assert not is_right(good, good.record + by)
+    assert not is_right(good, good.record + by * (np.arange(151) == 0))
+    grid = good.first + np.linspace(-2.0, 58.0, 151)
+    assert not is_right(good, np.interp(grid + by, good.time, good.travel))  # ms
+
+
+def test_outcomes(good, monkeypatch, tmp_path):
+    def outcome(*, shift=0.0, **values):
+        found = {"accepted": True, "reason": "", "remarks": "", "masked": 0, **values}
+        curves = xr.Dataset(
+            {"travel": (("operation", "time"), good.record[None] + shift)}
+            | {name: ("operation", [value]) for name, value in found.items()}
+        )
+        monkeypatch.setattr(judging, "read_curves", lambda *args, **kwargs: curves)
+        return judge(tmp_path / "a.csv", good)[0]
+
+    assert outcome() == "right"
+    assert outcome(remarks="noise") == "right"
+    assert outcome(masked=3) == "masked"
+    assert outcome(shift=1.0, remarks="noise") == "flagged"
+    assert outcome(shift=1.0) == "silent"
+    assert outcome(shift=1.0, masked=3) == "silent"
+    assert outcome(accepted=False, reason="too short") == "rejected"
+    assert outcome(accepted=False) == "exception"  # a rejection without a reason
+
+
+def test_another_error_and_a_hang_are_defects(good, monkeypatch, tmp_path):
+    def fails(*_, **__):
+        raise KeyError("travel")
+
+    def hangs(*_, **__):
+        while True:
+            with contextlib.suppress(Exception):  # what a reader must not do
+                time.sleep(0.01)
+
+    monkeypatch.setattr(judging, "SECONDS", 0.02)
+    monkeypatch.setattr(judging, "read_curves", fails)
+    outcome, words, _ = judge(tmp_path / "a.csv", good)
+    assert (outcome, words) == ("exception", "KeyError: 'travel'")
+    monkeypatch.setattr(judging, "read_curves", hangs)
+    outcome, _, seconds = judge(tmp_path / "a.csv", good)
+    assert outcome == "exception"
+    assert seconds >= 0.1
+
+
+@pytest.fixture(scope="module")
+def few_good_files():
+    """To read fewer before they are damaged."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(judging, "_GOOD", 1)
+        yield
+
+
+@pytest.fixture(scope="module")
+def trials(few_good_files):
+    return run(EACH * len(KINDS), SEED)
+
+
+def test_the_reader_notices_damage(trials):
+    table = tabulate(trials)
+    assert table.loc["all", "exception"] == 0
+    assert table.loc["all", "slowest"] < 2.0
+    # Of some 300 accepted files, 0.3 % silent ones would be more than four once in 500 seeds.
+    assert table.loc["all", "silent"] <= 4
+    assert table.loc["nothing", ["right", "remarked"]].tolist() == [EACH, 0]
+
+
+def test_a_seed_repeats_its_trials(trials):
+    again = [try_kind(kind, 0, SEED) for kind in KINDS]
+    assert [each[:-1] for each in again] == [each[:-1] for each in trials if each.number == 0]
+    assert [each.kind for each in again] == KINDS
+
+
+def no_doubts(travel, *_):
+    return np.full(travel.shape, "", dtype="U12")
+
+
+# Several see most kinds: spikes that are not left out are leaps, unrest and noise.
+@pytest.mark.parametrize(
+    ("stages", "kind"),
+    [
+        ({"check_stroke": lambda *_: None}, "gain"),
+        ({"rest_of_open": lambda *_: 0.0, "rest_remark": lambda *_: ""}, "offset"),
+        ({"noise_remarks": lambda *_: []}, "noisy"),
+        ({"leap_remark": lambda *_: ""}, "blocks swapped"),
+        (
+            {
+                "doubtful_samples": no_doubts,
+                "leap_remark": lambda *_: "",
+                "inconsistencies": lambda *_: [],
+                "noise_remarks": lambda *_: [],
+            },
+            "spikes",
+        ),
+    ],
+    ids=lambda each: each if isinstance(each, str) else None,
+)
+def test_a_reader_without_a_stage_is_caught(stages, kind, few_good_files, monkeypatch):
+    def silent():
+        return sum(try_kind(kind, number, SEED).outcome == "silent" for number in range(20))
+
+    whole = silent()
+    for stage, without in stages.items():
+        monkeypatch.setattr(reader if hasattr(reader, stage) else raw, stage, without)
+    assert silent() >= whole + 3
+
+
+def test_what_is_wrong_with_a_table():
+    trial = try_kind("nothing", 0, SEED)
+    assert trial.outcome == "right"
+    right = [trial._replace(seconds=0.1)] * 999
+    assert defects(tabulate([*right, trial._replace(outcome="silent", seconds=0.1)])) == []
+    for wrong, words in (
+        ([trial._replace(outcome="silent", seconds=0.1)] * 2, "wrong in silence"),
+        ([trial._replace(outcome="exception", seconds=0.1)], "no rejection"),
+        ([trial._replace(seconds=2.1)], "takes 2.1 s"),
+    ):
+        (defect,) = defects(tabulate([*right, *wrong]))
+        assert words in defect

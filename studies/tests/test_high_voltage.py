@@ -1,0 +1,127 @@
+"""An export as analysers of high-voltage breakers write it, from inspection to accepted records."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from breaker.files.manifest import Operation
+from breaker.inspection.proposals import inspect_file
+from breaker.inspection.wording import overlay_of
+from breaker.mechanism.size import Size
+from breaker.model.randomness import generator
+from breaker.records.reader import read_curves
+from breaker.synthetic.family import Family
+from breaker.synthetic.rigs import Rig
+from breaker.workflow.configuration import load
+from studies.high_voltage import CHANNELS, HIGH_VOLTAGE, write_exports
+from studies.high_voltage import main as example
+
+OPERATIONS = 3
+LENGTHS, TIMES = HIGH_VOLTAGE.lengths, HIGH_VOLTAGE.times
+CONFIG = "config/config.yaml"
+
+
+@pytest.fixture(scope="module")
+def exports(tmp_path_factory, defaults):
+    """Folder of the files, and the true first motions."""
+    folder = tmp_path_factory.mktemp("rack")
+    return folder, write_exports(Rig.from_settings(defaults["rig"], 1).new, 1, folder, OPERATIONS)
+
+
+@pytest.fixture(scope="module")
+def overlay(exports, defaults, tmp_path_factory):
+    """What is proposed for the first file."""
+    text = overlay_of(inspect_file(exports[0] / "rack_0001.txt", defaults["sensor"]))
+    file = tmp_path_factory.mktemp("config") / "rack.yaml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_the_drive_is_the_default_one_on_another_scale(defaults):
+    drive = Rig.from_settings(defaults["rig"], 1).new
+    times = np.linspace(0.0, 60.0, 200)
+    for motion in ("closing", "opening"):
+        small = drive.travel(motion, times)
+        large = drive.scaled(Size(LENGTHS, TIMES)).travel(motion, TIMES * times)
+        np.testing.assert_allclose(large, LENGTHS * small, atol=1e-9)
+    speed = np.abs(np.diff(large) / np.diff(TIMES * times)).max()
+    assert large[0] == pytest.approx(150.0, abs=1.0)
+    assert speed == pytest.approx(3.5, abs=0.3)
+
+
+def test_inspection_leads_to_accepted_records_of_all_phases(exports, overlay, defaults):
+    """Ten lines; first motions within 0.3 ms of the default drive's times, which are 4.46 longer.
+
+    They are 0.5 to 0.7 ms late in closing, as the closing force builds up, and in opening.
+    """
+    folder, truth = exports
+    assert len(overlay.read_text(encoding="utf-8").splitlines()) <= 10
+    config = load([CONFIG, overlay])
+    sensor = config["sensor"]
+    times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
+    errors = []
+    for motion in ("closing", "opening"):
+        for channel in CHANNELS:
+            files = [folder / f"rack_{n:04d}.txt" for n in range(1, OPERATIONS + 1)]
+            operations = [Operation(n, f, channel=channel) for n, f in enumerate(files, start=1)]
+            curves = read_curves(
+                operations,
+                config["endurance"]["format"],
+                times,
+                motion,
+                noise_sd=sensor["noise_sd"],
+            )
+            assert curves.accepted.all(), curves.reason.values
+            assert (curves.remarks == "").all(), curves.remarks.values
+            assert not np.isnan(curves.travel).any()
+            wanted = [truth[channel, motion, n] for n in range(1, OPERATIONS + 1)]
+            errors.append(curves.first_motion.values - wanted)
+    assert np.abs(errors).max() < 0.3 * TIMES
+
+
+def test_the_files_are_of_the_layout(exports):
+    folder, _ = exports
+    heads = []
+    for file in sorted(folder.glob("rack_*.txt")):
+        lines = file.read_text(encoding="utf-8").splitlines()
+        names = next(i for i, line in enumerate(lines) if line.startswith("I1;"))
+        heads.append(names)
+        assert lines[names].split(";")[:13] == [*(f"I{i}" for i in range(1, 7)), *CHANNELS, ""]
+        assert len(lines) - names - 1 == 6000
+        assert lines[-1].split(";")[11:] == ["", "", ""]
+    assert len(set(heads)) > 1
+    assert all(4 <= head <= 45 for head in heads)
+
+
+@pytest.mark.parametrize("rig", [2, 4, 6, 8])
+def test_drives_that_are_fastest_early_or_creep_to_rest_are_seen_to_move(
+    rig, tmp_path, defaults, prior
+):
+    """Of 30 drives of the family, these and eight more were once taken for currents."""
+    drive = Family(prior, defaults["rigs"]).new(generator(1, "other drives", rig))
+    write_exports(drive, rig, tmp_path, 1, force_sd=0.0, apart=800.0)
+    found = inspect_file(tmp_path / "rack_0001.txt", defaults["sensor"])
+    assert {each.column for each in found.motions} == set(CHANNELS)
+    assert all(each.record for each in found.motions)
+
+
+def test_the_example_folder_is_always_the_same(exports, tmp_path, capsys):
+    folder, _ = exports
+    assert example([str(tmp_path / "rack"), "--operations", "1"]) == 0
+    assert "1 files written" in capsys.readouterr().out
+    (file,) = (tmp_path / "rack").iterdir()
+    assert file.read_bytes() == (folder / file.name).read_bytes()
+
+
+def test_the_overlay_is_yaml_of_the_keys_of_the_configuration(overlay):
+    content = yaml.safe_load(overlay.read_text(encoding="utf-8"))
+    assert content["endurance"]["format"]["travel_column"] == CHANNELS[0]
+    assert content["endurance"]["format"]["rate"] == 10.0
+    assert content.keys() == {"endurance"}  # what else its size needs, fit-prior proposes
+
+
+def test_the_page_on_usage_shows_what_is_proposed(overlay):
+    page = Path("docs/usage.md").read_text(encoding="utf-8")
+    assert overlay.read_text(encoding="utf-8") in page
