@@ -18,15 +18,7 @@ from breaker.posterior.predictive import predictive_p_value, summaries
 from breaker.posterior.tables import ABSENT
 from breaker.posterior.weights import importance
 
-__all__ = [
-    "Density",
-    "correct_operations",
-    "correct_validation",
-    "judge",
-    "judged_contacts",
-    "models_of",
-    "p_values",
-]
+__all__ = ["correct_operations", "correct_validation", "judge"]
 
 _SURPRISING = 4.0  # sd of a contact's time about what its record leads to expect
 
@@ -193,7 +185,7 @@ def _correct(
             if from_mode and not found.resolved:
                 again = correct(model, measured[i], start, settings, rng)
                 found = max(found, again, key=lambda one: (one.resolved, one.importance.size))
-        except (ArithmeticError, ValueError) as error:
+        except (ArithmeticError, RuntimeError, ValueError) as error:
             # One strange record must not end the job of all others.
             rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"
             continue
