@@ -18,7 +18,7 @@ from breaker.posterior.predictive import (
 from breaker.posterior.tables import table
 from breaker.records.opened import open_curves
 from breaker.stores import save
-from tests.networks_fixtures import DEEP_SET, MARKS, NETWORK, exact_curves, frozen, pin, simulated
+from tests.networks_fixtures import COMBINATIONS, MARKS, exact_curves, frozen, pin, simulated
 
 pytestmark = MARKS
 
@@ -82,15 +82,11 @@ def test_intervals_and_shares_are_those_of_the_draws(posterior, curves, inferred
     kept = inferred.isel(operation=np.flatnonzero(curves.accepted.values))
     draws = kept.draws.values.astype(np.float64)
     assert draws.shape == (5, DRAWS, 8)
-    for name, levels in (("interval_50", (0.25, 0.75)), ("interval_95", (0.025, 0.975))):
-        for bound, level in zip(("lower", "upper"), levels, strict=True):
-            expected = np.quantile(draws, level, axis=1)
-            found = kept[name].sel(bound=bound).values
-            # Draws are stored in float32, the quantiles were taken before.
-            np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6)
-    np.testing.assert_allclose(
-        kept["median"].values, np.median(draws, axis=1), rtol=1e-5, atol=1e-6
-    )
+    # Draws are stored in float32, the quantiles were taken before.
+    for name, levels in (("interval_50", [0.25, 0.75]), ("interval_95", [0.025, 0.975])):
+        expected = np.moveaxis(np.quantile(draws, levels, axis=1), 0, -1)
+        np.testing.assert_allclose(kept[name], expected, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(kept["median"], np.median(draws, axis=1), rtol=1e-5, atol=1e-6)
     outside = (draws[..., 5] <= draws[..., 1] * draws[..., 6]).mean(axis=1)
     np.testing.assert_allclose(kept.outside_support.values, outside, rtol=0, atol=1e-12)
     assert 0 < outside.max() < 0.5
@@ -115,16 +111,8 @@ def test_chunks_give_the_draws_of_the_whole(posterior, curves, inferred, tmp_pat
     assert set(joined.variables) == set(inferred.variables)
     for name in inferred.variables:
         np.testing.assert_array_equal(joined[name].values, inferred[name].values, err_msg=name)
-    # Planted fault: another seed gives other draws.
     other = infer(posterior, curves.isel(operation=[0]), draws=DRAWS, seed=2, misfit_p_value=1e-3)
     assert not np.any(other.draws.values[0] == inferred.draws.values[0])
-
-
-def test_operations_have_draws_of_their_own(inferred):
-    """Two operations do not share their noise: standardised draws differ in more than a shift."""
-    first, third = (np.log(inferred.draws.values[k, :, 0]) for k in (0, 2))
-    assert np.abs(np.corrcoef(first, third)[0, 1]) < 0.7  # 4 / sqrt(25) and a little
-    assert not np.allclose(first - first.mean(), third - third.mean(), atol=1e-3)
 
 
 def test_flags_of_fit_and_prior(posterior, curves):
@@ -146,8 +134,9 @@ def test_flags_of_fit_and_prior(posterior, curves):
     assert strict.misfit.values.all()
 
 
-@pytest.mark.parametrize("where", ["distance", "sample"])
-@pytest.mark.parametrize("kind", [ValueError, FloatingPointError])
+@pytest.mark.parametrize(
+    ("where", "kind"), [("distance", ValueError), ("sample", FloatingPointError)]
+)
 def test_an_operation_that_the_network_fails_on_leaves_the_rest(
     posterior, curves, inferred, monkeypatch, where, kind
 ):
@@ -176,15 +165,6 @@ def test_an_operation_that_the_network_fails_on_leaves_the_rest(
     assert result.reason.values[others].tolist() == inferred.reason.values[others].tolist()
 
 
-def test_other_errors_are_not_caught(posterior, curves, monkeypatch):
-    def failing(measured):
-        raise TypeError("a fault of the code")
-
-    monkeypatch.setattr(posterior, "distance", failing)
-    with pytest.raises(TypeError, match="a fault of the code"):
-        infer(posterior, curves, draws=DRAWS, seed=1, misfit_p_value=1e-3)
-
-
 # ---- validation ---------------------------------------------------------------------------------
 
 
@@ -202,10 +182,7 @@ def test_validation_pairs_truth_and_record(motion, onset):
     # The bank keeps curves in float32, which adds nothing here. False-alarm probability 1e-3.
     low, high = chi2.interval(1 - 1e-3, measured.size)
     assert low < total < high
-    # Planted faults: the truth of the next record, and the onset left out.
-    wrong = np.roll(values, 1, axis=0)
-    assert posterior.sensor.chi_square(measured, exact_curves(posterior, wrong)).sum() > high
-    if onset:
+    if onset:  # planted fault: the onset left out
         still = exact_curves(posterior, values[:, :7])
         assert posterior.sensor.chi_square(measured, still).sum() > high
 
@@ -222,27 +199,15 @@ def test_validation_follows_its_seed_and_nothing_else(posterior):
 
 def test_validation_with_samples_missing():
     """The same records and truth, of which each has lost its share of samples at random."""
-    network = {"summary": DEEP_SET, "inference": NETWORK["inference"]}
+    network = COMBINATIONS["deep_set and flow_matching"]
     deep_set = pin(frozen(network=network, curves=256), 0.0, 0.5)
-    whole = validate(deep_set, 30, 5, seed=11)
-    missing, again = (validate(deep_set, 30, 5, seed=11, missing=0.3) for _ in range(2))
-    xr.testing.assert_identical(missing, again)
+    whole, missing = (validate(deep_set, 30, 5, seed=11, missing=share) for share in (0.0, 0.3))
     lost = np.isnan(missing.measured.values)
-    samples = deep_set.sensor.samples
-    assert (lost.sum(axis=1) == round(0.3 * samples)).all()
+    assert (lost.sum(axis=1) == round(0.3 * deep_set.sensor.samples)).all()
     assert len({tuple(row) for row in lost}) == 30
     np.testing.assert_array_equal(missing.measured.values[~lost], whole.measured.values[~lost])
     np.testing.assert_array_equal(missing.truth, whole.truth)
     assert np.isfinite(missing.draws).all()
-    xr.testing.assert_identical(validate(deep_set, 30, 5, seed=11, missing=0.0), whole)
-    other = np.isnan(validate(deep_set, 30, 5, seed=12, missing=0.3).measured.values)
-    assert not np.array_equal(other, lost)
-
-
-def test_a_network_of_whole_records_is_validated_with_missing_samples(posterior):
-    found = validate(posterior, 3, 5, seed=11, missing=0.3)
-    assert np.isnan(found.measured.values).sum(axis=1).tolist() == [9, 9, 9]
-    assert np.isfinite(found.draws.values).all()
 
 
 # ---- stages ----------------------------------------------------------------------------------
