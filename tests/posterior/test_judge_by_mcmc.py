@@ -25,18 +25,6 @@ COMPARISONS = CURVES * len(MOTIONS) * 8 * 2 * 2  # means and sds, from either st
 D = 2000  # draws
 
 
-class Watched:
-    """A model that remembers the last points whose density was asked for."""
-
-    def __init__(self, model):
-        self.model = model
-        self.standardise, self.destandardise = model.standardise, model.destandardise
-
-    def log_joint(self, z, record):
-        self.z = z
-        return self.model.log_joint(z, record)
-
-
 @dataclass
 class Moments:
     """Means and standard deviations ``(8,)`` of the outputs, each with its Monte-Carlo error."""
@@ -47,28 +35,22 @@ class Moments:
     sd_error: np.ndarray
 
 
-def by_correction(model, record, start, rng):
-    """Moments of the corrected draws, from others ``(d, 8)``.
+def of_draws(draws, size):
+    """Moments of draws ``(d, 8)`` that are worth so many independent ones."""
+    mean, sd = draws.mean(0), draws.std(0)
+    square = ((draws - mean) ** 2 - sd**2) / (2 * sd)  # what each draw adds to the sd
+    return Moments(mean, sd / np.sqrt(size), sd, square.std(0) / np.sqrt(size))
 
-    The errors: of the weights, by the delta method, and of the resampling to d draws, which is
-    systematic and so at most that of d independent ones.
+
+def by_correction(model, record, start, rng):
+    """Corrected draws, from others ``(d, 8)``, and their moments.
+
+    The errors are those of the weights and of the resampling to d draws together.
     """
-    d, watched = len(start), Watched(model)
-    result = correct(watched, record, start, SETTINGS, rng)
+    result = correct(model, record, start, SETTINGS, rng)
     assert result.resolved, result.reason
-    weights = np.exp(result.importance.log_weights)
-    mean, sd = result.draws.mean(0), result.draws.std(0)
-    taken = weights > 0
-    weights, points = weights[taken], model.destandardise(watched.z[taken])
-    centred = points - mean
-    square = (centred**2 - sd**2) / (2 * sd)  # what each draw adds to the sd
-    of_draws = (result.draws - mean) ** 2
-    return result.draws, Moments(
-        mean,
-        np.sqrt(weights**2 @ centred**2 + sd**2 / d),
-        sd,
-        np.sqrt(weights**2 @ square**2 + (of_draws / (2 * sd)).var(0) / d),
-    )
+    size = 1 / (1 / result.importance.size + 1 / len(start))
+    return result.draws, of_draws(result.draws, size)
 
 
 def log_posterior(model, record):
@@ -166,5 +148,4 @@ def test_corrected_posteriors_are_those_of_mcmc(model, i):
         for start in (from_prior(model, D, rng), approximate(faulty, record, D, rng)):
             _, without_zero = by_correction(faulty, record, start, rng)
             assert largest_score(without_zero, chain) > 2 * LARGEST
-        start = Moments(about_mode.mean(0), 0.0, about_mode.std(0), 0.0)
-        assert largest_score(start, chain) > LARGEST
+        assert largest_score(of_draws(about_mode, D), chain) > LARGEST

@@ -240,15 +240,10 @@ def test_share_inside_counts_the_main_motion_alone(posterior, curves):
     odd[0, first + 1], odd[1, after:] = 1.0, 0.5 * np.resize([1, -1], times.size - after)
     three = curves.isel(operation=[0, 2, 3]).copy(deep=True)
     three["travel"][:] = np.stack([records[0], *(records[0] + odd)])
-    result = predict_stages(
-        certain.model,
-        infer(certain, three, draws=100, seed=1, misfit_p_value=0.5),
-        stages=3,
-        seed=1,
-    )
-    inside = (three.travel.values >= result.lower.values) & (
-        three.travel.values <= result.upper.values
-    )
+    found = infer(certain, three, draws=100, seed=1, misfit_p_value=0.5)
+    result = predict_stages(certain.model, found, stages=3, seed=1)
+    travel = three.travel.values
+    inside = (travel >= result.lower.values) & (travel <= result.upper.values)
     expected = inside[:, first:last].mean(axis=1)
     np.testing.assert_allclose(result.share_inside.values, expected, rtol=1e-12)
     assert result.main_motion_end.values[0] == times[last - 1]
@@ -281,23 +276,16 @@ def test_table_is_tidy(inferred):
     assert rows.output.tolist()[:8] == [*NAMES, "onset"]
     units = dict(zip(rows.output, rows.unit, strict=True))
     assert (units["L"], units["mu"], units["onset"]) == ("mm", "1", "ms")
-    for row in rows.itertuples():
-        one = inferred.sel(operation=row.operation)
-        for name in ("p_value", "misfit", "outside_prior", "accepted", "reason", "file"):
-            assert getattr(row, name) == one[name].item() or not row.accepted
-        one = one.sel(output=row.output)
-        found = [row.median, row.interval_95_lower, row.interval_50_upper]
-        expected = [
-            one["median"],
-            one.interval_95.sel(bound="lower"),
-            one.interval_50.sel(bound="upper"),
-        ]
-        np.testing.assert_array_equal(found, [value.item() for value in expected])
-    rejected = rows[rows.operation == 6]
-    assert rejected["median"].isna().all()
-    assert (rejected.reason == "line 40: travel is missing").all()
-    assert not rejected.accepted.any()
-    assert not rejected.misfit.any()
+    by_output = rows.set_index(["operation", "output"])
+    for name, each in (
+        ("median", inferred["median"]),
+        ("interval_95_lower", inferred.interval_95.sel(bound="lower")),
+        ("interval_50_upper", inferred.interval_50.sel(bound="upper")),
+    ):
+        np.testing.assert_array_equal(by_output[name].unstack()[inferred.output.values], each)
+    for name in ("p_value", "misfit", "outside_prior", "accepted", "reason", "file"):
+        np.testing.assert_array_equal(rows[name], np.repeat(inferred[name].values, 8))
+    assert rows[rows.operation == 6]["median"].isna().all()
 
 
 def test_what_is_known_of_operations_is_in_the_table_and_nothing_empty(inferred):
