@@ -77,6 +77,7 @@ def test_records_that_nothing_is_known_of_are_refused(sets, series, method):
             (infinite, "1 of 5 records have infinite samples"),
             (empty, "1 of 5 records have no sample"),
             (whole[:, ::2], r"shape \(o, 31\), not \(5, 16\)"),
+            (whole[0], r"shape \(o, 31\), not \(31,\)"),
         ):
             with pytest.raises(ValueError, match=message):
                 ask(posterior, records)

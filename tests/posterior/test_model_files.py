@@ -183,6 +183,7 @@ DESCRIBE = "do not describe a model"
 NOT_A_MODEL = "is not a model file of breaker"
 FAULTS = {
     "text": (lambda _, target: target.write_text("time,travel\n" * 99), NOT_A_MODEL),
+    "empty": (lambda _, target: target.write_bytes(b""), NOT_A_MODEL),
     "pickle": (
         lambda _, target: target.write_bytes(pickle.dumps(Trap(target.with_name("ran")))),
         NOT_A_MODEL,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.stats import binom, chi2, kstest
 
 from breaker.model.randomness import generator
@@ -115,3 +116,11 @@ def test_band_width_is_that_of_noise_and_zero(posterior):
         assert np.abs(band[name].values - expected).max() < 4.4 * error * unit, name
     assert band.attrs == {"motion": "closing", "noise_sd": sensor.noise_sd}
     np.testing.assert_array_equal(band.measured.values, records)
+
+
+def test_prediction_follows_its_seed(posterior):
+    values, _, records = simulated(posterior, 2)
+    draws = certain_of(values, 30)
+    one, again, other = (predict(posterior.model, records, draws, seed=seed) for seed in (1, 1, 2))
+    xr.testing.assert_identical(one, again)
+    assert not np.any(one["median"].values == other["median"].values)

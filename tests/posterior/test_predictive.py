@@ -115,6 +115,13 @@ def test_chunks_give_the_draws_of_the_whole(posterior, curves, inferred, tmp_pat
     assert not np.any(other.draws.values[0] == inferred.draws.values[0])
 
 
+def test_operations_have_draws_of_their_own(inferred):
+    """Two operations do not share their noise: standardised draws differ in more than a shift."""
+    first, third = (np.log(inferred.draws.values[k, :, 0]) for k in (0, 2))
+    assert np.abs(np.corrcoef(first, third)[0, 1]) < 0.7  # 4 / sqrt(25) and a little
+    assert not np.allclose(first - first.mean(), third - third.mean(), atol=1e-3)
+
+
 def test_flags_of_fit_and_prior(posterior, curves):
     """A certain model fits its own record, not one with a bump; a tripled curve is unlike all."""
     values, _, records = simulated(posterior, 1)
@@ -165,6 +172,15 @@ def test_an_operation_that_the_network_fails_on_leaves_the_rest(
     assert result.reason.values[others].tolist() == inferred.reason.values[others].tolist()
 
 
+def test_other_errors_are_not_caught(posterior, curves, monkeypatch):
+    def failing(measured):
+        raise TypeError("a fault of the code")
+
+    monkeypatch.setattr(posterior, "distance", failing)
+    with pytest.raises(TypeError, match="a fault of the code"):
+        infer(posterior, curves, draws=DRAWS, seed=1, misfit_p_value=1e-3)
+
+
 # ---- validation ---------------------------------------------------------------------------------
 
 
@@ -205,6 +221,8 @@ def test_validation_with_samples_missing():
     lost = np.isnan(missing.measured.values)
     assert (lost.sum(axis=1) == round(0.3 * deep_set.sensor.samples)).all()
     assert len({tuple(row) for row in lost}) == 30
+    other = validate(deep_set, 30, 5, seed=12, missing=0.3)
+    assert not np.array_equal(np.isnan(other.measured.values), lost)
     np.testing.assert_array_equal(missing.measured.values[~lost], whole.measured.values[~lost])
     np.testing.assert_array_equal(missing.truth, whole.truth)
     assert np.isfinite(missing.draws).all()
