@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+import xarray as xr
 from scipy.stats import norm
 
 from breaker import shipped
@@ -185,6 +186,18 @@ def curved_model(network=NETWORK):
     posterior.density_solver_steps.fill_(3)
     bank = bank_of(posterior, 5, seed=6)
     return posterior, posterior.sensor.corrupt(bank.travel.values, generator(1, "test records"))
+
+
+def operations_of(records, times, names=()):
+    """Records ``(n, t)`` in the layout of the reader, all accepted."""
+    n = len(records)
+    data = {
+        "travel": (("operation", "time"), records),
+        "accepted": ("operation", np.ones(n, bool)),
+        "reason": ("operation", np.array([""] * n)),
+        "file": ("operation", names or [f"close_{k}.csv" for k in range(n)]),
+    }
+    return xr.Dataset(data, coords={"operation": np.arange(n), "time": times})
 
 
 def lose(records, share, *, seed=3):

@@ -16,13 +16,13 @@ from breaker.model.prior import Prior
 from breaker.model.randomness import generator
 from breaker.model.sensor import Sensor
 from breaker.posterior.exactness import correct_operations, correct_validation, judge, p_values
-from breaker.posterior.predictive import summaries
+from breaker.posterior.predictive import coordinates, summaries
 from breaker.posterior.tables import ABSENT, beside, choose, summary, table, table_of_both
 from breaker.posterior.weights import importance
 from breaker.records.opened import open_curves
 from breaker.stores import save
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
-from tests.networks_fixtures import MARKS
+from tests.networks_fixtures import MARKS, operations_of
 
 pytestmark = MARKS
 
@@ -196,25 +196,16 @@ def inferred():
     travel[REJECTED] = np.nan
     reasons = np.array(["", "line 40: travel is missing", "", "close_16.csv: no posterior", "", ""])
     distance = np.where(np.arange(6) == REJECTED, np.nan, [0.4, 0.0, 0.7, 2.0, 1.3, 0.2])
-    return xr.Dataset(
-        {
-            "travel": (("operation", "time"), travel),
-            "accepted": ("operation", reasons == ""),
-            "reason": ("operation", reasons),
-            "file": ("operation", np.array([f"close_{k}.csv" for k in OPERATIONS])),
-            "first_motion": ("operation", np.where(np.arange(6) == REJECTED, np.nan, 20.0)),
-            "distance": ("operation", distance),
-            "outside_prior": ("operation", distance > 1.0),
-            **summaries(CUT, draws, p_values(CUT, travel, draws), 1e-3),
-        },
-        coords={
-            "operation": OPERATIONS,
-            "time": SENSOR.times,
-            "output": CUT.names,
-            "output_unit": ("output", [output.unit for output in CUT.outputs]),
-        },
-        attrs={"motion": "closing", "title": "test"},
+    data = operations_of(travel, SENSOR.times).assign(
+        accepted=("operation", reasons == ""),
+        reason=("operation", reasons),
+        first_motion=("operation", np.where(np.arange(6) == REJECTED, np.nan, 20.0)),
+        distance=("operation", distance),
+        outside_prior=("operation", distance > 1.0),
+        operation=OPERATIONS,
+        **summaries(CUT, draws, p_values(CUT, travel, draws), 1e-3),
     )
+    return data.assign_coords(coordinates(CUT)).assign_attrs(motion="closing", title="test")
 
 
 def correct_these(data, *, seed=1, settings=SETTINGS, misfit_p_value=1e-3):

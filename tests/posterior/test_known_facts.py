@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.stats import kstest
 
 from breaker.model import Contact, Facts, Model, generator
@@ -10,7 +9,7 @@ from breaker.posterior.exactness import correct_operations
 from breaker.posterior.laplace import approximate, surprise
 from breaker.posterior.predictive import coordinates
 from tests.corrections import SETTINGS, from_prior
-from tests.networks_fixtures import PRIOR, SENSOR
+from tests.networks_fixtures import PRIOR, SENSOR, operations_of
 
 COMMON = {"seed": 1, "misfit_p_value": 1e-3}
 
@@ -27,13 +26,7 @@ def curves(model):
     rng = generator(1, "test facts")
     values = model.destandardise(0.5 * rng.standard_normal((3, 8)))
     records = model.sensor.corrupt(model.curves(values), rng)
-    data = {
-        "travel": (("operation", "time"), records),
-        "accepted": ("operation", [True] * 3),
-        "reason": ("operation", [""] * 3),
-        "file": ("operation", ["a.csv", "b.csv", "c.csv"]),
-    }
-    return xr.Dataset(data, coords={"operation": [1, 2, 3], "time": model.sensor.times})
+    return operations_of(records, model.sensor.times)
 
 
 def infer_exactly(model, curves, draws):

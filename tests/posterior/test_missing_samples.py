@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 import torch
-import xarray as xr
 from scipy.stats import kstest
 
-from breaker.files.manifest import Operation
-from breaker.mechanism.curves import travel
 from breaker.model.randomness import generator
 from breaker.posterior.batches import Rows
 from breaker.posterior.corrections import correct
@@ -15,8 +12,6 @@ from breaker.posterior.exactness import correct_operations
 from breaker.posterior.missing import completed
 from breaker.posterior.predictive import infer, predict_stages, summaries
 from breaker.posterior.tables import table
-from breaker.records.export import write_curve
-from breaker.records.reader import read_curves
 from tests.corrections import SETTINGS
 from tests.networks_fixtures import (
     COMBINATIONS,
@@ -27,6 +22,7 @@ from tests.networks_fixtures import (
     lose,
     new_trainer,
     noise_of,
+    operations_of,
 )
 
 pytestmark = MARKS
@@ -148,55 +144,42 @@ def test_distance_of_records_with_missing_samples(sets, series):
     assert (posterior.distance(spike) > 1).all()
 
 
-# ---- from files ---------------------------------------------------------------------------------
+# ---- operations ---------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory, sets):
-    """Two closings as an instrument writes them: one lacks 40 % of its lines from 16 ms on."""
-    posterior, _ = sets
-    time = np.arange(0, 90, 0.5)
-    theta = posterior.model.prior.medians[None]
-    exact = travel(theta, time, "closing", onset=12.0).travel[0]
-    folder = tmp_path_factory.mktemp("curves")
-    for k in (1, 2):
-        noise = 0.1 * generator(1, "test noise").standard_normal(time.size)
-        # The rise is between 12 and 15 ms.
-        keep = np.ones(time.size, bool) if k == 1 else (np.arange(time.size) % 10 > 3) | (time < 16)
-        write_curve(
-            folder / f"{k}.csv", time[keep], (exact + noise)[keep], motion="closing", operation=k
-        )
-    return [Operation(k, folder / f"{k}.csv") for k in (1, 2)]
+def pair(sets):
+    """The same closing twice: the second time 40 % of the samples after its rise are missing."""
+    model = sets[0].model
+    exact = model.curves(np.append(model.prior.medians, 0.0)[None])
+    records = np.repeat(model.sensor.corrupt(exact, generator(1, "test noise")), 2, axis=0)
+    times = model.sensor.times
+    records[1, (times > 4.0) & (np.arange(times.size) % 5 < 2)] = np.nan
+    return operations_of(records, times)
 
 
-def read(files, posterior):
-    return read_curves(files, {}, posterior.sensor.times, "closing")
-
-
-def test_a_network_of_whole_records_answers_and_says_that_it_approximates(files, series):
+def test_a_network_of_whole_records_answers_and_says_that_it_approximates(pair, series):
     posterior, _ = series
-    curves = read(files, posterior)
-    found = infer(posterior, curves, draws=30, seed=1, misfit_p_value=1e-3)
-    lost = curves.missing.values[1]
-    assert curves.missing.values[0] == 0
-    assert 8 <= lost <= 15
+    lost = np.isnan(pair.travel.values).sum(axis=1)
+    found = infer(
+        posterior, pair.assign(missing=("operation", lost)), draws=30, seed=1, misfit_p_value=1e-3
+    )
     assert found.accepted.all(), found.reason.values
     assert found.completed.values.tolist() == [False, True]
     assert np.isfinite(found.draws.values).all()
     rows = table(found)
-    assert rows.missing.tolist() == [0] * 8 + [lost] * 8
+    assert rows.missing.tolist() == np.repeat(lost, 8).tolist()
     assert rows.completed.tolist() == [False] * 8 + [True] * 8
-    assert {"remarks", "masked", "far_onset"} <= set(rows.columns)
 
 
-def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(files, sets):
+def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(pair, sets):
     """Of the same noise, less is known: the log determinant of the covariance is larger.
 
     From 2,000 draws of eight outputs its difference has an error of sqrt(2 * 2 * 8 / 2000) = 0.13,
     so that equal posteriors would differ by 0.5 with a probability of 4e-5.
     """
     posterior, _ = sets
-    found = infer(posterior, read(files, posterior), draws=2000, seed=1, misfit_p_value=1e-3)
+    found = infer(posterior, pair, draws=2000, seed=1, misfit_p_value=1e-3)
     assert found.accepted.all()
     settings = SETTINGS | {"draws": 3000, "rounds": 40, "efficiency": 0.5}
     exact = correct_operations(posterior.model, found, settings, seed=1, misfit_p_value=1e-3)
@@ -208,7 +191,7 @@ def test_a_deep_set_infers_them_and_the_exact_posterior_is_wider(files, sets):
     # Predicted records have no gaps, and samples that are missing are not outside of the band.
     stages = predict_stages(posterior.model, exact, stages=2, seed=1)
     assert np.isfinite(stages.lower.values).all()
-    assert np.isnan(stages.travel.values).sum(axis=1).tolist() == found.missing.values.tolist()
+    np.testing.assert_array_equal(stages.travel, pair.travel)
     assert (stages.share_inside.values > 0.7).all()
 
 
@@ -237,17 +220,8 @@ def test_no_odd_record_stops_the_others():
     """Each has a posterior, or a reason; the ones beside it are as without it."""
     posterior, whole = curved_model()
     odd = odd_records(whole[0])
-    travel = np.array([whole[1], *odd.values(), whole[2]])
-    n = len(travel)
-    curves = xr.Dataset(
-        {
-            "travel": (("operation", "time"), travel),
-            "accepted": ("operation", np.ones(n, bool)),
-            "reason": ("operation", np.array([""] * n)),
-            "file": ("operation", ["first", *odd, "last"]),
-        },
-        {"operation": np.arange(n)},
-    )
+    records = np.array([whole[1], *odd.values(), whole[2]])
+    curves = operations_of(records, posterior.sensor.times, ["first", *odd, "last"])
     settings = SETTINGS | {"rounds": 3, "round_draws": 200, "draws": 500}
     common = {"seed": 1, "misfit_p_value": 1e-3}
     found = infer(posterior, curves, draws=60, **common)
@@ -263,12 +237,12 @@ def test_no_odd_record_stops_the_others():
     assert not found.accepted.values[[8, 9]].any()
     ends = infer(posterior, curves.isel(operation=[0, -1]), draws=60, **common)
     np.testing.assert_array_equal(found.draws[[0, -1]], ends.draws)
-    predict_stages(posterior.model, exact, stages=n, seed=1)
+    predict_stages(posterior.model, exact, stages=len(records), seed=1)
 
 
-def test_an_error_in_the_correction_is_its_reason(files, series, monkeypatch):
+def test_an_error_in_the_correction_is_its_reason(pair, series, monkeypatch):
     posterior, _ = series
-    found = infer(posterior, read(files, posterior), draws=30, seed=1, misfit_p_value=1e-3)
+    found = infer(posterior, pair, draws=30, seed=1, misfit_p_value=1e-3)
 
     def fails(model, record, *rest):
         if np.isnan(record).any():

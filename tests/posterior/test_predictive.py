@@ -18,7 +18,15 @@ from breaker.posterior.predictive import (
 from breaker.posterior.tables import table
 from breaker.records.opened import open_curves
 from breaker.stores import save
-from tests.networks_fixtures import COMBINATIONS, MARKS, exact_curves, frozen, pin, simulated
+from tests.networks_fixtures import (
+    COMBINATIONS,
+    MARKS,
+    exact_curves,
+    frozen,
+    operations_of,
+    pin,
+    simulated,
+)
 
 pytestmark = MARKS
 
@@ -45,15 +53,12 @@ def curves(posterior):
     _, _, records = simulated(posterior, 7)
     accepted = np.array([True, False, True, True, True, True, False])
     reasons = ["", "line 40: travel is missing", "", "", "", "", "too short"]
-    return xr.Dataset(
-        {
-            "travel": (("operation", "time"), np.where(accepted[:, None], records, np.nan)),
-            "accepted": ("operation", accepted),
-            "reason": ("operation", np.array(reasons, dtype=str)),
-            "file": ("operation", np.array([f"close_{k}.csv" for k in range(7)], dtype=str)),
-            "first_motion": ("operation", np.where(accepted, 20.0, np.nan)),
-        },
-        coords={"operation": np.arange(3, 24, 3), "time": posterior.sensor.times},
+    records[~accepted] = np.nan
+    return operations_of(records, posterior.sensor.times).assign(
+        accepted=("operation", accepted),
+        reason=("operation", np.array(reasons)),
+        first_motion=("operation", np.where(accepted, 20.0, np.nan)),
+        operation=np.arange(3, 24, 3),
     )
 
 
