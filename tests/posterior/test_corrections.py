@@ -244,8 +244,7 @@ class Failing(Gaussian):
         return result
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("count", [1, 7])
+@pytest.mark.parametrize(("value", "count"), [(np.nan, 1), (np.inf, 7)])
 @pytest.mark.parametrize("size", [500, 2000])
 def test_faulty_densities_are_counted_and_named(value, count, size):
     """In a round of adaptation and in the last one."""

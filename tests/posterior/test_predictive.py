@@ -137,9 +137,7 @@ def test_flags_of_fit_and_prior(posterior, curves):
     result = infer(certain, three, draws=DRAWS, seed=1, misfit_p_value=1e-3)
     assert result.misfit.values.tolist() == [False, True, True]
     assert result.outside_prior.values.tolist() == [False, False, True]
-    np.testing.assert_allclose(
-        result.distance.values, certain.distance(three.travel.values), rtol=1e-12
-    )
+    np.testing.assert_allclose(result.distance, certain.distance(three.travel.values), rtol=1e-12)
     # The threshold is a setting: p-values do not depend on it.
     strict = infer(certain, three, draws=DRAWS, seed=1, misfit_p_value=0.999)
     np.testing.assert_array_equal(strict.p_value.values, result.p_value.values)
