@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+import xarray as xr
 from scipy.stats import norm
 
 from breaker import shipped
 from breaker.mechanism.curves import travel
 from breaker.model.bank import simulate
 from breaker.model.randomness import generator
-from breaker.networks.flow_matching import FlowMatching
 from breaker.posterior.batches import Rows, freeze_inputs, split, truth
 from breaker.posterior.estimator import Posterior
 from breaker.posterior.training import Trainer
@@ -188,6 +188,26 @@ def curved_model(network=NETWORK):
     return posterior, posterior.sensor.corrupt(bank.travel.values, generator(1, "test records"))
 
 
+def operations_of(records, times, names=()):
+    """Records ``(n, t)`` in the layout of the reader, all accepted."""
+    n = len(records)
+    data = {
+        "travel": (("operation", "time"), records),
+        "accepted": ("operation", np.ones(n, bool)),
+        "reason": ("operation", np.array([""] * n)),
+        "file": ("operation", names or [f"close_{k}.csv" for k in range(n)]),
+    }
+    return xr.Dataset(data, coords={"operation": np.arange(n), "time": times})
+
+
+def lose(records, share, *, seed=3):
+    """Records of which a share of the samples is missing, as many in each."""
+    rng, found = np.random.default_rng(seed), records.copy()
+    for record in found:
+        record[rng.permutation(record.size)[: int(share * record.size)]] = np.nan
+    return found
+
+
 def noise_of(posterior, o, d):
     """Start points of draws, ``(o, d, q)``."""
     return generator(2, "test noise").standard_normal((o, d, len(posterior.outputs)))
@@ -232,25 +252,6 @@ def residual_by_hand(x, module, blocks):
     return w["leave.weight"] @ silu(h) + w["leave.bias"]
 
 
-class WrongSign(FlowMatching):
-    """Planted fault: the density takes the divergence with the wrong sign."""
-
-    def _field_and_trace(self, y, t, projected):
-        velocity, trace = super()._field_and_trace(y, t, projected)
-        return velocity, -trace
-
-
-def without_scale(kind):
-    """Planted fault: a kind of network whose density forgets the determinant of the base."""
-
-    class NoScale(kind):
-        def base(self, features):
-            base = super().base(features)
-            return base._replace(log_det=torch.zeros_like(base.log_det))
-
-    return NoScale
-
-
 def density_by_autograd(network, noise, features, steps=1):
     """Draws, and their log density from the Jacobian of the sampling map, one point at a time."""
     points, densities = torch.empty_like(noise), torch.empty(noise.shape[:2], dtype=noise.dtype)
@@ -264,15 +265,6 @@ def density_by_autograd(network, noise, features, steps=1):
         normal_density = norm.logpdf(noise[i, j].numpy()).sum()
         densities[i, j] = normal_density - torch.linalg.slogdet(jacobian).logabsdet
     return points, densities
-
-
-@torch.no_grad()
-def mass(network, features, ticks, *, steps=1):
-    """Integral of a density of two dimensions over eight base sds each side, ``(n,)``."""
-    base, line = network.base(features), torch.linspace(-8, 8, ticks, dtype=torch.float64)
-    grid = torch.cartesian_prod(line, line).expand(len(features), -1, -1)
-    density = network.log_prob(base.restore(grid), features, steps=steps).exp()
-    return density.sum(1) * (line[1] - line[0]) ** 2 / torch.linalg.det(base.factor)
 
 
 class Trap:

@@ -106,24 +106,18 @@ def test_shards_differ_and_keep_their_order(shard, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("other", "message"),
+    ("other", "late", "message"),
     [
-        ({"motion": "opening"}, "second.*does not fit.*first.*motion is opening, not closing"),
-        ({"onset_sd": 0.1}, "second.*does not fit.*first.*settings"),
+        ({"motion": "opening"}, 0.0, "second.*does not fit.*first.*motion is opening, not closing"),
+        ({"onset_sd": 0.1}, 0.0, "second.*does not fit.*first.*settings"),
+        ({}, 0.1, "time"),  # another grid
     ],
 )
-def test_shards_that_do_not_fit_are_refused(shard, tmp_path, other, message):
+def test_shards_that_do_not_fit_are_refused(shard, tmp_path, other, late, message):
     save(shard(0), tmp_path / "first")
-    save(shard(1, **other), tmp_path / "second")
+    bank = shard(1, **other)
+    save(bank.assign_coords(time=bank.time + late), tmp_path / "second")
     with pytest.raises(ValueError, match=message):
-        open_bank([tmp_path / "first", tmp_path / "second"])
-
-
-def test_shards_on_two_grids_are_refused(shard, tmp_path):
-    save(shard(0), tmp_path / "first")
-    bank = shard(1)
-    save(bank.assign_coords(time=bank.time + 0.1), tmp_path / "second")
-    with pytest.raises(ValueError, match="time"):
         open_bank([tmp_path / "first", tmp_path / "second"])
 
 

@@ -13,6 +13,7 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
+from tests.model.laws import covariance
 
 PAPER = Path(__file__).parents[2] / "config" / "paper.yaml"
 P = len(NAMES)
@@ -103,9 +104,6 @@ def test_log_scaling_is_the_jacobian(model):
     np.testing.assert_array_equal(
         model.log_scaling(values[:, None]), model.log_scaling(values)[:, None]
     )
-    # The faults: a forgotten onset, and the sign of the logarithms.
-    wrong = -(np.log(model.prior.log_sds) - np.log(values[:, :P])).sum(-1)
-    assert np.all(np.abs(wrong - expected) > 1)
 
 
 # ---- prior -------------------------------------------------------------------------------------
@@ -168,9 +166,10 @@ def test_wild_points_have_no_density(model, size):
 def log_normal_density(model, record, curves):
     """Of the samples that are there, in matrices written out."""
     there = np.flatnonzero(~np.isnan(record))
-    sensor = model.sensor
-    covariance = sensor.noise_sd**2 * np.eye(there.size) + sensor.zero_sd**2
-    normal = multivariate_normal(np.zeros(there.size), covariance)
+    if not there.size:
+        return 0.0
+    whole = covariance(model.sensor)[np.ix_(there, there)]
+    normal = multivariate_normal(np.zeros(there.size), whole)
     return normal.logpdf(record[there] - curves[:, there])
 
 
@@ -179,16 +178,15 @@ def missing(record, which):
     record, rng = record.copy(), generator(1, "test model", "missing")
     gone = {
         "none": [],
-        "one": [70],
         "a stretch": slice(40, 80),
-        "the beginning": slice(0, 30),
         "most": rng.permutation(record.size)[3:],
+        "all": slice(None),
     }[which]
     record[gone] = np.nan
     return record
 
 
-@pytest.mark.parametrize("which", ["none", "one", "a stretch", "the beginning", "most"])
+@pytest.mark.parametrize("which", ["none", "a stretch", "most", "all"])
 def test_log_joint_is_prior_times_likelihood(model, which):
     """To a relative 1e-11: values of up to 1e6 come from sums of 151 squares."""
     full, values = a_record(model)
@@ -198,15 +196,6 @@ def test_log_joint_is_prior_times_likelihood(model, which):
     likelihood = log_normal_density(model, record, curves)
     result = model.log_joint(z, record)
     np.testing.assert_allclose(result, model.log_prior(z) + likelihood, rtol=1e-11)
-    if which == "none":
-        direct = model.log_prior(z) + model.sensor.log_likelihood(record, curves)
-        np.testing.assert_allclose(result, direct, rtol=1e-11)
-
-
-def test_a_record_of_nothing_leaves_the_prior(model):
-    _, values = a_record(model)
-    z, nothing = model.standardise(values), np.full(model.sensor.samples, np.nan)
-    np.testing.assert_array_equal(model.log_joint(z, nothing), model.log_prior(z))
 
 
 # ---- construction ------------------------------------------------------------------------------

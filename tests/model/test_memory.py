@@ -61,16 +61,6 @@ def test_curves(theta, form):
     assert few < curves._ROWS * 200
 
 
-def test_a_copy_of_all_rows_would_be_seen(theta):
-    """The planted fault."""
-    times, single = np.linspace(-2, 58, 31), theta.astype(np.float32)
-
-    def needed(n):
-        return beside(lambda: travel(single[:n].astype(np.float64), times, "closing"), arrays_of)
-
-    assert needed(MANY) > needed(FEW) + 10 * SLACK
-
-
 def test_derivatives(theta):
     times = np.linspace(-2, 58, 7)
 

@@ -9,46 +9,16 @@ from scipy.stats import multivariate_normal
 
 from breaker.networks import flow_matching
 from breaker.networks.flow_matching import FlowMatching
-from tests.networks_fixtures import (
-    MARKS,
-    WrongSign,
-    built,
-    density_by_autograd,
-    mass,
-    normal,
-    perturb,
-    silu,
-    without_scale,
-)
+from tests.networks_fixtures import MARKS, arrays, built, density_by_autograd, normal, perturb, silu
 
 pytestmark = MARKS
 
 DIMS, FEATURES, WIDTH, BLOCKS = 3, 4, 10, 2
-FAULTS = (WrongSign, without_scale(FlowMatching))
 
 
-def gaussian(dims=DIMS, features=FEATURES):
-    """A new network whose head has been given weights: a Gaussian, by its documentation."""
-    network = built(FlowMatching, dims, features, width=WIDTH, blocks=BLOCKS).double()
-    perturb(network.head, 0.4)
-    return network
-
-
-def curved(dims=DIMS, features=FEATURES, *, kind=FlowMatching):
+def curved():
     """A network of random weights, whose density is far from a Gaussian."""
-    network = built(kind, dims, features, width=WIDTH, blocks=BLOCKS).double()
-    return perturb(network, 0.35)
-
-
-# ---- the Gaussian base --------------------------------------------------------------------------
-
-
-def test_base_is_lower_triangular_with_its_log_determinant():
-    _, factor, log_det = gaussian().base(normal(5, FEATURES))
-    torch.testing.assert_close(factor, factor.tril(), rtol=0, atol=0)
-    assert (factor.diagonal(dim1=1, dim2=2) > 0).all()
-    assert (factor.tril(-1).abs().sum(0)[torch.tril_indices(3, 3, -1).unbind()] > 0).all()
-    torch.testing.assert_close(log_det, torch.logdet(factor), rtol=0, atol=1e-12)
+    return perturb(built(FlowMatching, DIMS, FEATURES, width=WIDTH, blocks=BLOCKS).double(), 0.35)
 
 
 # ---- velocity field and loss --------------------------------------------------------------------
@@ -56,7 +26,7 @@ def test_base_is_lower_triangular_with_its_log_determinant():
 
 def velocity_by_hand(field, y, t, features):
     """Velocity at one point ``(q,)``, one time, one condition ``(s,)``, in numpy."""
-    w = {name: weight.detach().numpy() for name, weight in field.state_dict().items()}
+    w = arrays(field)
     waves = math.pi / 2 * np.arange(1, 9) * t
     embedded = w["time.weight"] @ np.r_[np.sin(waves), np.cos(waves)] + w["time.bias"]
     condition = w["condition.weight"] @ features + w["condition.bias"]
@@ -78,7 +48,7 @@ def test_loss_by_hand():
     )
     time = torch.from_numpy(np.random.default_rng(4).random((n, k, 1)))
     result = network.loss(theta, features, noise, time).detach().numpy()
-    mean, factor, _ = (value.detach().numpy() for value in network.base(features))
+    mean, factor, _ = (value.detach().numpy() for value in network.head(features))
 
     expected = np.zeros(n)
     for i in range(n):
@@ -108,7 +78,7 @@ def test_the_flow_does_not_pull_at_the_base():
     network.loss(theta, features, noise, time).sum().backward()
     from_loss = network.head.weight.grad.clone()
     network.zero_grad()
-    mean, factor, log_det = network.base(features)
+    mean, factor, log_det = network.head(features)
     whitened = (factor @ (theta - mean).unsqueeze(-1)).squeeze(-1)
     (0.5 * whitened.square().sum(-1) - log_det).sum().backward()
     torch.testing.assert_close(from_loss, network.head.weight.grad, rtol=0, atol=1e-12)
@@ -129,8 +99,6 @@ def test_divergence_is_the_trace_of_the_jacobian():
 
         jacobian = torch.autograd.functional.jacobian(field, y[i, j])
         torch.testing.assert_close(divergence[i, j], jacobian.trace(), rtol=0, atol=1e-12)
-        # Planted fault: the sum of all slopes is another number.
-        assert (divergence[i, j] - jacobian.sum()).abs() > 1e-3
 
 
 @pytest.mark.parametrize("tangents", [1, 4 * DIMS * WIDTH, 10**9])
@@ -172,18 +140,6 @@ def test_density_is_that_of_the_sampling_map():
     errors = density_errors(curved(), steps)
     assert 2.4 < slope(steps, errors) < 3.5
     assert errors[-1] < 1e-3
-    for fault in FAULTS:
-        assert density_errors(curved(kind=fault), [32]) > 0.1
-
-
-def euler(network, noise, features, *, steps):
-    """Planted fault: draws by the rule of Euler, of first order."""
-    mean, factor, _ = network.base(features)
-    projected, y = network.field.project(features), noise
-    for k in range(steps):
-        time = torch.full((1, 1, 1), k / steps, dtype=y.dtype)
-        y = y + network.field(y, time, projected) / steps
-    return mean.unsqueeze(1) + torch.linalg.solve(factor, y.transpose(1, 2)).transpose(1, 2)
 
 
 def test_draws_converge_with_the_order_of_the_midpoint_rule():
@@ -192,19 +148,5 @@ def test_draws_converge_with_the_order_of_the_midpoint_rule():
     steps = np.array([8, 16, 32, 64])
     with torch.no_grad():
         exact = network.sample(noise, features, steps=2048)
-        orders = []
-        for rule in (network.sample, lambda *args, **more: euler(network, *args, **more)):
-            draws = [rule(noise, features, steps=int(count)) for count in steps]
-            orders.append(slope(steps, [float((d - exact).abs().max()) for d in draws]))
-    assert 1.8 < orders[0] < 2.2
-    assert orders[1] < 1.3
-
-
-def test_density_integrates_to_one():
-    """The trapezoidal sum of a smooth density is exact to round-off; the solver errs by 1/k^2."""
-    features = normal(2, FEATURES, seed=2)
-    errors = [float((mass(curved(2), features, 65, steps=k) - 1).abs().max()) for k in (8, 16)]
-    assert errors[1] < 2e-3
-    assert errors[1] < errors[0] / 3.0
-    for fault in FAULTS:
-        assert (mass(curved(2, kind=fault), features, 65, steps=16) - 1).abs().max() > 0.02
+        draws = [network.sample(noise, features, steps=int(count)) for count in steps]
+    assert 1.8 < slope(steps, [float((d - exact).abs().max()) for d in draws]) < 2.2

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import torch
-from scipy.stats import chi2, hypergeom
+from scipy.stats import hypergeom
 
 from breaker.model.randomness import generator
 from breaker.posterior.batches import Rows, freeze_inputs, split, truth
 from breaker.posterior.estimator import Posterior
+from tests.model.laws import covariance, covariance_p_value
 from tests.networks_fixtures import MARKS, SENSOR, bank_of, settings
 
 pytestmark = MARKS
@@ -32,11 +33,11 @@ def test_split_takes_parts_from_the_end(bank):
     assert [part.sizes["curve"] for part in split(bank, 2047)] == [1, 2047]
 
 
-@pytest.mark.parametrize("counts", [(2048,), (2000, 48), (5000,)])
-def test_split_that_leaves_nothing_raises(bank, counts):
-    message = f"2048 curves, and {sum(counts)} are set aside: .* raise bank.shards"
-    with pytest.raises(ValueError, match=message):
-        split(bank, *counts)
+def test_split_that_leaves_nothing_raises(bank):
+    with pytest.raises(
+        ValueError, match=r"2048 curves, and 2048 are set aside: .* raise bank.shards"
+    ):
+        split(bank, 2000, 48)
 
 
 @pytest.mark.parametrize("onset", [True, False])
@@ -56,47 +57,12 @@ def test_truth_and_rows_are_what_the_posterior_infers(onset):
     assert (rows.noise_sd, rows.zero_sd) == (posterior.sensor.noise_sd, posterior.sensor.zero_sd)
 
 
-def residuals(rows, n, seed, travel=None):
-    """Noise of n records of one row, ``(n, t)``."""
-    drawn = rows.draw(torch.full((n,), 3), torch.Generator().manual_seed(seed))[0]
-    return (drawn - rows.travel[3]).double().numpy()
-
-
-def covariance_is_right(noise):
-    """Whether the parts along the mean and across it both have the variance of the sensor.
-
-    Each sum of squares is chi-square; two two-sided tests with a false-alarm probability of 5e-4
-    each, so 1e-3 together.
-    """
-    n, t = noise.shape
-    sigma, zero = SENSOR["noise_sd"], SENSOR["zero_sd"]
-    mean = noise.mean(axis=1)
-    across = np.square(noise - mean[:, None]).sum() / sigma**2
-    along = np.square(mean).sum() / (sigma**2 / t + zero**2)
-    inside = [
-        bounds[0] < value < bounds[1]
-        for value, bounds in (
-            (across, chi2.interval(1 - 5e-4, n * (t - 1))),
-            (along, chi2.interval(1 - 5e-4, n)),
-        )
-    ]
-    return all(inside)
-
-
 def test_noise_is_fresh_and_has_the_covariance_of_the_sensor(bank, posterior):
     rows = Rows.of(bank, posterior, torch.device("cpu"))
-    noise = residuals(rows, 3000, 1)
-    assert covariance_is_right(noise)
+    drawn = rows.draw(torch.full((3000,), 3), torch.Generator().manual_seed(1)).measured
+    noise = (drawn - rows.travel[3]).double().numpy()
+    assert covariance_p_value(noise, covariance(posterior.sensor)) > 1e-3
     assert np.unique(noise[:, 0]).size > 2900
-    # Neighbouring samples share the zero alone: correlation 1/2, within 4 of 0.75/sqrt(3000).
-    assert abs(np.corrcoef(noise[:, 4], noise[:, 5])[0, 1] - 0.5) < 4 * 0.75 / np.sqrt(3000)
-    # Planted faults: no zero, a zero for every sample, and noise that is 3 % too small.
-    for wrong in (
-        Rows(rows.travel, rows.z, SENSOR["noise_sd"], 0.0),
-        Rows(rows.travel, rows.z, np.hypot(SENSOR["noise_sd"], SENSOR["zero_sd"]), 0.0),
-        Rows(rows.travel, rows.z, 0.97 * SENSOR["noise_sd"], SENSOR["zero_sd"]),
-    ):
-        assert not covariance_is_right(residuals(wrong, 3000, 1))
 
 
 def test_batches_follow_their_generator(bank, posterior):
@@ -134,9 +100,6 @@ def test_frozen_inputs_give_highway_outputs_of_unit_variance(bank):
         outputs = posterior.summary.highway(centred).double().numpy()
     bound = 4 * np.sqrt(2 / len(travel))
     assert np.abs(np.square(outputs).mean(axis=0) - 1).max() < bound
-    # Planted fault: weights for the unit variance of noise-free curves.
-    clean = np.square((travel - travel.mean(0)) @ posterior.curve_weights.numpy()).mean(axis=0)
-    assert np.abs(np.square(outputs / np.sqrt(clean)).mean(axis=0) - 1).max() > bound
     # The convolutions see the curves centred and of unit variance.
     assert posterior.summary.scale.item() == pytest.approx(
         (travel - travel.mean(0)).std(), rel=1e-5

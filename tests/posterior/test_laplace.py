@@ -6,17 +6,12 @@ import numpy as np
 import pytest
 
 from breaker.mechanism import MOTIONS, NAMES, Size
-from breaker.model import Facts, Model, generator
+from breaker.model import Facts, generator
 from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate, mode
 from tests.corrections import SETTINGS, from_prior
-from tests.networks_fixtures import DEFAULTS
 
 RECORDS = 6
-
-
-def reference_model(motion):
-    return Model.from_settings({**DEFAULTS, "motion": motion})
 
 
 def with_noise(model, noise_sd):
@@ -31,9 +26,9 @@ def simulated(model, *purpose):
 
 @pytest.mark.parametrize("noise_sd", [0.003, 0.3])
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_the_mode_is_no_lower_than_the_truth(motion, noise_sd):
+def test_the_mode_is_no_lower_than_the_truth(models, motion, noise_sd):
     """Twice what is gained over the truth is a chi-square of up to 8 degrees of freedom."""
-    model = with_noise(reference_model(motion), noise_sd).sized(Size(10.0, 4.0))
+    model = with_noise(models[motion], noise_sd).sized(Size(10.0, 4.0))
     for z, record in zip(*simulated(model), strict=True):
         highest, precision = mode(model, record)
         there, truth = model.log_joint(np.stack([highest, z]), record)
@@ -42,9 +37,9 @@ def test_the_mode_is_no_lower_than_the_truth(motion, noise_sd):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_no_step_from_the_mode_gains(motion):
+def test_no_step_from_the_mode_gains(models, motion):
     """Along each axis of the curvature, 0.3 sd either way; away from the mode some do."""
-    model = reference_model(motion)
+    model = models[motion]
     for record in simulated(model)[1]:
         highest, precision = mode(model, record)
         sds, axes = np.linalg.eigh(np.linalg.inv(precision))
@@ -56,9 +51,9 @@ def test_no_step_from_the_mode_gains(motion):
         assert np.any(model.log_joint(moved + around - highest, record) > height - 0.4)
 
 
-def test_a_mode_on_the_border_of_the_support_is_inside():
+def test_a_mode_on_the_border_of_the_support_is_inside(models):
     """Of a prior whose opening spring is as strong as the closing force, and a record without."""
-    model = reference_model("opening")
+    model = models["opening"]
     medians = model.prior.medians.copy()
     medians[NAMES.index("f")] *= 0.62
     model = replace(model, prior=replace(model.prior, medians=medians))
@@ -71,9 +66,9 @@ def test_a_mode_on_the_border_of_the_support_is_inside():
         assert found.resolved, found.reason
 
 
-def test_a_narrow_fact_moves_the_mode():
+def test_a_narrow_fact_moves_the_mode(models):
     """A fact far narrower than what the record knows; without it the mode is elsewhere."""
-    model = reference_model("closing")
+    model = models["closing"]
     z, records = simulated(model)
     known = 1.3 * model.destandardise(z[0])[NAMES.index("mu")]
     informed = model.knowing(Facts.from_settings({"mu": [known, 1e-3]}))
@@ -85,9 +80,9 @@ def test_a_narrow_fact_moves_the_mode():
     assert 0.9e-3 < sd < 1.1e-3
 
 
-def test_draws_are_wider_than_the_curvature():
+def test_draws_are_wider_than_the_curvature(models):
     """By the Student-t of 5: variance 5/3, within 10 %. And they repeat with their generator."""
-    model = reference_model("closing")
+    model = models["closing"]
     _, records = simulated(model)
     highest, precision = mode(model, records[0])
     rng = generator(1, "test laplace", "draws")

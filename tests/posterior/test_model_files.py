@@ -12,9 +12,8 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 
 from breaker.mechanism.parameters import NAMES
-from breaker.model.saved import ModelFileError
+from breaker.model.saved import ModelFileError, write_model
 from breaker.posterior.estimator import Posterior
-from breaker.posterior.model_files import write
 from tests.networks_fixtures import (
     COMBINATIONS,
     MARKS,
@@ -76,7 +75,8 @@ def test_the_order_of_tensors_does_not_matter(series, model_file, tmp_path):
     posterior, _ = series
     tensors = dict(reversed(posterior.state_dict().items()))
     settings_of = dict(reversed(posterior.settings.items()))
-    write(tmp_path / "m.safetensors", settings_of, tensors)
+    arrays = {name: each.numpy() for name, each in tensors.items()}
+    write_model(tmp_path / "m.safetensors", settings_of, arrays)
     assert (tmp_path / "m.safetensors").read_bytes() == model_file.read_bytes()
 
 
@@ -90,16 +90,12 @@ def test_a_model_stays_as_it_was_when_its_file_is_written_over(series, model_fil
         torch.testing.assert_close(loaded.state_dict()[name], value, rtol=0, atol=0)
 
 
-def test_settings_beyond_the_model_are_kept(tmp_path):
-    posterior = Posterior({**settings(), "seed": 5, "training": {"steps": 7}})
-    posterior.save(tmp_path / "m.safetensors")
-    assert Posterior.load(tmp_path / "m.safetensors").settings["training"] == {"steps": 7}
-
-
 def test_a_model_on_other_settings_has_other_shapes(tmp_path):
-    """With and without the onset: eight or seven outputs, from the file alone."""
-    Posterior(settings(onset=False)).save(tmp_path / "m.safetensors")
-    assert Posterior.load(tmp_path / "m.safetensors").names == list(NAMES)
+    """Without the onset: seven outputs, from the file alone; further settings are kept."""
+    Posterior({**settings(onset=False), "seed": 5}).save(tmp_path / "m.safetensors")
+    loaded = Posterior.load(tmp_path / "m.safetensors")
+    assert loaded.names == list(NAMES)
+    assert loaded.settings["seed"] == 5
 
 
 def parts(path):
@@ -164,6 +160,10 @@ def summary_with(**changes):
     return with_settings(change)
 
 
+def sensor_with(**changes):
+    return with_settings(lambda read: read | {"sensor": read["sensor"] | changes})
+
+
 def with_value(name, value):
     def change(tensors):
         tensors[name] = tensors[name].clone()
@@ -184,45 +184,36 @@ NOT_A_MODEL = "is not a model file of breaker"
 FAULTS = {
     "text": (lambda _, target: target.write_text("time,travel\n" * 99), NOT_A_MODEL),
     "empty": (lambda _, target: target.write_bytes(b""), NOT_A_MODEL),
-    "pickle": (lambda _, target: target.write_bytes(pickle.dumps(Trap(target / "x"))), NOT_A_MODEL),
+    "pickle": (
+        lambda _, target: target.write_bytes(pickle.dumps(Trap(target.with_name("ran")))),
+        NOT_A_MODEL,
+    ),
     "torch pickle": (lambda _, target: torch.save({"weights": torch.ones(3)}, target), NOT_A_MODEL),
     "cut in the header": (cut_to(0.001), NOT_A_MODEL),
     "cut in the weights": (cut_to(0.7), NOT_A_MODEL),
     "no header": (with_header(lambda _: None), "format is None"),
     "other format": (
-        with_header(lambda h: {**h, "format": "breaker posterior 99"}),
-        "posterior 99",
-    ),
-    "older format": (
         with_header(lambda h: {**h, "format": "breaker posterior 2"}),
         "its format is 'breaker posterior 2', this version of breaker reads 'breaker network 1'",
     ),
     "no settings": (with_header(lambda h: {"format": h["format"]}), DESCRIBE),
     "tensor missing": (with_tensors(lambda t: t.pop("inference.head.bias")), SHAPE),
     "tensor too many": (with_tensors(lambda t: t.update(more=torch.ones(2))), SHAPE),
-    "shape": (with_tensors(lambda t: t.update({"summary.centre": torch.ones(30)})), SHAPE),
     "wider network": (summary_with(width=25), SHAPE),
-    "other sensor": (with_settings(lambda s: s | {"sensor": s["sensor"] | {"samples": 41}}), SHAPE),
-    "onset off": (with_settings(lambda s: s | {"sensor": s["sensor"] | {"onset_sd": 0.0}}), SHAPE),
+    "other sensor": (sensor_with(samples=41), SHAPE),
+    "onset off": (sensor_with(onset_sd=0.0), SHAPE),
     "not json": (with_settings(lambda _: "{steps: 3"), DESCRIBE),
     "a list": (with_settings(lambda _: [1, 2]), DESCRIBE),
-    "null": (with_settings(lambda _: None), DESCRIBE),
     "no prior": (with_settings(lambda s: s | {"prior": {}}), DESCRIBE),
     "prior of numbers": (with_settings(lambda s: s | {"prior": dict.fromkeys(NAMES, 1)}), DESCRIBE),
     "prior not positive": (
         with_settings(lambda s: s | {"prior": s["prior"] | {"mu": {"median": -1, "log_sd": 1}}}),
         DESCRIBE,
     ),
-    "no network": (with_settings(lambda s: s | {"network": {}}), DESCRIBE),
-    "network of text": (with_settings(lambda s: s | {"network": "large"}), DESCRIBE),
-    "unknown kind": (summary_with(kind="oracle"), DESCRIBE),
     "unknown size": (summary_with(depth=3), DESCRIBE),
     "negative size": (summary_with(width=-3), DESCRIBE),
-    "size of text": (summary_with(width="wide"), DESCRIBE),
-    "unequal convolutions": (summary_with(kernels=[5]), DESCRIBE),
     "stride of zero": (summary_with(strides=[0, 1]), DESCRIBE),
     "skip of zero": (summary_with(skip=0), SHAPE),
-    "unknown motion": (with_settings(lambda s: s | {"motion": "sideways"}), DESCRIBE),
     "weight nan": (with_value("inference.head.bias", torch.nan), "bias has numbers that are not"),
     "component infinite": (with_value("curve_weights", -torch.inf), "not finite"),
     "other type": (
@@ -241,21 +232,15 @@ FAULTS = {
     ),
     "header with more": (with_header(lambda h: {**h, "more": "x"}), "its header has 'more'"),
     "number infinite": (with_settings(lambda s: s | {"seed": float("inf")}), "seed is inf"),
-    "number nan": (
-        with_settings(lambda s: s | {"sensor": s["sensor"] | {"noise_sd": float("nan")}}),
-        "sensor.noise_sd is nan",
-    ),
+    "number nan": (sensor_with(noise_sd=float("nan")), "sensor.noise_sd is nan"),
 }
 
 # What took forever, or all memory.
 HEAVY = {
     "many steps": (with_value("solver_steps", 10**12), "solver_steps is 1000000000000"),
     "density steps": (with_value("density_solver_steps", 10**18), "density_solver_steps is 1000"),
-    "many samples": (with_settings(lambda s: s | {"sensor": s["sensor"] | {"samples": 10**8}}), ""),
-    "samples to 1e300": (
-        with_settings(lambda s: s | {"sensor": s["sensor"] | {"samples": 1e300}}),
-        DESCRIBE,
-    ),
+    "many samples": (sensor_with(samples=10**8), ""),
+    "samples to 1e300": (sensor_with(samples=1e300), DESCRIBE),
     "wide": (summary_with(width=99_999), SHAPE),
     "wider": (summary_with(width=10**9), "network.summary.width is 1e+09"),
     "deep": (summary_with(blocks=10**9), "network.summary.blocks is 1e+09, more than 100"),
@@ -279,6 +264,7 @@ def test_a_file_that_does_not_fit_is_refused(name, model_file, tmp_path):
     assert str(target) in str(caught.value)
     assert message in str(caught.value)
     assert str(caught.value).endswith("train it anew")
+    assert not target.with_name("ran").exists()  # no pickle is run
 
 
 LOAD_ALL = """
@@ -322,13 +308,3 @@ def test_no_model_file_takes_time_or_memory(model_file, tmp_path):
 def test_no_file_is_said(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"there is no model file .*none"):
         Posterior.load(tmp_path / "none.safetensors")
-
-
-def test_a_pickle_in_place_of_a_model_is_not_run(tmp_path):
-    trap, target = tmp_path / "ran", tmp_path / "model.safetensors"
-    target.write_bytes(pickle.dumps(Trap(trap)))
-    with pytest.raises(ModelFileError):
-        Posterior.load(target)
-    assert not trap.exists()
-    pickle.loads(target.read_bytes())  # the trap works where pickles are read
-    assert trap.exists()

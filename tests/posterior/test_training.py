@@ -55,11 +55,6 @@ def test_validation_is_fixed(trainer):
     assert (measured - training.validation.travel).abs().max() > 0.1
 
 
-def judged(training):
-    """Log density of the fixed rows."""
-    return -training.posterior.validation_loss(*training.fixed_batch)
-
-
 # ---- the numbers by formula ---------------------------------------------------------------------
 
 
@@ -126,8 +121,8 @@ def test_the_best_average_is_kept(trainer):
     assert history.attrs["best_validation_loss"] == losses[best]
     assert all(map(torch.equal, training.weights, averages[best + 1]))
     with torch.no_grad():
-        density = judged(training)
-    assert -density.mean().item() == losses[best]
+        loss = training.posterior.validation_loss(*training.fixed_batch)
+    assert loss.mean().item() == losses[best]
 
 
 def test_an_evaluation_leaves_the_training_alone(trainer):
@@ -138,42 +133,6 @@ def test_an_evaluation_leaves_the_training_alone(trainer):
         training.checkpoint.unlink()
     assert often.losses == seldom.losses
     assert all(map(torch.equal, often.ema, seldom.ema))
-
-
-def test_frozen_inputs_stay_frozen(trainer):
-    training = trainer()
-    before = {name: value.clone() for name, value in training.posterior.named_buffers()}
-    training.run()
-    after = dict(training.posterior.named_buffers())
-    assert set(before) == set(after)
-    assert all(torch.equal(value, after[name]) for name, value in before.items())
-
-
-def test_the_loss_goes_down(trainer):
-    """The judge is minus the mean log density of fixed records.
-
-    A new network is the prior; the exact posterior is some eight nats better. With seed and
-    batches fixed the gain is one number, and 2 nats are far above its spread over 24 curves
-    (about 0.5). Planted fault: a training that does not move gains nothing.
-    """
-    gains = []
-    for rate in (2e-2, 0.0):
-        training = trainer(
-            steps=60,
-            batch=48,
-            learning_rate=rate,
-            ema=0.8,
-            evaluate_every=40,
-            checkpoint_every=500,
-        )
-        with torch.no_grad():
-            start = -judged(training).mean().item()
-        history = training.run()
-        gains.append(start - float(history.validation_loss[-1]))
-        assert history.sizes == {"step": 60, "evaluation": 2}
-        assert history.step.values.tolist() == list(range(1, 61))
-    assert gains[0] > 2.0
-    assert gains[1] == 0.0
 
 
 # ---- faults -------------------------------------------------------------------------------------

@@ -1,86 +1,39 @@
 """Importance weights against problems in closed form: evidence, size, divergence, tail."""
 
-import math
-from functools import partial
-
 import numpy as np
 import pytest
-from scipy.stats import chisquare, multivariate_normal, norm
+from arviz_stats.base import array_stats
+from scipy.stats import chisquare, norm
 
 from breaker.model.randomness import generator
-from breaker.posterior import weights as exact
 from breaker.posterior.weights import importance, resample
 from tests.corrections import errors_p_value
 
 TWO_SIDED = norm.isf(0.5e-3)  # 3.29 standard errors: false alarm 1e-3
 
+# ---- a posterior N(0, I) in three dimensions, and a proposal N(SHIFT, WIDTH^2 I) -----------------
 
-# ---- a linear Gaussian model -------------------------------------------------------------------
+WIDTH, SHIFT, LOG_EVIDENCE = 1.3, np.array([0.4, -0.3, 0.2]), -17.25
+# In units of the proposal, the posterior is N(M, S^2) in each coordinate.
+S, M = 1 / WIDTH, -SHIFT / WIDTH
+DIVERGENCE = 0.5 * np.sum(S**2 + M**2 - 1 - 2 * np.log(S))
 
 
-class Linear:
-    """``z ~ N(0, I)`` of three, ``x = A z + e`` of five, and a proposal near the posterior.
+def weigh(n, rng):
+    z = SHIFT + WIDTH * rng.standard_normal((n, 3))
+    return norm.logpdf(z).sum(1) + LOG_EVIDENCE, norm.logpdf(z, SHIFT, WIDTH).sum(1)
 
-    In coordinates in which the posterior is ``N(0, I)`` the proposal is ``N(shift, width^2 I)``.
-    """
 
-    width, shift = 1.3, np.array([0.4, -0.3, 0.2])
-
-    def __init__(self):
-        rng = generator(1, "test exact", "linear")
-        slope, sd = rng.normal(size=(5, 3)), 0.5
-        self.slope, self.sd = slope, sd
-        self.record = slope @ rng.standard_normal(3) + sd * rng.standard_normal(5)
-        precision = np.eye(3) + slope.T @ slope / sd**2
-        self.mean = np.linalg.solve(precision, slope.T @ self.record / sd**2)
-        self.root = np.linalg.cholesky(np.linalg.inv(precision))
-        marginal = multivariate_normal(np.zeros(5), slope @ slope.T + sd**2 * np.eye(5))
-        self.log_evidence = marginal.logpdf(self.record)
-
-    def sample(self, n, rng):
-        u = self.shift + self.width * rng.standard_normal((n, 3))
-        return self.mean + u @ self.root.T
-
-    def log_joint(self, z):
-        error = self.record - z @ self.slope.T
-        return norm.logpdf(z).sum(1) + norm.logpdf(error, scale=self.sd).sum(1)
-
-    def log_density(self, z):
-        u = np.linalg.solve(self.root, (z - self.mean).T).T
-        normal = norm.logpdf(u, self.shift, self.width).sum(1)
-        return normal - np.log(np.diag(self.root)).sum()
-
-    def weigh(self, n, rng):
-        z = self.sample(n, rng)
-        return self.log_joint(z), self.log_density(z)
-
-    def moment(self, j):
-        """``E_q[w^j]`` of weights of mean one.
-
-        For each coordinate, with the proposal standardised, the posterior is ``N(m, s^2)``. The
-        product ``p^j q^(1-j)`` is a Gaussian of precision ``j / s^2 - (j - 1)``.
-        """
-        s, m = 1 / self.width, -self.shift / self.width
-        precision = j / s**2 - (j - 1)
-        exponent = (j * m / s**2) ** 2 / (2 * precision) - j * m**2 / (2 * s**2)
-        return float(np.prod(np.exp(exponent) / (s**j * np.sqrt(precision))))
-
-    @property
-    def divergence(self):
-        """``KL(p | q)`` of two Gaussians."""
-        s, m = 1 / self.width, -self.shift / self.width
-        return float(0.5 * np.sum(s**2 + m**2 - 1 - 2 * np.log(s)))
+def moment(j):
+    """``E_q[w^j]`` of weights of mean one: ``p^j q^(1-j)`` is a Gaussian."""
+    precision = j / S**2 - (j - 1)
+    exponent = (j * M / S**2) ** 2 / (2 * precision) - j * M**2 / (2 * S**2)
+    return float(np.prod(np.exp(exponent) / (S**j * np.sqrt(precision))))
 
 
 @pytest.fixture(scope="module")
-def linear():
-    return Linear()
-
-
-@pytest.fixture(scope="module")
-def judged(linear):
-    n = 40_000
-    joint, density = linear.weigh(n, generator(1, "test exact", "judged"))
+def judged():
+    joint, density = weigh(40_000, generator(1, "test exact", "judged"))
     return joint, density, importance(joint, density)
 
 
@@ -93,65 +46,31 @@ def test_weights_are_normalised_ratios(judged):
     assert result.faulty == 0
 
 
-def test_evidence_in_closed_form(linear, judged):
-    """False alarm 1e-3. The fault, a proposal density off by 0.03 nats, is ten such errors."""
-    *_, result = judged
-    assert abs(result.log_evidence - linear.log_evidence) < TWO_SIDED * result.log_evidence_se
-    error = np.sqrt((linear.moment(2) - 1) / 40_000)
-    assert result.log_evidence_se == pytest.approx(error, rel=0.05)
-    joint, density, _ = judged
-    wrong = importance(joint, density + 0.03).log_evidence - linear.log_evidence
-    assert abs(wrong) > TWO_SIDED * error
-
-
-def test_efficiency_in_closed_form(linear, judged):
-    """``E[w]^2 / E[w^2]``; its error by the delta method from four moments. False alarm 1e-3."""
-    second, third, fourth = (linear.moment(j) for j in (2, 3, 4))
+def test_evidence_efficiency_and_gap_in_closed_form(judged):
+    """False alarm 1e-3 each; errors by the delta method."""
+    joint, density, result = judged
+    n, (second, third, fourth) = len(joint), (moment(j) for j in (2, 3, 4))
+    assert abs(result.log_evidence - LOG_EVIDENCE) < TWO_SIDED * result.log_evidence_se
+    assert result.log_evidence_se == pytest.approx(np.sqrt((second - 1) / n), rel=0.05)
     covariance = np.array([[second - 1, third - second], [third - second, fourth - second**2]])
     gradient = np.array([2 / second, -1 / second**2])
-    error = np.sqrt(gradient @ covariance @ gradient / 40_000)
-    *_, result = judged
-    assert linear.moment(1) == pytest.approx(1, rel=1e-12)
+    error = np.sqrt(gradient @ covariance @ gradient / n)
     assert abs(result.efficiency - 1 / second) < TWO_SIDED * error
-    # The faults: the size of unnormalised weights of another power.
-    for power in (0.5, 2):
-        size = np.exp(-2 * power * result.log_weights).sum()
-        wrong = np.exp(power * result.log_weights).sum() ** 2 / size / 40_000
-        assert abs(wrong - 1 / second) > 10 * error
+    log_w = joint - density - LOG_EVIDENCE
+    error = np.std(np.exp(log_w) * (log_w - DIVERGENCE - 1)) / np.sqrt(n)
+    assert abs(result.gap - DIVERGENCE) < TWO_SIDED * error
 
 
-def test_gap_is_the_divergence_of_posterior_from_proposal(linear, judged):
-    """False alarm 1e-3: the estimate's influence function is ``w (log w - KL - 1) + 1``.
-
-    The faults: the divergence the other way round, and without the evidence.
-    """
-    joint, density, result = judged
-    log_w = joint - density - linear.log_evidence
-    error = np.std(np.exp(log_w) * (log_w - linear.divergence - 1)) / np.sqrt(len(joint))
-    assert abs(result.gap - linear.divergence) < TWO_SIDED * error
-    assert abs(-np.mean(log_w) - linear.divergence) > 10 * error
-    assert abs(result.gap + result.log_evidence - linear.divergence) > 10 * error
-
-
-@pytest.fixture(scope="module")
-def repeats(linear):
-    """Log evidence over the truth and its standard error, of many small samples."""
+def test_evidence_is_unbiased_and_its_error_calibrated():
+    """Of many small samples: false alarm 1e-3 each. Its logarithm is only nearly unbiased."""
     rng = generator(1, "test exact", "repeats")
-    results = [importance(*linear.weigh(400, rng)) for _ in range(800)]
-    error = np.array([r.log_evidence for r in results]) - linear.log_evidence
-    return error, np.array([r.log_evidence_se for r in results]), results
-
-
-def test_evidence_is_unbiased_and_its_error_calibrated(repeats):
-    """False alarm 1e-3 each. The evidence itself is unbiased, its logarithm only nearly."""
-    error, error_sd, results = repeats
+    results = [importance(*weigh(400, rng)) for _ in range(800)]
+    error = np.array([r.log_evidence for r in results]) - LOG_EVIDENCE
     ratio = np.exp(error)
     assert abs(ratio.mean() - 1) < TWO_SIDED * ratio.std() / np.sqrt(len(ratio))
-    assert errors_p_value(error, error_sd) > 1e-3
-    # The faults: the error of a weight that has the effective size, and of equal weights.
-    sizes = np.array([result.size for result in results])
-    assert errors_p_value(error, 1 / np.sqrt(sizes)) < 1e-6
-    assert errors_p_value(error, np.full(len(error), 1 / np.sqrt(400))) < 1e-6
+    assert errors_p_value(error, [r.log_evidence_se for r in results]) > 1e-3
+    # Planted fault: the error of a weight that has the effective size.
+    assert errors_p_value(error, [r.size**-0.5 for r in results]) < 1e-6
 
 
 def test_constants_shift_the_evidence_alone(judged):
@@ -171,86 +90,15 @@ def test_constants_shift_the_evidence_alone(judged):
 
 # ---- Pareto k ----------------------------------------------------------------------------------
 
-N = 100_000
-TAIL = math.floor(3 * math.sqrt(N))  # largest weights to which the tail is fitted
 
-
-def gaussian_log_ratio(width, rng):
-    """Log ratio of ``N(0, I)`` in the plane to a proposal of the given width, at its draws.
-
-    ``w = const exp(a r^2 / 2)`` with ``a = 1 / width^2 - 1``, and ``r^2 / (2 width^2)`` is
-    exponential. A narrow proposal's weights so are exactly Pareto, ``P(w > t) ~ t^(-1/k)``, with
-    ``k = a width^2 = 1 - width^2``; a wide one's end at their largest value with a uniform law,
-    ``k = -1``.
-    """
-    z = width * rng.standard_normal((N, 2))
-    return norm.logpdf(z).sum(1) - norm.logpdf(z, scale=width).sum(1)
-
-
-def true_k(width):
-    return 1 - width**2 if width < 1 else -1.0
-
-
-def k_error(k, width):
-    """Distance of ``k`` from the truth, in standard errors.
-
-    The fit shrinks ``k`` to 1/2 by ten weights more; its variance is ``(1 + k)^2 / tail``, that
-    of the largest likelihood, and that of ``k = -1/2`` below, where the likelihood's is too small.
-    """
-    expected = (TAIL * true_k(width) + 5) / (TAIL + 10)
-    return abs(k - expected) / ((1 + max(true_k(width), -0.5)) / np.sqrt(TAIL))
-
-
-WIDTHS = [0.9, 0.75, 0.6, 0.4, 1.3]
-
-
-@pytest.mark.parametrize("width", WIDTHS)
-def test_pareto_k_of_a_known_tail(width):
-    """False alarm 1e-3 each."""
-    log_ratio = gaussian_log_ratio(width, generator(1, "test exact", "tail", str(width)))
-    assert k_error(importance(log_ratio, np.zeros(N)).pareto_k, width) < TWO_SIDED
-
-
-@pytest.mark.parametrize("width", WIDTHS)
-def test_wrong_sign_of_the_weights_is_caught(width, monkeypatch):
-    """The fault: the tail is that of the smallest weights."""
-    right = exact._pareto_k
-    monkeypatch.setattr(exact, "_pareto_k", lambda log_weights: right(-log_weights))
-    log_ratio = gaussian_log_ratio(width, generator(1, "test exact", "tail", str(width)))
-    assert k_error(importance(log_ratio, np.zeros(N)).pareto_k, width) > 10
-
-
-def reference_k(log_weights):
-    """Zhang & Stephens (2009), with the prior and the tail of Vehtari et al. (2024), rounded down.
-
-    In their notation a generalised Pareto of shape ``-k`` and ``theta = k / scale``.
-    """
-    s = len(log_weights)
-    tail = math.floor(min(0.2 * s, 3 * math.sqrt(s)))
-    weights = np.sort(np.exp(log_weights - log_weights.max()))
-    x = weights[-tail:] - weights[-tail - 1]
-    grid = 30 + math.floor(math.sqrt(tail))
-    quartile = x[math.floor(tail / 4 + 0.5) - 1]
-    log_likelihood, thetas = [], []
-    for j in range(1, grid + 1):
-        theta = 1 / x[-1] + (1 - math.sqrt(grid / (j - 0.5))) / (3 * quartile)
-        k = -sum(math.log1p(-theta * value) for value in x) / tail
-        thetas.append(theta)
-        log_likelihood.append(tail * (math.log(theta / k) + k - 1))
-    posterior = np.exp(np.array(log_likelihood) - max(log_likelihood))
-    theta = posterior @ thetas / posterior.sum()
-    k = sum(math.log1p(-theta * value) for value in x) / tail
-    return (tail * k + 10 * 0.5) / (tail + 10)
-
-
-@pytest.mark.parametrize("n", [25, 100, 500, 2000])
+@pytest.mark.parametrize("n", [25, 100, 500, 2500])
 @pytest.mark.parametrize("width", [0.5, 0.8, 1.3])
-def test_pareto_k_by_a_second_fit(n, width):
-    rng = generator(1, "test exact", "second fit", n)
-    log_ratio = gaussian_log_ratio(width, rng)[:n]
-    expected = reference_k(log_ratio)
+def test_pareto_k_is_that_of_arviz(n, width):
+    """Of ``N(0, I)`` in the plane by draws of another width: narrow, heavy tails; wide, bounded."""
+    z = width * generator(1, "test exact", "tail", n).standard_normal((n, 2))
+    log_ratio = norm.logpdf(z).sum(1) - norm.logpdf(z, scale=width).sum(1)
+    _, expected = array_stats.psislw(-log_ratio)  # it takes the negative
     assert importance(log_ratio, np.zeros(n)).pareto_k == pytest.approx(expected, abs=1e-9)
-    assert abs(reference_k(-log_ratio) - expected) > 0.01
 
 
 def test_too_few_weights_have_no_tail():
@@ -270,19 +118,10 @@ def test_one_weight_that_is_everything_is_not_a_good_tail(ahead):
     assert result.size == pytest.approx(1)
 
 
-@pytest.mark.parametrize("sd", [10, 100, 1000, 1e4])
-def test_weights_of_many_magnitudes_are_not_a_good_tail(sd):
-    log_ratio = sd * generator(1, "test exact", "magnitudes").standard_normal(500)
-    assert not importance(log_ratio, np.zeros(500)).pareto_k < 0.7
-
-
 def test_largest_weights_alike_are_a_bounded_tail():
     """Weights that end at a value which many of them have: nothing is beyond it."""
-    log_ratio = np.repeat([0.0, -1.0], [200, 300])
-    result = importance(log_ratio, np.zeros(500))
+    result = importance(np.repeat([0.0, -1.0], [200, 300]), np.zeros(500))
     assert result.pareto_k < 0.7
-    share = np.exp(-1.0)
-    assert result.size == pytest.approx((200 + 300 * share) ** 2 / (200 + 300 * share**2))
 
 
 # ---- edges -------------------------------------------------------------------------------------
@@ -361,72 +200,21 @@ def log(weights):
         return np.log(weights)
 
 
-def by_midpoints(log_weights, n, rng):
-    """Planted fault: systematic resampling without its random start."""
-    edges = np.cumsum(np.exp(log_weights))
-    return rng.permutation(np.searchsorted(edges, (np.arange(n) + 0.5) / n * edges[-1]))
-
-
-def in_order(log_weights, n, rng):
-    """Planted fault: systematic resampling in the order of the draws."""
-    return np.sort(resample(log_weights, n, rng))
-
-
-def multinomial(log_weights, n, rng):
-    """Planted fault: each draw is taken by itself."""
-    return rng.choice(len(log_weights), n, p=np.exp(log_weights))
-
-
-def taken(method, purpose):
-    rng = generator(1, "test exact", purpose)
-    return np.array([method(log(WEIGHTS), DRAWN, rng) for _ in range(TIMES)])
-
-
-def counts_of(indices):
-    return np.array([np.bincount(row, minlength=len(WEIGHTS)) for row in indices])
-
-
-def rounded(counts):
+def test_each_draw_is_taken_its_number_of_times_and_at_any_place():
+    """Seven uncertain counts together, and three places: false alarm 1e-3 each."""
+    rng = generator(1, "test exact", "counts")
+    taken = np.array([resample(log(WEIGHTS), DRAWN, rng) for _ in range(TIMES)])
+    counts = np.array([np.bincount(row, minlength=len(WEIGHTS)) for row in taken])
     expected = DRAWN * WEIGHTS
-    return np.all((counts >= np.floor(expected)) & (counts <= np.ceil(expected)))
-
-
-def bias(counts):
-    """Largest error of mean counts, in standard errors of a share of roundings up."""
-    share = DRAWN * WEIGHTS % 1
+    assert np.all((counts >= np.floor(expected)) & (counts <= np.ceil(expected)))
+    share = expected % 1  # of roundings up
     uncertain = share > 0
-    error = (counts - DRAWN * WEIGHTS)[:, uncertain].mean(0)
-    return np.max(np.abs(error) / np.sqrt((share * (1 - share))[uncertain] / TIMES))
-
-
-def test_each_draw_is_taken_its_number_of_times():
-    """Seven uncertain counts together: false alarm 1e-3."""
-    counts = counts_of(taken(resample, "counts"))
-    assert rounded(counts)
-    assert bias(counts) < norm.isf(1e-3 / 14)
-    assert not np.any(counts[:, WEIGHTS == 0])
-
-
-def test_wrong_counts_are_caught():
-    assert bias(counts_of(taken(by_midpoints, "midpoints"))) > 20
-    assert not rounded(counts_of(taken(multinomial, "multinomial")))
-
-
-def order_p_value(indices):
-    """Of the index at the first, a middle and the last place, each by its weight."""
+    error = np.sqrt((share * (1 - share))[uncertain] / TIMES)
+    assert np.all(np.abs(counts.mean(0) - expected)[uncertain] < norm.isf(1e-3 / 14) * error)
     positive = WEIGHTS > 0
-    expected = TIMES * WEIGHTS[positive]
-    p_values = []
     for place in (0, DRAWN // 2, -1):
-        observed = np.bincount(indices[:, place], minlength=len(WEIGHTS))[positive]
-        p_values.append(chisquare(observed, expected).pvalue)
-    return min(p_values) * len(p_values)
-
-
-def test_any_place_is_as_good_as_another():
-    """Three places together: false alarm 1e-3."""
-    assert order_p_value(taken(resample, "order")) > 1e-3
-    assert order_p_value(taken(in_order, "order")) < 1e-9
+        observed = np.bincount(taken[:, place], minlength=len(WEIGHTS))[positive]
+        assert chisquare(observed, TIMES * WEIGHTS[positive]).pvalue > 1e-3 / 3
 
 
 class Start:
@@ -457,9 +245,3 @@ def test_weights_need_not_sum_to_one():
     taken ten times more."""
     indices = resample(np.log(np.full(10, 0.099)), 1000, Start(0.5))
     np.testing.assert_array_equal(np.bincount(indices), np.full(10, 100))
-
-
-def test_same_generator_same_indices():
-    draw = partial(resample, log(WEIGHTS), DRAWN)
-    first, second = (draw(generator(3, "test exact", "same")) for _ in range(2))
-    np.testing.assert_array_equal(first, second)

@@ -10,10 +10,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "bank": ["open_bank", "simulate"],
-        "beside": ["linearise_beside"],
         "contact": ["Contact"],
         "facts": ["Facts"],
-        "fisher": ["limit_over_prior", "linearise"],
+        "fisher": ["limit_over_prior", "linearise", "linearise_beside"],
         "joint": ["Model"],
         "plausibility": ["distance", "excess", "principal_components"],
         "prior": ["Prior"],

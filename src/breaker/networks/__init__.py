@@ -7,6 +7,7 @@ network has ``loss``, ``sample`` and ``log_prob`` with the shapes of ``FlowMatch
 """
 
 from collections.abc import Mapping
+from functools import partial
 
 from torch import nn
 
@@ -61,8 +62,6 @@ def build(
         kind = sizes.pop("kind")
         if kind not in table:
             raise ValueError(f"unknown {role} network {kind!r}; known: {', '.join(table)}")
-        networks.append((table[kind], sizes))
-    (summary, summary_sizes), (inference, inference_sizes) = networks
-    features = summary_sizes["features"]
-    summary = summary(samples, **summary_sizes)
-    return summary, inference(dims, features, **inference_sizes)
+        networks.append(partial(table[kind], **sizes))
+    summary, inference = networks
+    return summary(samples), inference(dims, settings["summary"]["features"])

@@ -29,7 +29,7 @@ from zuko.transforms import (
     MonotonicRQSTransform,
 )
 
-from breaker.networks.blocks import Gaussian, GaussianHead
+from breaker.networks.blocks import GaussianHead
 
 __all__ = ["CouplingFlow"]
 
@@ -123,10 +123,6 @@ class CouplingFlow(nn.Module):
             for mask in masks
         )
 
-    def base(self, features: Tensor) -> Gaussian:
-        """Gaussians of theta that the splines work on top of."""
-        return self.head(features)
-
     def transform(self, features: Tensor) -> Transform:
         """Map from y to noise, ``(n, d, q)``, given features ``(n, s)``, projected once a curve."""
         shifts = self.project(features).unsqueeze(1).chunk(len(self.masks), dim=-1)
@@ -151,11 +147,11 @@ class CouplingFlow(nn.Module):
 
     def sample(self, noise: Tensor, features: Tensor, *, steps: int) -> Tensor:
         """Map noise ``(n, d, q)`` to draws ``(n, d, q)``; ``steps`` is not used."""
-        return self.base(features).restore(self.transform(features).inv(noise))
+        return self.head(features).restore(self.transform(features).inv(noise))
 
     def log_prob(self, theta: Tensor, features: Tensor, *, steps: int) -> Tensor:
         """Return the log density of ``(n, d, q)``, ``(n, d)``; ``steps`` is not used."""
-        base = self.base(features)
+        base = self.head(features)
         noise, log_slope = self.transform(features).call_and_ladj(base.whiten(theta))
         log_normal = -0.5 * (noise.square().sum(-1) + self.dims * math.log(2 * math.pi))
         return log_normal + log_slope + base.log_det.unsqueeze(1)

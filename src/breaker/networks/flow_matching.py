@@ -25,7 +25,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from breaker.networks.blocks import Gaussian, GaussianHead
+from breaker.networks.blocks import GaussianHead
 
 __all__ = ["FlowMatching"]
 
@@ -123,10 +123,6 @@ class FlowMatching(nn.Module):
         self.head = GaussianHead(features, dims)
         self.field = VelocityField(dims, features, width=width, blocks=blocks)
 
-    def base(self, features: Tensor) -> Gaussian:
-        """Gaussians of theta that the field works on top of."""
-        return self.head(features)
-
     def loss(self, theta: Tensor, features: Tensor, noise: Tensor, time: Tensor) -> Tensor:
         """Return the loss of each row, ``(n,)``: flow matching plus the base's log likelihood.
 
@@ -136,7 +132,7 @@ class FlowMatching(nn.Module):
             noise: Start points, ``(n, k, q)``: k times a row share one condition.
             time: Times in [0, 1], ``(n, k, 1)``.
         """
-        base = self.base(features)
+        base = self.head(features)
         whitened = base.whiten(theta.unsqueeze(1))
         base_loss = 0.5 * whitened.square().sum((1, 2)) - base.log_det
 
@@ -152,14 +148,14 @@ class FlowMatching(nn.Module):
         for k in range(steps):
             middle = y + self.field(y, self._time(k / steps, y), projected) / (2 * steps)
             y = y + self.field(middle, self._time((k + 0.5) / steps, y), projected) / steps
-        return self.base(features).restore(y)
+        return self.head(features).restore(y)
 
     def log_prob(self, theta: Tensor, features: Tensor, *, steps: int) -> Tensor:
         """Return the log density of ``(n, d, q)``, ``(n, d)``: the same rule, backwards.
 
         Block by block of points, so that their tangents stay in the cache.
         """
-        base, projected = self.base(features), self.field.project(features)
+        base, projected = self.head(features), self.field.project(features)
         width = self.field.enter.out_features
         points = max(1, _TANGENTS[theta.device.type] // (self.dims * width))
         curves = zip(base.whiten(theta).split(points), projected.split(points), strict=True)
@@ -180,13 +176,11 @@ class FlowMatching(nn.Module):
         divergence = torch.zeros_like(y[..., 0])
         for k in range(steps, 0, -1):
             middle = y - self.field(y, self._time(k / steps, y), projected) / (2 * steps)
-            velocity, trace = self._field_and_trace(middle, (k - 0.5) / steps, projected)
+            time = self._time((k - 0.5) / steps, y)
+            velocity, trace = self.field.with_divergence(middle, time, projected)
             y, divergence = y - velocity / steps, divergence + trace / steps
         log_normal = -0.5 * (y.square().sum(-1) + self.dims * math.log(2 * math.pi))
         return log_normal - divergence
-
-    def _field_and_trace(self, y: Tensor, t: float, projected: Tensor) -> tuple[Tensor, Tensor]:
-        return self.field.with_divergence(y, self._time(t, y), projected)
 
     @staticmethod
     def _time(t: float, y: Tensor) -> Tensor:

@@ -71,11 +71,8 @@ class TimeSeriesNetwork(nn.Module):
         self.gru = nn.GRU(channels[-1], gru_width, batch_first=True)
         self.skip_gru = nn.GRU(channels[-1], skip_width, batch_first=True)
         self.highway = nn.Linear(samples, components)
-        self.join = ResidualMLP(
-            components + gru_width + skip * skip_width,
-            *(width, features),
-            blocks=blocks,
-        )
+        parts = components + gru_width + skip * skip_width
+        self.join = ResidualMLP(parts, width, features, blocks=blocks)
         self.register_buffer("centre", torch.zeros(samples))
         self.register_buffer("scale", torch.ones(()))
 

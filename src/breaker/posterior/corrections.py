@@ -28,12 +28,12 @@ Example:
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from breaker.model import Model
-from breaker.posterior.roots import root_between
 from breaker.posterior.transport import TriangularMap
 from breaker.posterior.weights import Importance, importance, resample
 
@@ -42,35 +42,13 @@ __all__ = ["Corrected", "correct"]
 _NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)  # before there are weights
 
 
-@dataclass(frozen=True)
-class _Draws:
-    """Draws of one map.
-
-    Attributes:
-        proposal: The map.
-        z: Draws, standardised, ``(n, q)``.
-        log_joint: Their exact joint density with the record, ``(n,)``.
-        weights: Their weights by the density of this map alone.
-    """
+class _Draws(NamedTuple):
+    """Draws of one map."""
 
     proposal: TriangularMap
-    z: np.ndarray
-    log_joint: np.ndarray
-    weights: Importance
-
-    @classmethod
-    def of(
-        cls,
-        proposal: TriangularMap,
-        n: int,
-        model: Model,
-        record: np.ndarray,
-        rng: np.random.Generator,
-    ) -> Self:
-        """Draw from a map, and weigh."""
-        z = proposal.sample(n, rng)
-        log_joint = model.log_joint(z, record)
-        return cls(proposal, z, log_joint, importance(log_joint, proposal.log_prob(z)))
+    z: np.ndarray  # standardised, (n, q)
+    log_joint: np.ndarray  # exact, with the record, (n,)
+    weights: Importance  # by the density of this map alone
 
 
 @dataclass(frozen=True)
@@ -108,8 +86,13 @@ def correct(
             matter.
         settings: The section ``correction`` of the configuration.
         rng: Generator of maps' draws and resampling.
-
     """
+
+    def draw(n: int) -> _Draws:
+        z = proposal.sample(n, rng)
+        log_joint = model.log_joint(z, record)
+        return _Draws(proposal, z, log_joint, importance(log_joint, proposal.log_prob(z)))
+
     unknown = np.full(draws.shape, np.nan)
     drawn: list[_Draws] = []  # all so far, adaptation and result
     result, rounds, failure = None, 0, ""
@@ -118,12 +101,12 @@ def correct(
             z = model.standardise(draws)
         proposal = TriangularMap.fit(z)
         while rounds < settings["rounds"] and (not result or poor(result.weights, settings)):
-            drawn.append(_Draws.of(proposal, settings["round_draws"], model, record, rng))
+            drawn.append(draw(settings["round_draws"]))
             proposal = _refit(drawn, settings["fit_size"])
             rounds += 1
             efficient = drawn[-1].weights.efficiency >= settings["efficiency"]
             if efficient or rounds == settings["rounds"]:
-                drawn.append(_Draws.of(proposal, settings["draws"], model, record, rng))
+                drawn.append(draw(settings["draws"]))
                 if poor(drawn[-1].weights, settings):
                     proposal = _refit(drawn, settings["fit_size"])
                 result = drawn[-1]
@@ -178,7 +161,7 @@ def temper(log_ratio: np.ndarray, size: float) -> np.ndarray:
     # The root is found to 1e-3 of itself, however small, and taken from below.
     power = 1.0
     if excess(power) < 0:
-        power = (1 - 1e-3) * root_between(excess, 0.0, 1.0, xtol=1e-300, rtol=1e-3)
+        power = (1 - 1e-3) * brentq(excess, 0.0, 1.0, xtol=1e-300, rtol=1e-3)
     weights = np.zeros(log_ratio.size)
     weights[finite] = np.exp(power * centred)
     return weights / weights.sum()

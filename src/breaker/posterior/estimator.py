@@ -13,10 +13,10 @@ import torch
 from torch import Tensor, nn
 
 from breaker.mechanism import Parameter
-from breaker.model import Model, Sensor, distance, excess, seed_integer
+from breaker.model import Model, Sensor, distance, excess, seed_integer, write_model
 from breaker.networks import build
 from breaker.posterior.missing import check, completed, expected, lacking
-from breaker.posterior.model_files import read, write
+from breaker.posterior.model_files import read
 
 __all__ = ["Posterior"]
 
@@ -68,17 +68,14 @@ class Posterior(nn.Module):
         self.motion: str = self.model.motion
         self.name = self.motion
         self.outputs: tuple[Parameter, ...] = self.model.outputs
-        components = settings["network"]["summary"]["components"]
+        samples, components = self.sensor.samples, settings["network"]["summary"]["components"]
         # Layers draw first weights from torch's global generator: forked, the seed alone decides.
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed_integer(seed, "first weights", self.motion))
             self.summary, self.inference = build(
-                settings["network"],
-                samples=self.sensor.samples,
-                dims=len(self.outputs),
+                settings["network"], samples=samples, dims=len(self.outputs)
             )
         # What the bank's curves look like, in float64: the judge of curves unlike any of them.
-        samples = self.sensor.samples
         self.register_buffer("curve_mean", torch.zeros(samples, dtype=torch.float64))
         self.register_buffer("curve_weights", torch.zeros(samples, components, dtype=torch.float64))
         for name in ("farthest", "margin"):
@@ -218,7 +215,8 @@ class Posterior(nn.Module):
 
     def save(self, path: str | Path) -> None:
         """Write the model file."""
-        write(path, self.settings, self.state_dict())
+        weights = {name: each.cpu().numpy() for name, each in self.state_dict().items()}
+        write_model(path, self.settings, weights)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

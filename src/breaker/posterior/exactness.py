@@ -5,7 +5,7 @@ records.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -18,26 +18,12 @@ from breaker.posterior.predictive import predictive_p_value, summaries
 from breaker.posterior.tables import ABSENT
 from breaker.posterior.weights import importance
 
-__all__ = [
-    "Density",
-    "correct_operations",
-    "correct_validation",
-    "judge",
-    "judged_contacts",
-    "models_of",
-    "p_values",
-]
+if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for them
+    from breaker.posterior.estimator import Posterior
+
+__all__ = ["correct_operations", "correct_validation", "judge"]
 
 _SURPRISING = 4.0  # sd of a contact's time about what its record leads to expect
-
-
-class Density(Protocol):
-    """A posterior with a density of its own; ``estimator.Posterior`` is one."""
-
-    model: Model
-
-    def log_prob(self, values: np.ndarray, measured: np.ndarray) -> np.ndarray:
-        """Log density in physical units, ``(o, d, q), (o, t) -> (o, d)``."""
 
 
 def correct_validation(
@@ -193,7 +179,7 @@ def _correct(
             if from_mode and not found.resolved:
                 again = correct(model, measured[i], start, settings, rng)
                 found = max(found, again, key=lambda one: (one.resolved, one.importance.size))
-        except (ArithmeticError, ValueError) as error:
+        except (ArithmeticError, RuntimeError, ValueError) as error:
             # One strange record must not end the job of all others.
             rows[i]["why_unresolved"] = f"no exact posterior: {type(error).__name__}: {error}"
             continue
@@ -212,7 +198,7 @@ def _correct(
     return values, {name: np.array([row[name] for row in rows]) for name in ABSENT}
 
 
-def judge(posterior: Density, data: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
+def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
     """Judge a network's draws by its own density against the exact posterior.
 
     Args:

@@ -34,12 +34,8 @@ class FamilyNetwork(nn.Module):
             self.summary = ResidualMLP(
                 inputs, settings["width"], features, blocks=settings["blocks"]
             )
-            self.inference = AutoregressiveMixture(
-                *(outputs, features),
-                components=settings["components"],
-                width=settings["head"],
-                atoms=atoms,
-            )
+            sizes = {"components": settings["components"], "width": settings["head"]}
+            self.inference = AutoregressiveMixture(outputs, features, atoms=atoms, **sizes)
 
     def loss(self, x: Tensor, y: Tensor, there: Tensor) -> Tensor:
         """Minus the log density of rows ``(n, i)``, ``(n, q)``, ``(n, q)``, ``(n,)``."""

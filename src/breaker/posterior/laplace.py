@@ -9,7 +9,6 @@ a network's.
 """
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -65,7 +64,8 @@ def mode(model: Model, record: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ratio = max(np.nanstd(left) / model.sensor.noise_sd, _LESS)
     rungs = np.log(ratio) / -np.log(_LESS)
     for rung in range(int(np.clip(np.ceil(rungs), 1, 30)), 0, -1):
-        z, _ = _climb(_noisier(model, rung), record, z, _STEPS, _REACHED)
+        sensor = replace(model.sensor, noise_sd=model.sensor.noise_sd * _LESS**-rung)
+        z, _ = _climb(replace(model, sensor=sensor), record, z, _STEPS, _REACHED)
     return _climb(model, record, z, _LAST_STEPS, _LAST_REACHED)
 
 
@@ -86,13 +86,6 @@ def surprise(model: Model, record: np.ndarray) -> float:
         return np.inf
     (slope,) = slopes.T
     return float(residual / np.sqrt(1.0 + slope @ np.linalg.solve(precision, slope)))
-
-
-@lru_cache(maxsize=64)
-def _noisier(model: Model, rung: int) -> Model:
-    """The model with more noise; cached, for the sensor's errors are factored once."""
-    noise_sd = model.sensor.noise_sd * _LESS**-rung
-    return replace(model, sensor=replace(model.sensor, noise_sd=noise_sd))
 
 
 def _climb(

@@ -11,19 +11,13 @@ from typing import TypeVar
 import torch
 from torch import Tensor, nn
 
-from breaker.model import ModelFileError, SavedModel, open_model, write_model
+from breaker.model import ModelFileError, SavedModel, open_model
 
-__all__ = ["read", "write"]
+__all__ = ["read"]
 
 _STEPS = ("solver_steps", "density_solver_steps")  # tensors
 _MOST_STEPS = 1000
 _Module = TypeVar("_Module", bound=nn.Module)
-
-
-def write(path: str | Path, settings: Mapping, weights: Mapping[str, Tensor]) -> None:
-    """Write a model file."""
-    arrays = {name: each.detach().cpu().numpy() for name, each in weights.items()}
-    write_model(path, settings, arrays)
 
 
 def read(kind: type[_Module], path: str | Path) -> _Module:

@@ -24,7 +24,6 @@ __all__ = [
     "predict",
     "predict_stages",
     "predictive_p_value",
-    "replicates",
     "sample_records",
     "summaries",
     "validate",
@@ -45,7 +44,6 @@ def validate(posterior: "Posterior", n: int, draws: int, seed: int) -> xr.Datase
     """Infer records simulated from the prior, whose truth is known.
 
     Args:
-        posterior: The model.
         n: Number of records.
         draws: Draws for each.
         seed: Seed of the records and of the draws.
@@ -113,12 +111,10 @@ def infer(
     """Infer measured operations.
 
     Args:
-        posterior: The model.
         curves: Measured curves in the layout of ``records.read_curves``; rejected ones stay in
             the result, as missing values with their reason, and so do those that the network does
             not answer for.
         draws: Draws for each operation.
-        seed: Seed of the draws.
         misfit_p_value: Posterior predictive p-value below which a record counts as misfit.
 
     Returns:
@@ -165,7 +161,6 @@ def summaries(
     """Summarise the posteriors of operations.
 
     Args:
-        model: Joint model.
         values: Draws, ``(o, d, q)``, physical units; nan where there is no posterior.
         p_value: Posterior predictive p-values, ``(o,)``.
         misfit_p_value: The one below which a record counts as misfit.
@@ -191,38 +186,28 @@ def summaries(
     return plain | {name: xr.DataArray(each, **bounds) for name, each in intervals}
 
 
-def replicates(
-    model: Model, record: np.ndarray, values: np.ndarray, rng: np.random.Generator
-) -> np.ndarray:
-    """Draw repetitions of a record ``(t,)``, one for each draw ``(d, q)``, ``(d, t)``, mm.
-
-    A replicate shares the record's parameters, onset and zero, and has noise of its own.
-    """
-    exact = model.curves(values)
-    shared = model.sensor.sample_shared(record, exact, rng)
-    return exact + shared + model.sensor.noise_sd * rng.standard_normal(exact.shape)
-
-
 def predict(model: Model, measured: np.ndarray, draws: np.ndarray, *, seed: int) -> xr.Dataset:
     """Predict records from the draws of their own model.
 
+    By replicates, one for each draw: they share the record's parameters, onset and zero, and have
+    noise of their own.
+
     Args:
-        model: Joint model.
         measured: Records, ``(n, t)``, mm.
         draws: Draws of their posteriors, ``(n, d, q)``.
-        seed: Seed of zero and noise.
 
     Returns:
         Dataset with dims ``curve``, ``time``: ``measured``, and the ``median``, ``lower`` and
         ``upper`` end of the pointwise 95 % interval of the replicates, mm; and
         ``share_inside (curve)``, the share of the samples inside.
     """
-    sensor = model.sensor
-    bands = []
+    sensor, bands = model.sensor, []
     for i, (record, values) in enumerate(zip(measured, draws, strict=True)):
         rng = generator(seed, "predictive", model.motion, i)
-        found = replicates(model, record, values.astype(np.float64), rng)
-        bands.append(np.quantile(found, [0.5, 0.025, 0.975], axis=0))
+        exact = model.curves(values.astype(np.float64))
+        shared = sensor.sample_shared(record, exact, rng)
+        replicates = exact + shared + sensor.noise_sd * rng.standard_normal(exact.shape)
+        bands.append(np.quantile(replicates, [0.5, 0.025, 0.975], axis=0))
     median, lower, upper = np.moveaxis(np.array(bands), 1, 0)
     unit = {"unit": "mm"}
     return xr.Dataset(
@@ -242,10 +227,8 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     """Predict the records at a few stages of an endurance test from their own posteriors.
 
     Args:
-        model: Joint model.
         inferred: What ``infer`` returns, all operations.
         stages: Number of stages, evenly spread over the operations with draws, ends included.
-        seed: Seed of the replicates.
 
     Returns:
         Dataset over ``stage``, ``time``: ``travel`` and the ``median``, ``lower`` and ``upper``
@@ -263,15 +246,11 @@ def predict_stages(model: Model, inferred: xr.Dataset, *, stages: int, seed: int
     chosen = known[np.unique(np.linspace(0, known.size - 1, stages).astype(int))]
     part = inferred.isel(operation=chosen).load()
     result = predict(model, part.travel.values, part.draws.values, seed=seed)
-    main = np.stack(
-        [
-            main_motion(median, model.sensor.times, model.motion)
-            for median in result["median"].values
-        ]
-    )
+    times, medians = model.sensor.times, result["median"].values
+    main = np.stack([main_motion(median, times, model.motion) for median in medians])
     band = (result.measured.values, result.lower.values, result.upper.values)
     share = share_inside(*band, where=main)
-    ends = [model.sensor.times[inside].max(initial=0.0) for inside in main]  # it begins at 0
+    ends = [times[inside].max(initial=0.0) for inside in main]  # it begins at 0
     return (
         result.rename(curve="stage", measured="travel")
         .assign(

@@ -32,6 +32,10 @@ from breaker.posterior.family_network import FamilyNetwork, FamilyRows
 
 __all__ = ["Trainer", "choose_device", "fingerprint"]
 
+# Of the state of a training, in its checkpoint.
+_NUMBERS = ("step", "best_step", "best_loss", "losses", "evaluations")
+_WEIGHTS = ("weights", "ema", "best")
+
 
 def choose_device(name: str) -> torch.device:
     """Return the device called ``name``; "auto" is CUDA where there is one."""
@@ -64,18 +68,6 @@ class Trainer:
             for a training too short to be killed.
         fingerprint: What the checkpoint must have been made with; one of another training is
             left alone and written over.
-
-    Example:
-        From a posterior and a bank to a model file::
-
-            rows, validation = split(bank, 1024)
-            freeze_inputs(posterior, rows, generator(seed, "components", motion))
-            trainer = Trainer(
-                posterior, Rows.of(rows, posterior, device), Rows.of(validation, posterior, device),
-                settings, seed, Path("closing.pt"), fingerprint(posterior.settings, code),
-            )
-            history = trainer.run()
-            posterior.save("closing.safetensors")
     """
 
     posterior: Posterior | FamilyNetwork
@@ -151,11 +143,7 @@ class Trainer:
         batch = self.rows.draw(rows, self.rng)
         loss = self.posterior.loss(*batch).mean()
         self.losses.append(loss.item())
-        if not math.isfinite(self.losses[-1]):
-            raise FloatingPointError(
-                f"the loss of {self.posterior.name} is {self.losses[-1]} at step {self.step}; "
-                "lower training.learning_rate"
-            )
+        self._check("loss", self.losses[-1])
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(self.step)
         self.optimiser.zero_grad()
@@ -175,14 +163,17 @@ class Trainer:
         loss = self.posterior.validation_loss(*self.fixed_batch).mean().item()
         self._copy(kept, self.weights)
         self.evaluations.append((self.step, loss))
-        if not math.isfinite(loss):
-            raise FloatingPointError(
-                f"the validation loss of {self.posterior.name} is {loss} at step {self.step}; "
-                "lower training.learning_rate"
-            )
+        self._check("validation loss", loss)
         if loss < self.best_loss:
             self.best_step, self.best_loss = self.step, loss
             self._copy(self.ema, self.best)
+
+    def _check(self, name: str, loss: float) -> None:
+        if not math.isfinite(loss):
+            raise FloatingPointError(
+                f"the {name} of {self.posterior.name} is {loss} at step {self.step}; "
+                "lower training.learning_rate"
+            )
 
     @staticmethod
     @torch.no_grad()
@@ -192,14 +183,8 @@ class Trainer:
     def _state(self) -> dict:
         return {
             "fingerprint": self.fingerprint,
-            "step": self.step,
-            "best_step": self.best_step,
-            "best_loss": self.best_loss,
-            "losses": self.losses,
-            "evaluations": self.evaluations,
-            "weights": [weight.detach() for weight in self.weights],
-            "ema": self.ema,
-            "best": self.best,
+            **{name: getattr(self, name) for name in _NUMBERS},
+            **{name: [each.detach() for each in getattr(self, name)] for name in _WEIGHTS},
             "optimiser": self.optimiser.state_dict(),
             "rng": self.rng.get_state(),
         }
@@ -226,9 +211,9 @@ class Trainer:
         if found != self.fingerprint:
             tqdm.write(f"{self.checkpoint} is of another training; starting anew")
             return
-        for name in ("step", "best_step", "best_loss", "losses", "evaluations"):
+        for name in _NUMBERS:
             setattr(self, name, state[name])
-        for name in ("weights", "ema", "best"):
+        for name in _WEIGHTS:
             self._copy(state[name], getattr(self, name))
         self.optimiser.load_state_dict(state["optimiser"])
         self.rng.set_state(state["rng"].cpu())
