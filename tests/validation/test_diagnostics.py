@@ -108,3 +108,11 @@ def test_unusable_input_is_refused():
         recovery(draws, np.where(truth == truth[0, 0], np.nan, truth))
     with pytest.raises(ValueError, match="must be finite"):
         prior_check([[1.0, np.nan]], [[1.0, 1.0]])
+
+
+def test_contraction_of_a_family_is_over_its_own_spread():
+    rng = generator(7, "test spread")
+    truth = 3.0 * rng.standard_normal((400, 2))
+    draws = truth[:, None] + rng.standard_normal((400, 200, 2))
+    judged = scores(draws, truth, prior_sd=None, log=[False, False])
+    assert judged.mean_contraction == pytest.approx(8.0 / 9.0, abs=0.03)

@@ -17,8 +17,9 @@ if params.shows == "ranks":
 elif params.shows == "recovery":
     figure = validation.recovery(recovery(*posteriors), names, **words)
 else:
-    prior_sd = prior_sds(names, params.prior, params.onset_sd)
-    judged = scores(*posteriors, prior_sd=prior_sd, log=is_logarithmic(names))
+    # A family is wider than the prior of its medians: its own spread counts.
+    of_prior = None if wildcards.get("source") else prior_sds(names, params.prior, params.onset_sd)
+    judged = scores(*posteriors, prior_sd=of_prior, log=is_logarithmic(names))
     limit = snakemake.input.get("limit")  # none is known of a family
     limit = open_store(limit).contraction.mean("curve").values if limit else None
     figure = validation.contraction(judged, names, limit=limit, **words)

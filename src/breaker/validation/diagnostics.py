@@ -47,7 +47,9 @@ class Scores:
     mean_contraction: np.ndarray
 
 
-def scores(draws: ArrayLike, truth: ArrayLike, *, prior_sd: ArrayLike, log: ArrayLike) -> Scores:
+def scores(
+    draws: ArrayLike, truth: ArrayLike, *, prior_sd: ArrayLike | None, log: ArrayLike
+) -> Scores:
     """Return z-score and contraction of each curve (paper, Sec. 6, Fig. 5).
 
     Both are taken in log parameters where ``log`` says so, in plain units elsewhere (the onset).
@@ -57,7 +59,8 @@ def scores(draws: ArrayLike, truth: ArrayLike, *, prior_sd: ArrayLike, log: Arra
         truth: Values that made the data, ``(n, q)``.
         prior_sd: Prior standard deviation ``(q,)`` in the same scale as the score: the log-sd of
             a parameter, the sd in ms of the onset. Conditioning the prior on a positive wipe
-            lowers the log-sds by less than half a percent at the default and is left out.
+            lowers the log-sds by less than half a percent at the default and is left out. That
+            of the truths if None.
         log: Which outputs are taken in logarithms, ``(q,)`` of bool.
 
     Raises:
@@ -73,7 +76,8 @@ def scores(draws: ArrayLike, truth: ArrayLike, *, prior_sd: ArrayLike, log: Arra
         ([[0.0], [1.0]], [[0.5], [0.5]])
     """
     draws, truth = checked_draws(draws, truth)
-    known = contraction(draws, prior_sd=prior_sd, log=log)
+    spread = _scaled(truth, log).std(axis=0, ddof=1) if prior_sd is None else prior_sd
+    known = contraction(draws, prior_sd=spread, log=log)
     draws, truth = _scaled(draws, log), _scaled(truth, log)
     z = (draws.mean(axis=1) - truth) / draws.std(axis=1, ddof=1)
     return Scores(z, known, z.mean(axis=0), z.std(axis=0, ddof=1), known.mean(axis=0))
