@@ -5,8 +5,7 @@ positions are the record's own, so its zero does not enter. An uncertainty is th
 own noise: its size, its colour, the step of its readings, and a drive not quite at rest at the end.
 A scale of the sensor that is wrong is not seen.
 
-What needs the time of touch or parting is there where a contact was measured. What a record does
-not show is nan, with the reason.
+What a record does not show, such as touch where no contact was measured, is nan, with the reason.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, quantities_of
+from breaker.records.errors import UnusableError
 from breaker.records.landmarks import first_motion
 from breaker.records.noise import REST, Noise, noise_at_rest
 from breaker.records.scale import seen_quantum
@@ -168,6 +168,9 @@ class Reading:
         sign = 1.0 if self.motion == "closing" else -1.0
         forward = sign * self.travel
         done = (forward - sign * self.segment.before) / stroke >= _TRAVEL[1]
+        done &= time >= moves  # an outlier may lie before
+        if not done.any():
+            raise UnusableError("the motion does not go on to 90 % of its stroke")
         self.arrival = float(time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * float(time[1] - time[0]))
         first = moves - (_BEFORE[0] + 1.0) * self.duration
