@@ -38,9 +38,20 @@ class Rig:
 
     @classmethod
     def from_settings(cls, settings: Mapping, seed: int) -> "Rig":
-        """Build the rig from the section ``rig`` of the configuration."""
+        """Build the rig from the section ``rig`` of the configuration.
+
+        Raises:
+            ValueError: If the drive has no closed position, new or at the end of its life.
+        """
         theta = tuple(float(settings["parameters"][name]) for name in NAMES)
-        return cls(Drive(theta, Elements.from_settings(settings["elements"])), settings, seed)
+        rig = cls(Drive(theta, Elements.from_settings(settings["elements"])), settings, seed)
+        for operation in (1, settings["operations"]):
+            if not rig.worn(operation, scatter=False).holds:
+                raise ValueError(
+                    f"rig.parameters: at operation {operation} the closing force does not press "
+                    "the contact, or presses it past the lever's dead centre; change f, k_a or L"
+                )
+        return rig
 
     @property
     def life_without_change(self) -> int:
