@@ -7,7 +7,7 @@ Three seeds: to develop by, to calibrate by (threshold, future and margin in ``w
 score. Drives of the family that networks are trained on, and foreign ones, wear along a straight
 line in their parameters and elements; half of them faster from 30 to 90 % of the life on. All that
 wears and all parameters scatter by 0.4 %; sensors round, and have coloured noise
-(``synthetic.Reading``). A record every fifth operation. Each life has a limit on a measured
+(``studies.sensors``). A record every fifth operation. Each life has a limit on a measured
 quantity, and one on the change of a parameter, at what the drive reaches at a random share of its
 wear; where nothing changes enough for that, it has none. ``steady`` lives have no change of rate,
 ``faults`` a sudden one of a parameter.
@@ -25,14 +25,16 @@ import xarray as xr
 from tqdm import tqdm
 
 from breaker.decisions import STATES, standing
-from breaker.family import open_network, seen_of
+from breaker.family import seen_of
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior, Sensor, generator
 from breaker.records import measure_curve, shape_of
-from breaker.shipped import DEFAULTS, FAMILIES, KINDS, model_file
-from breaker.synthetic import Drive, Family, Reading
+from breaker.shipped import DEFAULTS
+from breaker.synthetic import Drive, Family
 from breaker.wear import Future, Motion, Readout, Series, Tracker, follow_life
 from breaker.workflow import load
+from studies.sensors import Reading
+from studies.shared import append, shipped_networks
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100}
@@ -208,14 +210,21 @@ def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limi
     return found
 
 
-def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tuple:
-    """Simulate and follow one life."""
+def simulated(
+    of: str, name: str, number: int, seed: int, config: Mapping
+) -> tuple[Life, Series, pd.DataFrame, np.random.Generator]:
+    """Draw and simulate one life of a benchmark; also returns the generator, for what follows."""
     for attempt in range(TRIES):
-        rng = generator(seed, "benchmark of lives", name, number, attempt)
+        rng = generator(seed, f"benchmark of {of}", name, number, attempt)
         life = Life.drawn(name, config, rng)
         with suppress(ValueError):  # a drive that does not hold all along its life
-            series, truth = simulate(life, config, rng)
-            break
+            return life, *simulate(life, config, rng), rng
+    raise RuntimeError(f"none of {TRIES} drives of '{name}' holds all along its life")
+
+
+def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tuple:
+    """Simulate and follow one life."""
+    life, series, truth, rng = simulated("lives", name, number, seed, config)
     limits = limits_of(truth, series, life, rng)
     settings = config["wear_model"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
@@ -371,7 +380,7 @@ def acted(limit: str, fails: float, data: xr.Dataset, stands: xr.Dataset) -> dic
 def follow(seed_name: str, file: str, *sets: str) -> None:
     """Follow all lives of a seed, and add their rows to a file; those that are there are done."""
     config, seed = load([DEFAULTS]), SEEDS[seed_name]
-    networks = [[open_network(model_file(f, kind)) for kind in KINDS] for f in FAMILIES]
+    networks = shipped_networks()
     done = pd.read_csv(file)[["set", "life"]].drop_duplicates() if Path(file).exists() else None
     known = set() if done is None else set(done.itertuples(index=False, name=None))
     for name in sets or SETS:
@@ -379,9 +388,7 @@ def follow(seed_name: str, file: str, *sets: str) -> None:
             if (name, number) in known:
                 continue
             rows = pd.DataFrame(scored(name, number, seed, config, networks))
-            columns = [*rows.columns] if not Path(file).exists() else None
-            rows = rows.reindex(columns=COLUMNS)
-            rows.to_csv(file, mode="a", header=columns is not None, index=False)
+            append(rows.reindex(columns=COLUMNS), file)
 
 
 COLUMNS = [
