@@ -182,6 +182,14 @@ def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limi
     whole, found = np.arange(0.0, LONGER * LIFE), {}
     dense = {n: np.interp(whole, truth.index, truth[n]) for n in truth.columns}
     new = slice(0, EVERY * series.new.size)
+
+    def add(name: str, of: str, motion: str, quantity: str, values: np.ndarray, end: float) -> None:
+        upper = bool(end > values[new].mean())
+        over = values > end if upper else values < end
+        if over.any() and not over[new].any():
+            limit = Limit(name, motion, ((quantity, end, upper),), of=of)
+            found[limit] = float(whole[over.argmax()])
+
     candidates = []
     for motion, each in series.motions.items():
         for name, values in each.measured.items():
@@ -191,22 +199,13 @@ def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limi
                 candidates.append((motion, name, float(end)))
     if candidates:
         motion, name, end = candidates[rng.integers(len(candidates))]
-        values = dense[f"{motion} {name}"]
-        upper = bool(end > values[new].mean())
-        over = (values > end) if upper else (values < end)
-        if over.any() and not over[new].any():
-            limit = Limit("measured", motion, ((name, end, upper),), of="record")
-            found[limit] = float(whole[over.argmax()])
+        add("measured", "record", motion, name, dense[f"{motion} {name}"], end)
     percent = {n: 100.0 * (dense[n] / dense[n][new].mean() - 1.0) for n in NAMES}
     ends = {n: float(np.interp(fails, whole, percent[n])) for n in NAMES}
     clear = [n for n in NAMES if abs(ends[n]) > CLEAR]
     if clear:
         name = clear[rng.integers(len(clear))]
-        upper = ends[name] > 0.0
-        over = percent[name] > ends[name] if upper else percent[name] < ends[name]
-        limit = Limit("changed", "", ((name, ends[name], upper),), of="change")
-        if over.any():
-            found[limit] = float(whole[over.argmax()])
+        add("changed", "change", "", name, percent[name], ends[name])
     return found
 
 
