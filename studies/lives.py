@@ -101,26 +101,19 @@ class Life:
         return self.new.changed(**changed)
 
 
-def names_of(life: Life, config: Mapping) -> list[str]:
-    """What scatters: all parameters, and elements that wear."""
-    worn = [
-        n for n in config["family"]["wear"]["change"] if life.new.value(n) != life.worn.value(n)
-    ]
-    return sorted({*NAMES, *worn})
-
-
 def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Series, pd.DataFrame]:
     """Records of a life, and its truth: parameters, and what records show but for noise."""
     sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
-    names, operations = names_of(life, config), np.arange(EVERY, LIFE + 1, EVERY)
+    ranges = config["family"]["wear"]["change"]
+    worn = [name for name in ranges if life.new.value(name) != life.worn.value(name)]
+    names, operations = sorted({*NAMES, *worn}), np.arange(EVERY, LIFE + 1, EVERY)
     drives = []
     for operation in operations:
-        drive = None
         for _ in range(TRIES):
-            if drive is not None and drive.holds:
-                break
             noise = dict(zip(names, SCATTER * rng.standard_normal(len(names)), strict=True))
             drive = life.at(operation, noise)
+            if drive.holds:
+                break
         drives.append(drive)
     motions = {m: recorded(drives, m, sensor, reading, rng) for m in MEASURED}
     stages = np.unique(np.append(np.linspace(0.0, LONGER * LIFE, 53).round(), round(life.knee)))
@@ -145,13 +138,10 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
 
 def measured(curve: np.ndarray, motion: str) -> dict[str, float]:
     """Quantities of a curve; none of one that shows no motion."""
-    try:
-        return {
-            name: each.value
-            for name, each in measure_curve(TIMES, curve, motion, speeds=()).items()
-        }
-    except (ValueError, FloatingPointError):
-        return {}
+    with suppress(ValueError, FloatingPointError):
+        found = measure_curve(TIMES, curve, motion, speeds=())
+        return {name: each.value for name, each in found.items()}
+    return {}
 
 
 def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> Motion:
