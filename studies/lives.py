@@ -49,6 +49,7 @@ FOREIGN = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.
 FAULT = (3.0, 12.0)  # percent of a parameter
 CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
 ASKED = 3  # operations of a life at which it is asked
+INTERVAL = ("low", "middle", "high")  # columns of an answer
 
 
 @dataclass
@@ -241,28 +242,12 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
         one = data.sel(asked=operation)
         sizes = np.abs(true) / readout.usual()
         names = one.names.item().split(" or ")
-        rows.append(
-            about
-            | {
-                "score": "named",
-                "right": NAMES[int(sizes.argmax())] in names,
-                "size": sizes.max(),
-                "count": len(names) if names[0] else 0,
-            }
-        )
-        for k, parameter in enumerate(NAMES):
-            low, middle, high = one.changed.values[k]
-            rows.append(
-                about
-                | {
-                    "score": "change",
-                    "name": parameter,
-                    "truth": true[k],
-                    "low": low,
-                    "middle": middle,
-                    "high": high,
-                }
-            )
+        named = {"right": NAMES[int(sizes.argmax())] in names, "size": sizes.max()}
+        named["count"] = len(names) if names[0] else 0
+        rows.append(about | {"score": "named"} | named)
+        for parameter, truly, interval in zip(NAMES, true, one.changed.values, strict=True):
+            change = {"score": "change", "name": parameter, "truth": truly}
+            rows.append(about | change | dict(zip(INTERVAL, interval, strict=True)))
     return rows
 
 
@@ -326,18 +311,8 @@ def left_of(limit: str, fails: float, data: xr.Dataset, told: int, rng) -> list[
     rows = []
     for operation in some:
         one = data.sel(asked=operation, limit=limit)
-        low, middle, high = one.remaining.values
-        rows.append(
-            {
-                "score": "left",
-                "name": limit,
-                "operation": operation,
-                "truth": fails - operation,
-                "low": low,
-                "middle": middle,
-                "high": high,
-            }
-        )
+        left = {"score": "left", "name": limit, "operation": operation, "truth": fails - operation}
+        rows.append(left | dict(zip(INTERVAL, one.remaining.values, strict=True)))
     return rows
 
 
@@ -381,7 +356,7 @@ def follow(seed_name: str, file: str, *sets: str) -> None:
 
 
 COLUMNS = [
-    *("set", "life", "knee", "faster", "family", "score", "name", "truth", "low", "middle", "high"),
+    *("set", "life", "knee", "faster", "family", "score", "name", "truth", *INTERVAL),
     *("operation", "late", "start", "kind", "names", "right", "size", "count", "records"),
     *("evidence", "fails", "first", "service", "moves", "known"),
 ]
