@@ -19,12 +19,11 @@ import pandas as pd
 from river import drift
 from tqdm import tqdm
 
-from breaker.family import open_network
-from breaker.model import generator
-from breaker.shipped import DEFAULTS, FAMILIES, KINDS, model_file
+from breaker.shipped import DEFAULTS
 from breaker.wear import Readout, Tracker
 from breaker.workflow import load
-from studies.lives import EVERY, LIFE, SEEDS, Life, simulate
+from studies.lives import EVERY, LIFE, SEEDS, Life, simulated
+from studies.shared import shipped_networks
 
 FALSE = 0.02  # share of lives with a false alarm
 START = 100  # records before which no alarm counts
@@ -94,14 +93,7 @@ DETECTORS = {
 
 def statistics(name: str, number: int, config, networks) -> tuple[Life, dict[str, np.ndarray]]:
     """Statistics of all detectors over a life, by record."""
-    for attempt in range(100):
-        rng = generator(SEEDS["score"], "benchmark of detectors", name, number, attempt)
-        try:
-            life = Life.drawn(name, config, rng)
-            series, _ = simulate(life, config, rng)
-            break
-        except ValueError:
-            continue
+    life, series, _, _ = simulated("detectors", name, number, SEEDS["score"], config)
     columns = [left_of_line(v) for m in series.motions.values() for v in m.measured.values()]
     found = {key: np.max([of(x) for x in columns], axis=0) for key, of in DETECTORS.items()}
     readout = Readout.of(series, networks, draws=20, seed=1, misfit_p_value=0.0)
@@ -113,7 +105,7 @@ def statistics(name: str, number: int, config, networks) -> tuple[Life, dict[str
 def main(count: str, table: str) -> None:
     """Calibrate on steady lives, score on others, and write the table."""
     config = load([DEFAULTS])
-    networks = [[open_network(model_file(f, kind)) for kind in KINDS] for f in FAMILIES]
+    networks = shipped_networks()
 
     def lives(name: str) -> list:
         numbers = tqdm(range(int(count)), desc=name, mininterval=10)

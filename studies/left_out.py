@@ -24,6 +24,7 @@ from breaker.shipped import DEFAULTS
 from breaker.synthetic import Family, rows_of, sample_rows, simulate_family, train_network
 from breaker.validation import family_quality
 from breaker.workflow import load, merge
+from studies.shared import append
 
 DRIVES, ASIDE, PROBES, DRAWS = 30_000, 1000, 3000, 300
 SHORT = {"steps": 3000, "validation_curves": ASIDE, "device": "cpu"}
@@ -79,8 +80,7 @@ def main(kind: str, output: str) -> None:
             asked(kind, each, bank, seed).assign(left_out=name, network=called)
             for called, each in (("without", network), ("whole", whole))
         ]
-        header = not Path(output).exists()
-        pd.concat(tables).to_csv(output, mode="a", header=header, index=False, float_format="%.4g")
+        append(pd.concat(tables), output, float_format="%.4g")
 
 
 def asked(kind, network, bank, seed) -> pd.DataFrame:

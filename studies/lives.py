@@ -7,7 +7,7 @@ Three seeds: to develop by, to calibrate by (threshold, future and margin in ``w
 score. Drives of the family that networks are trained on, and foreign ones, wear along a straight
 line in their parameters and elements; half of them faster from 30 to 90 % of the life on. All that
 wears and all parameters scatter by 0.4 %; sensors round, and have coloured noise
-(``synthetic.Reading``). A record every fifth operation. Each life has a limit on a measured
+(``studies.sensors``). A record every fifth operation. Each life has a limit on a measured
 quantity, and one on the change of a parameter, at what the drive reaches at a random share of its
 wear; where nothing changes enough for that, it has none. ``steady`` lives have no change of rate,
 ``faults`` a sudden one of a parameter.
@@ -25,14 +25,16 @@ import xarray as xr
 from tqdm import tqdm
 
 from breaker.decisions import STATES, standing
-from breaker.family import open_network, seen_of
+from breaker.family import seen_of
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior, Sensor, generator
 from breaker.records import measure_curve, shape_of
-from breaker.shipped import DEFAULTS, FAMILIES, KINDS, model_file
-from breaker.synthetic import Drive, Family, Reading
+from breaker.shipped import DEFAULTS
+from breaker.synthetic import Drive, Family
 from breaker.wear import Future, Motion, Readout, Series, Tracker, follow_life
 from breaker.workflow import load
+from studies.sensors import Reading
+from studies.shared import append, shipped_networks
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100}
@@ -47,6 +49,7 @@ FOREIGN = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.
 FAULT = (3.0, 12.0)  # percent of a parameter
 CLEAR = 6.0  # percent of a parameter, or scatters of a measured quantity, that make a limit
 ASKED = 3  # operations of a life at which it is asked
+INTERVAL = ("low", "middle", "high")  # columns of an answer
 
 
 @dataclass
@@ -99,26 +102,19 @@ class Life:
         return self.new.changed(**changed)
 
 
-def names_of(life: Life, config: Mapping) -> list[str]:
-    """What scatters: all parameters, and elements that wear."""
-    worn = [
-        n for n in config["family"]["wear"]["change"] if life.new.value(n) != life.worn.value(n)
-    ]
-    return sorted({*NAMES, *worn})
-
-
 def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Series, pd.DataFrame]:
     """Records of a life, and its truth: parameters, and what records show but for noise."""
     sensor, reading = Sensor.from_settings(config["sensor"]), Reading.draw(rng)
-    names, operations = names_of(life, config), np.arange(EVERY, LIFE + 1, EVERY)
+    ranges = config["family"]["wear"]["change"]
+    worn = [name for name in ranges if life.new.value(name) != life.worn.value(name)]
+    names, operations = sorted({*NAMES, *worn}), np.arange(EVERY, LIFE + 1, EVERY)
     drives = []
     for operation in operations:
-        drive = None
         for _ in range(TRIES):
-            if drive is not None and drive.holds:
-                break
             noise = dict(zip(names, SCATTER * rng.standard_normal(len(names)), strict=True))
             drive = life.at(operation, noise)
+            if drive.holds:
+                break
         drives.append(drive)
     motions = {m: recorded(drives, m, sensor, reading, rng) for m in MEASURED}
     stages = np.unique(np.append(np.linspace(0.0, LONGER * LIFE, 53).round(), round(life.knee)))
@@ -143,13 +139,10 @@ def simulate(life: Life, config: Mapping, rng: np.random.Generator) -> tuple[Ser
 
 def measured(curve: np.ndarray, motion: str) -> dict[str, float]:
     """Quantities of a curve; none of one that shows no motion."""
-    try:
-        return {
-            name: each.value
-            for name, each in measure_curve(TIMES, curve, motion, speeds=()).items()
-        }
-    except (ValueError, FloatingPointError):
-        return {}
+    with suppress(ValueError, FloatingPointError):
+        found = measure_curve(TIMES, curve, motion, speeds=())
+        return {name: each.value for name, each in found.items()}
+    return {}
 
 
 def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> Motion:
@@ -180,6 +173,14 @@ def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limi
     whole, found = np.arange(0.0, LONGER * LIFE), {}
     dense = {n: np.interp(whole, truth.index, truth[n]) for n in truth.columns}
     new = slice(0, EVERY * series.new.size)
+
+    def add(name: str, of: str, motion: str, quantity: str, values: np.ndarray, end: float) -> None:
+        upper = bool(end > values[new].mean())
+        over = values > end if upper else values < end
+        if over.any() and not over[new].any():
+            limit = Limit(name, motion, ((quantity, end, upper),), of=of)
+            found[limit] = float(whole[over.argmax()])
+
     candidates = []
     for motion, each in series.motions.items():
         for name, values in each.measured.items():
@@ -189,33 +190,31 @@ def limits_of(truth: pd.DataFrame, series: Series, life: Life, rng) -> dict[Limi
                 candidates.append((motion, name, float(end)))
     if candidates:
         motion, name, end = candidates[rng.integers(len(candidates))]
-        values = dense[f"{motion} {name}"]
-        upper = bool(end > values[new].mean())
-        over = (values > end) if upper else (values < end)
-        if over.any() and not over[new].any():
-            limit = Limit("measured", motion, ((name, end, upper),), of="record")
-            found[limit] = float(whole[over.argmax()])
+        add("measured", "record", motion, name, dense[f"{motion} {name}"], end)
     percent = {n: 100.0 * (dense[n] / dense[n][new].mean() - 1.0) for n in NAMES}
     ends = {n: float(np.interp(fails, whole, percent[n])) for n in NAMES}
     clear = [n for n in NAMES if abs(ends[n]) > CLEAR]
     if clear:
         name = clear[rng.integers(len(clear))]
-        upper = ends[name] > 0.0
-        over = percent[name] > ends[name] if upper else percent[name] < ends[name]
-        limit = Limit("changed", "", ((name, ends[name], upper),), of="change")
-        if over.any():
-            found[limit] = float(whole[over.argmax()])
+        add("changed", "change", "", name, percent[name], ends[name])
     return found
+
+
+def simulated(
+    of: str, name: str, number: int, seed: int, config: Mapping
+) -> tuple[Life, Series, pd.DataFrame, np.random.Generator]:
+    """Draw and simulate one life of a benchmark; also returns the generator, for what follows."""
+    for attempt in range(TRIES):
+        rng = generator(seed, f"benchmark of {of}", name, number, attempt)
+        life = Life.drawn(name, config, rng)
+        with suppress(ValueError):  # a drive that does not hold all along its life
+            return life, *simulate(life, config, rng), rng
+    raise RuntimeError(f"none of {TRIES} drives of '{name}' holds all along its life")
 
 
 def followed(name: str, number: int, seed: int, config: Mapping, networks) -> tuple:
     """Simulate and follow one life."""
-    for attempt in range(TRIES):
-        rng = generator(seed, "benchmark of lives", name, number, attempt)
-        life = Life.drawn(name, config, rng)
-        with suppress(ValueError):  # a drive that does not hold all along its life
-            series, truth = simulate(life, config, rng)
-            break
+    life, series, truth, rng = simulated("lives", name, number, seed, config)
     limits = limits_of(truth, series, life, rng)
     settings = config["wear_model"]
     readout = Readout.of(series, networks, draws=settings["draws"], seed=seed, misfit_p_value=0.001)
@@ -243,28 +242,12 @@ def scored(name: str, number: int, seed: int, config: Mapping, networks) -> list
         one = data.sel(asked=operation)
         sizes = np.abs(true) / readout.usual()
         names = one.names.item().split(" or ")
-        rows.append(
-            about
-            | {
-                "score": "named",
-                "right": NAMES[int(sizes.argmax())] in names,
-                "size": sizes.max(),
-                "count": len(names) if names[0] else 0,
-            }
-        )
-        for k, parameter in enumerate(NAMES):
-            low, middle, high = one.changed.values[k]
-            rows.append(
-                about
-                | {
-                    "score": "change",
-                    "name": parameter,
-                    "truth": true[k],
-                    "low": low,
-                    "middle": middle,
-                    "high": high,
-                }
-            )
+        named = {"right": NAMES[int(sizes.argmax())] in names, "size": sizes.max()}
+        named["count"] = len(names) if names[0] else 0
+        rows.append(about | {"score": "named"} | named)
+        for parameter, truly, interval in zip(NAMES, true, one.changed.values, strict=True):
+            change = {"score": "change", "name": parameter, "truth": truly}
+            rows.append(about | change | dict(zip(INTERVAL, interval, strict=True)))
     return rows
 
 
@@ -328,18 +311,8 @@ def left_of(limit: str, fails: float, data: xr.Dataset, told: int, rng) -> list[
     rows = []
     for operation in some:
         one = data.sel(asked=operation, limit=limit)
-        low, middle, high = one.remaining.values
-        rows.append(
-            {
-                "score": "left",
-                "name": limit,
-                "operation": operation,
-                "truth": fails - operation,
-                "low": low,
-                "middle": middle,
-                "high": high,
-            }
-        )
+        left = {"score": "left", "name": limit, "operation": operation, "truth": fails - operation}
+        rows.append(left | dict(zip(INTERVAL, one.remaining.values, strict=True)))
     return rows
 
 
@@ -371,7 +344,7 @@ def acted(limit: str, fails: float, data: xr.Dataset, stands: xr.Dataset) -> dic
 def follow(seed_name: str, file: str, *sets: str) -> None:
     """Follow all lives of a seed, and add their rows to a file; those that are there are done."""
     config, seed = load([DEFAULTS]), SEEDS[seed_name]
-    networks = [[open_network(model_file(f, kind)) for kind in KINDS] for f in FAMILIES]
+    networks = shipped_networks()
     done = pd.read_csv(file)[["set", "life"]].drop_duplicates() if Path(file).exists() else None
     known = set() if done is None else set(done.itertuples(index=False, name=None))
     for name in sets or SETS:
@@ -379,13 +352,11 @@ def follow(seed_name: str, file: str, *sets: str) -> None:
             if (name, number) in known:
                 continue
             rows = pd.DataFrame(scored(name, number, seed, config, networks))
-            columns = [*rows.columns] if not Path(file).exists() else None
-            rows = rows.reindex(columns=COLUMNS)
-            rows.to_csv(file, mode="a", header=columns is not None, index=False)
+            append(rows.reindex(columns=COLUMNS), file)
 
 
 COLUMNS = [
-    *("set", "life", "knee", "faster", "family", "score", "name", "truth", "low", "middle", "high"),
+    *("set", "life", "knee", "faster", "family", "score", "name", "truth", *INTERVAL),
     *("operation", "late", "start", "kind", "names", "right", "size", "count", "records"),
     *("evidence", "fails", "first", "service", "moves", "known"),
 ]

@@ -22,15 +22,16 @@ import numpy as np
 import pandas as pd
 
 from breaker.answers import changes, compare, measured_changes, read_operations
-from breaker.family import open_network
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, NAMES, speeds_of
 from breaker.model import Prior, Sensor, generator
 from breaker.records import write_curve
-from breaker.shipped import DEFAULTS, model_file
-from breaker.synthetic import Drive, Family, Reading
+from breaker.shipped import DEFAULTS
+from breaker.synthetic import Drive, Family
 from breaker.workflow import read
 from studies.measuring import own_quantities
+from studies.sensors import Reading
+from studies.shared import append, shipped_networks
 
 SCATTER = 0.004
 TIMES, RELEASE = 0.1 * np.arange(900), 15.0  # ms
@@ -104,7 +105,7 @@ def one_rig(number: int, count: int, change: float | None, config: Mapping) -> p
     reading = Reading.draw(rng)
     before, today = (visit(each, count, sensor, reading, rng) for each in drives)
     misfit = config["endurance"]["misfit_p_value"]
-    found = compare(before, today, networks(), rng, misfit_p_value=misfit)
+    found = compare(before, today, shipped_networks(), rng, misfit_p_value=misfit)
     rows = pd.DataFrame([*measured_changes(before, today, SPEEDS), *changes(found)])
     true = truth(drives)
     whole = {"rig": number, "records": count, "change": change}
@@ -117,12 +118,6 @@ def one_rig(number: int, count: int, change: float | None, config: Mapping) -> p
     ]
     right = [true[key] for key in zip(rows["name"], of, strict=True)]
     return rows.assign(truth=right, lower=lower, median=median, upper=upper, **whole)
-
-
-def networks():
-    """Those of each family that ships, as the command opens them."""
-    for family in ("medium_voltage", "any"):
-        yield tuple(open_network(model_file(family, kind)) for kind in ("levels", "changes"))
 
 
 def summed(rows: pd.DataFrame) -> pd.DataFrame:
@@ -186,8 +181,7 @@ def main() -> None:
             done = {*there.rig[same & (there.records == options.records)]}
         for number in sorted(set(range(options.rigs)) - done):
             rows = one_rig(number, options.records, options.change, config)
-            new = not options.rows.exists()
-            rows.to_csv(options.rows, mode="a", header=new, index=False, float_format="%.6g")
+            append(rows, options.rows, float_format="%.6g")
     if options.table:
         rows = pd.read_csv(options.rows, keep_default_na=True).fillna({"motion": ""})
         summed(rows).to_csv(options.table, index=False, float_format="%.3g")

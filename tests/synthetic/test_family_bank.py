@@ -7,11 +7,10 @@ import pytest
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.mechanism.size import Size
 from breaker.model.prior import Prior
 from breaker.shipped import DEFAULTS
 from breaker.synthetic import family_bank
-from breaker.synthetic.drive import CONTACTS, Drive, Elements
+from breaker.synthetic.drive import CONTACTS, ELEMENTS, Drive, Elements
 from breaker.synthetic.family import WEAR, Family
 from breaker.synthetic.family_bank import GRID, shapes, simulate_family
 from breaker.workflow.configuration import load
@@ -31,8 +30,18 @@ def bank(family):
 
 
 def drive_of(bank, drive, condition) -> Drive:
+    """A drive, put together from the names of its elements."""
     row = bank.isel(drive=drive, condition=condition)
-    return Drive(tuple(row.parameters.values.tolist()), Elements.from_numbers(row.elements.values))
+    settings = {"contact": CONTACTS[int(row.elements.sel(element="contact"))]}
+    for name, value in zip(ELEMENTS, row.elements.values.tolist(), strict=True):
+        part, _, of = name.partition(".")
+        if of.startswith("harmonics"):
+            settings[part]["harmonics"] = (*settings[part].get("harmonics", ()), value)
+        elif of:
+            settings.setdefault(part, {})[of] = value
+        else:
+            settings.setdefault(part, value)
+    return Drive(tuple(row.parameters.values.tolist()), Elements.from_settings(settings))
 
 
 def test_the_same_seed_gives_the_same_bytes(family, bank):
@@ -123,20 +132,6 @@ def test_changes_are_uniform_in_their_logarithm(family, bank):
     assert 0.01 <= share.min() <= share.max() <= 1.0 + 1e-12
     place = 1.0 - np.log(share) / np.log(0.01)
     assert place.mean() == pytest.approx(0.5, abs=0.05)  # 4 sd of 600 draws
-
-
-def test_a_bank_of_another_size_has_the_same_shapes(family, bank):
-    large = Family(family.prior, family.settings, Size(lengths=8.0, times=3.0))
-    small = bank.isel(drive=slice(20))
-    found = simulate_family(large, 20, np.random.default_rng(1))
-    # The prior is that of the drives' own size, so theirs is that of a small one.
-    assert found.sizes["drive"] == 20
-    twin = Family(family.prior.sized(large.size), family.settings, large.size)
-    found = simulate_family(twin, 20, np.random.default_rng(1))
-    assert abs(found["shape"].astype(int) - small["shape"].astype(int)).max() <= 1
-    np.testing.assert_allclose(found.stroke, 8.0 * small.stroke)
-    np.testing.assert_allclose(found.duration, 3.0 * small.duration)
-    np.testing.assert_allclose(found.switching, small.switching, atol=1e-6)
 
 
 def test_a_drive_without_a_shape_is_drawn_again_and_counted(family, monkeypatch):

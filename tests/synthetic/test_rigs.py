@@ -14,7 +14,6 @@ from breaker.model.joint import Model
 from breaker.posterior.laplace import mode
 from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
-from breaker.synthetic.drive import Drive, Elements
 from breaker.synthetic.failure_times import failures, true_lives
 from breaker.synthetic.rigs import Rig
 from breaker.synthetic.truth import truth_of
@@ -46,13 +45,6 @@ def fitted(model, curve):
     z, precision = mode(model, curve)
     left = curve - model.curves(model.destandardise(z[None]))[0]
     return z[:7], np.sqrt(np.diag(np.linalg.inv(precision)))[:7], left - left.mean()
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_without_what_the_model_leaves_out_it_is_the_model(rig, motion):
-    bare = Drive(rig.new.theta, Elements())
-    exact = travel(np.array([rig.new.theta]), TIMES, motion).travel[0]
-    np.testing.assert_allclose(bare.travel(motion, TIMES), exact, atol=1e-6)
 
 
 def test_its_parameters_are_plausible_and_not_the_medians(rig, prior):

@@ -100,16 +100,14 @@ def level_inputs(
         bases: Of each motion.
         usual: Mean and sd of the logarithms of stroke and duration in the family, ``(2, 2)``.
     """
-    first, second = (records[motion] for motion in MOTIONS)
     (stroke, stroke_sd), (duration, duration_sd) = usual
     one, time = units_of(records)
-    both = first.there & second.there
     columns = [
-        *(first.there, second.there, told),
+        *(records[motion].there for motion in MOTIONS),
+        told,
         told * (np.log(one) - stroke) / stroke_sd,
         told * (np.log(time) - duration) / duration_sd,
-        both * np.log(second.stroke / first.stroke) / stroke_sd,
-        both * np.log(second.duration / first.duration) / duration_sd,
+        *_between(records, usual),
     ]
     for motion, seen in records.items():
         columns += [seen.there * each for each in _about(seen)]
@@ -142,14 +140,7 @@ def change_inputs(
         bases, change_bases: Components of both.
         usual: As of ``level_inputs``.
     """
-    first, second = (records[motion] for motion in MOTIONS)
-    (_, stroke_sd), (_, duration_sd) = usual
-    both = first.there & second.there
-    columns = [
-        *(first.there, second.there),
-        both * np.log(second.stroke / first.stroke) / stroke_sd,
-        both * np.log(second.duration / first.duration) / duration_sd,
-    ]
+    columns = [*(records[motion].there for motion in MOTIONS), *_between(records, usual)]
     for motion, seen in records.items():
         change = changes[motion]
         columns += [seen.there * each for each in (_about(seen)[0], _about(change)[0])]
@@ -176,6 +167,17 @@ def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray)
     square = rows @ rows.swapaxes(1, 2) + _RIDGE * np.eye(2)  # regular without a sample, too
     amounts = np.linalg.solve(square, rows @ change[:, :, None])
     return change - (amounts.swapaxes(1, 2) @ rows)[:, 0]
+
+
+def _between(records: Mapping[str, Seen], usual: Sequence) -> tuple[np.ndarray, np.ndarray]:
+    """Logarithms of stroke and duration of opening over those of closing, 0 without both."""
+    first, second = (records[motion] for motion in MOTIONS)
+    (_, stroke_sd), (_, duration_sd) = usual
+    both = first.there & second.there
+    return (
+        both * np.log(second.stroke / first.stroke) / stroke_sd,
+        both * np.log(second.duration / first.duration) / duration_sd,
+    )
 
 
 def _shares(present: np.ndarray) -> np.ndarray:

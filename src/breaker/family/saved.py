@@ -57,15 +57,12 @@ def open_network(path: str | Path) -> Levels | Changes:
         kind = saved.settings.get("kind")
         if kind not in _KINDS:
             raise ModelFileError("it is no network of a family of drives")
-        types = {
-            name: "float32" if name.startswith("network.") else "float64" for name in saved.shapes
-        }
-        arrays = {name: saved.weight(name, each) for name, each in types.items()}
-        weights = {
-            name.removeprefix("network."): each
-            for name, each in arrays.items()
-            if name.startswith("network.")
-        }
+        weights, arrays = {}, {}
+        for name in saved.shapes:
+            if name.startswith("network."):
+                weights[name.removeprefix("network.")] = saved.weight(name, "float32")
+            else:
+                arrays[name] = saved.weight(name, "float64")
         try:
             network = Network(weights, _KINDS[kind].atoms)
             found = {name: arrays[name] for name in ("usual", "centre", "scale")}

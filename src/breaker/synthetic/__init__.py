@@ -15,7 +15,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "family": ["Family"],
         "family_bank": ["shapes", "simulate_family"],
         "family_training": ["open_family", "rows_of", "sample_rows", "train_network"],
-        "reading": ["Reading"],
         "rigs": ["Rig"],
         "round_trip": ["through_files"],
         "truth": ["truth_of"],

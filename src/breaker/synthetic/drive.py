@@ -12,10 +12,9 @@ Steps are as long as their error allows, compiled. That agrees with ``solve_ivp`
 (tests/synthetic/test_drive.py) and is some thousand times as fast.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from itertools import islice
 from operator import attrgetter
 
 import numpy as np
@@ -130,19 +129,6 @@ class Elements:
         kinds = dict.fromkeys(STOPS, Stop) | dict.fromkeys(WAVES, Waves)
         parts = {name: kinds[name](**settings[name]) for name in kinds if name in settings}
         return cls(**{**settings, **parts})
-
-    @classmethod
-    def from_numbers(cls, numbers: Sequence[float]) -> "Elements":
-        """Build from what ``numbers`` returns, ``(e,)``."""
-        row, parts = iter(np.asarray(numbers, dtype=np.float64).tolist()), {}
-        for name in (each.name for each in fields(cls)):
-            if name in STOPS:
-                parts[name] = Stop(*islice(row, 5))
-            elif name in WAVES:
-                parts[name] = Waves(next(row), tuple(islice(row, 6)))
-            else:
-                parts[name] = CONTACTS[int(next(row))] if name == "contact" else next(row)
-        return cls(**parts)
 
     @property
     def numbers(self) -> list[float]:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from breaker.mechanism import NAMES, UNIT, Size
+from breaker.mechanism import NAMES
 from breaker.model import Prior
 from breaker.synthetic.drive import CONTACTS, WAVES, Drive, Elements, Stop
 
@@ -37,7 +37,6 @@ class Family:
         prior: Prior of the parameters.
         settings: The section ``rigs`` or ``family`` of the configuration: elements of drives of
             size 1.
-        size: Size of its drives, and of the prior.
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
@@ -54,7 +53,6 @@ class Family:
 
     prior: Prior
     settings: Mapping
-    size: Size = UNIT
 
     def new(self, rng: np.random.Generator) -> Drive:
         """Draw a drive in new condition.
@@ -79,10 +77,9 @@ class Family:
             theta = tuple(self.prior.sample(1, rng)[0].tolist())
             elements = Elements.from_settings(_draw_all(ranges, Elements, rng))
             elements = replace(elements.scaled(strength), contact=contact)
-            drive = Drive(theta, elements, self.size)
+            drive = Drive(theta, elements)
             if contact == "held":
-                force = drive.numbers[NAMES.index("f")]
-                drive = drive.changed(contact_preload=preload * force)
+                drive = drive.changed(contact_preload=preload * drive.value("f"))
             if rigid:
                 drive = drive.changed(linkage=0.0)
             if drive.holds and (contact != "sliding" or self._touches(drive)):

@@ -100,22 +100,16 @@ def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """
     new, strength = family.drawn(rng)
     kind = family.kind_of_wear(rng)
-    conditions = new, family.worn(new, rng, kind)
-    apart = [_taken_apart(drive) for drive in conditions]
-    names = ("shape", "duration", "release", "switching", "stroke")
-    return {
-        name: np.stack(each) for name, each in zip(names, zip(*apart, strict=True), strict=True)
-    } | {
-        "parameters": np.array([drive.theta for drive in conditions]),
-        "elements": np.array([drive.numbers[len(NAMES) :] for drive in conditions]),
+    both = [_taken_apart(drive) for drive in (new, family.worn(new, rng, kind))]
+    return {name: np.stack([each[name] for each in both]) for name in both[0]} | {
         "strength": np.float64(strength),
         "wear": np.int8(WEAR.index(kind)),
         "contact": np.int8(CONTACTS.index(new.elements.contact)),
     }
 
 
-def _taken_apart(drive: Drive) -> tuple[np.ndarray, ...]:
-    """Shapes of both motions, ``(m, u)`` as stored, their three times, ``(m,)``, and the stroke.
+def _taken_apart(drive: Drive) -> dict[str, np.ndarray]:
+    """What a bank has of a drive of size 1 in one condition; shapes ``(m, u)`` as stored.
 
     Raises:
         FloatingPointError: If a curve has no shape.
@@ -142,5 +136,7 @@ def _taken_apart(drive: Drive) -> tuple[np.ndarray, ...]:
         if not (shares.min() >= _LOWEST and shares.max() <= _HIGHEST):
             raise FloatingPointError(f"{MOTIONS[i]} leaves what can be stored: {drive}")
         shape[i] = np.round((shares - _LOWEST) / _SCALE)
-        times[:, i] = duration * drive.size.times, -first / duration, (switching - first) / duration
-    return shape, *times, np.float64(stroke * drive.size.lengths)
+        times[:, i] = duration, -first / duration, (switching - first) / duration
+    found = dict(zip(("duration", "release", "switching"), times, strict=True))
+    found |= {"shape": shape, "stroke": np.float64(stroke)}
+    return found | {"parameters": np.array(drive.theta), "elements": numbers[len(NAMES) :]}

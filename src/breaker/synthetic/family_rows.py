@@ -12,7 +12,6 @@ from breaker.family import (
     Basis,
     Changes,
     Levels,
-    Seen,
     change_inputs,
     change_outputs,
     level_inputs,
@@ -139,7 +138,7 @@ class LevelRows(Rows):
         condition = rng.integers(0, 2, n) if condition is None else condition
         motions = self._motions(n, rng) if motions is None else motions
         told = rng.random(n) < _TOLD if told is None else told
-        records, events = self.records(drives, condition, motions, rng, **sensor)
+        records, events = self._records(drives, condition, motions, rng, **sensor)
         x = level_inputs(records, told, self.frozen["bases"], self.frozen["usual"])
         theta = self.theta[drives, condition]
         y = level_outputs(theta, events, *units_of(records))
@@ -147,19 +146,8 @@ class LevelRows(Rows):
         motions = np.column_stack([each.there for each in records.values()])
         return x, y, outputs_there(motions) & motions.any(axis=1)[:, None], units
 
-    def records(
-        self,
-        drives: np.ndarray,
-        condition: np.ndarray,
-        motions: np.ndarray,
-        rng: np.random.Generator,
-        **sensor,
-    ) -> tuple[dict[str, Seen], np.ndarray]:
-        """Return records in mm and ms, and the events of all motions as they show them, ``(n, 4)``.
-
-        Args:
-            drives, condition, motions, sensor: As of ``unscaled``.
-        """
+    def _records(self, drives, condition, motions, rng, **sensor):
+        """Records in mm and ms by motion, and all events as they show them, ``(n, 4)``."""
         records, events = {}, []
         for m, motion in enumerate(MOTIONS):
             curves = self._curves(drives, condition, m)

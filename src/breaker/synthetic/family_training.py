@@ -119,12 +119,7 @@ def train_network(
         The history of the training; weights by name, and what inputs and outputs are scaled by,
         both as ``family.write_network`` takes them.
     """
-    from breaker.posterior import (  # loads torch
-        FamilyNetwork,
-        FamilyRows,
-        Trainer,
-        choose_device,
-    )
+    from breaker.posterior import FamilyNetwork, FamilyRows, Trainer, choose_device  # loads torch
 
     rows = rows_of(kind, bank)
     rows.freeze(generator(seed, "family", kind, "scales"))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from breaker.synthetic.reading import Reading
+from studies.sensors import Reading
 
 
 def test_sensors_round_and_colour(sensor):

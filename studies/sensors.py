@@ -7,8 +7,6 @@ from scipy.signal import lfilter
 
 from breaker.model import Sensor
 
-__all__ = ["Reading"]
-
 _ROUNDED = 0.5  # share of the sensors that round their readings,
 _QUANTUM = (0.05, 0.3)  # mm, to a multiple of this, log-uniform
 _COLOURED = 0.25  # share of those whose noise is correlated from sample to sample
@@ -22,12 +20,6 @@ class Reading:
     Attributes:
         quantum: Step to which readings are rounded, mm; 0 where they are not.
         colour: Correlation of the noise of neighbouring samples; 0 where it is white.
-
-    Example:
-        >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
-        >>> rounded = Reading(0.5, 0.0).corrupt(np.zeros(151), sensor, np.random.default_rng(1))
-        >>> np.unique(np.abs(rounded)).tolist()
-        [0.0, 0.5]
     """
 
     quantum: float
