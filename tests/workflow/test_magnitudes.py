@@ -79,7 +79,8 @@ def test_every_mutation_is_refused_or_can_be_used(monkeypatch):
         except ConfigurationError:
             continue
         except ValueError as error:  # the rig has to be built to see whether it closes
-            assert str(error).startswith("rig.parameters: ")
+            if not str(error).startswith("rig.parameters: "):
+                raise
             continue
         accepted += 1
         start = time.process_time()

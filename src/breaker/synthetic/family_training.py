@@ -1,23 +1,18 @@
-"""Training on a family of drives: its bank, rows of it, the network, and held-out drives."""
+"""A bank of a family of drives, rows of it, and draws of networks for held-out drives."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from breaker.family import Basis, Changes, Levels, Membership, Seen, worn
-from breaker.mechanism import MOTIONS, NAMES
-from breaker.model import generator
+from breaker.family import Changes, Levels, worn
+from breaker.mechanism import NAMES
 from breaker.stores import open_store
-from breaker.synthetic.family_bank import shapes
-from breaker.synthetic.family_records import record_shapes
 from breaker.synthetic.family_rows import ChangeRows, LevelRows, Rows
 
-__all__ = ["members_of", "open_family", "rows_of", "sample_rows", "train_network"]
-
-_LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
+__all__ = ["open_family", "rows_of", "sample_rows"]
 
 
 def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> Rows:
@@ -93,67 +88,3 @@ def open_family(shards: Sequence[str | Path], held_out: int) -> tuple[xr.Dataset
             "train on; raise family.drives"
         )
     return bank.isel(drive=slice(rest)), bank.isel(drive=slice(rest, None))
-
-
-def train_network(
-    kind: str,
-    bank: xr.Dataset,
-    held_out: xr.Dataset,
-    settings: Mapping,
-    seed: int,
-    *,
-    checkpoint: Path | None = None,
-    fingerprint: str = "",
-) -> tuple[xr.Dataset, dict[str, np.ndarray], dict]:
-    """Train a network of "levels" or "changes" on the drives of a bank.
-
-    Args:
-        kind: Of the network.
-        bank: Drives, the last ``validation_curves`` of which judge the training.
-        held_out: Drives that show what records of members look like.
-        settings: The section ``family_networks`` of the configuration.
-        seed: Seed of the configuration.
-        checkpoint, fingerprint: As of ``posterior.Trainer``.
-
-    Returns:
-        The history of the training; weights by name, and what inputs and outputs are scaled by,
-        both as ``family.write_network`` takes them.
-    """
-    from breaker.posterior import FamilyNetwork, FamilyRows, Trainer, choose_device  # loads torch
-
-    rows = rows_of(kind, bank)
-    rows.freeze(generator(seed, "family", kind, "scales"))
-    device = choose_device(settings["training"]["device"])
-    network = FamilyNetwork(settings["network"], kind, *rows.sizes, atoms=rows.atoms, seed=seed)
-    aside = len(rows) - settings["training"]["validation_curves"]
-    history = Trainer(
-        posterior=network.to(device),
-        rows=FamilyRows(np.arange(aside), rows.rows, device),
-        validation=FamilyRows(np.arange(aside, len(rows)), rows.rows, device),
-        settings=settings["training"],
-        seed=seed,
-        checkpoint=checkpoint,
-        fingerprint=fingerprint,
-    ).run()
-    frozen = rows.frozen
-    if kind == "levels":
-        rng = generator(seed, "family members")
-        frozen["members"] = members_of(held_out, frozen["bases"], rng)
-    weights = {name: each.detach().cpu().numpy() for name, each in network.state_dict().items()}
-    return history, weights, frozen
-
-
-def members_of(
-    bank: xr.Dataset, bases: Mapping[str, Basis], rng: np.random.Generator
-) -> dict[str, Membership]:
-    """Return what records of drives look like that were held out, of each motion."""
-    found = {}
-    for motion in MOTIONS:
-        curves = shapes(bank["shape"].sel(motion=motion, condition="new").values)
-        levels = {}
-        for noise in _LEVELS:
-            seen, *_ = record_shapes(curves, rng, noise=(noise, 1.01 * noise))
-            seen = Seen(*(each[seen.there] for each in seen))
-            levels[float(np.median(seen.noise))] = seen
-        found[motion] = Membership.of(levels, bases[motion])
-    return found
