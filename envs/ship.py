@@ -23,7 +23,7 @@ __all__ = ["described", "differing", "made_from", "unfit"]
 
 CONFIG = Path("config/config.yaml")
 RESULTS = Path("results/family/trained")
-PAGE = Path("docs/family.md")
+PAGE = Path("docs/evidence.md")
 
 
 def made_from(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
@@ -70,7 +70,7 @@ def described(text: str) -> str:
 
 
 def judged(text: str) -> str:
-    """Return the page on families with its tables of how good the networks are."""
+    """Return the page on evidence with its tables of how good the networks are."""
     for family in FAMILIES:
         table = pd.read_csv(Path("docs") / f"family_{family}.csv")
         for kind in KINDS:
