@@ -20,7 +20,7 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
 # Pages that state numbers of `make all`; the others name the command that gives their numbers.
-PAGES = (README, *(DOCS / f"{name}.md" for name in ("method", "decisions")))
+PAGES = (README, *(DOCS / f"{name}.md" for name in ("method", "evidence", "decisions")))
 
 _MARKED = re.compile(r"<!-- numbers:(?P<names>[^>]*?)-->\n(?P<block>.+?)(?=\n\s*\n|\n?\Z)", re.S)
 _NUMBER = re.compile(r"(?<![\w.−-])[−-]?\d+(?:,\d{3})*(?:\.\d+)?(?!\w)")

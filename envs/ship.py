@@ -23,7 +23,7 @@ __all__ = ["described", "differing", "made_from", "unfit"]
 
 CONFIG = Path("config/config.yaml")
 RESULTS = Path("results/family/trained")
-PAGE = Path("docs/family.md")
+PAGE = Path("docs/evidence.md")
 
 
 def made_from(config: Mapping[str, Any], kind: str) -> dict[str, Any]:
@@ -70,22 +70,23 @@ def described(text: str) -> str:
 
 
 def judged(text: str) -> str:
-    """Return the page on families with its tables of how good the networks are."""
-    for family in FAMILIES:
-        table = pd.read_csv(Path("docs") / f"family_{family}.csv")
-        for kind in KINDS:
+    """Return the page on evidence with its tables of how good the networks are."""
+    for kind, shown in (("levels", "contraction"), ("changes", "rms_error")):
+        rows = []
+        for family in FAMILIES:
+            table = pd.read_csv(Path("docs") / f"family_{family}.csv")
             of = table[table.network == kind].set_index(["output", "motions"])
             names = [name for name in of.index.unique("output") if " " not in name]
-            shown = {"levels": "contraction", "changes": "rms_error"}[kind]
-            rows = [f"| {family} | {' | '.join(names)} | 90 % hold | calibrated |"]
-            rows.append("|---|" + "---|" * (len(names) + 2))
+            if not rows:
+                rows.append(f"| {kind} | {' | '.join(names)} | 90 % hold | calibrated |")
+                rows.append("|---|" + "---|" * (len(names) + 2))
             for motions in of.index.unique("motions"):
                 here = of.xs(motions, level="motions")
                 cells = [f"{here[shown][name]:.2f}" for name in names]
                 held = f"{100 * here.coverage_90.min():.0f} to {100 * here.coverage_90.max():.0f} %"
                 fine = f"{int(here.calibrated.sum())} of {len(here)}"
-                rows.append(f"| {motions} | {' | '.join(cells)} | {held} | {fine} |")
-            text = _put(text, f"{kind} of {family}", rows)
+                rows.append(f"| {family}, {motions} | {' | '.join(cells)} | {held} | {fine} |")
+        text = _put(text, kind, rows)
     return text
 
 

@@ -1,4 +1,4 @@
-"""How sharp the networks are that ship, by records of one sensor: the tables of docs/family.md.
+"""How sharp the networks are that ship, by records of one sensor: the tables of docs/evidence.md.
 
     python -m studies.sharpness                  # two minutes of one core
 

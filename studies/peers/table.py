@@ -1,7 +1,7 @@
-"""Turn the results of the peers into the tables of docs/benchmarks.md.
+"""Turn the results of the peers into the tables of docs/evidence.md.
 
     python -m studies.peers.table                              prints them
-    python -m studies.peers.table --into docs/benchmarks.md    puts them between its markers
+    python -m studies.peers.table --into docs/evidence.md    puts them between its markers
 
 A table called NAME replaces what is between ``<!-- NAME -->`` and ``<!-- end NAME -->``.
 """

@@ -122,6 +122,6 @@ def test_the_overlay_is_yaml_of_the_keys_of_the_configuration(overlay):
     assert content.keys() == {"endurance"}  # what else its size needs, fit-prior proposes
 
 
-def test_the_page_on_usage_shows_what_is_proposed(overlay):
-    page = Path("docs/usage.md").read_text(encoding="utf-8")
+def test_the_tutorial_shows_what_is_proposed(overlay):
+    page = Path("docs/tutorial/README.md").read_text(encoding="utf-8")
     assert overlay.read_text(encoding="utf-8") in page

@@ -135,7 +135,7 @@ def edit_of(file: str, line: str = "# an edit") -> Callable[[Path], None]:
     return lambda folder: append(folder, file, line)
 
 
-# Edit, and rules that run again. The same table stands in docs/workflow.md.
+# Edit, and rules that run again. The same table stands in docs/development.md.
 FIGURE = ["figure_pairs", "figure_pairs_family"]
 NOISE = [*MEASURING, "figure_prior_predictive", *TRAINING, "identifiability"]
 BANK = ["bank_shard", *TRAINING, "identifiability"]

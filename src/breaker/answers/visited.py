@@ -1,6 +1,6 @@
 """The comparison of two visits as one document of plain values, and in words.
 
-docs/visits.md explains its keys. A number that is not known is None.
+docs/usage.md explains its keys. A number that is not known is None.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
