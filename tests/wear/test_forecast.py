@@ -18,7 +18,7 @@ class OneQuantity:
 
     size = 1
 
-    def measured_draws(self, limit, change, variance):
+    def values(self, limit, change, variance, draws=None):
         normal = np.linspace(-2.0, 2.0, 201)
         return (8.0 + change + np.sqrt(variance) * normal)[:, :, None]
 

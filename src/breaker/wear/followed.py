@@ -116,7 +116,8 @@ def _limits(
         for since in {limit.since for limit in limits}
     }
     found = [Forecast.of(limit, onward[limit.since], past, future) for limit in limits]
-    n, new = len(where), [np.median(_new(readout, limit)[0], axis=0) for limit in limits]
+    n, zero = len(where), np.zeros((1, readout.size))
+    new = [np.median(readout.values(limit, zero, zero + 1e-12)[0], axis=0) for limit in limits]
     return {
         "beyond": (("asked", "limit"), _side([each.beyond for each in found], n)),
         "remaining": (("asked", "limit", "quantile"), _side([e.remaining for e in found], n, 3)),
@@ -127,14 +128,6 @@ def _limits(
         ),
         "new": ("part", np.concatenate([np.zeros(0), *new])),
     }
-
-
-def _new(readout: Readout, limit: Limit) -> np.ndarray:
-    """Draws of the quantities of a limit while the drive was new, ``(1, d, parts)``."""
-    zero = np.zeros((1, readout.size))
-    if limit.of == "record":
-        return readout.measured_draws(limit, zero, zero + 1e-12)
-    return readout.values(limit, readout.parameters(zero, zero + 1e-12))
 
 
 def _side(columns: Sequence[np.ndarray], n: int, *more: int) -> np.ndarray:

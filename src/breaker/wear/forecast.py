@@ -109,10 +109,8 @@ class Onward:
 
     def values(self, limit: Limit) -> np.ndarray:
         """Return draws of the quantities of a limit, ``(m, n, d, parts)``; nan where not known."""
-        if limit.of == "record":
-            found = self.readout.measured_draws(limit, self._change, self._variance)
-        else:
-            found = self.readout.values(limit, self._parameters)
+        draws = None if limit.of == "record" else self._parameters
+        found = self.readout.values(limit, self._change, self._variance, draws)
         return found.reshape(*self.shape, *found.shape[1:])
 
 

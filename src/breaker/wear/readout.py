@@ -62,25 +62,33 @@ class Readout:
             families: Networks of each.
             misfit_p_value: p-value below which they do not.
         """
-
-        def one(family: tuple[Levels, Changes]) -> Self:
-            coordinates = Coordinates.of(series, family[1].change_bases)
-            return cls(series, coordinates, *family, None, {}, draws, seed)
-
-        def new(family: tuple[Levels, Changes]) -> dict[str, Seen]:
-            drive = one(family)
-            return drive.curves(*np.zeros((2, 1, drive.size)))[0]
-
-        family, matches, fits = choose_family(
-            families,
-            lambda family: [(m, family[0].match(m, seen)) for m, seen in new(family).items()],
+        drives = (
+            cls(
+                series=series,
+                coordinates=Coordinates.of(series, changes.change_bases),
+                levels=levels,
+                changes=changes,
+                theta=None,
+                matches={},
+                draws=draws,
+                seed=seed,
+            )
+            for levels, changes in families
+        )
+        found, matches, fits = choose_family(
+            drives,
+            lambda drive: [(m, drive.levels.match(m, seen)) for m, seen in drive.new().items()],
             misfit_p_value,
         )
-        found = replace(one(family), matches=dict(matches))
+        found = replace(found, matches=dict(matches))
         if not fits:
             return found.withheld()
-        theta = family[0].draw(new(family), draws, np.random.default_rng(seed)).theta
+        theta = found.levels.draw(found.new(), draws, np.random.default_rng(seed)).theta
         return replace(found, theta=theta)
+
+    def new(self) -> dict[str, Seen]:
+        """Return the new curves, as networks see them, by motion."""
+        return self.curves(*np.zeros((2, 1, self.size)))[0]
 
     def withheld(self) -> Self:
         """Return the same without networks: what is measured is read."""
@@ -139,15 +147,22 @@ class Readout:
             found[some] = np.where(worn(logs)[:, None, None], 100.0 * np.expm1(logs), np.nan)
         return found
 
-    def values(self, limit: Limit, draws: np.ndarray) -> np.ndarray:
-        """Return draws of the quantities of a limit on changes, or on the model; nan if not known.
+    def values(
+        self,
+        limit: Limit,
+        change: np.ndarray,
+        variance: np.ndarray,
+        draws: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Return draws of the quantities of a limit, ``(n, d, parts)``; nan where not known.
 
         Args:
-            draws: What ``parameters`` returns, ``(n, d, p)``.
-
-        Returns:
-            ``(n, d, parts)``.
+            change, variance: Of the coordinates, ``(n, k)``.
+            draws: What ``parameters`` returns of these; drawn if None and they are needed.
         """
+        if limit.of == "record":
+            return self._measured(limit, change, variance)
+        draws = self.parameters(change, variance) if draws is None else draws
         if limit.of == "change":
             return draws[..., [NAMES.index(name) for name in limit.quantities]]
         if self.theta is None:
@@ -160,17 +175,10 @@ class Readout:
         signs = np.where([upper for *_, upper in limit.parts], 1.0, -1.0)
         return np.where(np.isinf(found), signs * np.inf, found).reshape(*draws.shape[:2], -1)
 
-    def measured_draws(self, limit: Limit, change: np.ndarray, variance: np.ndarray) -> np.ndarray:
-        """Return draws of the quantities of a limit on records; nan where not followed.
+    def _measured(self, limit: Limit, change: np.ndarray, variance: np.ndarray) -> np.ndarray:
+        """As of ``values``, of what records show: quantiles of a normal, shuffled.
 
-        Quantiles of a normal, shuffled alike for each change: a draw is a drive, followed along
-        its path.
-
-        Args:
-            change, variance: Of the coordinates, ``(n, k)``.
-
-        Returns:
-            ``(n, d, parts)``.
+        Alike for each change: a draw is a drive, followed along its path.
         """
         found = np.full((len(change), self.draws, len(limit.quantities)), np.nan)
         normal = ndtri((np.arange(self.draws) + 0.5) / self.draws)
