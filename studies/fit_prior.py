@@ -19,7 +19,15 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.answers import Given, infer_drive, read_operations
+from breaker.answers import (
+    Given,
+    fit_type,
+    infer_drive,
+    read_breakers,
+    read_operations,
+    reference_of,
+    room_for_wear,
+)
 from breaker.family import open_network
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, NAMES, Size
@@ -27,7 +35,6 @@ from breaker.model import Prior, generator
 from breaker.records import write_curve
 from breaker.shipped import DEFAULTS, model_file
 from breaker.synthetic import Drive, Family
-from breaker.typical import fit_type, read_breakers, reference_of, room_for_wear
 from breaker.workflow import load
 
 SIZES = (Size(), Size(10.35, 4.46))

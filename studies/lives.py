@@ -24,14 +24,13 @@ import pandas as pd
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.decisions import STATES, standing
 from breaker.family import seen_of
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior, Sensor, generator
 from breaker.records import measure_curve, shape_of
 from breaker.shipped import DEFAULTS
 from breaker.synthetic import Drive, Family
-from breaker.wear import Future, Motion, Readout, Series, Tracker, follow_life
+from breaker.wear import STATES, Future, Motion, Readout, Series, Tracker, follow_life, standing
 from breaker.workflow import load
 from studies.sensors import Reading
 from studies.shared import append, shipped_networks

@@ -23,8 +23,7 @@ FLOORS = [
     {"records"},
     {"model", "workflow", "inspection"},
     {"posterior", "family"},
-    {"validation", "wear", "typical"},
-    {"decisions"},
+    {"validation", "wear"},
     {"answers"},
     {"synthetic", "figures"},
     {"cli"},  # draws a picture of what it inspects

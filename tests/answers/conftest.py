@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.answers import spread as spread_of_types
 from breaker.answers.answer import Given
 from breaker.answers.inferred import infer_drive
 from breaker.answers.operations import read_operations
@@ -13,6 +14,15 @@ from tests.cli.conftest import written
 
 SETTINGS = {"draws": 400, "misfit_p_value": 1e-3, "seed": 1}
 TOUCH = 20.09  # ms in the record, of the model that it is of
+
+
+@pytest.fixture(autouse=True, scope="package")
+def short_chains():
+    """Short chains of a type's spread, so that tests are quick."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(spread_of_types, "_SWEEPS", 200)
+        patch.setattr(spread_of_types, "_UNSETTLED", 40)
+        yield
 
 
 @pytest.fixture(scope="package")

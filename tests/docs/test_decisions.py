@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from breaker.decisions import CHANGES, DECISIONS, LIMITS
+from breaker.wear import CHANGES, DECISIONS, LIMITS
 
 PAGE = Path(__file__).parents[2] / "docs" / "decisions.md"
 

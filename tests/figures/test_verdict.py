@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from breaker.decisions import STATES
 from breaker.figures.marks import COLOURS
 from breaker.figures.verdict import verdict
+from breaker.wear import STATES
 from tests.figures.drawn import assert_nothing_overlaps, words, written
 from tests.lives import LIMITS, life_data, standing_data
 

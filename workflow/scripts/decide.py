@@ -3,7 +3,9 @@
 import json
 from pathlib import Path
 
-from breaker.decisions import (
+from breaker.records import open_curves
+from breaker.stores import describe, open_store, save
+from breaker.wear import (
     change_table,
     days_per_operation,
     decide,
@@ -15,8 +17,6 @@ from breaker.decisions import (
     standing,
     trust,
 )
-from breaker.records import open_curves
-from breaker.stores import describe, open_store, save
 from breaker.workflow import start
 
 log = start(snakemake)

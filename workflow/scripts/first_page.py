@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from breaker.decisions import opening
+from breaker.wear import opening
 from breaker.workflow import start
 
 log = start(snakemake)

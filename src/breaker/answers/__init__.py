@@ -1,7 +1,8 @@
-"""What one call infers of the records of one drive: judged, in words, as tables, trees and JSON.
+"""What one call answers: of the records of a drive, of its visits, and of a type of breaker.
 
 Networks of a family of drives infer the parameters of each operation; all else is measured. Where
-limits are given, they are judged by both.
+limits are given, they are judged by both; words, tables, trees and JSON render the answer. The
+prior of a type comes from records of some of its breakers, each fitted by itself.
 """
 
 import lazy_loader
@@ -19,5 +20,12 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "documents": ["document", "table_of"],
         "visited": ["visits_document", "visits_in_words"],
         "words": ["in_words"],
+        # The prior of a type.
+        "checks": ["Finding", "check_fitted"],
+        "fits": ["Fit", "fit_breaker"],
+        "fitted": ["FittedPrior", "fit_type", "precision_of", "reference_of", "room_for_wear"],
+        "recorded": ["Recorded", "read_breakers"],
+        "spread": ["Spread", "find_spread"],
+        "writing": ["overlay_of", "overlay_text", "report"],
     },
 )

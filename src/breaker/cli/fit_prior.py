@@ -33,9 +33,9 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
+    from breaker.answers import check_fitted, overlay_of, overlay_text, report
     from breaker.mechanism import Size, from_list, speeds_of
     from breaker.shipped import DEFAULTS
-    from breaker.typical import check_fitted, overlay_of, overlay_text, report
     from breaker.workflow import merge, read
 
     recorded, fitted = _fitted(options.folders, config)
@@ -68,9 +68,9 @@ def _run(options: argparse.Namespace) -> int:
 
 def _fitted(folders: Sequence[str], config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
+    from breaker.answers import fit_type, read_breakers, reference_of, room_for_wear
     from breaker.family import open_network
     from breaker.shipped import model_file
-    from breaker.typical import fit_type, read_breakers, reference_of, room_for_wear
 
     endurance = config["endurance"]
     levels = open_network(model_file("medium_voltage", "levels"))

@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.decisions import in_percent
 from breaker.figures import marks, style
+from breaker.wear import in_percent
 
 __all__ = ["evolution"]
 

@@ -5,8 +5,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.decisions import STATES, in_percent
 from breaker.figures import marks, style
+from breaker.wear import STATES, in_percent
 
 __all__ = ["health"]
 

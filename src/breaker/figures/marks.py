@@ -6,8 +6,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.decisions import STATES
 from breaker.figures import style
+from breaker.wear import STATES
 
 __all__ = ["COLOURS", "change_lines", "exceeded", "legend", "sentence", "state_strip", "untold"]
 

@@ -5,8 +5,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.decisions import STATES
 from breaker.figures import marks, style
+from breaker.wear import STATES
 
 __all__ = ["remaining_life"]
 

@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from breaker.decisions import STATES, about, in_percent, span
 from breaker.figures import marks, style
+from breaker.wear import STATES, about, in_percent, span
 
 __all__ = ["verdict"]
 

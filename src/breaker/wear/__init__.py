@@ -1,7 +1,9 @@
-"""A life in the drive's own curves: the path of its wear, changes of it, and how long it may go on.
+"""A life in the drive's own curves, followed to decisions.
 
 Records become coordinates in units of the drive's own scatter; one tracker follows these and
-whatever is measured; networks of a family read off what has changed since new.
+whatever is measured; networks of a family read off what has changed since new. From the followed
+life come one record per limit and operation and, by when to service, a decision; tables hold these,
+and words are rendered from the tables.
 """
 
 import lazy_loader
@@ -17,5 +19,20 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "readout": ["Readout", "name_set"],
         "series": ["Motion", "Series", "series_of"],
         "tracker": ["Tracker"],
+        # Decisions.
+        "dates": ["days_per_operation"],
+        "page": ["opening"],
+        "states": ["STATES", "standing"],
+        "tables": [
+            "CHANGES",
+            "DECISIONS",
+            "LIMITS",
+            "change_table",
+            "decide",
+            "known_of",
+            "limit_table",
+        ],
+        "wording": ["about", "in_percent", "span"],
+        "words": ["headline", "limit_words", "since_new", "trust"],
     },
 )

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from breaker.answers.fits import fit_breaker
+from breaker.answers.fitted import fit_type, precision_of, room_for_wear
+from breaker.answers.recorded import read_breakers
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
-from breaker.typical.fits import fit_breaker
-from breaker.typical.fitted import fit_type, precision_of, room_for_wear
-from breaker.typical.recorded import read_breakers
-from tests.typical.drives import breakers_of, type_of, write_breakers
+from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
 TYPES, BREAKERS, FURTHER = 4, 3, 3

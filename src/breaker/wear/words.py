@@ -5,7 +5,7 @@ import math
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions.wording import about, and_so_on, in_percent, span
+from breaker.wear.wording import about, and_so_on, in_percent, span
 
 __all__ = ["headline", "limit_words", "since_new", "trust"]
 

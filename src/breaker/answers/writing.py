@@ -7,11 +7,11 @@ from textwrap import wrap
 import numpy as np
 import yaml
 
+from breaker.answers.checks import Finding
+from breaker.answers.fitted import FittedPrior
+from breaker.answers.recorded import Recorded
 from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter
 from breaker.model import Sensor
-from breaker.typical.checks import Finding
-from breaker.typical.fitted import FittedPrior
-from breaker.typical.recorded import Recorded
 
 __all__ = ["overlay_of", "overlay_text", "report"]
 

@@ -28,7 +28,7 @@ def opening(sentences: Sequence[str], limits: pd.DataFrame, picture: bytes) -> s
 
     Args:
         sentences: The first is the headline.
-        limits: What :func:`breaker.decisions.limit_words` returns.
+        limits: What :func:`breaker.wear.limit_words` returns.
         picture: The figure of the verdict, PNG.
 
     Returns:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from breaker.answers.fits import Fit
 from breaker.mechanism import NAMES
-from breaker.typical.fits import Fit
 
 __all__ = ["Spread", "find_spread"]
 

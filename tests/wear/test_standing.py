@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.decisions import STATES, standing
-from breaker.decisions.states import planned
+from breaker.wear import STATES, standing
+from breaker.wear.states import planned
 from tests.lives import OPERATIONS, a_life
 
 PLANNING = {"operations": 150, "years": 2.0}

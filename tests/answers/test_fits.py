@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from breaker.answers.fits import fit_breaker
 from breaker.mechanism.size import powers
 from breaker.model.randomness import generator
-from breaker.typical.fits import fit_breaker
 
 P = 7
 

@@ -1,6 +1,6 @@
 """Tables of a life: what to do after each operation, how each limit stands, and what changed.
 
-``breaker.decisions.words`` says the same in sentences; no table holds one.
+``breaker.wear.words`` says the same in sentences; no table holds one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions.dates import days_left, days_per_operation, on_date
-from breaker.decisions.states import STATES
 from breaker.files import ABOUT, known_about
+from breaker.wear.dates import days_left, days_per_operation, on_date
+from breaker.wear.states import STATES
 
 __all__ = ["CHANGES", "DECISIONS", "LIMITS", "change_table", "decide", "known_of", "limit_table"]
 

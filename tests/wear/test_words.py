@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from breaker.decisions import headline, limit_words, opening, since_new, trust
-from tests.decisions.test_tables import tables
+from breaker.wear import headline, limit_words, opening, since_new, trust
 from tests.lives import a_life
+from tests.wear.test_tables import tables
 
 
 def said(life):

@@ -9,8 +9,8 @@ from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size
 from breaker.model.randomness import generator
 from breaker.workflow.configuration import load
+from tests.answers.drives import breakers_of, type_of, write_breakers
 from tests.conftest import DEFAULTS
-from tests.typical.drives import breakers_of, type_of, write_breakers
 
 SIZE = Size(10.0, 4.0)
 

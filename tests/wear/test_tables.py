@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.decisions import (
+from breaker.wear import (
     CHANGES,
     DECISIONS,
     LIMITS,

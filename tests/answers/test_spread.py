@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from breaker.answers import spread
+from breaker.answers.fits import Fit
 from breaker.model.randomness import generator
-from breaker.typical import spread
-from breaker.typical.fits import Fit
 
 TYPES, BREAKERS, P = 40, 4, 7
 NORMAL_90 = 1.645

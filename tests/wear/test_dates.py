@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.decisions.dates import days_per_operation, on_date
+from breaker.wear.dates import days_per_operation, on_date
 
 NAN = np.nan
 

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.answers.fitted import FittedPrior
+from breaker.answers.recorded import Recorded
 from breaker.mechanism import NAMES, Limit
 from breaker.model import generator
-from breaker.typical.fitted import FittedPrior
-from breaker.typical.recorded import Recorded
 
 __all__ = ["Finding", "check_fitted"]
 

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.answers.checks import check_fitted
+from breaker.answers.fits import Fit
+from breaker.answers.fitted import FittedPrior, precision_of
+from breaker.answers.spread import find_spread
 from breaker.mechanism.limits import Limit
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
-from breaker.typical.checks import check_fitted
-from breaker.typical.fits import Fit
-from breaker.typical.fitted import FittedPrior, precision_of
-from breaker.typical.spread import find_spread
 
 P = 7
 KNOWN = 100.0 * np.eye(P)

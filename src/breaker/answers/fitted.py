@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from breaker.answers.fits import Fit, fit_breaker
+from breaker.answers.recorded import Recorded
+from breaker.answers.spread import Spread, find_spread
 from breaker.mechanism import NAMES, PARAMETERS, powers
 from breaker.model import Prior, generator
-from breaker.typical.fits import Fit, fit_breaker
-from breaker.typical.recorded import Recorded
-from breaker.typical.spread import Spread, find_spread
 
 __all__ = ["FittedPrior", "fit_type", "precision_of", "reference_of", "room_for_wear"]
 

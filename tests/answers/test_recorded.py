@@ -2,10 +2,10 @@
 
 import pytest
 
+from breaker.answers import recorded
+from breaker.answers.recorded import read_breakers
 from breaker.model.randomness import generator
-from breaker.typical import recorded
-from breaker.typical.recorded import read_breakers
-from tests.typical.drives import NAMELESS, breakers_of, type_of, write_breakers
+from tests.answers.drives import NAMELESS, breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
 
