@@ -1,5 +1,6 @@
 """Draw calibration and widths of posteriors from records with missing samples."""
 
+from breaker.figures.style import save
 from breaker.stores import open_store
 from breaker.validation import judge_draws
 from breaker.workflow import start
@@ -18,4 +19,4 @@ figure = missing(
     motion=snakemake.wildcards.motion,
     share=snakemake.params.share,
 )
-figure.savefig(snakemake.output[0])
+save(figure, snakemake.output[0])

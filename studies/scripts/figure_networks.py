@@ -2,9 +2,10 @@
 
 import pandas as pd
 
+from breaker.figures.style import save
 from breaker.workflow import start
 from studies.networks.figures import networks
 
 start(snakemake)
 figure = networks(pd.read_csv(snakemake.input.table), motion=snakemake.wildcards.motion)
-figure.savefig(snakemake.output[0])
+save(figure, snakemake.output[0])

@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from PIL import Image
 
 from breaker.figures import style
 from breaker.figures.marks import COLOURS
@@ -65,3 +66,17 @@ def test_spans_end_halfway_to_the_neighbours():
     inside = np.array([True, False, True, True, False, True])
     assert style.spans(operation, inside) == [(0, 2), (4, 6.5), (8, 10)]
     assert style.spans(operation, np.zeros(6, dtype=bool)) == []
+
+
+def test_a_saved_figure_is_light_and_keeps_its_colours(tmp_path):
+    figure, (axis,) = style.panels(1)
+    across = np.linspace(0, 1, 400)
+    axis.scatter(across, across**2, c=across, cmap="viridis", alpha=0.3)
+    figure.savefig(tmp_path / "full.png")
+    style.save(figure, tmp_path / "light.png")
+    full, light = (Image.open(tmp_path / f"{name}.png") for name in ("full", "light"))
+    far = np.abs(np.asarray(full.convert("RGB"), int) - np.asarray(light.convert("RGB"), int))
+    assert light.size == full.size
+    assert far.mean() < 1
+    assert far.max() < 90
+    assert (tmp_path / "light.png").stat().st_size < 0.6 * (tmp_path / "full.png").stat().st_size

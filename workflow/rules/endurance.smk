@@ -80,12 +80,7 @@ rule gather:
         corrected=every_chunk("results/endurance/{motion}/corrected_{chunk}.zarr"),
     output:
         store=directory("results/endurance/{motion}.zarr"),
-        table=page(
-            "results/endurance/{motion}.csv",
-            "5 Endurance test",
-            "table of all operations",
-            "endurance_table",
-        ),
+        table="results/endurance/{motion}.csv",
     log:
         "logs/gather/{motion}.log",
     script:

@@ -2,6 +2,7 @@
 
 from importlib import import_module
 
+from breaker.figures.style import save
 from breaker.stores import open_store
 from breaker.workflow import start
 
@@ -10,4 +11,4 @@ params, files = snakemake.params, dict(snakemake.input.items())
 files.pop("code")
 draw = getattr(import_module(params.within), params.figure)
 stores = {name: open_store(file).load() for name, file in files.items()}
-draw(**stores, **dict(snakemake.wildcards.items())).savefig(snakemake.output[0])
+save(draw(**stores, **dict(snakemake.wildcards.items())), snakemake.output[0])

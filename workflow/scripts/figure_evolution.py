@@ -1,6 +1,7 @@
 """Draw the parameters over the operations of the endurance test, as changes since new (Fig. 10)."""
 
 from breaker.figures.evolution import evolution
+from breaker.figures.style import save
 from breaker.posterior import choose
 from breaker.stores import open_store
 from breaker.workflow import start
@@ -15,4 +16,4 @@ for file in snakemake.input.singles:
 if snakemake.input.truth:
     values = open_store(snakemake.input.truth).value.load()
     truth = 100.0 * (values / values.sel(new).mean("operation") - 1.0)
-evolution(life, truth, singles).savefig(snakemake.output[0])
+save(evolution(life, truth, singles), snakemake.output[0])

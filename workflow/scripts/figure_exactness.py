@@ -1,6 +1,7 @@
 """Draw how far the network's posteriors are from the exact ones."""
 
 from breaker.figures.exactness import exactness
+from breaker.figures.style import save
 from breaker.posterior import summary
 from breaker.stores import open_store
 from breaker.validation import examples
@@ -17,4 +18,4 @@ figure = exactness(
     summary(judged, corrected).iloc[0],
     motion=snakemake.wildcards.motion,
 )
-figure.savefig(snakemake.output[0])
+save(figure, snakemake.output[0])

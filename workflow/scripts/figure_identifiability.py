@@ -1,6 +1,7 @@
 """Draw how well a curve determines each parameter, and how much of it posteriors reach."""
 
 from breaker.figures.identifiability import identifiability
+from breaker.figures.style import save
 from breaker.mechanism import is_logarithmic, prior_sds
 from breaker.stores import open_store
 from breaker.validation import contraction, reached
@@ -18,4 +19,4 @@ found = {"limit": limit.contraction.values}
 for name, data in (("amortised", amortised), ("corrected", corrected)):
     if data.sizes["curve"]:
         found[name] = contraction(data.draws.values, **scale)
-identifiability(reached(found, names), motion=motion).savefig(snakemake.output[0])
+save(identifiability(reached(found, names), motion=motion), snakemake.output[0])

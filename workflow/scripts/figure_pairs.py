@@ -3,6 +3,7 @@
 import numpy as np
 
 from breaker.figures.pairs import pairs
+from breaker.figures.style import save
 from breaker.mechanism import is_logarithmic
 from breaker.stores import open_store
 from breaker.validation import correlation, parameters_of
@@ -26,4 +27,4 @@ figure = pairs(
     correlation=correlation(draws, log=is_logarithmic(names)),
     **snakemake.params.get("words", {}),
 )
-figure.savefig(snakemake.output[0])
+save(figure, snakemake.output[0])

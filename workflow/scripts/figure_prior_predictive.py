@@ -3,6 +3,7 @@
 import numpy as np
 
 from breaker.figures.predictive import prior_predictive
+from breaker.figures.style import save
 from breaker.records import open_curves
 from breaker.stores import open_store
 from breaker.validation import prior_check
@@ -21,4 +22,4 @@ figure = prior_predictive(
     measured.isel(operation=chosen),
     motion=snakemake.wildcards.motion,
 )
-figure.savefig(snakemake.output[0])
+save(figure, snakemake.output[0])

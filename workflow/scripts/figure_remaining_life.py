@@ -3,6 +3,7 @@
 import xarray as xr
 
 from breaker.figures.remaining_life import remaining_life
+from breaker.figures.style import save
 from breaker.mechanism import from_list, speeds_of
 from breaker.stores import open_store
 from breaker.synthetic import true_lives
@@ -15,4 +16,4 @@ if snakemake.input.truth:
     limits = from_list(params.limits, params.motions, speeds_of(params.speeds))
     lives = true_lives(open_store(snakemake.input.truth).load(), limits)
     truth = xr.Dataset(lives, {"limit": [limit.name for limit in limits]})
-remaining_life(life, standing, truth).savefig(snakemake.output[0])
+save(remaining_life(life, standing, truth), snakemake.output[0])

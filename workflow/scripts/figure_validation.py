@@ -1,6 +1,7 @@
 """Draw calibration, z-scores or recovery of posteriors of simulated records (Figs. 4, 5, 6)."""
 
 from breaker.figures import validation
+from breaker.figures.style import save
 from breaker.mechanism import is_logarithmic, prior_sds
 from breaker.stores import open_store
 from breaker.validation import judge_draws, parameters_of, recovery, scores
@@ -23,4 +24,4 @@ else:
     limit = snakemake.input.get("limit")  # none is known of a family
     limit = open_store(limit).contraction.mean("curve").values if limit else None
     figure = validation.contraction(judged, names, limit=limit, **words)
-figure.savefig(snakemake.output[0])
+save(figure, snakemake.output[0])
