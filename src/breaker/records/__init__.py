@@ -9,6 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "course": ["Course"],
         "export": ["write_curve"],
         "landmarks": ["main_motion"],
         "measured": ["Contact", "Measured", "measure_curve"],
@@ -16,9 +17,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "opened": ["open_curves"],
         "raw": ["Raw", "read_raws"],
         "reader": ["Record", "read_curves", "read_record"],
-        "running": ["running_median"],
         "scale": ["Scale"],
-        "segments": ["white_noise"],
         "shape": ["SHAPE_STEP", "SHAPE_TIMES", "Shape", "effective_noise", "normalise", "shape_of"],
     },
 )

@@ -1,28 +1,19 @@
 """Which part of a record is the motion asked for.
 
-A record may hold a closing and an opening, or more, and go on for seconds. The breaker has moved
-where the travel crosses from one third of its range to the opposite one: overtravel, rebound,
-bounces and a drifting rest stay within a third. All is relative to the record's own range, noise
-and speed, so neither unit nor stroke nor rate matters.
+A record may hold a closing and an opening, or more, and go on for seconds: see ``course``.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from breaker.records.course import Course
 from breaker.records.errors import UnusableError
-from breaker.records.running import filled, running_median
 
-__all__ = ["Segment", "find_segment", "white_noise", "without_bursts"]
+__all__ = ["Segment", "find_segment"]
 
 _FEWEST = 20  # samples of a record
-_WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
-_CLEAR = 12.0  # sd of the noise, least range of a record in which something moves
-_BEGUN, _WELL = 0.1, 0.4  # of the way: at even force, 0 to 0.1 takes as long as 0.1 to 0.4
-_NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
-_SPAN = 0.3  # of the way, over which speeds are compared
 _SLOW = 2 / 3  # of the greatest speed: below, touch or damper act, and the force has been seen
-_STILL = 0.1  # of the greatest speed: below, the drive has arrived
 
 
 @dataclass(frozen=True)
@@ -75,78 +66,30 @@ def find_segment(
     first = 0 if np.isnan(begin) else int(np.searchsorted(time, begin))
     last = len(time) if np.isnan(end) else int(np.searchsorted(time, end, side="right"))
     time, sign = time[first:last], 1.0 if motion == "closing" else -1.0
-    smooth, half = _smooth(time, travel[first:last])
-    done = sign * smooth
-    crossings, forward = _crossings(done)
-    if forward.sum() != 1:
-        raise UnusableError(_none_or_several(time[crossings], forward, smooth, motion))
-    place = int(forward.argmax())
-    bounds = [0, *crossings.tolist(), done.size][place : place + 3]
-    goes_back = bounds[2] < done.size
-    start, middle, stop = _between(done, *bounds)
-    speed = 0.0 if goes_back else _end_speed(done[start : stop - half])
-    if speed > _SLOW:
-        moving = f"{time[-1]:.1f} ms and {speed:.0%} of the greatest speed"
-        raise UnusableError(f"ends in the middle of the {motion}, at {moving}; record longer")
-    arrived = speed <= _STILL
-    before, after = _rests(done[start:middle], done[middle:stop], arrived=arrived)
-    return Segment(
-        begin=first + start,
-        end=first + stop,
-        before=sign * before,
-        after=sign * after,
-        arrived=arrived,
-        back=float(time[stop]) if goes_back else float("nan"),
-    )
-
-
-def white_noise(travel: np.ndarray) -> float:
-    """Return the sd of the noise of a record, mm, if its samples are independent.
-
-    Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
-    """
-    second = np.diff(travel[~np.isnan(travel)], n=2)
-    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0)))
-
-
-def without_bursts(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the running median of a record, ``(t,)``, and half the samples of its window.
-
-    Missing samples are filled by straight lines. Half a window from the ends it goes on as it is
-    there: mirrored, a burst at the end would fill the window.
-    """
-    half = max(2, round(0.5 * _WINDOW / (time[1] - time[0])))
-    smooth = running_median(filled(travel), 2 * half + 1)
-    if smooth.size > 2 * half:
-        smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
-    return smooth, half
-
-
-def _smooth(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
-    """Check that something moves; then as ``without_bursts``.
-
-    Raises:
-        UnusableError: If there are too few samples, or nothing moves.
-    """
-    if (count := int((~np.isnan(travel)).sum())) < _FEWEST:
+    if (count := int((~np.isnan(travel[first:last])).sum())) < _FEWEST:
         raise UnusableError(f"only {count} samples of travel in the part to look in")
-    noise = white_noise(travel)
-    smooth, half = without_bursts(time, travel)
-    if np.ptp(smooth) <= _CLEAR * noise:
+    course = Course(time[1] - time[0], sign * travel[first:last])
+    if not course.moves:
         raise UnusableError(
-            f"nothing moves: the travel ranges over {np.ptp(smooth):.3g} mm, with noise of "
-            f"{noise:.2g} mm; is it the right column?"
+            f"nothing moves: the travel ranges over {np.ptp(course.smooth):.3g} mm, with noise of "
+            f"{course.noise:.2g} mm; is it the right column?"
         )
-    return smooth, half
-
-
-def _crossings(done: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sample in the middle of each motion, and whether the motion goes forward, ``(m,)`` each."""
-    thirds = 3.0 * (done - done.min()) / np.ptp(done)
-    outer = np.flatnonzero((thirds <= 1.0) | (thirds >= 2.0))
-    high = thirds[outer] >= 2.0
-    last = np.flatnonzero(high[1:] != high[:-1])
-    return (outer[last] + outer[last + 1] + 1) // 2, high[last + 1]
+    forward = course.crossings[2]
+    if forward.sum() != 1:
+        smooth = sign * course.smooth
+        raise UnusableError(_none_or_several(time[course.middles], forward, smooth, motion))
+    found = course.motion(int(forward.argmax()))
+    if found.speed > _SLOW:
+        moving = f"{time[-1]:.1f} ms and {found.speed:.0%} of the greatest speed"
+        raise UnusableError(f"ends in the middle of the {motion}, at {moving}; record longer")
+    return Segment(
+        begin=first + found.begin,
+        end=first + found.end,
+        before=sign * found.before,
+        after=sign * found.after,
+        arrived=found.arrived,
+        back=float(time[found.end]) if found.end < time.size else float("nan"),
+    )
 
 
 def _none_or_several(at: np.ndarray, forward: np.ndarray, travel: np.ndarray, motion: str) -> str:
@@ -161,54 +104,3 @@ def _none_or_several(at: np.ndarray, forward: np.ndarray, travel: np.ndarray, mo
         f"has {forward.sum()} motions of {motion}, at {times} ms; say which one is meant by from "
         "and to in operations.csv"
     )
-
-
-def _first(flags: np.ndarray, start: int) -> int:
-    """First sample from one on at which a flag is set."""
-    return start + int(flags[start:].argmax())
-
-
-def _last(flags: np.ndarray, stop: int) -> int:
-    """Last sample up to one at which a flag is set."""
-    return stop - int(flags[stop::-1].argmax())
-
-
-def _between(done: np.ndarray, start: int, middle: int, stop: int) -> tuple[int, int, int]:
-    """Bounds of a motion about its middle, from those of the motions before and after it.
-
-    It begins once the one before has arrived, and ends no later than the one after begins: where
-    that has begun, and back by twice as long as it takes from there to be well under way, for a
-    force that builds up begins before an even one.
-    """
-    low, rest = done[start : middle + 1].min(), np.median(done[middle:stop])
-    if start:
-        start = _first(done <= low + _BEGUN * (rest - low), start)
-    if stop < done.size:
-        begun, well = (
-            _last(done >= rest - share * (rest - low), stop) for share in (_BEGUN, _WELL)
-        )
-        stop = max(middle + 1, begun - 2 * (well - begun))
-    return start, middle, stop
-
-
-def _rests(first: np.ndarray, second: np.ndarray, *, arrived: bool) -> tuple[float, float]:
-    """Travel at rest before and after a motion, from what leads to its middle and what follows.
-
-    Close to the motion, since the rest may drift: as far as a few times as long as it lasts.
-    """
-    low, high = first.min(), second.max()
-    begun = _last(first <= low + _BEGUN * (high - low), first.size - 1)
-    done = _first(second >= high - _BEGUN * (high - low), 0)
-    near = _NEAR * (first.size - begun + done)
-    before = np.median(first[max(0, begun - near) : begun + 1])
-    there = second[done : done + near]
-    return float(before), float(np.median(there[there.size // 2 :]) if arrived else high)
-
-
-def _end_speed(done: np.ndarray) -> float:
-    """Speed at the end of a record, over the greatest one."""
-    low, way = done.min(), np.ptp(done)
-    shares = np.linspace(_BEGUN, 1.0 - _BEGUN, 17)  # the sixth on is a span away
-    reached = np.array([_first(done >= low + share * way, 0) for share in shares])
-    span = max(1, int((reached[6:] - reached[:-6]).min()))
-    return float((done[-1] - done[max(0, done.size - 1 - span)]) / (_SPAN * way))
