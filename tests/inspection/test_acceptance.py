@@ -58,12 +58,14 @@ def test_like_reasons_are_said_once_with_their_number_and_the_first_file(folder)
 
     for number in (2, 5, 7):
         rewrite(folder / "closing" / f"closing_{number:03d}.csv", other_unit)
+    rewrite(folder / "opening" / "opening_001.csv", other_unit)
     (folder / "closing" / "closing_009.csv").write_text("", encoding="utf-8")
     text = text_of(folder)
     said = " ".join(text.split())
     assert "Rejected: - 3 of closing, first " in said
     assert "closing_002.csv, line 6: the unit of 'travel' is 'deg', but endurance.format" in said
     assert "closing_005.csv" not in text
+    assert "- opening, " in said
     assert "closing_009.csv: is empty" in said
     assert check(folder)[0].accepted == 8
 
@@ -76,6 +78,7 @@ def test_remarks_are_said_of_what_is_accepted(folder):
     text = " ".join(text_of(folder).split())
     assert "Remarks on what was accepted: - closing, " in text
     assert "closing_004.csv: 1 sample that no sensor of this stroke gives" in text
+    assert "closing 12 12 1 0 1" in text  # records, accepted, with remarks, rejected, stroke
     assert check(folder)[0].accepted == 12
 
 
