@@ -231,7 +231,8 @@ def test_a_length_without_a_unit_is_told_by_its_size(put, closing, unit, mm):
 def test_currents_and_contacts_are_no_travel(put, closing):
     """None has a unit or a telling name: a coil that is switched, a sine, a contact, the travel."""
     time, travel = closing
-    coil = np.where((time > 2) & (time < 30), 3.0 * (1 - np.exp(-(time - 2) / 6)), 0.0)
+    on, off = np.clip(time - 2, 0, 28), np.clip(time - 30, 0, None)
+    coil = 3.0 * (1 - np.exp(-on / 6)) * np.exp(-off / 6)
     columns = (time / 1e3, coil, 10 * np.sin(time), 24.0 * (time > 18), travel)
     proposal = inspect_file(put("t,a,b,c,d", *rows(*(cells(c, 5) for c in columns))), SENSOR)
     assert proposal.settings["travel_column"] == "d"

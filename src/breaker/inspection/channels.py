@@ -96,7 +96,7 @@ class Travel:
 
 def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
     """Find the columns that move between rests as a drive does; currents do not."""
-    step = 1.0 / min(clock.likely_rate, _FASTEST)
+    rate = min(clock.likely_rate, _FASTEST)
     named, shaped = [], []
     for place, values in enumerate(layout.columns):
         unit, name = layout.units[place], layout.names[place]
@@ -105,7 +105,8 @@ def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
         says = unit in TO_MM or unit in ("deg", "rad") or _TRAVEL_NAMES.search(name) is not None
         if _OTHER_NAMES.search(name) and not says:
             continue
-        travel = Travel(place, unit, Course(step, np.where(np.isfinite(values), values, np.nan)))
+        reading = np.where(np.isfinite(values), values, np.nan)
+        travel = Travel(place, unit, Course(np.arange(values.size) / rate, reading))
         if _moves_between_rests(travel) and (says or _is_gentle(travel)):
             (named if says else shaped).append(travel)
     return named or shaped

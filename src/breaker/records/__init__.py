@@ -9,7 +9,6 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "course": ["Course"],
         "export": ["write_curve"],
         "landmarks": ["main_motion"],
         "measured": ["Contact", "Measured", "measure_curve"],
@@ -17,7 +16,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "opened": ["open_curves"],
         "raw": ["Raw", "read_raws"],
         "reader": ["Record", "read_curves", "read_record"],
+        "running": ["filled"],
         "scale": ["Scale"],
+        "segments": ["Course"],
         "shape": ["SHAPE_STEP", "SHAPE_TIMES", "Shape", "effective_noise", "normalise", "shape_of"],
     },
 )

@@ -13,8 +13,8 @@ describe the rest of the stroke, where stops and dampers act.
 
 import numpy as np
 
-from breaker.records.course import Course, white_noise
 from breaker.records.errors import UnusableError
+from breaker.records.segments import Course, white_noise
 
 __all__ = ["first_motion", "main_motion"]
 
@@ -55,7 +55,7 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
     travel = travel if motion == "closing" else -travel
     there = ~np.isnan(travel)
     for _ in range(2):  # once more, since a burst in the rise moves the running median
-        smooth = Course(time[1] - time[0], np.where(there, travel, np.nan)).smooth
+        smooth = Course(time, np.where(there, travel, np.nan)).smooth
         off = np.abs(travel - smooth)
         noise = max(white_noise(travel), 1.4826 * np.median(off[there]))
         first, last, way = _rise(smooth, noise)

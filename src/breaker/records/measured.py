@@ -17,12 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, quantities_of
-from breaker.records.course import white_noise
 from breaker.records.errors import UnusableError
 from breaker.records.landmarks import first_motion
 from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.scale import seen_quantum
-from breaker.records.segments import Segment, find_segment
+from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.uncertain import NotShownError, Trace, Uncertain
 
 __all__ = ["Contact", "Measured", "Reading", "measure_curve", "variables"]

@@ -13,7 +13,6 @@ from breaker.files import Operation, RejectedCurveError, complete, read_columns
 from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
-from breaker.records.course import white_noise
 from breaker.records.doubtful import doubtful_samples, told
 from breaker.records.edges import events_of
 from breaker.records.errors import UnusableError
@@ -23,7 +22,7 @@ from breaker.records.leaps import leap_remark
 from breaker.records.measured import Contact, Measured, Reading
 from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.scale import Scale, seen_quantum
-from breaker.records.segments import Segment, find_segment
+from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
 __all__ = ["Raw", "read_raw", "read_raws"]
