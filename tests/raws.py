@@ -10,7 +10,7 @@ from breaker.records.segments import Segment
 def raw_of(way, step, moves, motion="closing"):
     """A record of a way forward ``(n,)``, mm, at steps from 0 on, ms."""
     whole = way if motion == "closing" else 3.0 - way
-    segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), True, np.nan)
+    segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
     about = Operation(1, "a.csv"), motion, {}, time, whole, np.full(len(way), "")
     return Raw(*about, segment, 0.0, moves, 0.0, np.nan, np.nan, np.nan, ())

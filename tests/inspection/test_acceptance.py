@@ -58,12 +58,14 @@ def test_like_reasons_are_said_once_with_their_number_and_the_first_file(folder)
 
     for number in (2, 5, 7):
         rewrite(folder / "closing" / f"closing_{number:03d}.csv", other_unit)
+    rewrite(folder / "opening" / "opening_001.csv", other_unit)
     (folder / "closing" / "closing_009.csv").write_text("", encoding="utf-8")
     text = text_of(folder)
     said = " ".join(text.split())
     assert "Rejected: - 3 of closing, first " in said
     assert "closing_002.csv, line 6: the unit of 'travel' is 'deg', but endurance.format" in said
     assert "closing_005.csv" not in text
+    assert "- opening, " in said
     assert "closing_009.csv: is empty" in said
     assert check(folder)[0].accepted == 8
 
@@ -76,12 +78,19 @@ def test_remarks_are_said_of_what_is_accepted(folder):
     text = " ".join(text_of(folder).split())
     assert "Remarks on what was accepted: - closing, " in text
     assert "closing_004.csv: 1 sample that no sensor of this stroke gives" in text
+    assert "closing 12 12 1 0 1" in text  # records, accepted, with remarks, rejected, stroke
     assert check(folder)[0].accepted == 12
 
 
 @pytest.mark.parametrize("fault", ["gain", "time"])
 def test_a_record_unlike_the_others_is_named(folder, rig, fault):
-    """A gain of 1.06 is within what endurance.format.stroke allows; so is a time of 1.1."""
+    """A gain of 1.06 is within what endurance.format.stroke allows; so is a time of 1.1.
+
+    A gain of 1.025 is clear of the noise, and too little to matter.
+    """
+    time, travel = rig.record("closing", 5)
+    file = folder / "closing" / "closing_005.csv"
+    write_curve(file, time, 1.025 * travel, motion="closing", operation=5)
     time, travel = rig.record("closing", 3)
     time, travel = (1.1 * time, travel) if fault == "time" else (time, 1.06 * travel)
     if fault == "time":

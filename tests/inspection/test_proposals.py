@@ -7,6 +7,7 @@ import yaml
 from breaker.files.guards import RejectedCurveError
 from breaker.files.manifest import Operation
 from breaker.inspection.contents import look_into
+from breaker.inspection.guesses import guess_grid
 from breaker.inspection.layouts import LayoutError
 from breaker.inspection.proposals import InspectionError, inspect_file
 from breaker.inspection.timing import stated_rates
@@ -124,12 +125,15 @@ def test_dates_in_a_first_column(put, closing):
 
 def test_times_of_the_day_give_a_rate(put, closing):
     time, travel = closing
-    day = [f"23:59:{59 + t / 1e3:07.4f}" if t < 1e3 else "" for t in time]
+    # More samples than cells that are looked at.
+    time, travel = np.arange(0.0, 1000.0, 0.1), np.append(travel, np.resize(travel[-100:], 10_000))
+    travel = travel[: time.size]
+    day = [f"23:59:{59 + t / 1e3:07.4f}" for t in time]
     proposal = inspect_file(put("Clock,Travel (mm)", *rows(day, cells(travel))), SENSOR)
     assert proposal.settings["time_column"] is None
     assert proposal.settings["rate"] == 10.0
     assert any("times of the day" in remark for remark in proposal.remarks)
-    assert_read(proposal, closing)
+    assert_read(proposal, (time, travel))
 
 
 def test_a_column_that_counts_samples_is_no_time(put, closing):
@@ -202,10 +206,33 @@ def test_the_name_of_a_motion_tells_the_sign(put, closing):
     assert any("change endurance.format.sign" in remark for remark in proposal.remarks)
 
 
+def test_a_rest_at_zero_tells_the_sign_where_no_name_does(put, closing):
+    time, travel = closing
+    lines = ["time,travel", "s,mm", *rows(cells(time / 1e3, 5), cells(-travel))]
+    proposal = inspect_file(put(*lines), SENSOR)
+    assert proposal.settings["sign"] == -1
+    assert "zero" not in proposal.settings
+    assert proposal.remarks == []
+    assert_read(proposal, closing)
+    named = inspect_file(put(*lines, name="opening_1.csv"), SENSOR)
+    assert "sign" not in named.settings
+    assert any("by its names the file begins with opening" in each for each in named.remarks)
+
+
+@pytest.mark.parametrize(("unit", "mm"), [("m", 1e3), ("um", 1e-3)])
+def test_a_length_without_a_unit_is_told_by_its_size(put, closing, unit, mm):
+    time, travel = closing
+    lines = rows(cells(time / 1e3, 5), cells(travel / mm, 6))
+    proposal = inspect_file(put("time [s],travel", *lines), SENSOR)
+    assert proposal.settings["travel_unit"] == unit
+    assert_read(proposal, closing)
+
+
 def test_currents_and_contacts_are_no_travel(put, closing):
     """None has a unit or a telling name: a coil that is switched, a sine, a contact, the travel."""
     time, travel = closing
-    coil = np.where((time > 2) & (time < 30), 3.0 * (1 - np.exp(-(time - 2) / 6)), 0.0)
+    on, off = np.clip(time - 2, 0, 28), np.clip(time - 30, 0, None)
+    coil = 3.0 * (1 - np.exp(-on / 6)) * np.exp(-off / 6)
     columns = (time / 1e3, coil, 10 * np.sin(time), 24.0 * (time > 18), travel)
     proposal = inspect_file(put("t,a,b,c,d", *rows(*(cells(c, 5) for c in columns))), SENSOR)
     assert proposal.settings["travel_column"] == "d"
@@ -222,6 +249,62 @@ def test_a_channel_can_be_chosen(put, closing):
     assert [t.place for t in inspect_file(file, SENSOR, "3").travels] == [2]
     with pytest.raises(InspectionError, match="there are 'Travel A', 'Travel B'"):
         inspect_file(file, SENSOR, "Travel C")
+
+
+@pytest.fixture
+def switched(put):
+    """A breaker that closes and opens twice, from 294 ms on, in channels A and B: a file of them.
+
+    B falls where A rises, is larger, and its open rest is at 20 mm. Noise doubles after the first
+    motion. A sample of A is wrong.
+    """
+    time = np.arange(0.0, 400.0, 0.1)
+    ways = [1.0 / (1.0 + np.exp(at - time)) for at in (50.0, 150.0, 250.0, 350.0)]
+    way = ways[0] - ways[1] + ways[2] - ways[3]
+    noise = np.where(time < 48.0, 0.1, 0.2) * np.random.default_rng(1).standard_normal(time.size)
+    a, b = 16.0 * way + noise, 40.0 - 20.0 * way + noise
+    a[100] += 9.0
+    return put("t,A,B", "ms,mm,mm", *rows(*(cells(each) for each in (time + 250.0, a, b))))
+
+
+def test_every_motion_of_every_channel_is_read_in_its_part(switched):
+    proposal = inspect_file(switched, SENSOR)
+    found = [(each.column, each.motion) for each in proposal.motions]
+    assert found == [(c, m) for c, first in (("A", 1), ("B", -1)) for m in (MOTIONS[::first] * 2)]
+    for each, at in zip(proposal.motions, [300.0, 400.0, 500.0, 600.0] * 2, strict=True):
+        assert each.record.moves == pytest.approx(at - 5.0, abs=2.0)
+        assert each.begins == pytest.approx(at - 3.9, abs=1.0)  # a fiftieth of the way
+        assert each.arrives == pytest.approx(at + 3.0, abs=1.0)  # but a twentieth
+        between = each.operation.begin, each.operation.end
+        assert between == pytest.approx((at - 50.0, at + 50.0), abs=1.0)
+    # The widest limits that both allow, a zero that both have, the noise before the first motions.
+    assert proposal.settings["stroke"] == pytest.approx([0.9 * 16.0, 1.1 * 20.0], rel=0.03)
+    assert proposal.settings["zero"] == "rest"
+    assert proposal.sensor == {}
+    assert any("the strokes of the motions differ: 1" in each for each in proposal.remarks)
+    assert any("move in different directions" in each for each in proposal.remarks)
+
+
+def test_the_report_has_a_line_for_each_motion(switched):
+    text = report_of(inspect_file(switched, SENSOR))
+    first = next(line.split() for line in text.splitlines() if line.startswith("  A "))
+    assert first[:2] == ["A", "closing"]
+    numbers = [float(each) for each in first[2:7]]
+    assert numbers == pytest.approx([295.0, 303.0, 16.0, 0.1, 0.0], abs=2.0)
+    assert numbers[3] == pytest.approx(0.1, abs=0.03)
+    assert abs(numbers[4]) < 0.3
+    assert first[7:] == ["fine", "1", "accepted"]
+    said = " ".join(text.split())
+    assert "closing, A: 1 sample that no sensor of this stroke gives: spike at 260 ms" in said
+    assert "opening, A and 1 more: " in said
+
+
+def test_channels_in_different_units_are_said(put, closing):
+    time, travel = closing
+    lines = rows(cells(time / 1e3, 5), cells(travel), cells(travel / 10, 4))
+    proposal = inspect_file(put("time,a,b", "s,mm,cm", *lines), SENSOR)
+    assert any("have different units" in remark for remark in proposal.remarks)
+    assert [each.record is None for each in proposal.motions] == [False, True]
 
 
 @pytest.mark.parametrize("encoding", ["gb18030", "utf-16", "utf-16-le", "cp1252", "utf-8-sig"])
@@ -272,6 +355,13 @@ def test_a_slow_drive_gets_a_longer_grid_and_its_own_noise(put, closing):
     assert 60 < proposal.sensor["stop"] < 120  # a closing of 12 ms, six times as long
     assert proposal.sensor["start"] / proposal.sensor["stop"] == pytest.approx(-2 / 58)
     assert proposal.sensor["noise_sd"] == pytest.approx(0.3, rel=0.2)
+    # What is proposed is what the record is compared with.
+    assert not any("sensor.noise_sd" in each.said for each in proposal.motions)
+
+
+def test_a_longer_grid_takes_whole_samples():
+    """1.25 and 1.5 times the grid would hold the motion."""
+    assert guess_grid(66.0, 2.5, SENSOR).settings["stop"] == 2.0 * SENSOR["stop"]
 
 
 def test_of_a_drive_of_another_size_the_sensor_is_left_to_its_prior(put, closing):

@@ -22,7 +22,7 @@ CHANNELS = {
     "binary": lambda closed: closed.astype(float),
     "inverted": lambda closed: 1.0 - closed,
 }
-SEGMENT = Segment(0, len(TIME), 0.0, 14.0, True, np.nan)
+SEGMENT = Segment(0, len(TIME), 0.0, 14.0, 0.0, np.nan)
 
 
 @pytest.mark.parametrize("channel", CHANNELS)

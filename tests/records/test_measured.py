@@ -144,7 +144,7 @@ def test_latch_time(reading):
 
 
 def test_a_record_that_ends_early(reading):
-    segment = replace(reading.segment, arrived=False)
+    segment = replace(reading.segment, speed=1.0)
     found = replace(reading, segment=segment, contact=TIMING).quantities()
     for name in ("stroke", "travel_time", "over_travel", "closing_speed_mean"):
         assert "ends before the drive rests" in found[name].reason

@@ -65,9 +65,8 @@ def _whole(axis: Axes, read: Sequence[InspectedMotion], first: Sequence[Inspecte
     channels = {each.column: each.record for each in read}
     for channel, one in channels.items():
         main = channel == first[0].column
-        left = np.where(one.doubts == "", one.whole, np.nan)
         look = {"color": style.MEASURED, "lw": 1.4} if main else {"color": style.PRIOR, "lw": 0.7}
-        axis.plot(one.time, left, zorder=3 if main else 2, **look)
+        axis.plot(one.time, one.sure, zorder=3 if main else 2, **look)
     for each in first:
         one, colour = each.record, _MOTIONS[each.motion]
         axis.axvspan(one.moves, each.arrives, color=colour, alpha=0.15, lw=0)
@@ -86,9 +85,8 @@ def _whole(axis: Axes, read: Sequence[InspectedMotion], first: Sequence[Inspecte
 
 def _speed(axis: Axes, first: Sequence[InspectedMotion]) -> None:
     one = first[0].record
-    left = np.where(one.doubts == "", one.whole, np.nan)
     duration = min(each.arrives - each.begins for each in first)
-    axis.plot(one.time, speed_along(one.time, left, duration), color=style.MEASURED, lw=1.0)
+    axis.plot(one.time, speed_along(one.time, one.sure, duration), color=style.MEASURED, lw=1.0)
     for each in first:
         axis.axvspan(each.record.moves, each.arrives, color=_MOTIONS[each.motion], alpha=0.15, lw=0)
         axis.axvline(each.record.moves, color=_MOTIONS[each.motion], lw=1.2)
@@ -103,8 +101,7 @@ def _touch(first: Sequence[InspectedMotion]) -> float | None:
         if each.motion == "closing":
             one = each.record
             part = slice(*np.searchsorted(one.time, [each.begins, each.arrives]))
-            left = np.where(one.doubts == "", one.whole, np.nan)
-            return seen_touch(one.time[part], left[part])
+            return seen_touch(one.time[part], one.sure[part])
     return None
 
 

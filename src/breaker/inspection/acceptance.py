@@ -1,6 +1,5 @@
 """What will be accepted of a folder of records, and why the rest will not, before any training."""
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import MANIFEST, Operation, list_operations, read_manifest
-from breaker.inspection.wording import bullet
+from breaker.inspection.wording import alike, bullet
 from breaker.records import read_curves
 
 __all__ = ["Checked", "check_folder", "checked_text"]
@@ -164,17 +163,10 @@ def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _grouped(found: Sequence[tuple[str, str, str]]) -> list[str]:
-    """Lines with each text once, where texts differ in numbers or cells only: how many, and the
-    first of them.
-    """
-    groups: dict[tuple[str, str], list[tuple[str, str]]] = {}
-    for name, file, text in found:
-        bare = re.sub(rf"^{re.escape(file)}(?:, line \d+)?: ", "", text)
-        key = name, re.sub(r"'[^']*'|[\d.]+", "#", bare)
-        groups.setdefault(key, []).append((file, text.removeprefix(f"{file}: ")))
+    """Lines with each text once, where texts are alike: how many, and the first of them."""
     lines = []
-    for (name, _), members in sorted(groups.items(), key=lambda item: -len(item[1])):
-        file, text = members[0]
+    for members in sorted(alike(found), key=len, reverse=True):
+        name, file, text = members[0]
         text = text if text.startswith(file) else f"{file}: {text}"
         count = f"{len(members)} of {name}, first " if len(members) > 1 else f"{name}, "
         lines.append(bullet(count + text))

@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.signal import savgol_filter
 
+from breaker.records import filled
+
 __all__ = ["seen_touch", "speed_along"]
 
 _WINDOW = 0.12  # of the duration of a motion, over which its speed is one
@@ -26,12 +28,10 @@ def speed_along(time: np.ndarray, travel: np.ndarray, duration: float) -> np.nda
         '1.50 mm/ms'
     """
     step = (time[-1] - time[0]) / (len(time) - 1)
-    there = np.flatnonzero(~np.isnan(travel))
-    filled = np.interp(np.arange(travel.size), there, travel[there])
     window = 2 * max(2, round(0.5 * _WINDOW * duration / step)) + 1
     if window > travel.size:
         return np.full(travel.size, np.nan)
-    return savgol_filter(filled, window, polyorder=2, deriv=1, delta=step)
+    return savgol_filter(filled(travel), window, polyorder=2, deriv=1, delta=step)
 
 
 def seen_touch(time: np.ndarray, travel: np.ndarray) -> float | None:

@@ -84,7 +84,7 @@ def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Gu
     travel, remarks = travels[0], []
     texts = (file.stem, file.absolute().parent.name, "\n".join(layout.preamble))
     said = next(filter(None, map(_said, texts)), None)
-    before, after = np.abs(travel.levels[:2]) / travel.strokes[0]
+    before, after = np.abs(travel.rests[0]) / travel.strokes[0]
     seen = None
     if min(before, after) <= _NEAR_ZERO < max(before, after):
         seen = "closing" if before < after else "opening"
@@ -135,7 +135,7 @@ def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) 
             "those of the default prior: breaker infer takes any size, the "
             "workflow needs a prior and size of its own, which breaker fit-prior proposes"
         )
-    opens = mm * np.array([(sign * travel.levels).min() for travel in travels])
+    opens = mm * np.array([(sign * travel.rests).min() for travel in travels])
     settings = {
         "zero": "rest" if np.abs(opens).max() > _AT_ZERO else 0.0,
         "stroke": [float(f"{(1 - _MARGIN) * low:.3g}"), float(f"{(1 + _MARGIN) * high:.3g}")],

@@ -34,7 +34,7 @@ _STILL = 15.0  # ms at rest, at least, after which a motion is over; a slow rebo
 _NOISE = 1.25  # times the noise of the settings, from which another is proposed
 # Cells that are read, of a record once per motion, and those that a line counts for beside its own.
 _MOST, _LINE = 26_000_000, 17
-_RATE, _STROKE = 10.0, 15.0  # kHz and mm that stand in for what is not known
+_STROKE = 15.0  # mm, that stands in for what is not known
 
 
 class InspectionError(ValueError):
@@ -112,15 +112,16 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         settings |= guess.settings
         lacking |= guess.lacking
     ratio = _STROKE / float(np.median(strokes_of(travels)))
-    tried = settings | {k: v for k, v in {"rate": _RATE, "ratio": ratio}.items() if k in lacking}
+    instead = {"rate": clock.likely_rate, "ratio": ratio}
+    tried = settings | {key: instead[key] for key in lacking}
     mm = abs(Scale.from_settings(tried).factor)
-    guesses.append(guess_rest(travels, mm, settings["sign"], known="ratio" not in lacking))
+    sign = settings["sign"]
+    guesses.append(guess_rest(travels, mm, sign, known="ratio" not in lacking))
     settings |= guesses[-1].settings
     tried |= guesses[-1].settings
-    rate = _RATE if "rate" in lacking else clock.rate
-    known = file, layout, clock, tried, rate
-    found = [each for travel in travels for each in _motions(travel, *known)]
-    guesses.append(guess_grid(max(m.arrives - m.begins for m in found), rate, sensor))
+    found = [each for travel in travels for each in _motions(travel, file, layout, clock, sign)]
+    longest = max(each.arrives - each.begins for each in found)
+    guesses.append(guess_grid(longest, clock.likely_rate, sensor))
     changed = guesses[-1].settings
     motions = _read(found, layout, tried, sensor | changed)
     if "ratio" in lacking:
@@ -161,23 +162,22 @@ def _chosen(file: Path, layout: Layout, clock: Clock, channel: str) -> list[Trav
 
 
 def _motions(
-    travel: Travel, file: Path, layout: Layout, clock: Clock, settings: Mapping, rate: float
+    travel: Travel, file: Path, layout: Layout, clock: Clock, sign: int
 ) -> list[InspectedMotion]:
     """The motions of a channel, to be read. One that is there more than once needs its part."""
-    start = 0.0
+    rate, start = clock.likely_rate, 0.0
     if clock.place is not None:
         start = float(layout.columns[clock.place][0]) * TO_MS[clock.unit]
-    closing = travel.rises == (settings["sign"] > 0)
+    closing = travel.rises == (sign > 0)
     found = []
-    for k in range(travel.at.size):
+    for k in range(closing.size):
         part = travel.part(k) if (closing == closing[k]).sum() > 1 else (np.nan, np.nan)
-        begin, end = (start + i / rate for i in part)
-        operation = Operation(k + 1, file, begin=begin, end=end)
-        still = max(round(_STILL * rate), 2 * (travel.at[k] - travel.begins(k)))
-        times = (travel.begins(k), travel.arrives(k, still))
+        begins = travel.begins(k)
+        still = max(round(_STILL * rate), 2 * (travel.course.middles[k] - begins))
+        times = [start + i / rate for i in (*part, begins, travel.arrives(k, still))]
+        operation = Operation(k + 1, file, begin=times[0], end=times[1])
         motion = "closing" if closing[k] else "opening"
-        column = layout.column(travel.place)
-        found.append(InspectedMotion(column, operation, motion, *(start + i / rate for i in times)))
+        found.append(InspectedMotion(layout.column(travel.place), operation, motion, *times[2:]))
     return found
 
 

@@ -15,6 +15,7 @@ from breaker.inspection.layouts import Layout
 __all__ = ["Clock", "find_clock", "stated_rates"]
 
 _RATES = (0.95, 105.0)  # kHz, of recorders
+_USUAL = 10.0  # kHz
 _LOOKED_AT = (200, 300)  # lines, and signs of each, where rates are looked for
 _NICE = 1e-3  # share by which a rate may be off a round number that it is then taken for
 
@@ -45,6 +46,11 @@ class Clock:
     unit: str | None
     rate: float
     remarks: tuple[str, ...] = ()
+
+    @property
+    def likely_rate(self) -> float:
+        """The rate, kHz, or where there is none a usual one in its stead."""
+        return _USUAL if np.isnan(self.rate) else self.rate
 
 
 def find_clock(layout: Layout) -> Clock:

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from textwrap import wrap
 
 import numpy as np
@@ -11,7 +11,7 @@ import yaml
 from breaker.files import FORMAT
 from breaker.inspection.proposals import NOT_READ, InspectedMotion, Proposal
 
-__all__ = ["bullet", "overlay_of", "report_of"]
+__all__ = ["alike", "bullet", "overlay_of", "report_of"]
 
 _LONGEST = 10  # of an overlay
 _WIDTH = 100  # signs of a line
@@ -62,15 +62,25 @@ def report_of(proposal: Proposal) -> str:
 
 def _said_of(proposal: Proposal) -> list[str]:
     """What there is to say of single motions; once, where several differ in numbers only."""
-    places: dict[tuple[str, str], list[str]] = {}
-    texts = {}
-    for each in proposal.motions:
-        if each.said:
-            key = each.motion, re.sub(r"[\d.]+", "", each.said)
-            places.setdefault(key, []).append(each.column)
-            texts.setdefault(key, each.said)
-    more = {key: f" and {len(at) - 1} more" if len(at) > 1 else "" for key, at in places.items()}
-    return [f"{key[0]}, {places[key][0]}{more[key]}: {text}" for key, text in texts.items()]
+    said = [(each.motion, str(each.column), each.said) for each in proposal.motions if each.said]
+    lines = []
+    for members in alike(said):
+        motion, column, text = members[0]
+        more = f" and {len(members) - 1} more" if len(members) > 1 else ""
+        lines.append(f"{motion}, {column}{more}: {text}")
+    return lines
+
+
+def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str]]]:
+    """Group what is said, ``(of what, where, text)``: texts of one group are of the same, and
+    differ in their place, in numbers or in cells only.
+    """
+    groups: dict[tuple[str, str], list[tuple[str, str, str]]] = {}
+    for of, where, text in said:
+        place = rf"^{re.escape(where)}(?:, line \d+)?: "
+        key = of, re.sub(rf"{place}|'[^']*'|[\d.]+", "", text)
+        groups.setdefault(key, []).append((of, where, text))
+    return list(groups.values())
 
 
 def bullet(text: str) -> str:

@@ -16,9 +16,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "opened": ["open_curves"],
         "raw": ["Raw", "read_raws"],
         "reader": ["Record", "read_curves", "read_record"],
-        "running": ["running_median"],
+        "running": ["filled"],
         "scale": ["Scale"],
-        "segments": ["white_noise"],
+        "segments": ["Course"],
         "shape": ["SHAPE_STEP", "SHAPE_TIMES", "Shape", "effective_noise", "normalise", "shape_of"],
     },
 )

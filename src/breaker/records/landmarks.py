@@ -14,7 +14,7 @@ describe the rest of the stroke, where stops and dampers act.
 import numpy as np
 
 from breaker.records.errors import UnusableError
-from breaker.records.segments import white_noise, without_bursts
+from breaker.records.segments import Course, white_noise
 
 __all__ = ["first_motion", "main_motion"]
 
@@ -55,7 +55,7 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
     travel = travel if motion == "closing" else -travel
     there = ~np.isnan(travel)
     for _ in range(2):  # once more, since a burst in the rise moves the running median
-        smooth, _ = without_bursts(time, np.where(there, travel, np.nan))
+        smooth = Course(time, np.where(there, travel, np.nan)).smooth
         off = np.abs(travel - smooth)
         noise = max(white_noise(travel), 1.4826 * np.median(off[there]))
         first, last, way = _rise(smooth, noise)

@@ -19,7 +19,7 @@ import numpy as np
 from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, quantities_of
 from breaker.records.errors import UnusableError
 from breaker.records.landmarks import first_motion
-from breaker.records.noise import REST, Noise, noise_at_rest
+from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.scale import seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.uncertain import NotShownError, Trace, Uncertain
@@ -102,9 +102,8 @@ def measure_curve(
     inside = slice(segment.begin, segment.end)
     time, travel, quantum = time[inside], travel[inside], seen_quantum(travel)
     moves = first_motion(time, travel, motion)
-    rest = travel[(time >= moves - REST[0]) & (time <= moves - REST[1])]
     step = float(time[1] - time[0])
-    noise = noise_at_rest(rest, step, step, quantum)
+    noise = noise_at_rest(rest_before(time, travel, moves), step, step, quantum)
     found = segment, moves, noise, quantum, contact, speeds
     return Reading(time, travel, motion, *found).quantities()
 

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["REST", "Noise", "noise_at_rest", "noise_remarks"]
+__all__ = ["Noise", "noise_at_rest", "noise_remarks", "rest_before"]
 
-REST = (50.0, 1.0)
-"""Rest that tells the noise, ms before the first motion: its start may be gradual, and far before
-it an earlier motion may still ring."""
+# Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
+# an earlier motion may still ring.
+_REST = (50.0, 1.0)
 
 _FEWEST = 10  # samples at rest, for an estimate
 _FALSE = 1e-4  # probability of a remark on noise of the right size
@@ -57,6 +57,17 @@ class Noise(NamedTuple):
         colour = float(np.clip(colour, 0.0, _COLOURED))
         lost = 2.0 * (1.0 + colour) / (1.0 - colour) / self.samples
         return self.sd / float(np.sqrt(1.0 - min(lost, _LOST))), colour
+
+
+def rest_before(time: np.ndarray, travel: np.ndarray, moves: float) -> np.ndarray:
+    """Return the travel that tells the noise, ``(r,)``, mm.
+
+    Args:
+        time: Times of a motion, ``(n,)``, ms.
+        travel: Its travel, ``(n,)``, mm; NaN where a sample is missing.
+        moves: Time of the first motion, ms.
+    """
+    return travel[(time >= moves - _REST[0]) & (time <= moves - _REST[1])]
 
 
 def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: float) -> Noise:

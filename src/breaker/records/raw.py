@@ -20,7 +20,7 @@ from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
 from breaker.records.leaps import leap_remark
 from breaker.records.measured import Contact, Measured, Reading
-from breaker.records.noise import REST, Noise, noise_at_rest
+from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
@@ -71,9 +71,14 @@ class Raw:
         return slice(self.segment.begin, self.segment.end)
 
     @property
+    def sure(self) -> np.ndarray:
+        """Travel of the whole record, ``(n,)``, mm; NaN where a sample is missing or doubtful."""
+        return np.where(self.doubts == "", self.whole, np.nan)
+
+    @property
     def left(self) -> np.ndarray:
-        """Travel of the motion, mm; NaN where a sample is missing or doubtful."""
-        return np.where(self.doubts == "", self.whole, np.nan)[self.inside]
+        """That of the motion."""
+        return self.sure[self.inside]
 
     @property
     def step(self) -> float:
@@ -86,9 +91,8 @@ class Raw:
 
     def noise_at(self, grid_step: float) -> Noise:
         """Return the noise at rest, its colour at the step of a grid, ms."""
-        time = self.time[self.inside]
-        before = (time >= self.moves - REST[0]) & (time <= self.moves - REST[1])
-        return noise_at_rest(self.left[before], self.step, grid_step, self.quantum)
+        rest = rest_before(self.time[self.inside], self.left, self.moves)
+        return noise_at_rest(rest, self.step, grid_step, self.quantum)
 
     @property
     def process(self) -> tuple[float, float]:

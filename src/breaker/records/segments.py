@@ -6,18 +6,19 @@ bounces and a drifting rest stay within a third. All is relative to the record's
 and speed, so neither unit nor stroke nor rate matters.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from breaker.records.errors import UnusableError
 from breaker.records.running import filled, running_median
 
-__all__ = ["Segment", "find_segment", "white_noise", "without_bursts"]
+__all__ = ["Course", "Segment", "find_segment", "white_noise"]
 
 _FEWEST = 20  # samples of a record
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
-_CLEAR = 12.0  # sd of the noise, least range of a record in which something moves
+_CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves
 _BEGUN, _WELL = 0.1, 0.4  # of the way: at even force, 0 to 0.1 takes as long as 0.1 to 0.4
 _NEAR = 5  # times as long as the motion, how far the rest before and after it is looked at
 _SPAN = 0.3  # of the way, over which speeds are compared
@@ -34,7 +35,7 @@ class Segment:
         end: The sample after the last: the end of the record, or before the travel goes back.
         before: Median travel at rest before the motion, mm.
         after: Median travel after the motion, mm; of a drive that does not arrive, the farthest.
-        arrived: Whether the drive comes to rest before the end.
+        speed: At the end, over the greatest one; 0 if the travel goes back.
         back: About when the travel goes back, ms; nan if it does not.
     """
 
@@ -42,13 +43,99 @@ class Segment:
     end: int
     before: float
     after: float
-    arrived: bool
+    speed: float
     back: float
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the drive comes to rest before the end."""
+        return self.speed <= _STILL
 
     @property
     def stroke(self) -> float:
         """Way between the rest positions, mm."""
         return abs(self.after - self.before)
+
+
+@dataclass(eq=False)
+class Course:
+    """A reading along a record: without noise and bursts, and its motions.
+
+    Attributes:
+        time: Times, ``(t,)``, ms, evenly spaced.
+        reading: In any unit, ``(t,)``; NaN where a sample is missing.
+
+    Example:
+        >>> time = np.arange(0.0, 60.0, 0.1)
+        >>> course = Course(time, 14.0 * np.clip((time - 20.0) / 10.0, 0.0, 1.0))
+        >>> [(found.before, found.after) for found in course.motions]
+        [(0.0, 14.0)]
+    """
+
+    time: np.ndarray
+    reading: np.ndarray
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of its noise, if samples are independent."""
+        return white_noise(self.reading)
+
+    @property
+    def half(self) -> int:
+        """Samples of half the window of the running median."""
+        return max(2, round(0.5 * _WINDOW / (self.time[1] - self.time[0])))
+
+    @cached_property
+    def smooth(self) -> np.ndarray:
+        """Running median, ``(t,)``; where samples are missing, straight lines count.
+
+        Half a window from the ends it goes on as it is there: mirrored, a burst at the end would
+        fill the window.
+        """
+        half = self.half
+        smooth = running_median(filled(self.reading), 2 * half + 1)
+        if smooth.size > 2 * half:
+            smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
+        return smooth
+
+    @property
+    def moves(self) -> bool:
+        """Whether it changes by more than noise does."""
+        return bool(np.ptp(self.smooth) > _CLEAR * self.noise)
+
+    @cached_property
+    def crossings(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of each motion the last sample in the third that it leaves, the first in the opposite
+        one, and whether it rises, ``(m,)`` each.
+        """
+        thirds = 3.0 * (self.smooth - self.smooth.min()) / np.ptp(self.smooth)
+        outer = np.flatnonzero((thirds <= 1.0) | (thirds >= 2.0))
+        high = thirds[outer] >= 2.0
+        last = np.flatnonzero(high[1:] != high[:-1])
+        return outer[last], outer[last + 1], high[last + 1]
+
+    @cached_property
+    def middles(self) -> np.ndarray:
+        """Sample in the middle of each motion, ``(m,)``."""
+        leaves, reaches, _ = self.crossings
+        return (leaves + reaches + 1) // 2
+
+    @cached_property
+    def motions(self) -> list[Segment]:
+        """Every motion, either way."""
+        return [self.motion(k) for k in range(self.middles.size)]
+
+    def motion(self, k: int) -> Segment:
+        """Return one of the motions."""
+        sign = 1.0 if self.crossings[2][k] else -1.0
+        done = sign * self.smooth
+        begin, middle, end = _between(done, *[0, *self.middles.tolist(), done.size][k : k + 3])
+        back = float(self.time[end]) if end < done.size else float("nan")
+        speed = 0.0
+        if end == done.size:
+            speed = _end_speed(done[begin : max(begin + 1, end - self.half)])
+        before, after = _rests(done[begin:middle], done[middle:end], arrived=speed <= _STILL)
+        return Segment(begin, end, sign * before, sign * after, speed, back)
 
 
 def find_segment(
@@ -75,78 +162,24 @@ def find_segment(
     first = 0 if np.isnan(begin) else int(np.searchsorted(time, begin))
     last = len(time) if np.isnan(end) else int(np.searchsorted(time, end, side="right"))
     time, sign = time[first:last], 1.0 if motion == "closing" else -1.0
-    smooth, half = _smooth(time, travel[first:last])
-    done = sign * smooth
-    crossings, forward = _crossings(done)
-    if forward.sum() != 1:
-        raise UnusableError(_none_or_several(time[crossings], forward, smooth, motion))
-    place = int(forward.argmax())
-    bounds = [0, *crossings.tolist(), done.size][place : place + 3]
-    goes_back = bounds[2] < done.size
-    start, middle, stop = _between(done, *bounds)
-    speed = 0.0 if goes_back else _end_speed(done[start : stop - half])
-    if speed > _SLOW:
-        moving = f"{time[-1]:.1f} ms and {speed:.0%} of the greatest speed"
-        raise UnusableError(f"ends in the middle of the {motion}, at {moving}; record longer")
-    arrived = speed <= _STILL
-    before, after = _rests(done[start:middle], done[middle:stop], arrived=arrived)
-    return Segment(
-        begin=first + start,
-        end=first + stop,
-        before=sign * before,
-        after=sign * after,
-        arrived=arrived,
-        back=float(time[stop]) if goes_back else float("nan"),
-    )
-
-
-def white_noise(travel: np.ndarray) -> float:
-    """Return the sd of the noise of a record, mm, if its samples are independent.
-
-    Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
-    """
-    second = np.diff(travel[~np.isnan(travel)], n=2)
-    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0)))
-
-
-def without_bursts(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the running median of a record, ``(t,)``, and half the samples of its window.
-
-    Missing samples are filled by straight lines. Half a window from the ends it goes on as it is
-    there: mirrored, a burst at the end would fill the window.
-    """
-    half = max(2, round(0.5 * _WINDOW / (time[1] - time[0])))
-    smooth = running_median(filled(travel), 2 * half + 1)
-    if smooth.size > 2 * half:
-        smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
-    return smooth, half
-
-
-def _smooth(time: np.ndarray, travel: np.ndarray) -> tuple[np.ndarray, int]:
-    """Check that something moves; then as ``without_bursts``.
-
-    Raises:
-        UnusableError: If there are too few samples, or nothing moves.
-    """
-    if (count := int((~np.isnan(travel)).sum())) < _FEWEST:
+    if (count := int((~np.isnan(travel[first:last])).sum())) < _FEWEST:
         raise UnusableError(f"only {count} samples of travel in the part to look in")
-    noise = white_noise(travel)
-    smooth, half = without_bursts(time, travel)
-    if np.ptp(smooth) <= _CLEAR * noise:
+    course = Course(time, sign * travel[first:last])
+    if not course.moves:
         raise UnusableError(
-            f"nothing moves: the travel ranges over {np.ptp(smooth):.3g} mm, with noise of "
-            f"{noise:.2g} mm; is it the right column?"
+            f"nothing moves: the travel ranges over {np.ptp(course.smooth):.3g} mm, with noise of "
+            f"{course.noise:.2g} mm; is it the right column?"
         )
-    return smooth, half
-
-
-def _crossings(done: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sample in the middle of each motion, and whether the motion goes forward, ``(m,)`` each."""
-    thirds = 3.0 * (done - done.min()) / np.ptp(done)
-    outer = np.flatnonzero((thirds <= 1.0) | (thirds >= 2.0))
-    high = thirds[outer] >= 2.0
-    last = np.flatnonzero(high[1:] != high[:-1])
-    return (outer[last] + outer[last + 1] + 1) // 2, high[last + 1]
+    forward = course.crossings[2]
+    if forward.sum() != 1:
+        smooth = sign * course.smooth
+        raise UnusableError(_none_or_several(time[course.middles], forward, smooth, motion))
+    found = course.motion(int(forward.argmax()))
+    if found.speed > _SLOW:
+        moving = f"{time[-1]:.1f} ms and {found.speed:.0%} of the greatest speed"
+        raise UnusableError(f"ends in the middle of the {motion}, at {moving}; record longer")
+    place = {"begin": first + found.begin, "end": first + found.end}
+    return replace(found, **place, before=sign * found.before, after=sign * found.after)
 
 
 def _none_or_several(at: np.ndarray, forward: np.ndarray, travel: np.ndarray, motion: str) -> str:
@@ -161,6 +194,15 @@ def _none_or_several(at: np.ndarray, forward: np.ndarray, travel: np.ndarray, mo
         f"has {forward.sum()} motions of {motion}, at {times} ms; say which one is meant by from "
         "and to in operations.csv"
     )
+
+
+def white_noise(travel: np.ndarray) -> float:
+    """Return the sd of the noise of a record, mm, if its samples are independent.
+
+    Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
+    """
+    second = np.diff(travel[~np.isnan(travel)], n=2)
+    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0)))
 
 
 def _first(flags: np.ndarray, start: int) -> int:
@@ -208,6 +250,8 @@ def _rests(first: np.ndarray, second: np.ndarray, *, arrived: bool) -> tuple[flo
 def _end_speed(done: np.ndarray) -> float:
     """Speed at the end of a record, over the greatest one."""
     low, way = done.min(), np.ptp(done)
+    if way == 0.0:
+        return 1.0  # what moves is nearer to the end than a running median sees
     shares = np.linspace(_BEGUN, 1.0 - _BEGUN, 17)  # the sixth on is a span away
     reached = np.array([_first(done >= low + share * way, 0) for share in shares])
     span = max(1, int((reached[6:] - reached[:-6]).min()))
