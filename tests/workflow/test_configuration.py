@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from breaker.networks import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
-from breaker.shipped import SCHEMA
+from breaker.shipped import DEFAULTS, SCHEMA
 from breaker.workflow import schema
 from breaker.workflow.configuration import (
     ConfigurationError,
@@ -21,7 +21,7 @@ from breaker.workflow.rules import RULES
 from tests.networks_fixtures import built
 from tests.workflow.conftest import ROOT, snakemake
 
-DEFAULTS = ROOT / "config" / "config.yaml"
+STATED = [ROOT / "config" / name for name in ("advanced.yaml", "config.yaml")]
 OVERLAYS = ["paper.yaml", "any.yaml", "test.yaml"]
 
 
@@ -98,8 +98,20 @@ def test_schema_explains_every_key_and_knows_no_others():
             assert part["additionalProperties"] is False or key in OPEN, key
 
 
-def test_every_default_has_a_comment():
-    lines = DEFAULTS.read_text(encoding="utf-8").splitlines()
+def test_a_default_stands_in_one_file():
+    advanced, own = (set(leaves(read(file))) for file in STATED)
+    assert not advanced & own
+
+
+def test_the_page_of_a_user_is_short():
+    lines = STATED[1].read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 130
+    assert len(leaves(read(STATED[1]))) <= 90
+
+
+@pytest.mark.parametrize("file", STATED, ids=lambda file: file.name)
+def test_every_default_has_a_comment(file):
+    lines = file.read_text(encoding="utf-8").splitlines()
     bare = []
     for number, line in enumerate(lines):
         is_value = re.match(r" *[A-Za-z_]+: *[^ #&*]", line)
@@ -411,7 +423,7 @@ def test_message_names_key_value_and_remedy(complaint, overlay, expected):
     message = complaint(overlay)
     for fragment in [*map(str.strip, expected.splitlines()), "overlay_0.yaml, line 1: "]:
         assert fragment in message
-    assert "config/config.yaml" in message
+    assert "config/config.yaml or config/advanced.yaml" in message
 
 
 def test_layers_and_sizes_that_just_fit_are_accepted(tmp_path):
