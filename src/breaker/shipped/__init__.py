@@ -16,8 +16,8 @@ CARD = _HERE / "MODEL_CARD.md"
 DEFAULTS = _HERE / "defaults.yaml"
 """Every setting with its default."""
 
-SCHEMA = _HERE / "config.schema.yaml"
-"""JSON schema of the configuration."""
+SCHEMA = _HERE / "schema.yaml"
+"""What a setting may be, beside what its default says."""
 
 
 FAMILIES = ("medium_voltage", "any")

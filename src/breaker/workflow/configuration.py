@@ -1,9 +1,10 @@
 """Configuration of the workflow: merged from files, checked, and explained where it is wrong.
 
 Every default stands in ``config/config.yaml`` or, if hardly any user turns it, in
-``config/advanced.yaml``; an overlay holds only what differs. The JSON schema ``config.schema.yaml``
-in ``breaker.shipped`` defines the allowed keys and values. The table ``RULES`` of
-``breaker.workflow.rules`` defines which keys must be consistent with each other.
+``config/advanced.yaml``; an overlay holds only what differs. ``breaker.workflow.derivation`` makes
+the JSON schema of allowed keys and values, of the defaults and of ``schema.yaml`` in
+``breaker.shipped``. The table ``RULES`` of ``breaker.workflow.rules`` defines which keys must be
+consistent with each other.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,7 +13,6 @@ from operator import getitem
 from pathlib import Path
 from typing import Any
 
-from breaker.shipped import SCHEMA
 from breaker.workflow.sources import ConfigurationError, Sources, parse, place, repeated, short
 
 __all__ = ["check", "chosen_network", "load", "merge", "read"]
@@ -100,12 +100,13 @@ def check(config: Mapping[str, Any], *, files: Iterable[str | Path] = ()) -> Non
         ConfigurationError: If anything is wrong; the message lists all of it.
     """
     # Here, as it takes longer than the check: jobs run on what was checked before the first one.
+    from breaker.workflow.derivation import configuration_schema
     from breaker.workflow.rules import RULES
     from breaker.workflow.schema import dotted, problems
 
     sources: Sources = {short(path): parse(path) for path in files}
     lines, wrong = [], []
-    for key, text in problems(config, read(SCHEMA)):
+    for key, text in problems(config, configuration_schema()):
         lines.append(f"{place(config, [key], sources)}{dotted(key)} {text}")
         wrong.append(key)
     for names, complaint in RULES:
