@@ -24,7 +24,7 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test test-faults lint format environment numbers ship lock clean distclean
+.PHONY: help all test test-faults lint format environment numbers defaults ship lock clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -35,6 +35,7 @@ help:
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
 	@echo "make numbers      write the numbers of the last run into README.md and docs/"
+	@echo "make defaults     put the defaults of config/ into the package"
 	@echo "make ship         put the models of the last run, which is that of the defaults, into the package"
 	@echo "make lock         pin the newest versions that pyproject.toml allows in envs/"
 	@echo "make clean        remove what the workflow made: results, figures, logs"
@@ -98,6 +99,9 @@ $(PINNED): $(LOCK)
 numbers: $(INSTALLED)
 	cp results/numbers.csv docs/numbers.csv
 	$(BIN)/python docs/restate.py
+
+defaults: $(INSTALLED)
+	$(BIN)/python envs/defaults.py
 
 ship: $(INSTALLED)
 	$(BIN)/python envs/ship.py

@@ -1,19 +1,28 @@
 """From a breaker's travel curves to the physical state of its drive: the table of contents."""
 
+import os
 from pathlib import Path
 
-from breaker.workflow import ConfigurationError, configuration
+from breaker.workflow import ConfigurationError, configuration, snakemake_internals
 from snakemake.utils import min_version
 
 min_version("9.14")
 
+if gone := snakemake_internals.lacking(workflow):
+    raise WorkflowError(gone)
+
+ROOT = snakemake_internals.folder_of(workflow)
+ADVANCED = os.path.relpath(ROOT / "config/advanced.yaml")  # of the code, in any --directory
+
 try:  # Snakemake would run the code of a template; another --directory may have no defaults
-    if Path("config/config.yaml").exists():
-        configuration.read("config/config.yaml")
+    for path in (ADVANCED, "config/config.yaml"):
+        if Path(path).exists():
+            configuration.read(path)
 except ConfigurationError as error:
     raise WorkflowError(str(error)) from None
 
 
+configfile: ADVANCED
 configfile: "config/config.yaml"
 
 

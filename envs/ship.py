@@ -1,8 +1,8 @@
-"""Renew what ships with the package: defaults, networks of a family of drives, their model card.
+"""Renew what ships with the package: networks of a family of drives, and their model card.
 
 Called by ``make ship``, from the project's folder, after ``snakemake family``, with the overlay of
-the family if it is not that of ``config/config.yaml``. Nothing is changed unless the networks are
-those of the configuration.
+the family if it is not that of the defaults. Nothing is changed unless the networks are those of
+the configuration.
 """
 
 import hashlib
@@ -16,12 +16,12 @@ from typing import Any
 import pandas as pd
 
 from breaker.model import ModelFileError, open_model
-from breaker.shipped import CARD, DEFAULTS, FAMILIES, KINDS, model_file
+from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 from breaker.workflow import ConfigurationError, load
 
 __all__ = ["described", "differing", "made_from", "unfit"]
 
-CONFIG = Path("config/config.yaml")
+CONFIG = (Path("config/advanced.yaml"), Path("config/config.yaml"))
 RESULTS = Path("results/family/trained")
 PAGE = Path("docs/evidence.md")
 
@@ -100,7 +100,7 @@ def _put(text: str, mark: str, rows: Sequence[str]) -> str:
 def main(overlays: Sequence[str]) -> int:
     """Copy what ships, or say why it cannot."""
     try:
-        config = load([CONFIG, *map(Path, overlays)])
+        config = load([*CONFIG, *map(Path, overlays)])
         files = {kind: RESULTS / f"{kind}.safetensors" for kind in KINDS}
         lines = [line for kind, file in files.items() for line in unfit(file, config, kind)]
     except (ConfigurationError, FileNotFoundError, ModelFileError) as error:
@@ -113,10 +113,9 @@ def main(overlays: Sequence[str]) -> int:
     for kind, file in files.items():
         shutil.copyfile(file, model_file(family, kind))
     shutil.copyfile(RESULTS / "quality.csv", Path("docs") / f"family_{family}.csv")
-    shutil.copyfile(CONFIG, DEFAULTS)
     CARD.write_text(described(CARD.read_text(encoding="utf-8")), encoding="utf-8")
     PAGE.write_text(judged(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
-    print(f"shipped in {DEFAULTS.parent}")
+    print(f"shipped in {CARD.parent}")
     return 0
 
 

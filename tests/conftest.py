@@ -1,23 +1,21 @@
 """One thread for every test, the whole workflow first, and what tests of every room share."""
 
 import os
-from pathlib import Path
 
 os.environ["OMP_NUM_THREADS"] = "1"  # before what reads it is loaded; files run side by side
 
 import numba
 import pytest
-import yaml
 
 from breaker.family.saved import open_network
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.joint import Model
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
-from breaker.shipped import model_file
+from breaker.shipped import DEFAULTS, model_file
+from breaker.workflow import read
 
 numba.set_num_threads(1)  # it has as many as there are cores for those tests that ask for more
-DEFAULTS = Path(__file__).parents[1] / "config" / "config.yaml"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -28,7 +26,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def defaults():
     """Every setting with its default."""
-    return yaml.safe_load(DEFAULTS.read_text(encoding="utf-8"))
+    return read(DEFAULTS)
 
 
 @pytest.fixture(scope="session")

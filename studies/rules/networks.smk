@@ -125,10 +125,10 @@ figure(
 
 
 # The scripts of rules that are used anew stay where those of the workflow are.
-for new, rule in {
+USED_ANEW = {
     "train_network": "train",
     "validate_network": "validate",
     "judge_network": "judge",
     "correct_missing": "correct_validation",
-}.items():
-    workflow.get_rule(new).basedir = workflow.get_rule(rule).basedir
+}
+snakemake_internals.keep_scripts(workflow, USED_ANEW)

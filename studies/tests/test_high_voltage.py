@@ -12,6 +12,7 @@ from breaker.inspection.wording import overlay_of
 from breaker.mechanism.size import Size
 from breaker.model.randomness import generator
 from breaker.records.reader import read_curves
+from breaker.shipped import DEFAULTS
 from breaker.synthetic.family import Family
 from breaker.synthetic.rigs import Rig
 from breaker.workflow.configuration import load
@@ -20,7 +21,6 @@ from studies.high_voltage import main as example
 
 OPERATIONS = 3
 LENGTHS, TIMES = HIGH_VOLTAGE.lengths, HIGH_VOLTAGE.times
-CONFIG = "config/config.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_inspection_leads_to_accepted_records_of_all_phases(exports, overlay, de
     """
     folder, truth = exports
     assert len(overlay.read_text(encoding="utf-8").splitlines()) <= 10
-    config = load([CONFIG, overlay])
+    config = load([DEFAULTS, overlay])
     sensor = config["sensor"]
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
     errors = []

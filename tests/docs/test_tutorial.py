@@ -11,6 +11,7 @@ import yaml
 from PIL import Image
 
 from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.shipped import DEFAULTS
 from breaker.synthetic.rigs import Rig
 from breaker.workflow.configuration import load
 from studies.high_voltage import HIGH_VOLTAGE
@@ -79,7 +80,7 @@ def test_the_last_settings_are_those_of_a_workflow(done, tmp_path):
     own = {"endurance": {"curves": str(folder / "rack"), "phase": "S 1"}}
     (tmp_path / "breaker.yaml").write_text(yaml.safe_dump(own), encoding="utf-8")
     overlays = [folder / "prior.yaml", folder / "limits.yaml", tmp_path / "breaker.yaml"]
-    config = load(["config/config.yaml", *overlays])
+    config = load([DEFAULTS, *overlays])
     assert config["size"]["lengths"] == pytest.approx(HIGH_VOLTAGE.lengths, rel=0.2)
     assert "snakemake -c2 all --configfile prior.yaml limits.yaml breaker.yaml" in TEXT
 

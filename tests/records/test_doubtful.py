@@ -8,6 +8,7 @@ from breaker.mechanism.parameters import MOTIONS
 from breaker.model import Prior, generator
 from breaker.records.doubtful import doubtful_samples, told
 from breaker.records.scale import seen_quantum
+from breaker.shipped import DEFAULTS
 from breaker.synthetic import Family
 from breaker.workflow import read
 
@@ -48,7 +49,7 @@ def test_no_sample_of_the_model_is_masked(prior, motion, rate):
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_no_sample_of_a_rig_is_masked(motion, rate):
     """200 rigs with bounces, dampers, bumpers, and what the family lacks: an elastic linkage."""
-    config = read("config/config.yaml")
+    config = read(DEFAULTS)
     foreign = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
     prior = Prior.from_settings(config["prior"])
     family = Family(

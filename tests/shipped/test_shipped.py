@@ -15,14 +15,24 @@ from breaker.workflow.configuration import load
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "envs" / "ship.py"
-spec = importlib.util.spec_from_file_location("ship", SCRIPT)
-ship = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(ship)
+
+
+def script(file):
+    """The module of a script."""
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+ship, defaults = script(SCRIPT), script(ROOT / "envs" / "defaults.py")
 OVERLAYS = {"medium_voltage": [], "any": [ROOT / "config" / "any.yaml"]}
 
 
-def test_the_defaults_that_ship_are_those_of_the_project():
-    assert DEFAULTS.read_bytes() == (ROOT / "config" / "config.yaml").read_bytes()
+def test_the_defaults_that_ship_are_those_of_the_project(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert DEFAULTS.read_text(encoding="utf-8") == defaults.written(), "run `make defaults`"
+    assert load([DEFAULTS]) == load(defaults.CONFIG)
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from breaker.networks import INFERENCE_NETWORKS, SUMMARY_NETWORKS, build
-from breaker.shipped import SCHEMA
+from breaker.shipped import DEFAULTS
 from breaker.workflow import schema
 from breaker.workflow.configuration import (
     ConfigurationError,
@@ -17,11 +17,12 @@ from breaker.workflow.configuration import (
     merge,
     read,
 )
+from breaker.workflow.derivation import configuration_schema, derived
 from breaker.workflow.rules import RULES
 from tests.networks_fixtures import built
 from tests.workflow.conftest import ROOT, snakemake
 
-DEFAULTS = ROOT / "config" / "config.yaml"
+STATED = [ROOT / "config" / name for name in ("advanced.yaml", "config.yaml")]
 OVERLAYS = ["paper.yaml", "any.yaml", "test.yaml"]
 
 
@@ -66,8 +67,43 @@ def test_defaults_are_valid():
     assert load([DEFAULTS])["seed"] == 1
 
 
-def test_schema_and_defaults_have_the_same_keys():
-    assert set(leaves(read(DEFAULTS))) == set(schema.leaves(read(SCHEMA)))
+@pytest.mark.parametrize(
+    ("stated", "default"), [({"a": {}, "b": {}}, {"a": 1}), ({"a": {}}, {"a": 1, "b": 2})]
+)
+def test_schema_and_defaults_have_the_same_keys(stated, default):
+    assert set(leaves(read(DEFAULTS))) == set(schema.leaves(configuration_schema()))
+    with pytest.raises(ConfigurationError, match=r"do not name the same settings: b\. State each"):
+        derived({"section": stated}, {"section": default})
+
+
+@pytest.mark.parametrize(
+    ("stated", "default", "schema"),
+    [
+        ({}, True, {"type": "boolean"}),
+        ({"range": [0, 9]}, 3, {"type": "integer", "minimum": 0, "maximum": 9}),
+        ({"exclusiveMinimum": 0}, 3.0, {"type": "number", "exclusiveMinimum": 0}),
+        ({"type": "number"}, 3, {"type": "number"}),
+        ({"type": ["string", "null"], "maxLength": 9}, None, None),
+        ({"enum": ["a", "b"]}, "a", None),
+        (
+            {"range": [0, 9]},
+            [1.0, 2.0],
+            {
+                "type": "array",
+                "minItems": 2,
+                "maxItems": 2,
+                "items": {"type": "number", "minimum": 0, "maximum": 9},
+            },
+        ),
+        (
+            {"minItems": 1, "maxItems": 2, "items": {"enum": ["a", "b"]}},
+            ["a"],
+            {"type": "array", "minItems": 1, "maxItems": 2, "items": {"enum": ["a", "b"]}},
+        ),
+    ],
+)
+def test_the_default_says_what_is_not_stated(stated, default, schema):
+    assert derived(stated, default) == (schema or stated)
 
 
 def test_every_missing_default_is_noticed():
@@ -78,7 +114,7 @@ def test_every_missing_default_is_noticed():
         return {key: emptied(value) for key, value in inner.items()}
 
     defaults = read(DEFAULTS)
-    found = dict(schema.problems(emptied(defaults), read(SCHEMA)))
+    found = dict(schema.problems(emptied(defaults), configuration_schema()))
     missing = [key for key, text in found.items() if text.startswith("is missing; it must be")]
     assert set(missing) == set(leaves(defaults))
     with pytest.raises(ConfigurationError, match=rf"  and {len(missing) - 20} more\n"):
@@ -90,7 +126,7 @@ OPEN = (("known",), ("endurance", "events"))  # their keys are the user's
 
 
 def test_schema_explains_every_key_and_knows_no_others():
-    for key, part in parts(read(SCHEMA)):
+    for key, part in parts(configuration_schema()):
         assert {"enum", "type", "oneOf"} & set(part), key
         if key and key[-1] != "[]":
             assert part["description"].endswith("."), key
@@ -98,8 +134,20 @@ def test_schema_explains_every_key_and_knows_no_others():
             assert part["additionalProperties"] is False or key in OPEN, key
 
 
-def test_every_default_has_a_comment():
-    lines = DEFAULTS.read_text(encoding="utf-8").splitlines()
+def test_a_default_stands_in_one_file():
+    advanced, own = (set(leaves(read(file))) for file in STATED)
+    assert not advanced & own
+
+
+def test_the_page_of_a_user_is_short():
+    lines = STATED[1].read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 130
+    assert len(leaves(read(STATED[1]))) <= 90
+
+
+@pytest.mark.parametrize("file", STATED, ids=lambda file: file.name)
+def test_every_default_has_a_comment(file):
+    lines = file.read_text(encoding="utf-8").splitlines()
     bare = []
     for number, line in enumerate(lines):
         is_value = re.match(r" *[A-Za-z_]+: *[^ #&*]", line)
@@ -124,7 +172,7 @@ def test_both_overlays_fit_together():
 
 def test_every_number_list_and_text_is_bounded():
     """A magnitude that nobody means ends in a message, not in a traceback hours later."""
-    for key, part in parts(read(SCHEMA)):
+    for key, part in parts(configuration_schema()):
         kinds = {part["type"]} if isinstance(part.get("type"), str) else {*part.get("type", ())}
         if kinds & {"number", "integer"}:
             assert {"minimum", "exclusiveMinimum"} & set(part), key
@@ -411,7 +459,7 @@ def test_message_names_key_value_and_remedy(complaint, overlay, expected):
     message = complaint(overlay)
     for fragment in [*map(str.strip, expected.splitlines()), "overlay_0.yaml, line 1: "]:
         assert fragment in message
-    assert "config/config.yaml" in message
+    assert "config/config.yaml or config/advanced.yaml" in message
 
 
 def test_layers_and_sizes_that_just_fit_are_accepted(tmp_path):
@@ -438,7 +486,7 @@ def test_what_a_kind_does_not_use_is_not_judged(tmp_path):
 
 
 def test_every_rule_is_about_keys_that_exist():
-    known = set(schema.leaves(read(SCHEMA)))
+    known = set(schema.leaves(configuration_schema()))
     sections = {key[:depth] for key in known for depth in range(1, len(key) + 1)}
     assert {tuple(key.split(".")) for keys, _ in RULES for key in keys} <= sections
 

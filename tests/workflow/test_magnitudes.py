@@ -8,18 +8,18 @@ from operator import getitem
 from pathlib import Path
 
 import numpy as np
-import yaml
 
+from breaker import shipped
 from breaker.mechanism import MOTIONS
 from breaker.model import Model, generator
 from breaker.networks import build
 from breaker.synthetic import Family, Rig
-from breaker.workflow import chosen_network, configuration
+from breaker.workflow import chosen_network, configuration, read
 from breaker.workflow.sources import ConfigurationError
 from tests.networks_fixtures import built
 
 ROOT = Path(__file__).resolve().parents[2]
-DEFAULTS = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+DEFAULTS = read(shipped.DEFAULTS)
 ANY = [math.nan, math.inf, -math.inf, 1e300, -1e300, 1e-300, 10**30, 2**63, 0, -1, True, None]
 ANY += ["", "x", "1e3", "base64", "\0", "a" * 10**5, [], [[]], [1e300] * 1000, {}, {"a": 1}]
 MUTATIONS = 300

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 
 import jinja2
 import pytest
-import yaml
 from docutils.core import publish_doctree, publish_parts
 from docutils.nodes import paragraph
 
 from breaker.mechanism.parameters import MOTIONS
+from breaker.shipped import DEFAULTS
+from breaker.workflow import read
 
 ROOT = Path(__file__).parents[2]
 # Of the drive, from all its motions.
@@ -25,7 +26,7 @@ FIGURES = [name for name in PAGES if name != "workflow" and "_table" not in name
 
 def filled_in(page, motion, *, curves=None, files=()):
     """Fill in a page as the report does; a key that is missing raises."""
-    config = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    config = read(DEFAULTS)
     config["endurance"]["curves"] = curves
     job = SimpleNamespace(config=config)
     if page != "workflow":  # the front page belongs to no job

@@ -1,23 +1,19 @@
 """Configuration, and the names that several rules share."""
 
 import os
-import re
-from pathlib import Path
 
 from breaker.family import is_of
 from breaker.mechanism import Size, speeds_of
 from breaker.shipped import FAMILIES, KINDS, model_file
-from breaker.workflow import ConfigurationError, configuration, missing_packages, modules_of
+from breaker.workflow import missing_packages
 
-if workflow.is_main_process:  # jobs run on what was checked before the first one
+# Jobs run on what was checked before the first one.
+if snakemake_internals.is_first_process(workflow):
     try:
-        configuration.check(
-            config,
-            files=[*reversed(workflow.configfiles[:-1]), workflow.configfiles[-1]],
-        )
+        configuration.check(config, files=snakemake_internals.configuration_files(workflow))
     except ConfigurationError as error:
         raise WorkflowError(str(error)) from None
-    if not workflow.deployment_settings.deployment_method and (missing := missing_packages()):
+    if not snakemake_internals.deploys(workflow) and (missing := missing_packages()):
         raise WorkflowError(missing)  # with a deployment, jobs have environments of their own
 
 
@@ -34,7 +30,6 @@ def ordered(value):
 for section in config:
     config[section] = ordered(config[section])
 
-ROOT = Path(str(workflow.current_basedir)).parents[1]
 MOTIONS = config["motions"]
 SOURCES = [*MOTIONS, "both"] if len(MOTIONS) == 2 else MOTIONS
 SEED = config["validation"]["seed"]
@@ -103,18 +98,7 @@ def judged_shipped(wildcards):
 
 
 def complete_rules():
-    """Give rules with a script what all of them have in common, once all are stated.
-
-    That is the environment, a benchmark named as the log, and the modules of the package that the
-    script uses: they become inputs, since Snakemake sees a change of the script alone.
-    """
-    for each in workflow.rules:
-        if each.script and each.conda_env is None:
-            each.conda_env = ENVIRONMENT
-            if each.benchmark is None:
-                each.benchmark_modifier = each.output_modifier
-                place = Path(each.log[0]).with_suffix(".tsv").parts[1:]
-                each.benchmark = "results/benchmarks/" + "_".join(place)
-            each.input_modifier = each.output_modifier  # has none yet if the rule states no input
-            script = Path(str(each.basedir)) / each.script
-            each.set_input(code=modules_of(script, each.params.get("within")))
+    """Give rules with a script what all of them have in common, once all are stated."""
+    if gone := snakemake_internals.lacking(workflow):
+        raise WorkflowError(gone)
+    snakemake_internals.complete_rules(workflow, ENVIRONMENT)

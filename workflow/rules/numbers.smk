@@ -5,9 +5,9 @@ table. With the default configuration it is compared with docs/numbers.csv, the 
 are written from; `make numbers` renews both.
 """
 
-import yaml
+from breaker.shipped import DEFAULTS
 
-IS_DEFAULT = config == yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+IS_DEFAULT = config == configuration.read(DEFAULTS)
 
 
 rule numbers:

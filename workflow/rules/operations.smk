@@ -80,8 +80,9 @@ def curve_files(wildcards):
     again, even where Snakemake's own notes on the last run are lost.
     """
     store = f"results/endurance/{wildcards.motion}/curves_{wildcards.chunk}.zarr"
-    if workflow.is_main_process and recorded_source(store) != source(wildcards):
-        workflow.dag.forcefiles.add(store)
+    first = snakemake_internals.is_first_process(workflow)
+    if first and recorded_source(store) != source(wildcards):
+        snakemake_internals.make_again(workflow, store)
     return [] if OWN_CURVES else f"{CURVE_FOLDER}/{wildcards.motion}"
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from breaker.cli.named import MOTIONS
-from breaker.cli.settings import PROJECT
+from breaker.cli.settings import ADVANCED, PROJECT
 from breaker.shipped import DEFAULTS
 from breaker.stores import whole
 
@@ -36,7 +36,7 @@ def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str])
         ValueError: If it is read, or would be by the next command, if two outputs are one, or a
             picture has no ending of one.
     """
-    read = [Path(each) for each in (*read, PROJECT, DEFAULTS)]
+    read = [Path(each) for each in (*read, ADVANCED, PROJECT, DEFAULTS)]
     earlier: list[Path] = []
     for name, kind in wanted:
         if name is None:

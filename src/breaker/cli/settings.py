@@ -1,16 +1,16 @@
 """The configuration that commands share."""
 
-import filecmp
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from breaker.shipped import DEFAULTS
 from breaker.workflow import load, read
 
-__all__ = ["PROJECT", "limits_of", "settings_of"]
+__all__ = ["ADVANCED", "PROJECT", "limits_of", "settings_of"]
 
+ADVANCED = Path("config/advanced.yaml")
 PROJECT = Path("config/config.yaml")
-"""Where the workflow's configuration is, from the project's folder."""
+"""Where the workflow's configuration is, from the project's folder; the second over the first."""
 
 
 def settings_of(overlays: Sequence[str]) -> dict:
@@ -18,10 +18,9 @@ def settings_of(overlays: Sequence[str]) -> dict:
 
     The defaults alone are not checked: tests do that, and it takes a tenth of the first answer.
     """
-    own = PROJECT.exists() and not filecmp.cmp(PROJECT, DEFAULTS, shallow=False)
-    if own or overlays:
-        return load([PROJECT if own else DEFAULTS, *overlays])
-    return read(DEFAULTS)
+    own = [ADVANCED if ADVANCED.exists() else DEFAULTS, PROJECT] if PROJECT.exists() else [DEFAULTS]
+    files = [*own, *overlays]
+    return load(files) if len(files) > 1 else read(DEFAULTS)
 
 
 def limits_of(config: Mapping, overlays: Sequence[str]) -> list:

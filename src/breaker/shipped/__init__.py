@@ -1,7 +1,7 @@
 """Files that ship with the package: every default, their schema, and models trained with them.
 
-``config.yaml`` is that of the project (``config/config.yaml``); the networks are those of its
-families of drives. ``make ship`` brings both up to date, and tests compare them.
+``defaults.yaml`` is made from the project's ``config`` (``make defaults``); the networks are those
+of its families of drives (``make ship``). Tests compare them.
 """
 
 from pathlib import Path
@@ -13,11 +13,11 @@ _HERE = Path(__file__).parent
 CARD = _HERE / "MODEL_CARD.md"
 """What the models are, for whom, and how good."""
 
-DEFAULTS = _HERE / "config.yaml"
+DEFAULTS = _HERE / "defaults.yaml"
 """Every setting with its default."""
 
-SCHEMA = _HERE / "config.schema.yaml"
-"""JSON schema of the configuration."""
+SCHEMA = _HERE / "schema.yaml"
+"""What a setting may be, beside what its default says."""
 
 
 FAMILIES = ("medium_voltage", "any")

@@ -1,8 +1,10 @@
 """Configuration of the workflow: merged from files, checked, and explained where it is wrong.
 
-Every default stands in ``config/config.yaml``; an overlay holds only what differs. The JSON schema
-``config.schema.yaml`` in ``breaker.shipped`` defines the allowed keys and values. The table
-``RULES`` of ``breaker.workflow.rules`` defines which keys must be consistent with each other.
+Every default stands in ``config/config.yaml`` or, if hardly any user turns it, in
+``config/advanced.yaml``; an overlay holds only what differs. ``breaker.workflow.derivation`` makes
+the JSON schema of allowed keys and values, of the defaults and of ``schema.yaml`` in
+``breaker.shipped``. The table ``RULES`` of ``breaker.workflow.rules`` defines which keys must be
+consistent with each other.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,7 +13,6 @@ from operator import getitem
 from pathlib import Path
 from typing import Any
 
-from breaker.shipped import SCHEMA
 from breaker.workflow.sources import ConfigurationError, Sources, parse, place, repeated, short
 
 __all__ = ["check", "chosen_network", "load", "merge", "read"]
@@ -23,13 +24,13 @@ def load(paths: Sequence[str | Path]) -> dict[str, Any]:
     """Read a configuration, each file laid over those before it, and check it.
 
     Args:
-        paths: YAML files; the first holds the defaults.
+        paths: YAML files; the first ones hold the defaults.
 
     Raises:
         ConfigurationError: If a file cannot be read or the configuration is wrong.
 
     Example:
-        >>> files = ["config/config.yaml", "config/paper.yaml"]
+        >>> files = ["config/advanced.yaml", "config/config.yaml", "config/paper.yaml"]
         >>> load(files)["sensor"]["zero_sd"]
         0.0
     """
@@ -99,12 +100,13 @@ def check(config: Mapping[str, Any], *, files: Iterable[str | Path] = ()) -> Non
         ConfigurationError: If anything is wrong; the message lists all of it.
     """
     # Here, as it takes longer than the check: jobs run on what was checked before the first one.
+    from breaker.workflow.derivation import configuration_schema
     from breaker.workflow.rules import RULES
     from breaker.workflow.schema import dotted, problems
 
     sources: Sources = {short(path): parse(path) for path in files}
     lines, wrong = [], []
-    for key, text in problems(config, read(SCHEMA)):
+    for key, text in problems(config, configuration_schema()):
         lines.append(f"{place(config, [key], sources)}{dotted(key)} {text}")
         wrong.append(key)
     for names, complaint in RULES:
@@ -121,5 +123,5 @@ def check(config: Mapping[str, Any], *, files: Iterable[str | Path] = ()) -> Non
         more = [f"and {len(lines) - _SHOWN} more"] if len(lines) > _SHOWN else []
         raise ConfigurationError(
             "\n  ".join([f"The configuration has {count}:", *lines[:_SHOWN], *more])
-            + "\nEvery key is explained in config/config.yaml."
+            + "\nEvery key is explained in config/config.yaml or config/advanced.yaml."
         )

@@ -2,8 +2,7 @@
 
 Knows schemas and YAML, not what the keys are about. Stricter than JSON Schema: a number is finite,
 an integer is written as one, and a section has every key that its schema knows, unless the schema
-says which ones are ``required``. The schema of a configuration does so in lists alone, so that
-editors also accept an overlay, which holds only what differs.
+says which ones are ``required``. The schema of a configuration does so in lists alone.
 """
 
 import difflib
