@@ -10,7 +10,7 @@ from breaker.records import SHAPE_TIMES, Shape
 from breaker.synthetic import family_records
 from breaker.synthetic.family import Family
 from breaker.synthetic.family_bank import simulate_family
-from breaker.synthetic.family_rows import ChangeRows
+from breaker.synthetic.family_rows import ChangeRows, _Pairs
 from tests.raws import raw_of, smooth
 
 DRIVES = 12
@@ -38,7 +38,10 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
     rows, none = ChangeRows(bank), np.zeros(DRIVES, dtype=int)
     motions = np.ones((DRIVES, 2), dtype=bool)
     references, changes, _ = rows._records(
-        *(np.arange(DRIVES), (none, none + 1), motions, np.random.default_rng(2), (3e-4, 3e-3)),
+        _Pairs(np.arange(DRIVES), none, none + 1),
+        motions,
+        np.random.default_rng(2),
+        (3e-4, 3e-3),
         odd=False,
     )
     each = iter(samples)  # by motion, all before and then all after

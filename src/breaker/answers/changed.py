@@ -187,16 +187,13 @@ def _inferred(
     """A row of draws of a relative change, ``(d,)``."""
     more, less = ((sign * share > beyond).mean() for sign in (1.0, -1.0))
     change = 100.0 * np.quantile(share, _QUANTILES)
-    numbers = {"unchanged": (share == 0.0).mean(), "change": change}
-    return _row(of, kind, motion, numbers, more, less)
+    values = {"kind": kind, "motion": motion, "unchanged": (share == 0.0).mean(), "change": change}
+    return _row(of, values, more, less)
 
 
-def _row(
-    of: Parameter, kind: str, motion: str, numbers: Mapping, more: float, less: float
-) -> dict[str, object]:
-    """Numbers of a quantity, and what the probabilities of more and of less of it say."""
-    about = {key: getattr(of, key) for key in ("name", "unit", "meaning")}
-    about |= {"kind": kind, "motion": motion, **numbers}
+def _row(of: Parameter, values: Mapping, more: float, less: float) -> dict[str, object]:
+    """Values of a quantity, and what the probabilities of more and of less of it say."""
+    about = {key: getattr(of, key) for key in ("name", "unit", "meaning")} | dict(values)
     total, bad = more + less, -1 if "_speed" in of.name else _WORSE.get(of.name)
     about |= {"beyond": total, "more": more, "less": less, "worse": {1: more, -1: less}.get(bad)}
     verdict = VERDICT_WORDS[0 if total >= _SURE else 2 if total <= 1.0 - _SURE else 1]
@@ -240,10 +237,11 @@ def measured_changes(
                 continue
             change, sd = (second - first) / of, _error(both, _SCATTER * of) / of
             more, less = (_above(beyond, sign * change, sd) for sign in (1.0, -1.0))
-            numbers = {"before": first, "today": second, "difference": second - first}
-            numbers |= {"sd": of * sd, "unchanged": None}
-            numbers["change"] = 100.0 * (change + _NORMAL * sd * np.array([-1.0, 0.0, 1.0]))
-            rows.append(_row(quantity, "measured", motion, numbers, more, less))
+            values = {"kind": "measured", "motion": motion}
+            values |= {"before": first, "today": second, "difference": second - first}
+            values |= {"sd": of * sd, "unchanged": None}
+            values["change"] = 100.0 * (change + _NORMAL * sd * np.array([-1.0, 0.0, 1.0]))
+            rows.append(_row(quantity, values, more, less))
     return rows
 
 

@@ -185,6 +185,7 @@ def _in_words(row: Mapping) -> str:
     known = [row[key] for key in ("unchanged", "beyond", "worse")]
     return _ROW.format(
         _NAME.format(name, *values) if values else name,
-        *(f"{middle:+.1f} %", f"{low:+.1f} to {high:+.1f}"),
+        f"{middle:+.1f} %",
+        f"{low:+.1f} to {high:+.1f}",
         *("" if each is None else f"{each:.2f}" for each in known),
     ).rstrip()

@@ -32,7 +32,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "table",
             "table_of_both",
         ],
-        "training": ["Trainer", "choose_device", "fingerprint"],
+        "training": ["Checkpoint", "Trainer", "choose_device", "fingerprint"],
         "weights": ["importance"],
     },
 )

@@ -14,7 +14,7 @@ from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, told
-from breaker.records.edges import events_of
+from breaker.records.edges import LocatedMotion, events_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
@@ -158,7 +158,8 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         inside = slice(segment.begin, segment.end)
         moves = first_motion(time[inside], left[inside], motion)
         beside = {kind: _placed(each, place, time) for kind, each in columns.beside.items()}
-        events, odd = events_of(operation, settings, motion, time, segment, moves, beside)
+        located = LocatedMotion(motion, time, segment, moves)
+        events, odd = events_of(operation, settings, located, beside)
     except UnusableError as error:
         raise RejectedCurveError(operation.file, str(error), line=error.line) from error
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)

@@ -18,7 +18,7 @@ __all__ = ["open_family", "rows_of", "sample_rows"]
 def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> Rows:
     """Return rows of "levels" or "changes", scaled as those that a network was trained on."""
     frozen = {} if like is None else {each.name: getattr(like, each.name) for each in fields(like)}
-    return {"levels": LevelRows, "changes": ChangeRows}[kind](bank, frozen)
+    return {each.kind: each for each in (LevelRows, ChangeRows)}[kind](bank, frozen)
 
 
 def sample_rows(

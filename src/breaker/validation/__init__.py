@@ -41,6 +41,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "numbers_of_all",
             "numbers_of_life",
             "numbers_of_motion",
+            "MotionResults",
         ],
         "outcomes": ["contraction_words", "pairs_words", "recovery_words"],
         "tables": [
