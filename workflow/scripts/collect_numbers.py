@@ -3,7 +3,7 @@
 import pandas as pd
 
 from breaker.mechanism import from_list, speeds_of
-from breaker.posterior import choose
+from breaker.posterior import select_posterior
 from breaker.stores import open_store
 from breaker.synthetic import failures
 from breaker.validation import (
@@ -25,7 +25,7 @@ for i, motion in enumerate(params.motions):
         exactness=pd.read_csv(files.exactness[i]),
         prior=open_store(files.prior[i]),
         validation=open_store(files.validation[i]),
-        operations=choose(open_store(files.operations[i]), "corrected"),
+        operations=select_posterior(open_store(files.operations[i]), "corrected"),
         predictive=open_store(files.predictive[i]),
         truth=open_store(files.truth).sel(motion=motion) if files.truth else None,
     )

@@ -15,7 +15,7 @@ facts = Facts.from_settings(params.known, speeds_of(params.speeds))
 inferred = open_store(snakemake.input.inferred).load()
 
 result = correct_operations(
-    model.knowing(facts),
+    model.conditioned_on(facts),
     inferred,
     params.correction,
     seed=params.seed,

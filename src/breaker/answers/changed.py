@@ -16,16 +16,16 @@ import numpy as np
 
 from breaker.answers.documents import plainly
 from breaker.family import (
-    APART,
+    LEAST_AGREEMENT,
     Changes,
     Levels,
     Match,
     Mean,
     agreement_of,
     choose_family,
-    see_change,
-    see_mean,
-    worn,
+    mean_and_change,
+    mean_record,
+    plausible_wear,
 )
 from breaker.files import SWITCHING
 from breaker.mechanism import (
@@ -103,11 +103,11 @@ def compare(
     Returns:
         The comparison; if no family fits, without draws, and with the matches of the nearest.
     """
-    means = {m: {"before": see_mean(before[m]), "today": see_mean(today[m])} for m in before}
+    means = {m: {"before": mean_record(before[m]), "today": mean_record(today[m])} for m in before}
     found, levels, network = _nearest(means, networks, misfit_p_value)
     if not found.fits:
         return found
-    both = {m: see_change(before[m], today[m], network.change_bases[m]) for m in before}
+    both = {m: mean_and_change(before[m], today[m], network.change_bases[m]) for m in before}
     references, changed = ({m: each[k] for m, each in both.items()} for k in (0, 1))
     draws = {
         motions: network.draw(
@@ -116,14 +116,14 @@ def compare(
         for motions in dict.fromkeys([tuple(both), *((m,) for m in both)])
     }
     whole, *alone = draws
-    if not worn(np.log(draws[whole].ratios)):
+    if not plausible_wear(np.log(draws[whole].ratios)):
         return found
     state = levels.draw(references, _DRAWS, rng)
     took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
     agreement = np.ones(len(NAMES))
     if alone:
         agreement = agreement_of(*(draws[motions].ratios for motions in alone))
-    apart = agreement.min() < APART
+    apart = agreement.min() < LEAST_AGREEMENT
     return replace(
         found,
         ratios={motions: draws[motions].ratios for motions in (alone if apart else [whole])},

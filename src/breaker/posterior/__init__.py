@@ -24,10 +24,10 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "solver": ["convergence", "held_out_log_density", "records"],
         "tables": [
-            "beside",
-            "choose",
             "quantiles",
+            "select_posterior",
             "share_inside",
+            "stack_posteriors",
             "summary",
             "table",
             "table_of_both",

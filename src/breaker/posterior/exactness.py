@@ -91,7 +91,9 @@ def models_of(model: Model, operations: xr.Dataset) -> list[Model]:
         return [model] * n
     known = zip(operations.contact_time.values, operations.contact_sd.values, strict=True)
     return [
-        model if np.isnan(time) else model.knowing(model.facts, Contact(float(time), float(sd)))
+        model
+        if np.isnan(time)
+        else model.conditioned_on(model.facts, Contact(float(time), float(sd)))
         for time, sd in known
     ]
 

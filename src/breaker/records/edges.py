@@ -101,8 +101,8 @@ def _not_seen(kind: str, settings: Mapping, does: str) -> str:
 def switching_of(time: np.ndarray, contact: np.ndarray, moves: float) -> float:
     """Return when the contact of a motion first leaves its state, ms; nan if that is not seen.
 
-    It has its state of before the first motion until then, and another one in the last quarter of
-    the time after it.
+    The contact keeps its state of before the first motion up to the switching, and has another one
+    in the last quarter of the time after the first motion.
 
     Args:
         time: Times of the motion, ``(n,)``, ms, evenly spaced.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from breaker.family import Basis, Membership, Seen
+from breaker.family import Basis, Membership, NormalisedRecords
 from breaker.mechanism import MOTIONS
 from breaker.model import generator
 from breaker.synthetic.family_bank import shapes
@@ -74,7 +74,7 @@ def _members_of(
         levels = {}
         for noise in _LEVELS:
             seen, *_ = record_shapes(curves, rng, noise=(noise, 1.01 * noise))
-            seen = Seen(*(each[seen.there] for each in seen))
+            seen = NormalisedRecords(*(each[seen.there] for each in seen))
             levels[float(np.median(seen.noise))] = seen
         found[motion] = Membership.of(levels, bases[motion])
     return found

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.family import Seen
+from breaker.family import NormalisedRecords
 from breaker.mechanism import compiled
 from breaker.records import SHAPE_TIMES, effective_noise, normalise
 from breaker.synthetic.family_bank import GRID as TIMES
@@ -59,7 +59,7 @@ def record_shapes(
     noise: tuple[float, float] = _NOISE,
     like: tuple[np.ndarray, np.ndarray] | None = None,
     wanted: np.ndarray | None = None,
-) -> tuple[Seen, np.ndarray, np.ndarray]:
+) -> tuple[NormalisedRecords, np.ndarray, np.ndarray]:
     """Record curves of one motion, and normalise the records.
 
     Args:
@@ -84,7 +84,7 @@ def record_shapes(
     origin, stroke, duration, sd, colour, step = about.T
     told = np.exp(_ERROR * rng.standard_normal(n)) * sd
     guess = np.clip(colour + _ERROR * rng.standard_normal(n), 0.0, 0.95)
-    seen = Seen(there, way, present, stroke, duration, told, guess, step)
+    seen = NormalisedRecords(there, way, present, stroke, duration, told, guess, step)
     return seen, origin, duration
 
 

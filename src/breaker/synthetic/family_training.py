@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from breaker.family import Changes, Levels, worn
+from breaker.family import Changes, Levels, plausible_wear
 from breaker.mechanism import NAMES
 from breaker.stores import open_store
 from breaker.synthetic.family_rows import ChangeRows, LevelRows, Rows
@@ -54,7 +54,11 @@ def sample_rows(
         [network.network.sample(each[None], told, draws, rng)[0] for each in features]
     )
     values = network.centre + network.scale * values
-    kept = worn(values[..., : len(NAMES)]) if rows.atoms else np.ones(len(values), dtype=bool)
+    kept = (
+        plausible_wear(values[..., : len(NAMES)])
+        if rows.atoms
+        else np.ones(len(values), dtype=bool)
+    )
     values, y, units = values[kept], y[kept], units[kept]
 
     def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:

@@ -98,7 +98,7 @@ class Life:
 
     @staticmethod
     def _columns(change: Change, step, rate, bend) -> list:
-        """Those of a level, a rate and a curvature that a change has."""
+        """Columns that a kind of change has, of a step, a rate and a curvature."""
         kinds = {"step": [step], "event": [step, rate, bend]}
         return kinds.get(change.kind, [rate, bend])
 
