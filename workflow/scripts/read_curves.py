@@ -13,8 +13,8 @@ wanted = set(params.operations)
 listed = list_operations(params.folder, motion, **params.chosen)
 files = [each for each in listed if each.number in wanted]
 
-times = Grid(grid(**params.grid), **params.errors)
-curves = read_curves(files, params.format, times, motion, speeds=speeds_of(params.speeds))
+model_grid = Grid(grid(**params.grid), **params.errors)
+curves = read_curves(files, params.format, model_grid, motion, speeds=speeds_of(params.speeds))
 log.info("%d of %d operations rejected", (~curves.accepted).sum(), len(files))
 settings = {name: params[name] for name in ("format", "grid", "source", "speeds")}
 save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])
