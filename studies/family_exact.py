@@ -26,7 +26,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.special import ndtr
 
-from breaker.family import Levels, open_network, seen_of
+from breaker.family import Levels, network_record, open_network
 from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Size
 from breaker.model import Prior, Sensor, generator
 from breaker.records import shape_of
@@ -145,7 +145,7 @@ def by_network(levels: Levels, sensor, motion, record, rng) -> np.ndarray:
     """The same by the network, which is told the size."""
     step = float(sensor.times[1] - sensor.times[0])
     shape = shape_of(record if motion == "closing" else -record, step)
-    seen = seen_of(shape, sensor.noise_sd, 0.0, step)
+    seen = network_record(shape, sensor.noise_sd, 0.0, step)
     return np.log(levels.draw({motion: seen}, _DRAWS, rng, size=Size()).theta)
 
 

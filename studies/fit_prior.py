@@ -26,7 +26,7 @@ from breaker.answers import (
     read_breakers,
     read_operations,
     reference_of,
-    room_for_wear,
+    wear_allowance,
 )
 from breaker.family import open_network
 from breaker.files import Operation
@@ -87,7 +87,7 @@ def one_type(number: int, options, config: dict, folder: Path, levels) -> list:
     named = [folder / f"Q{i}" for i in range(breakers)]
     recorded = read_breakers(named, MOTIONS, {}, levels)
     reference = reference_of(recorded)
-    room = room_for_wear(config["rigs"]["wear"]["change"], reference)
+    room = wear_allowance(config["rigs"]["wear"]["change"], reference)
     fitted = fit_type(recorded, room, 1, LEAST)
     spread = fitted.spread
     off = reference.standardise(drawn.medians * size.factors) - spread.centre

@@ -68,7 +68,7 @@ def main(kind: str, output: str) -> None:
             family = Family(prior, merge(config["family"], without))
             bank = simulate_family(family, DRIVES, generator(seed, "left out", kind))
             last = bank.isel(drive=slice(DRIVES - ASIDE, None))
-            _, weights, frozen = train_network(kind, bank, last, settings, seed)
+            _, weights, frozen = train_network(rows_of(kind, bank), last, settings, seed)
             write_network(saved, {"kind": kind, "networks": settings}, weights, frozen)
         network = open_network(saved)
         whole = whole or network

@@ -24,7 +24,7 @@ import pandas as pd
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.family import seen_of
+from breaker.family import network_record
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior, Sensor, generator
 from breaker.records import measure_curve, shape_of
@@ -155,7 +155,7 @@ def recorded(drives, motion: str, sensor: Sensor, reading: Reading, rng) -> Moti
         shape = shape_of(sign * record, STEP, like)
         rest = record[:35]
         sd = max(float(rest.std()), reading.quantum / np.sqrt(12.0))
-        noises.append(seen_of(shape, sd, reading.colour, STEP, like).noise[0])
+        noises.append(network_record(shape, sd, reading.colour, STEP, like).noise[0])
         ways.append(shape.way)
         presents.append(shape.present)
         rows.append(measured(record, motion))
@@ -265,7 +265,7 @@ def jump_of(life: Life, readout: Readout) -> float:
             shape_of(sign * life.at(o).travel(motion, TIMES), STEP, like).way
             for o in (before, after)
         ]
-        seen = curve.see(np.array(ways), np.ones((2, ways[0].size), dtype=bool))
+        seen = curve.project(np.array(ways), np.ones((2, ways[0].size), dtype=bool))
         square += np.square(np.diff(seen[:, :12], axis=0)).sum()
     return float(np.sqrt(square))
 

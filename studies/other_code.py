@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from breaker.answers import changes, compare
-from breaker.family import seen_of
+from breaker.family import network_record
 from breaker.mechanism import MOTIONS, NAMES, Size
 from breaker.model import Prior, Sensor, generator
 from breaker.records import shape_of
@@ -126,7 +126,7 @@ def levels(prior: Prior, sensor: Sensor, count: int) -> None:
             curve, switching[motion] = drive.travel(motion, sensor.times - late)
             record = sensor.corrupt(curve[None], rng)[0]
             shape = shape_of(record if motion == "closing" else -record, step)
-            seen[motion] = seen_of(shape, sensor.noise_sd, 0.0, step)
+            seen[motion] = network_record(shape, sensor.noise_sd, 0.0, step)
             member = network.match(motion, seen[motion]).p_value >= P_VALUE
             held[motion, "of the family"].append(member)
         for motions in (*((m,) for m in MOTIONS), MOTIONS):

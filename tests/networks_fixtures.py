@@ -15,7 +15,7 @@ from breaker.model.bank import simulate
 from breaker.model.randomness import generator
 from breaker.posterior.batches import Rows, freeze_inputs, split, truth
 from breaker.posterior.estimator import Posterior
-from breaker.posterior.training import Trainer
+from breaker.posterior.training import Checkpoint, Trainer
 from breaker.workflow import read
 
 DEFAULTS = read(shipped.DEFAULTS)
@@ -144,8 +144,7 @@ def new_trainer(
         validation=Rows.of(validation, posterior, device),
         settings=TRAINING | changes,
         seed=seed,
-        checkpoint=folder / "checkpoints" / "closing.pt",
-        fingerprint=mark,
+        checkpoint=Checkpoint(folder / "checkpoints" / "closing.pt", mark),
     )
 
 

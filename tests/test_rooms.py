@@ -35,6 +35,20 @@ TORCH = {"networks", "posterior"}
 BESIDE = {"studies", "tests"}
 LONGEST_MODULE = 300
 LONGEST_FUNCTION = 55
+MOST_PARAMETERS = 5
+# Functions that may take more, by file.
+MORE_PARAMETERS = {
+    # Compiled, in the innermost loops: plain numbers and arrays.
+    "src/breaker/mechanism/kernels.py": {"_fill", "_follow", "simulate"},
+    "src/breaker/synthetic/integrator.py": {
+        *("_random", "_forces", "_rates", "_advance", "_margin", "_located", "follow"),
+    },
+    # Sizes of the paper's networks, by their names in the configuration and in saved models.
+    "src/breaker/networks/deep_set.py": {"DeepSet.__init__"},
+    "src/breaker/networks/summary.py": {"TimeSeriesNetwork.__init__"},
+    # To be split with its room.
+    "src/breaker/inspection/proposals.py": {"_motions"},
+}
 HEAVY = {"torch", "numba", "xarray", "scipy", "pandas", "zarr", "matplotlib"}
 
 
@@ -218,6 +232,54 @@ def tall(code: Mapping[str, str]) -> list[str]:
     return wrong
 
 
+@cache
+def parameters(text: str) -> list[tuple[str, int]]:
+    """Name of every function in a text, a method's with its class, and number of parameters."""
+    tree = ast.parse(text)
+    methods = {
+        method: f"{owner.name}."
+        for owner in ast.walk(tree)
+        if isinstance(owner, ast.ClassDef)
+        for method in owner.body
+    }
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+            names = [each.arg for each in arguments]
+            own = node in methods and names[:1] in (["self"], ["cls"])
+            found.append((methods.get(node, "") + node.name, len(names) - own))
+    return found
+
+
+def broad(code: Mapping[str, str]) -> list[str]:
+    """Functions with too many parameters, and names of such that are there no longer."""
+    wrong = []
+    for file, text in code.items():
+        many = {name: count for name, count in parameters(text) if count > MOST_PARAMETERS}
+        allowed = MORE_PARAMETERS.get(file, set())
+        wrong += [f"{file}: {many[name]} parameters of {name}" for name in many.keys() - allowed]
+        wrong += [f"{file}: {name} needs no exemption" for name in allowed - many.keys()]
+    return wrong
+
+
+@cache
+def packed_calls(text: str) -> list[int]:
+    """Lines of calls that unpack a tuple or a list which is written there."""
+    return [
+        node.lineno
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Call)
+        for each in node.args
+        if isinstance(each, ast.Starred) and isinstance(each.value, ast.Tuple | ast.List)
+    ]
+
+
+def packed(code: Mapping[str, str]) -> list[str]:
+    """Calls whose arguments are packed only to be unpacked."""
+    return [f"{file}: line {line}" for file, text in code.items() for line in packed_calls(text)]
+
+
 def breaker_in_networks(code: Mapping[str, str]) -> list[str]:
     """Networks that know of breakers: anything of the package from outside their room."""
     return [
@@ -282,6 +344,14 @@ CHECKS = {
         tall,
         {"model/a.py": "class A:\n    " + LONG_FUNCTION.replace("\n", "\n    ")},
     ),
+    "a broad function": (broad, {"model/a.py": "def f(a, b, /, c, *, d, e=1, f=2):\n    pass"}),
+    "a broad method": (
+        broad,
+        {"model/a.py": "class A:\n    def f(self, a, b, c, *, d, e, f):\n        pass"},
+    ),
+    "an exemption without a function": (broad, {"networks/deep_set.py": ""}),
+    "a packed tuple": (packed, {"model/a.py": "f(1, *(a, b))"}),
+    "a packed list": (packed, {"model/a.py": "def f():\n    g(*[a, b])"}),
     "a network of breakers": (
         breaker_in_networks,
         {"networks/a.py": "from breaker.mechanism import NAMES"},

@@ -29,7 +29,7 @@ import xarray as xr
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, travel
 from breaker.model import Prior, Sensor, generator
-from breaker.records import read_curves
+from breaker.records import Grid, read_curves
 from breaker.synthetic import DIALECTS
 from studies.faults.files import TEXT
 from studies.faults.records import PHYSICAL
@@ -95,9 +95,8 @@ class Good:
 
     def read(self, file: Path) -> xr.Dataset:
         """Read one file as the workflow would."""
-        operations, times = [Operation(1, file)], _SENSOR.times
-        errors = {"noise_sd": _SENSOR.noise_sd, "zero_sd": _SENSOR.zero_sd}
-        return read_curves(operations, self.settings, times, self.motion, **errors)
+        grid = Grid(_SENSOR.times, _SENSOR.noise_sd, _SENSOR.zero_sd)
+        return read_curves([Operation(1, file)], self.settings, grid, self.motion)
 
 
 class Trial(NamedTuple):

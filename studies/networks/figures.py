@@ -142,8 +142,9 @@ def missing(
     right.set(xlabel="posterior sd with missing samples / with all", ylim=(-0.6, q - 0.4))
     right.set_title("wider where it should be?", loc="left")
 
-    text, failed = f"{100 * share:g} % of the samples missing at random", calibration.outside.any()
-    outcome = calibration.words(style.symbols(names))
-    style.heading(figure, motion, text, outcome, failed=bool(failed))
+    text = f"{100 * share:g} % of the samples missing at random"
+    title = style.heading(figure, motion, text, calibration.words(style.symbols(names)))
+    if calibration.outside.any():
+        title.set_color(style.WARNING)
     style.legend_below(figure, handles)
     return figure

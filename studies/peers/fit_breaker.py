@@ -8,7 +8,16 @@ import torch
 import xarray as xr
 
 from breaker.model import generator
-from breaker.posterior import Posterior, Rows, Trainer, convergence, freeze_inputs, records, split
+from breaker.posterior import (
+    Checkpoint,
+    Posterior,
+    Rows,
+    Trainer,
+    convergence,
+    freeze_inputs,
+    records,
+    split,
+)
 from breaker.workflow import chosen_network
 from studies.peers.common import read_settings
 
@@ -66,8 +75,7 @@ class Breaker:
                 validation=Rows.of(validation, self.posterior, device),
                 settings=training,
                 seed=seed,
-                checkpoint=Path(folder) / "state.pt",
-                fingerprint="benchmark",
+                checkpoint=Checkpoint(Path(folder) / "state.pt", "benchmark"),
             )
             trainer.run()
         self.seed = seed

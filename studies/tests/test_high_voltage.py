@@ -11,6 +11,7 @@ from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of
 from breaker.mechanism.size import Size
 from breaker.model.randomness import generator
+from breaker.records.grid import Grid
 from breaker.records.reader import read_curves
 from breaker.shipped import DEFAULTS
 from breaker.synthetic.family import Family
@@ -69,9 +70,8 @@ def test_inspection_leads_to_accepted_records_of_all_phases(exports, overlay, de
             curves = read_curves(
                 operations,
                 config["endurance"]["format"],
-                times,
+                Grid(times, sensor["noise_sd"]),
                 motion,
-                noise_sd=sensor["noise_sd"],
             )
             assert curves.accepted.all(), curves.reason.values
             assert (curves.remarks == "").all(), curves.remarks.values

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.answers.fits import fit_breaker
-from breaker.answers.fitted import fit_type, precision_of, room_for_wear
+from breaker.answers.fitted import fit_type, precision_of, wear_allowance
 from breaker.answers.recorded import read_breakers
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size
@@ -29,7 +29,7 @@ def types(defaults, prior, levels, tmp_path_factory):
         drives = breakers_of(drawn, defaults["rigs"], BREAKERS + FURTHER, rng)
         folder = write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng)
         recorded = read_breakers([folder], MOTIONS, {}, levels)
-        room = room_for_wear(defaults["rigs"]["wear"]["change"], prior)
+        room = wear_allowance(defaults["rigs"]["wear"]["change"], prior)
         names = list(recorded.operations)
         some = {name: recorded.operations[name] for name in names[:BREAKERS]}
         fitted = fit_type(replace(recorded, operations=some), room, 1, LEAST)
@@ -88,7 +88,7 @@ def test_one_breaker_alone_makes_a_wider_prior(types):
 
 
 def test_room_for_wear(defaults, prior):
-    room = room_for_wear(defaults["rigs"]["wear"]["change"], prior)
+    room = wear_allowance(defaults["rigs"]["wear"]["change"], prior)
     by_name = dict(zip(NAMES, room * prior.log_sds, strict=True))
     assert by_name["mu"] == 0.0
     assert by_name["f"] == pytest.approx(-np.log(0.88) / 3.0)

@@ -3,16 +3,18 @@
 import numpy as np
 import pytest
 
-from breaker.family import Levels, Seen
+from breaker.family import Levels, NormalisedRecords
 from breaker.mechanism import MOTIONS, UNIT, Size
 
 
-def record(levels: Levels, motion: str, size: Size = UNIT) -> Seen:
+def record(levels: Levels, motion: str, size: Size = UNIT) -> NormalisedRecords:
     """A shape in the middle of the family, of a drive of a size."""
     way = levels.bases[motion].mean[None]
     stroke, duration = np.exp(levels.usual[:, 0])
     numbers = [size.lengths * stroke, size.times * duration, 3e-3, 0.0, 0.05]
-    return Seen(np.array([True]), way, way > -9.0, *(np.array([each]) for each in numbers))
+    return NormalisedRecords(
+        np.array([True]), way, way > -9.0, *(np.array([each]) for each in numbers)
+    )
 
 
 @pytest.mark.parametrize("known", [False, True])

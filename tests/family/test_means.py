@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from breaker.family.inputs import Basis, without_onset
-from breaker.family.means import see_change, see_mean
+from breaker.family.means import mean_and_change, mean_record
 from breaker.mechanism.parameters import MOTIONS
 from breaker.records import SHAPE_TIMES, Shape
 from breaker.synthetic import family_records
 from breaker.synthetic.family import Family
 from breaker.synthetic.family_bank import simulate_family
-from breaker.synthetic.family_rows import ChangeRows
+from breaker.synthetic.family_rows import ChangeRows, _Pairs
 from tests.raws import raw_of, smooth
 
 DRIVES = 12
@@ -38,7 +38,10 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
     rows, none = ChangeRows(bank), np.zeros(DRIVES, dtype=int)
     motions = np.ones((DRIVES, 2), dtype=bool)
     references, changes, _ = rows._records(
-        *(np.arange(DRIVES), (none, none + 1), motions, np.random.default_rng(2), (3e-4, 3e-3)),
+        _Pairs(np.arange(DRIVES), none, none + 1),
+        motions,
+        np.random.default_rng(2),
+        (3e-4, 3e-3),
         odd=False,
     )
     each = iter(samples)  # by motion, all before and then all after
@@ -52,11 +55,11 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
             for c in (0, 1)
         ]
         for d, both in enumerate(zip(*visits, strict=True)):
-            reference, change = see_change(*([one] for one in both), BASIS)
+            reference, change = mean_and_change(*([one] for one in both), BASIS)
             for found, trained in ((reference, references[motion]), (change, changes[motion])):
                 assert found.present[0].tolist() == trained.present[d].tolist()
                 np.testing.assert_allclose(found.way[0], trained.way[d], rtol=0, atol=1e-9)
-            mean = see_mean([both[0]]).seen  # without the scatter of operations
+            mean = mean_record([both[0]]).seen  # without the scatter of operations
             noise.append(mean.noise[0] / references[motion].noise[d])
             assert reference.stroke[0] == pytest.approx(references[motion].stroke[d])
             assert reference.duration[0] == pytest.approx(references[motion].duration[d])
@@ -67,12 +70,12 @@ def test_measured_records_are_seen_as_those_of_the_training(bank, monkeypatch):
 def test_a_mean_has_less_noise_and_neither_onset_nor_gap():
     rng = np.random.default_rng(3)
     one, many = (
-        see_mean([smooth(rng, late=0.1 * k, until=60.0 - 4.0 * k) for k in range(n)]).seen
+        mean_record([smooth(rng, late=0.1 * k, until=60.0 - 4.0 * k) for k in range(n)]).seen
         for n in (1, 9)
     )
     assert many.noise[0] == pytest.approx(one.noise[0] / 3.0, rel=0.2)
-    clean = see_mean([smooth(rng, noise=1e-9)], UNITS).seen
-    own = see_mean([smooth(rng)] * 2, UNITS)
+    clean = mean_record([smooth(rng, noise=1e-9)], UNITS).seen
+    own = mean_record([smooth(rng)] * 2, UNITS)
     there = own.seen.present & clean.present
     left = without_onset(clean.way, own.seen.way, there)
     assert np.abs(left).max() < 5.0 * one.noise[0]
@@ -88,7 +91,7 @@ def test_scatter_of_operations_is_noise_of_their_means():
         visits = [
             [smooth(rng, bump=bump * rng.standard_normal()) for _ in range(n)] for n in counts
         ]
-        return [float(each.noise[0]) for each in see_change(*visits, BASIS)]
+        return [float(each.noise[0]) for each in mean_and_change(*visits, BASIS)]
 
     steady, scattering, single = noise(0.0, (6, 6)), noise(0.1, (6, 6)), noise(0.1, (1, 6))
     assert scattering[0] > 5.0 * steady[0]

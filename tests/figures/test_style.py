@@ -54,7 +54,7 @@ def test_settings_are_left_alone_and_not_taken_over():
 def test_names_of_limits_are_no_mathematics():
     name = r"50_\$ or $x^{ <b>`*ü"
     data = xr.Dataset({}, {"limit": [name], "operation": [1, 2]})
-    figure, (axis,) = style.limit_panels(data, ["f below 1"], "probability", height=2.0)
+    figure, (axis,) = style.limit_panels(data, ["f below 1"], height=2.0)
     figure.canvas.draw()  # mathematics would raise
     assert axis.get_title("left") == r"50_\\$ or \$x^{ <b>`*ü: $f$ below 1"
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from breaker.figures import pairs, style, validation
 from breaker.mechanism.parameters import outputs
@@ -104,7 +105,11 @@ def test_recovery_has_the_truth_across():
 def test_pairs_have_column_across_and_row_up():
     draws, truth = inferred(FOUR)
     strength = correlation(draws[0], log=np.full(4, True))
-    figure = pairs.pairs(truth, draws[0], truth[0], FOUR, motion="closing", correlation=strength)
+    case = xr.Dataset(
+        {"draws": (("draw", "output"), draws[0]), "truth": ("output", truth[0])},
+        {"output": list(FOUR)},
+    )
+    figure = pairs.pairs(case, truth, motion="closing", correlation=strength)
     grid = np.reshape(figure.axes, (4, 4))
     for (row, column), axis in np.ndenumerate(grid):
         if row < column:

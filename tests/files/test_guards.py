@@ -20,6 +20,7 @@ from breaker.files.guards import (
 )
 from breaker.files.manifest import Operation
 from breaker.records.export import write_curve
+from breaker.records.grid import Grid
 from breaker.records.reader import read_curves
 from breaker.stores import open_store, save
 
@@ -162,7 +163,7 @@ def test_a_file_that_cannot_be_read_is_one_row_that_can_be_stored(tmp_path):
     files = [tmp_path / name for name in (*made, "within.zarr")] + [odd, fine]
     operations = [Operation(i, file) for i, file in enumerate(files, start=1)]
 
-    curves = read_curves(operations, {}, np.arange(-2.0, 58.0, 0.4), "closing")
+    curves = read_curves(operations, {}, Grid(np.arange(-2.0, 58.0, 0.4)), "closing")
     assert curves.accepted.values.tolist() == [False] * (len(files) - 1) + [True]
     save(curves, tmp_path / "curves.zarr")
     read = open_store(tmp_path / "curves.zarr").load()

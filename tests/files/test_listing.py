@@ -8,6 +8,7 @@ import pytest
 
 from breaker.files.listing import fingerprint, list_known, list_operations, record_files
 from breaker.files.manifest import Operation
+from breaker.records.grid import Grid
 from breaker.records.reader import read_curves
 
 
@@ -244,7 +245,7 @@ def test_several_operations_of_one_file_are_read_by_their_rows(tmp_path):
     for motion in ("closing", "opening"):
         for phase in ("L1", "L2"):
             operations = list_operations(tmp_path, motion, phase=phase)
-            curves = read_curves(operations, {}, np.arange(-2.0, 58.0, 0.4), motion)
+            curves = read_curves(operations, {}, Grid(np.arange(-2.0, 58.0, 0.4)), motion)
             assert curves.accepted.all(), curves.reason.values
             begins[motion, phase] = curves.first_motion.item()
             assert curves.operation.values.tolist() == [9]

@@ -12,6 +12,7 @@ from breaker.inspection.layouts import LayoutError
 from breaker.inspection.proposals import InspectionError, inspect_file
 from breaker.inspection.timing import stated_rates
 from breaker.inspection.wording import overlay_of, report_of
+from breaker.records.grid import Grid
 from breaker.records.reader import read_curves
 from breaker.synthetic.dialects import ANGLES, DIALECTS
 from breaker.synthetic.rigs import Rig
@@ -54,7 +55,7 @@ def cells(values, digits=3):
 
 
 def read(file, settings, motion="closing"):
-    curves = read_curves([Operation(1, file)], settings, TIMES, motion)
+    curves = read_curves([Operation(1, file)], settings, Grid(TIMES), motion)
     assert curves.accepted.all(), curves.reason.values
     return curves
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from breaker.mechanism import Size, travel
-from breaker.model import Contact, Facts, Model, linearise_beside
+from breaker.model import Contact, Facts, Model, linearise_auxiliary
 from tests.model.laws import covariance
 from tests.networks_fixtures import PRIOR
 
@@ -53,7 +53,7 @@ def test_record_and_time_are_one_gaussian(model, missing):
     datum = np.append(record, contact.time)[there]
     normal = multivariate_normal(np.zeros(there.sum()), whole[np.ix_(there, there)])
     expected = model.log_prior(z) + normal.logpdf(datum - means[:, there])
-    found = model.knowing(contact=contact).log_joint(z, record)
+    found = model.conditioned_on(contact=contact).log_joint(z, record)
     np.testing.assert_allclose(found, expected, rtol=1e-9)
     onset = model.destandardise(z)[:, 7]
     faulty = model.log_joint(z, record) + contact.log_density(means[:, -1] - onset)
@@ -63,10 +63,10 @@ def test_record_and_time_are_one_gaussian(model, missing):
 def test_nothing_known_changes_nothing(model):
     record = some_record(model, 2)
     z = 0.4 * np.random.default_rng(2).standard_normal((8, 8))
-    nothing = model.knowing(Facts.from_settings({}))
+    nothing = model.conditioned_on(Facts.from_settings({}))
     assert nothing.facts is None
     np.testing.assert_array_equal(nothing.log_joint(z, record), model.log_joint(z, record))
-    assert model.residuals_beside(z).shape == (8, 0)
+    assert model.auxiliary_residuals(z).shape == (8, 0)
 
 
 def test_a_contact_that_does_not_switch_excludes_its_parameters(model):
@@ -76,9 +76,9 @@ def test_a_contact_that_does_not_switch_excludes_its_parameters(model):
     )
     z, record = np.zeros((1, 8)), np.zeros(SAMPLES)
     assert np.isfinite(model.log_joint(z, record)).all()
-    known = model.knowing(contact=CONTACT)
+    known = model.conditioned_on(contact=CONTACT)
     assert known.log_joint(z, record).tolist() == [-np.inf]
-    residuals, slopes = linearise_beside(known, z[0])
+    residuals, slopes = linearise_auxiliary(known, z[0])
     assert not residuals.any()
     assert not slopes.any()
 
@@ -93,8 +93,8 @@ def test_any_size(model):
     """The density of a stretched record and time is that of the small one, per unit of each."""
     size = Size(lengths=7.0, times=3.0)
     record, z = some_record(model, 3), 0.3 * np.random.default_rng(4).standard_normal((6, 8))
-    small = model.knowing(contact=Contact(10.0, 0.1)).log_joint(z, record)
-    large = model.sized(size).knowing(contact=Contact(30.0, 0.3)).log_joint(z, 7.0 * record)
+    small = model.conditioned_on(contact=Contact(10.0, 0.1)).log_joint(z, record)
+    large = model.sized(size).conditioned_on(contact=Contact(30.0, 0.3)).log_joint(z, 7.0 * record)
     there = np.sum(~np.isnan(record))
     np.testing.assert_allclose(large, small - there * np.log(7.0) - np.log(3.0), rtol=1e-9)
 
@@ -103,9 +103,9 @@ def test_derivatives_lead_to_the_mode(model):
     """Those beside the record, against differences of the joint density less that of the record."""
     contact = Contact(10.4 if model.motion == "closing" else 2.3, 0.1)
     facts = Facts.from_settings({"mu": [2.4, 0.07], "wipe": [3.5, 0.3]})
-    known, record = model.knowing(facts, contact), some_record(model, 3)
+    known, record = model.conditioned_on(facts, contact), some_record(model, 3)
     z = 0.3 * np.random.default_rng(6).standard_normal(8)
-    residuals, slopes = linearise_beside(known, z)
+    residuals, slopes = linearise_auxiliary(known, z)
     assert residuals.shape == (3,)
     step = 1e-5 * np.eye(8)
     parts = [known.log_joint(z + s, record) - model.log_joint(z + s, record) for s in (step, -step)]

@@ -33,10 +33,10 @@ def test_facts_multiply_the_density(model):
         "part_time": evaluate(["part_time"], theta, "opening")[:, 0],
     }
     expected = sum(norm.logpdf(columns[name], *each) for name, each in SETTINGS.items())
-    found = model.knowing(Facts.from_settings(SETTINGS)).log_joint(z, record)
+    found = model.conditioned_on(Facts.from_settings(SETTINGS)).log_joint(z, record)
     np.testing.assert_allclose(found, model.log_joint(z, record) + expected, rtol=1e-10)
     swapped = Facts.from_settings({name: each[::-1] for name, each in SETTINGS.items()})
-    assert np.abs(model.knowing(swapped).log_joint(z, record) - found).max() > 1.0
+    assert np.abs(model.conditioned_on(swapped).log_joint(z, record) - found).max() > 1.0
 
 
 def test_speeds_of_any_definition():
@@ -67,9 +67,11 @@ def test_facts_are_in_units_of_the_real_drive(model):
     large = Facts.from_settings(
         {"mu": [2.4, 0.07], "L": [102.0, 2.0], "f": [0.8 * force, 0.05 * force]}
     )
-    one = model.knowing(small).log_joint(z, record) - model.log_joint(z, record)
+    one = model.conditioned_on(small).log_joint(z, record) - model.log_joint(z, record)
     bigger = model.sized(size)
-    other = bigger.knowing(large).log_joint(z, 10 * record) - bigger.log_joint(z, 10 * record)
+    other = bigger.conditioned_on(large).log_joint(z, 10 * record) - bigger.log_joint(
+        z, 10 * record
+    )
     np.testing.assert_allclose(other, one - np.log(10.0) - np.log(force), rtol=1e-9)
 
 

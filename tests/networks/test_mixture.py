@@ -14,7 +14,7 @@ SIZES = {"width": 12, "blocks": 2, "features": 6, "components": 3, "head": 5}
 
 def network(atoms: int = 0, seed: int = 3, size: float = 0.2) -> FamilyNetwork:
     """An untrained network with random weights of some size."""
-    made = FamilyNetwork(SIZES, "levels", 4, 3, atoms=atoms, seed=seed)
+    made = FamilyNetwork(SIZES, "levels", (4, 3), atoms=atoms, seed=seed)
     rng = torch.Generator().manual_seed(seed)
     with torch.no_grad():
         for weight in made.parameters():

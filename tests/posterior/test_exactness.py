@@ -17,7 +17,14 @@ from breaker.model.randomness import generator
 from breaker.model.sensor import Sensor
 from breaker.posterior.exactness import correct_operations, correct_validation, judge, p_values
 from breaker.posterior.predictive import coordinates, summaries
-from breaker.posterior.tables import ABSENT, beside, choose, summary, table, table_of_both
+from breaker.posterior.tables import (
+    ABSENT,
+    select_posterior,
+    stack_posteriors,
+    summary,
+    table,
+    table_of_both,
+)
 from breaker.posterior.weights import importance
 from breaker.records.opened import open_curves
 from breaker.stores import save
@@ -299,12 +306,12 @@ DRAWN += ["far_onset"]
 
 @pytest.fixture(scope="module")
 def both(inferred, operations):
-    return beside(inferred, operations)
+    return stack_posteriors(inferred, operations)
 
 
 def test_other_operations_are_not_put_beside(inferred, operations):
     with pytest.raises(ValueError, match="operation"):
-        beside(inferred.isel(operation=slice(4)), operations)
+        stack_posteriors(inferred.isel(operation=slice(4)), operations)
 
 
 def test_either_posterior_is_given_back(inferred, operations, both):
@@ -313,11 +320,11 @@ def test_either_posterior_is_given_back(inferred, operations, both):
     assert both.posterior.values.tolist() == ["amortised", "corrected"]
     assert both.attrs == operations.attrs
     for posterior, expected in (("amortised", inferred), ("corrected", operations)):
-        found = choose(both, posterior)
+        found = select_posterior(both, posterior)
         assert found.posterior.item() == posterior
         xr.testing.assert_identical(found.drop_vars("posterior"), expected)
     with pytest.raises(KeyError):
-        choose(both, "exact")
+        select_posterior(both, "exact")
 
 
 def test_table_of_both_is_tidy(inferred, operations, both):

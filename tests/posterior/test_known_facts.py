@@ -78,7 +78,7 @@ def test_times_of_the_contact_weigh_the_draws_of_their_record(model, curves, una
     for i in range(2):
         z = model.standardise(unaware.draws.values[i].astype(float))
         record = data.travel.values[i]
-        known = model.knowing(contact=Contact(float(data.contact_time[i]), 0.1))
+        known = model.conditioned_on(contact=Contact(float(data.contact_time[i]), 0.1))
         weight = known.log_joint(z, record) - model.log_joint(z, record)
         assert agree(model, found, unaware, weight, i) < 4.2
         assert agree(model, unaware, unaware, weight, i) > 4.2
@@ -89,7 +89,9 @@ def test_narrow_facts_far_from_a_network_s_draws(model, curves, unaware):
     """A network knows nothing of them: its draws are far off, and yet records resolve."""
     facts = Facts.from_settings({"mu": [2.9, 0.03], "L": [10.6, 0.05]})
     network = unaware.isel(draw=slice(200))
-    far = correct_operations(model.knowing(facts), timed(model, network, 0.02), SETTINGS, **COMMON)
+    far = correct_operations(
+        model.conditioned_on(facts), timed(model, network, 0.02), SETTINGS, **COMMON
+    )
     assert far.resolved.values.all()
     off = facts.residuals(far["median"].values[:, :7])
     assert np.abs(off).max() < 4.0
@@ -108,7 +110,7 @@ def test_times_that_the_record_contradicts_are_remarked(model, curves):
     times = expected.switching + 0.1 * rng.standard_normal(300)
 
     def surprises(times):
-        known = [model.knowing(contact=Contact(float(time), 0.1)) for time in times]
+        known = [model.conditioned_on(contact=Contact(float(time), 0.1)) for time in times]
         return [surprise(each, record) for each, record in zip(known, records, strict=True)]
 
     own, other = surprises(times), surprises(np.roll(times, 1))
@@ -126,7 +128,7 @@ def test_times_that_the_record_contradicts_are_remarked(model, curves):
 def test_nothing_known_changes_nothing(model, curves, unaware):
     network = unaware.isel(draw=slice(200))
     untimed = timed(model, network).assign(contact_time=("operation", np.full(3, np.nan)))
-    unknown = model.knowing(Facts.from_settings({}))
+    unknown = model.conditioned_on(Facts.from_settings({}))
     plain = correct_operations(model, network, SETTINGS, **COMMON)
     none = correct_operations(unknown, untimed, SETTINGS, **COMMON)
     np.testing.assert_array_equal(none.draws.values, plain.draws.values)

@@ -71,7 +71,7 @@ def test_a_narrow_fact_moves_the_mode(models):
     model = models["closing"]
     z, records = simulated(model)
     known = 1.3 * model.destandardise(z[0])[NAMES.index("mu")]
-    informed = model.knowing(Facts.from_settings({"mu": [known, 1e-3]}))
+    informed = model.conditioned_on(Facts.from_settings({"mu": [known, 1e-3]}))
     highest, precision = mode(informed, records[0])
     found = model.destandardise(highest)[NAMES.index("mu")]
     assert abs(found - known) < 5e-3

@@ -39,10 +39,10 @@ def test_a_resumed_training_is_the_uninterrupted_one(trainer, step):
     """Bit for bit: weights, losses, history. A second kill changes nothing either."""
     whole = trainer()
     history = whole.run()
-    whole.checkpoint.unlink()
+    whole.checkpoint.file.unlink()
 
     kill(trainer, step)
-    assert whole.checkpoint.exists() == (step >= 4)
+    assert whole.checkpoint.file.exists() == (step >= 4)
     if step == 8:
         kill(trainer, 9)
     resumed = trainer()
@@ -50,14 +50,14 @@ def test_a_resumed_training_is_the_uninterrupted_one(trainer, step):
     assert resumed.step == 10
     assert same(weights(whole), weights(resumed))
     assert resumed_history.identical(history)
-    assert [*resumed.checkpoint.parent.iterdir()] == [resumed.checkpoint]
+    assert [*resumed.checkpoint.file.parent.iterdir()] == [resumed.checkpoint.file]
 
 
 def test_resuming_is_said(trainer, capsys):
     kill(trainer, 7)
     training = trainer()
     training.run()
-    assert f"going on from step 4 of {training.checkpoint}" in capsys.readouterr().out
+    assert f"going on from step 4 of {training.checkpoint.file}" in capsys.readouterr().out
 
 
 def test_a_checkpoint_of_another_training_is_ignored_and_said(trainer, capsys):
@@ -66,10 +66,10 @@ def test_a_checkpoint_of_another_training_is_ignored_and_said(trainer, capsys):
     training = trainer()
     training.run()
     text = capsys.readouterr().out
-    assert f"{training.checkpoint} is of another training; starting anew" in text
-    state = torch.load(training.checkpoint, weights_only=True)
+    assert f"{training.checkpoint.file} is of another training; starting anew" in text
+    state = torch.load(training.checkpoint.file, weights_only=True)
     assert (state["fingerprint"], state["step"]) == ("this one", 8)
-    training.checkpoint.unlink()
+    training.checkpoint.file.unlink()
     fresh = trainer()
     fresh.run()
     assert same(weights(training), weights(fresh))
@@ -88,7 +88,7 @@ def test_a_checkpoint_is_written_whole_or_not_at_all(trainer, monkeypatch):
     """A kill in the middle of writing leaves the checkpoint before."""
     kill(trainer, 7)
     training = trainer()
-    before = training.checkpoint.read_bytes()
+    before = training.checkpoint.file.read_bytes()
 
     def torn(state, path):
         Path(path).write_bytes(b"half a")
@@ -98,13 +98,13 @@ def test_a_checkpoint_is_written_whole_or_not_at_all(trainer, monkeypatch):
         patch.setattr(torch, "save", torn)
         with pytest.raises(Killed):
             training.run()
-    assert training.checkpoint.read_bytes() == before
+    assert training.checkpoint.file.read_bytes() == before
 
 
 def test_a_checkpoint_is_data_and_never_run(trainer, tmp_path):
     training, trap = trainer(), tmp_path / "ran"
-    training.checkpoint.parent.mkdir()
-    torch.save({"fingerprint": Trap(trap)}, training.checkpoint)
+    training.checkpoint.file.parent.mkdir()
+    torch.save({"fingerprint": Trap(trap)}, training.checkpoint.file)
     with pytest.raises(UNREADABLE):
         training.run()
     assert not trap.exists()
@@ -115,8 +115,8 @@ def test_a_checkpoint_that_cannot_be_read_stops_the_training(trainer, share):
     """Never a silent start from the beginning, nor one from half a state."""
     kill(trainer, 7)
     training = trainer()
-    content = training.checkpoint.read_bytes()
-    training.checkpoint.write_bytes(content[: int(share * len(content))])
+    content = training.checkpoint.file.read_bytes()
+    training.checkpoint.file.write_bytes(content[: int(share * len(content))])
     with pytest.raises(UNREADABLE):
         training.run()
     assert training.step == 0

@@ -130,7 +130,7 @@ def test_an_evaluation_leaves_the_training_alone(trainer):
     often, seldom = trainer(evaluate_every=2), trainer(evaluate_every=10)
     for training in (often, seldom):
         training.run()
-        training.checkpoint.unlink()
+        training.checkpoint.file.unlink()
     assert often.losses == seldom.losses
     assert all(map(torch.equal, often.ema, seldom.ema))
 

@@ -6,7 +6,7 @@ import pytest
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model import Prior, generator
-from breaker.records.doubtful import doubtful_samples, told
+from breaker.records.doubtful import doubtful_samples, doubts_in_words
 from breaker.records.scale import seen_quantum
 from breaker.shipped import DEFAULTS
 from breaker.synthetic import Family
@@ -161,8 +161,8 @@ def test_what_is_no_record_is_no_error(share):
 def test_doubts_are_told_with_their_times():
     kinds = np.full(100, "", dtype="U12")
     kinds[[7, 30, 31, 32, 50, 60, 70]] = "spike", *3 * ["jump"], *3 * ["spike"]
-    assert told(0.1 * np.arange(100), kinds) == (
+    assert doubts_in_words(0.1 * np.arange(100), kinds) == (
         "7 samples that no sensor of this stroke gives: spike at 0.7 ms, jump at 3 to 3.2 ms, "
         "spike at 5 ms, spike at 6 ms, and 1 more places"
     )
-    assert told(np.arange(3.0), np.full(3, "")) == ""
+    assert doubts_in_words(np.arange(3.0), np.full(3, "")) == ""

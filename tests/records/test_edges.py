@@ -7,8 +7,9 @@ from breaker.files.manifest import Operation
 from breaker.files.settings import complete
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
-from breaker.records.edges import events_of, switching_of, trigger_of
+from breaker.records.edges import LocatedMotion, events_of, switching_of, trigger_of
 from breaker.records.errors import UnusableError
+from breaker.records.grid import Grid
 from breaker.records.reader import read_curves
 from breaker.records.segments import Segment
 
@@ -80,10 +81,7 @@ def events(operation=None, channels=None, motion="closing", **settings):
     found, said = events_of(
         Operation(1, "a.csv", **known),
         complete(settings),
-        motion,
-        TIME,
-        SEGMENT,
-        MOVES,
+        LocatedMotion(motion, TIME, SEGMENT, MOVES),
         channels or {},
     )
     return found, said
@@ -149,7 +147,7 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
         Operation(3, tmp_path / "a.csv", switching=3.0),
         Operation(4, tmp_path / "none.csv"),
     ]
-    found = read_curves(operations, settings, sensor.times, motion)
+    found = read_curves(operations, settings, Grid(sensor.times), motion)
     assert found.accepted.values.tolist() == [True, True, False, False]
     expected = switches - found.first_motion.values[:2] + [0.0, 1.0]
     np.testing.assert_allclose(found.contact_time.values[:2], expected, atol=0.051)
@@ -160,9 +158,9 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
         assert found[name].attrs["unit"] == "ms"
     column = "touch_time" if motion == "closing" else "part_time"
     assert f"{column} is 3 ms in operations.csv" in str(found.reason.values[2])
-    without = read_curves(operations[:1], {"time_unit": "ms"}, sensor.times, motion)
+    without = read_curves(operations[:1], {"time_unit": "ms"}, Grid(sensor.times), motion)
     assert np.isnan(without.contact_time.values).all()
     np.testing.assert_array_equal(without.travel.values, found.travel.values[:1])
     missing = {**settings, "contact_column": "mian"}
-    lacking = read_curves(operations[:1], missing, sensor.times, motion)
+    lacking = read_curves(operations[:1], missing, Grid(sensor.times), motion)
     assert "no line has 'mian'" in str(lacking.reason.values[0])

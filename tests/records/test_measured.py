@@ -13,6 +13,7 @@ from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import speeds_of
 from breaker.model.randomness import generator
 from breaker.records.export import write_curve
+from breaker.records.grid import Grid
 from breaker.records.landmarks import first_motion
 from breaker.records.measured import Contact, Reading, measure_curve, variables
 from breaker.records.noise import noise_at_rest
@@ -196,7 +197,7 @@ def test_dataset_of_files(prior, tmp_path):
         files.append(Operation(number, tmp_path / f"operation_{number}.csv"))
         write_curve(files[-1].file, time, curve, motion="opening", operation=number)
     files[1].file.write_text("nothing")
-    curves = read_curves(files, {}, np.linspace(-2.0, 58.0, 151), "opening", speeds=SPEEDS)
+    curves = read_curves(files, {}, Grid(np.linspace(-2.0, 58.0, 151)), "opening", speeds=SPEEDS)
     names = list(quantities_of("opening", SPEEDS, SOURCES))
     assert curves["quantity"].values.tolist() == names
     assert curves.quantity_unit.sel(quantity="opening_speed_mean").item() == "mm/ms"

@@ -16,6 +16,7 @@ from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 from breaker.records.export import write_curve
+from breaker.records.grid import Grid
 from breaker.records.opened import open_curves
 from breaker.records.reader import read_curves, read_record
 from breaker.records.scale import Scale
@@ -65,7 +66,7 @@ def read_curve(file, settings, times, motion):
     """Travel on the grid, ``(t,)``, and the file's time that is 0 on it."""
     settings = complete(settings)
     scale = Scale.from_settings(settings)
-    gridded = read_record(Operation(12, file), settings, scale, times, motion).gridded
+    gridded = read_record(Operation(12, file), settings, scale, Grid(times), motion).gridded
     return gridded.travel, gridded.start
 
 
@@ -250,7 +251,7 @@ def test_any_rate_is_read(file, prior, times, rate, motion):
     time, exact = record(prior, motion, step=1.0 / rate, noise=0.0)
     noisy = exact + 0.05 * generator(3, "any rate").standard_normal(exact.size)
     write_curve(file, time, noisy, motion=motion, operation=1)
-    curves = read_curves([Operation(1, file)], FORMAT | {"rate": rate}, times, motion)
+    curves = read_curves([Operation(1, file)], FORMAT | {"rate": rate}, Grid(times), motion)
     assert curves.accepted.item(), curves.reason.item()
     assert curves.rate.item() == pytest.approx(rate, rel=1e-3)
     there = ~np.isnan(curves.travel.values[0])
@@ -281,7 +282,7 @@ def folder(tmp_path, prior):
 
 def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
     caplog.set_level(logging.WARNING, logger="breaker")  # a command before may have silenced it
-    curves = read_curves(folder, FORMAT, times, "closing")
+    curves = read_curves(folder, FORMAT, Grid(times), "closing")
     sizes = {"operation": 5, "time": times.size, "quantity": 7}
     assert dict(curves.sizes) == sizes | {"sample": curves.sizes["sample"]}
     assert curves.operation.values.tolist() == [1, 2, 3, 4, 5]
@@ -304,7 +305,7 @@ def test_rejected_operations_stay_and_the_rest_goes_on(folder, times, caplog):
 
 def stored(operations, times, store):
     """Read files and keep what is read."""
-    curves = read_curves(operations, FORMAT, times, "closing")
+    curves = read_curves(operations, FORMAT, Grid(times), "closing")
     save(describe(curves, "measured closing curves", format=FORMAT), store)
     return store
 
@@ -320,7 +321,7 @@ def test_if_all_are_rejected_it_is_an_error_with_the_first_reasons(folder, tmp_p
 
 
 def test_chunks_of_operations_are_opened_as_one(folder, tmp_path, times):
-    whole = read_curves(folder, FORMAT, times, "closing")
+    whole = read_curves(folder, FORMAT, Grid(times), "closing")
     parts = enumerate((folder[:1], folder[1:]))
     together = open_curves([stored(part, times, tmp_path / f"{k}.zarr") for k, part in parts])
     for name in whole.data_vars:

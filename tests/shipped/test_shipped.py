@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from breaker.family import is_of
+from breaker.family import trained_on
 from breaker.shipped import CARD, DEFAULTS, FAMILIES, KINDS, model_file
 from breaker.workflow.configuration import load
 
@@ -40,9 +40,9 @@ def test_the_defaults_that_ship_are_those_of_the_project(monkeypatch):
 def test_the_networks_that_ship_are_those_of_the_configuration(family, kind):
     config, file = load([DEFAULTS, *OVERLAYS[family]]), model_file(family, kind)
     assert ship.unfit(file, config, kind) == []
-    assert is_of(file, config["prior"], {**config["family"], "drives": 10})
-    assert not is_of(file, config["prior"], {**config["family"], "model": 0.2})
-    assert not is_of(file, {**config["prior"], "mu": {"median": 1.0}}, config["family"])
+    assert trained_on(file, config["prior"], {**config["family"], "drives": 10})
+    assert not trained_on(file, config["prior"], {**config["family"], "model": 0.2})
+    assert not trained_on(file, {**config["prior"], "mu": {"median": 1.0}}, config["family"])
 
 
 def test_all_of_them_together_are_small():

@@ -12,6 +12,7 @@ from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.quantities import evaluate
 from breaker.model.joint import Model
 from breaker.posterior.laplace import mode
+from breaker.records.grid import Grid
 from breaker.records.landmarks import main_motion
 from breaker.records.reader import read_curves
 from breaker.synthetic.failure_times import failures, true_lives
@@ -179,7 +180,7 @@ def test_its_files_are_read_by_the_reader(rig, motion, tmp_path, defaults):
     settled(rig, operations=3).run(motion, tmp_path / motion)
     files = list_operations(tmp_path, motion)
     assert [each.number for each in files] == [1, 2, 3]
-    curves = read_curves(files, defaults["endurance"]["format"], TIMES, motion)
+    curves = read_curves(files, defaults["endurance"]["format"], Grid(TIMES), motion)
     assert curves.accepted.all(), curves.reason.values
     assert np.abs(curves.first_motion.values - rig.settings["sensor"]["lead"]).max() < 3.0
 

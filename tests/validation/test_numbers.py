@@ -8,6 +8,7 @@ import xarray as xr
 from breaker.mechanism.parameters import PARAMETERS
 from breaker.model.randomness import generator
 from breaker.validation.numbers import (
+    MotionResults,
     numbers_of_all,
     numbers_of_life,
     numbers_of_motion,
@@ -77,7 +78,7 @@ def tables():
 
 @pytest.fixture(scope="module")
 def found(tables):
-    return numbers_of_motion(*tables)
+    return numbers_of_motion(MotionResults(*tables))
 
 
 @pytest.mark.parametrize(
@@ -125,7 +126,7 @@ def test_a_changed_table_changes_the_numbers(found):
 
 
 def test_real_records_have_no_truth(found, tables):
-    measured = numbers_of_motion(*tables[:-1])
+    measured = numbers_of_motion(MotionResults(*tables[:-1]))
     assert set(found) - set(measured) == {
         *("difference.lowest", "difference.highest"),
         *(f"drift.{name}" for name in NAMES),

@@ -64,7 +64,7 @@ def test_a_change_comes_back_as_the_curve_that_it_was(seen):
     change = np.zeros((1, curve.variance.size))
     change[0, :3] = 5.0, -2.0, 1.0
     way = curve.mean + curve.change(change)
-    again = curve.see(way, np.ones_like(way, dtype=bool))
+    again = curve.project(way, np.ones_like(way, dtype=bool))
     basis = a_basis()
     slope = np.gradient(curve.mean, SHAPE_TIMES)
     free = np.stack([np.ones(G), slope]) @ basis.directions[: len(curve.variance)].T
@@ -94,12 +94,12 @@ def test_few_records_take_the_scatter_that_is_usual():
     series, _ = a_series()
     few = Series(series.operations, series.motions, np.arange(3), {})
     curve = Coordinates.of(few, {"closing": a_basis()}).curves["closing"]
-    values = curve.see(series.motions["closing"].way, series.motions["closing"].present)
+    values = curve.project(series.motions["closing"].way, series.motions["closing"].present)
     assert 0.3 < np.median(values[:, :12].std(axis=0)) < 4.0
 
 
 def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):
     _series, _, coordinates = seen
     curve = coordinates.curves["closing"]
-    one = curve.told_noise(np.ones(curve.variance.size))
+    one = curve.input_noise(np.ones(curve.variance.size))
     assert curve.noise == pytest.approx(one / np.sqrt(199), rel=0.01)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.family import open_network, seen_of
+from breaker.family import network_record, open_network
 from breaker.mechanism import MOTIONS, NAMES, Limit
 from breaker.records import measure_curve, shape_of
 from breaker.shipped import KINDS, model_file
@@ -35,7 +35,7 @@ def a_series(worn=20.0, seed=1):
             record = record + 0.05 * rng.standard_normal(TIMES.size)
             like = like or shape_of(sign * record, STEP)
             shape = shape_of(sign * record, STEP, like)
-            noise = seen_of(shape, 0.05, 0.0, STEP, like).noise[0]
+            noise = network_record(shape, 0.05, 0.0, STEP, like).noise[0]
             time = measure_curve(TIMES, record, motion)["travel_time"].value
             rows.append((shape.way, shape.present, noise, time))
         way, present, noise, time = (np.array(each) for each in zip(*rows, strict=True))

@@ -10,8 +10,8 @@ from breaker.wear import (
     LIMITS,
     change_table,
     decide,
-    known_of,
     limit_table,
+    operation_metadata,
     standing,
 )
 from tests.lives import OPERATIONS, a_life
@@ -30,7 +30,9 @@ def curves(**columns):
 
 def tables(life=None, **columns):
     life = a_life() if life is None else life
-    known = known_of({"closing": curves(**columns), "opening": curves()}, life.operation.values)
+    known = operation_metadata(
+        {"closing": curves(**columns), "opening": curves()}, life.operation.values
+    )
     stands = standing(life, PLANNING, np.full(OPERATIONS.size, np.nan))
     return decide(life, stands, known), limit_table(life, stands), change_table(life)
 

@@ -2,7 +2,7 @@
 
 import os
 
-from breaker.family import is_of
+from breaker.family import trained_on
 from breaker.mechanism import Size, speeds_of
 from breaker.shipped import FAMILIES, KINDS, model_file
 from breaker.workflow import missing_packages
@@ -93,7 +93,7 @@ def judged_family(origin, sources):
 def judged_shipped(wildcards):
     """The same of the networks that ship; nothing where they are of another prior or family."""
     name, drives = config["family"]["name"], (config["prior"], config["family"])
-    fit = name in FAMILIES and all(is_of(model_file(name, kind), *drives) for kind in KINDS)
+    fit = name in FAMILIES and all(trained_on(model_file(name, kind), *drives) for kind in KINDS)
     return judged_family("shipped", SOURCES[-1:]) if fit else []
 
 

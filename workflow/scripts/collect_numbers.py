@@ -3,10 +3,15 @@
 import pandas as pd
 
 from breaker.mechanism import from_list, speeds_of
-from breaker.posterior import choose
+from breaker.posterior import select_posterior
 from breaker.stores import open_store
 from breaker.synthetic import failures
-from breaker.validation import numbers_of_all, numbers_of_life, numbers_of_motion
+from breaker.validation import (
+    MotionResults,
+    numbers_of_all,
+    numbers_of_life,
+    numbers_of_motion,
+)
 from breaker.workflow import start
 
 log = start(snakemake)
@@ -15,14 +20,16 @@ params, files = snakemake.params, snakemake.input
 tables = [pd.read_csv(file) for file in files.quality]
 found = numbers_of_all(pd.concat(tables))
 for i, motion in enumerate(params.motions):
-    numbers = numbers_of_motion(
-        tables[i],
-        pd.read_csv(files.exactness[i]),
-        *(open_store(files[kind][i]) for kind in ("prior", "validation")),
-        choose(open_store(files.operations[i]), "corrected"),
-        open_store(files.predictive[i]),
-        open_store(files.truth).sel(motion=motion) if files.truth else None,
+    results = MotionResults(
+        quality=tables[i],
+        exactness=pd.read_csv(files.exactness[i]),
+        prior=open_store(files.prior[i]),
+        validation=open_store(files.validation[i]),
+        operations=select_posterior(open_store(files.operations[i]), "corrected"),
+        predictive=open_store(files.predictive[i]),
+        truth=open_store(files.truth).sel(motion=motion) if files.truth else None,
     )
+    numbers = numbers_of_motion(results)
     found |= {f"{motion}.{name}": value for name, value in numbers.items()}
 
 limits = from_list(params.limits, params.motions, speeds_of(params.speeds))

@@ -15,7 +15,7 @@ facts = Facts.from_settings(params.known, speeds_of(params.speeds))
 inferred = open_store(snakemake.input.inferred).load()
 
 result = correct_operations(
-    model.knowing(facts),
+    model.conditioned_on(facts),
     inferred,
     params.correction,
     seed=params.seed,
@@ -23,7 +23,10 @@ result = correct_operations(
 )
 log.info(
     "%d of %d operations resolved, %.1f rounds on average, %d do not fit the model",
-    *(result.resolved.sum(), result.sizes["operation"], result.rounds.mean(), result.misfit.sum()),
+    result.resolved.sum(),
+    result.sizes["operation"],
+    result.rounds.mean(),
+    result.misfit.sum(),
 )
 for text in facts.contradicted(result["median"].values[:, : len(NAMES)]):
     log.warning(text)

@@ -14,7 +14,9 @@ data = open_store(snakemake.input.validation).load()
 result = correct_validation(model, data, params.correction, seed=int(wildcards.seed))
 log.info(
     "%d of %d curves resolved, %.1f rounds on average",
-    *(result.resolved.sum(), result.sizes["curve"], result.rounds.mean()),
+    result.resolved.sum(),
+    result.sizes["curve"],
+    result.rounds.mean(),
 )
 title = f"exact posteriors of simulated {wildcards.motion} records"
 save(describe(result, title, **settings), snakemake.output[0])

@@ -10,9 +10,9 @@ from breaker.wear import (
     days_per_operation,
     decide,
     headline,
-    known_of,
     limit_table,
     limit_words,
+    operation_metadata,
     since_new,
     standing,
     trust,
@@ -23,7 +23,7 @@ log = start(snakemake)
 planning, output = snakemake.params.planning, snakemake.output
 life = open_store(snakemake.input.life).load()
 curves = {m: open_curves(snakemake.input[m]) for m in snakemake.params.motions}
-known = known_of(curves, life.operation.values)
+known = operation_metadata(curves, life.operation.values)
 pace = days_per_operation(life.operation.values, list(known.date))
 stands = standing(life, planning, pace)
 decisions, limits = decide(life, stands, known), limit_table(life, stands)

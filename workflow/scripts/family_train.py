@@ -3,14 +3,14 @@
 from pathlib import Path
 
 from breaker.family import write_network
-from breaker.posterior import fingerprint
+from breaker.posterior import Checkpoint, fingerprint
 from breaker.stores import describe, save
-from breaker.synthetic import open_family, train_network
+from breaker.synthetic import open_family, rows_of, train_network
 from breaker.workflow import start
 
 log = start(snakemake)
 params, kind, output = snakemake.params, snakemake.wildcards.kind, snakemake.output
-settings, checkpoint = params.networks, Path(params.checkpoint)
+settings, file = params.networks, Path(params.checkpoint)
 made_from = {
     **{key: params[key] for key in ("seed", "prior", "networks")},
     "kind": kind,
@@ -19,12 +19,14 @@ made_from = {
 
 bank, held_out = open_family(snakemake.input.shards, settings["training"]["held_out_curves"])
 history, weights, frozen = train_network(
-    *(kind, bank, held_out, settings, params.seed),
-    checkpoint=checkpoint,
-    fingerprint=fingerprint(made_from, snakemake.input.code),
+    rows_of(kind, bank),
+    held_out,
+    settings,
+    params.seed,
+    checkpoint=Checkpoint(file, fingerprint(made_from, snakemake.input.code)),
 )
 step, loss = history.attrs["best_step"], history.attrs["best_validation_loss"]
 log.info("%s: best weights at step %d, loss %.3f", kind, step, loss)
 save(describe(history, f"loss of {kind}", **made_from), output.history)
 write_network(output.network, made_from | {"family": params.family["name"]}, weights, frozen)
-checkpoint.unlink(missing_ok=True)
+file.unlink(missing_ok=True)

@@ -2,7 +2,7 @@
 
 from breaker.figures.evolution import evolution
 from breaker.figures.style import save
-from breaker.posterior import choose
+from breaker.posterior import select_posterior
 from breaker.stores import open_store
 from breaker.workflow import start
 
@@ -10,7 +10,7 @@ log = start(snakemake)
 life, singles, truth = open_store(snakemake.input.life).load(), {}, None
 new = {"operation": slice(None, life.asked.values[0])}  # until the reference is full
 for file in snakemake.input.singles:
-    inferred = choose(open_store(file), snakemake.params.posterior)
+    inferred = select_posterior(open_store(file), snakemake.params.posterior)
     values = inferred["median"].load().rename(output="parameter")
     singles[inferred.motion] = 100.0 * (values / values.sel(new).median("operation") - 1.0)
 if snakemake.input.truth:

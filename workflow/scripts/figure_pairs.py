@@ -11,20 +11,17 @@ from breaker.workflow import start
 
 start(snakemake)
 wildcards = snakemake.wildcards
-data = parameters_of(open_store(snakemake.input.validation))
-prior = open_store(snakemake.input.prior)
-names = data.output.values
-
 # The first record, whichever it is: the seed chose it, nobody else.
-draws, truth = data.draws.values[0], data.truth.values[0]
+case = parameters_of(open_store(snakemake.input.validation)).isel(curve=0)
+prior = open_store(snakemake.input.prior)
+names = case.output.values
+
 columns = np.concatenate([prior.parameters.values, prior.onset.values[:, None]], axis=1)
 figure = pairs(
+    case,
     columns[:, : len(names)],
-    draws,
-    truth,
-    names,
     motion=wildcards.get("source") or wildcards.motion,
-    correlation=correlation(draws, log=is_logarithmic(names)),
+    correlation=correlation(case.draws.values, log=is_logarithmic(names)),
     **snakemake.params.get("words", {}),
 )
 save(figure, snakemake.output[0])

@@ -1,6 +1,6 @@
 """Put all operations of one motion, with both posteriors, into one store and one tidy table."""
 
-from breaker.posterior import beside, table_of_both
+from breaker.posterior import stack_posteriors, table_of_both
 from breaker.records import open_curves
 from breaker.stores import save
 from breaker.workflow import start
@@ -8,7 +8,9 @@ from breaker.workflow import start
 log = start(snakemake)
 motion = snakemake.wildcards.motion
 
-result = beside(open_curves(snakemake.input.inferred), open_curves(snakemake.input.corrected))
+result = stack_posteriors(
+    open_curves(snakemake.input.inferred), open_curves(snakemake.input.corrected)
+)
 save(result, snakemake.output.store)
 table_of_both(result).to_csv(snakemake.output.table, index=False, float_format="%.6g")
 log.info(

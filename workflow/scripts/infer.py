@@ -13,8 +13,10 @@ settings = {key: params[key] for key in ("seed", "draws", "misfit_p_value")}
 result = infer(posterior, curves, **settings)
 log.info(
     "%d operations: %d rejected, %d do not fit the model, %d outside what the prior can produce",
-    *(result.sizes["operation"], (~result.accepted).sum()),
-    *(result.misfit.sum(), result.outside_prior.sum()),
+    result.sizes["operation"],
+    (~result.accepted).sum(),
+    result.misfit.sum(),
+    result.outside_prior.sum(),
 )
 title = f"posteriors of measured {motion} operations"
 save(

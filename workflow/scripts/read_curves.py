@@ -3,7 +3,7 @@
 from breaker.files import list_operations
 from breaker.mechanism import speeds_of
 from breaker.model import grid
-from breaker.records import read_curves
+from breaker.records import Grid, read_curves
 from breaker.stores import describe, save
 from breaker.workflow import start
 
@@ -13,8 +13,8 @@ wanted = set(params.operations)
 listed = list_operations(params.folder, motion, **params.chosen)
 files = [each for each in listed if each.number in wanted]
 
-times, speeds = grid(**params.grid), speeds_of(params.speeds)
-curves = read_curves(files, params.format, times, motion, **params.errors, speeds=speeds)
+model_grid = Grid(grid(**params.grid), **params.errors)
+curves = read_curves(files, params.format, model_grid, motion, speeds=speeds_of(params.speeds))
 log.info("%d of %d operations rejected", (~curves.accepted).sum(), len(files))
 settings = {name: params[name] for name in ("format", "grid", "source", "speeds")}
 save(describe(curves, f"measured {motion} curves", **settings), snakemake.output[0])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from breaker.model import generator, open_bank
 from breaker.posterior import (
+    Checkpoint,
     Posterior,
     Rows,
     Trainer,
@@ -38,8 +39,7 @@ trainer = Trainer(
     validation=Rows.of(validation, posterior, device),
     settings=training,
     seed=seed,
-    checkpoint=Path(params.checkpoint),
-    fingerprint=fingerprint(made_from, snakemake.input.code),
+    checkpoint=Checkpoint(Path(params.checkpoint), fingerprint(made_from, snakemake.input.code)),
 )
 history = trainer.run()
 
@@ -49,10 +49,15 @@ density, error = held_out_log_density(posterior, measured, unseen)
 log.info(
     "%s: best EMA weights at step %d; %d solver steps for draws and %d for the density; "
     "held-out log density %.3f +- %.3f",
-    *(motion, trainer.best_step, posterior.steps, posterior.density_steps, density, error),
+    motion,
+    trainer.best_step,
+    posterior.steps,
+    posterior.density_steps,
+    density,
+    error,
 )
 history = history.assign_attrs(held_out_log_density=density, held_out_log_density_se=error)
 save(describe(history, f"loss of {motion}", **made_from), output.history)
 save(describe(solver, f"solver of {motion}", **made_from), output.solver)
 posterior.save(output.model)
-trainer.checkpoint.unlink(missing_ok=True)
+trainer.checkpoint.file.unlink(missing_ok=True)

@@ -16,16 +16,16 @@ import numpy as np
 
 from breaker.answers.documents import plainly
 from breaker.family import (
-    APART,
+    LEAST_AGREEMENT,
     Changes,
     Levels,
     Match,
     Mean,
     agreement_of,
     choose_family,
-    see_change,
-    see_mean,
-    worn,
+    mean_and_change,
+    mean_record,
+    plausible_wear,
 )
 from breaker.files import SWITCHING
 from breaker.mechanism import (
@@ -103,11 +103,11 @@ def compare(
     Returns:
         The comparison; if no family fits, without draws, and with the matches of the nearest.
     """
-    means = {m: {"before": see_mean(before[m]), "today": see_mean(today[m])} for m in before}
+    means = {m: {"before": mean_record(before[m]), "today": mean_record(today[m])} for m in before}
     found, levels, network = _nearest(means, networks, misfit_p_value)
     if not found.fits:
         return found
-    both = {m: see_change(before[m], today[m], network.change_bases[m]) for m in before}
+    both = {m: mean_and_change(before[m], today[m], network.change_bases[m]) for m in before}
     references, changed = ({m: each[k] for m, each in both.items()} for k in (0, 1))
     draws = {
         motions: network.draw(
@@ -116,14 +116,14 @@ def compare(
         for motions in dict.fromkeys([tuple(both), *((m,) for m in both)])
     }
     whole, *alone = draws
-    if not worn(np.log(draws[whole].ratios)):
+    if not plausible_wear(np.log(draws[whole].ratios)):
         return found
     state = levels.draw(references, _DRAWS, rng)
     took = {m: np.median(state.switching[m] - state.release[m]) for m in both}
     agreement = np.ones(len(NAMES))
     if alone:
         agreement = agreement_of(*(draws[motions].ratios for motions in alone))
-    apart = agreement.min() < APART
+    apart = agreement.min() < LEAST_AGREEMENT
     return replace(
         found,
         ratios={motions: draws[motions].ratios for motions in (alone if apart else [whole])},
@@ -187,16 +187,13 @@ def _inferred(
     """A row of draws of a relative change, ``(d,)``."""
     more, less = ((sign * share > beyond).mean() for sign in (1.0, -1.0))
     change = 100.0 * np.quantile(share, _QUANTILES)
-    numbers = {"unchanged": (share == 0.0).mean(), "change": change}
-    return _row(of, kind, motion, numbers, more, less)
+    values = {"kind": kind, "motion": motion, "unchanged": (share == 0.0).mean(), "change": change}
+    return _row(of, values, more, less)
 
 
-def _row(
-    of: Parameter, kind: str, motion: str, numbers: Mapping, more: float, less: float
-) -> dict[str, object]:
-    """Numbers of a quantity, and what the probabilities of more and of less of it say."""
-    about = {key: getattr(of, key) for key in ("name", "unit", "meaning")}
-    about |= {"kind": kind, "motion": motion, **numbers}
+def _row(of: Parameter, values: Mapping, more: float, less: float) -> dict[str, object]:
+    """Values of a quantity, and what the probabilities of more and of less of it say."""
+    about = {key: getattr(of, key) for key in ("name", "unit", "meaning")} | dict(values)
     total, bad = more + less, -1 if "_speed" in of.name else _WORSE.get(of.name)
     about |= {"beyond": total, "more": more, "less": less, "worse": {1: more, -1: less}.get(bad)}
     verdict = VERDICT_WORDS[0 if total >= _SURE else 2 if total <= 1.0 - _SURE else 1]
@@ -240,10 +237,11 @@ def measured_changes(
                 continue
             change, sd = (second - first) / of, _error(both, _SCATTER * of) / of
             more, less = (_above(beyond, sign * change, sd) for sign in (1.0, -1.0))
-            numbers = {"before": first, "today": second, "difference": second - first}
-            numbers |= {"sd": of * sd, "unchanged": None}
-            numbers["change"] = 100.0 * (change + _NORMAL * sd * np.array([-1.0, 0.0, 1.0]))
-            rows.append(_row(quantity, "measured", motion, numbers, more, less))
+            values = {"kind": "measured", "motion": motion}
+            values |= {"before": first, "today": second, "difference": second - first}
+            values |= {"sd": of * sd, "unchanged": None}
+            values["change"] = 100.0 * (change + _NORMAL * sd * np.array([-1.0, 0.0, 1.0]))
+            rows.append(_row(quantity, values, more, less))
     return rows
 
 

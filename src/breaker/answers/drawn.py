@@ -112,10 +112,14 @@ def _curve(answer: Answer) -> Curve:
         words = f"does NOT fit the prior, p = {answer.prior_p_value:.2g}"
     none = np.empty(0)
     return Curve(
-        _name(answer),
-        *(words, not (far or answer.misfit)),
-        *(time[near], raw.left[near]),
-        *(grid, sign * (shape.rest + shape.stroke * match.nearest)),
-        *(left, usual),
-        none if answer.draws is None else after + answer.draws.switching[record.motion],
+        file=_name(answer),
+        words=words,
+        good=not (far or answer.misfit),
+        time=time[near],
+        travel=raw.left[near],
+        grid=grid,
+        nearest=sign * (shape.rest + shape.stroke * match.nearest),
+        left=left,
+        usual=usual,
+        switching=none if answer.draws is None else after + answer.draws.switching[record.motion],
     )

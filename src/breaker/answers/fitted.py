@@ -12,7 +12,7 @@ from breaker.answers.spread import Spread, find_spread
 from breaker.mechanism import NAMES, PARAMETERS, powers
 from breaker.model import Prior, generator
 
-__all__ = ["FittedPrior", "fit_type", "precision_of", "reference_of", "room_for_wear"]
+__all__ = ["FittedPrior", "fit_type", "precision_of", "reference_of", "wear_allowance"]
 
 _DRAWS = 500  # of each operation
 _SIZE = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
@@ -161,7 +161,7 @@ def precision_of(reference: Prior) -> np.ndarray:
     return np.linalg.inv(np.eye(len(NAMES)) + shared.T @ shared)
 
 
-def room_for_wear(change: Mapping[str, tuple[float, float]], prior: Prior) -> np.ndarray:
+def wear_allowance(change: Mapping[str, tuple[float, float]], prior: Prior) -> np.ndarray:
     """Return the room that a prior needs for wear, in its log-sds, ``(p,)``.
 
     Args:
@@ -169,7 +169,7 @@ def room_for_wear(change: Mapping[str, tuple[float, float]], prior: Prior) -> np
 
     Example:
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
-        >>> room_for_wear({"L": (0.005, 0.12)}, prior).round(2)  # 12 % is three times this
+        >>> wear_allowance({"L": (0.005, 0.12)}, prior).round(2)  # 12 % is three times this
         array([0.  , 0.  , 0.  , 0.  , 0.  , 0.  , 0.38])
     """
     ends = np.array([change.get(name, (0.0, 0.0)) for name in NAMES])

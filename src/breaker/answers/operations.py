@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from breaker.family import Seen, see
+from breaker.family import NormalisedRecords, normalise_record
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS
 from breaker.records import Raw, Shape, read_raws
@@ -29,7 +29,7 @@ class Record:
     reason: str = ""
     raw: Raw | None = None
     shape: Shape | None = None
-    seen: Seen | None = None
+    seen: NormalisedRecords | None = None
 
     @property
     def timed(self) -> bool:
@@ -71,7 +71,7 @@ def _record(operation: Operation, motion: str, raw: Raw | Exception) -> Record:
     if not isinstance(raw, Raw):
         return Record(operation, motion, str(raw))
     try:
-        shape, seen = see(raw)
+        shape, seen = normalise_record(raw)
     except ValueError as error:
         return Record(operation, motion, f"{operation.file}: {error}")
     inside = np.flatnonzero(shape.present)

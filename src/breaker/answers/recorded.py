@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.family import Levels, Seen, see
+from breaker.family import Levels, NormalisedRecords, normalise_record
 from breaker.files import MANIFEST, Operation, list_operations, printable, read_manifest
 from breaker.mechanism import Size
 from breaker.records import Raw, read_raws
@@ -31,15 +31,15 @@ class Recorded:
     """
 
     levels: Levels
-    operations: Mapping[str, Sequence[Mapping[str, Seen]]]
+    operations: Mapping[str, Sequence[Mapping[str, NormalisedRecords]]]
     noise_sd: float
     rejected: Sequence[str]
     left_out: int
 
     @property
-    def records(self) -> dict[str, dict[str, list[Seen]]]:
+    def records(self) -> dict[str, dict[str, list[NormalisedRecords]]]:
         """Records by breaker and motion."""
-        found: dict[str, dict[str, list[Seen]]] = {}
+        found: dict[str, dict[str, list[NormalisedRecords]]] = {}
         for name, operations in self.operations.items():
             for motion, seen in (pair for each in operations for pair in each.items()):
                 found.setdefault(name, {}).setdefault(motion, []).append(seen)
@@ -76,7 +76,9 @@ def read_breakers(
         ValueError: If a table is wrong, or no record can be used. The message says what to do.
         FileNotFoundError: If no folder has an operation of any motion.
     """
-    found: dict[str, dict[tuple, dict[str, Seen]]] = defaultdict(lambda: defaultdict(dict))
+    found: dict[str, dict[tuple, dict[str, NormalisedRecords]]] = defaultdict(
+        lambda: defaultdict(dict)
+    )
     noise, rejected, left_out = [], [], 0
     troubles: list[str] = []
     for motion in motions:
@@ -88,7 +90,7 @@ def read_breakers(
                     rejected.append(str(raw))
                     continue
                 of = each.number, each.phase, os.path.dirname(each.file)
-                found[name][of][motion] = see(raw)[1]
+                found[name][of][motion] = normalise_record(raw)[1]
                 noise.append(max(raw.noise_at(raw.step).sd, raw.quantum / np.sqrt(12.0)))
     if not found and not rejected:
         raise FileNotFoundError(_none(folders, troubles))

@@ -33,10 +33,10 @@ def visits_document(
 
     Args:
         found: The comparison.
-        rows: Its ``measured_changes``, then its ``changes``.
-        records: Their number by motion and visit.
+        rows: What ``measured_changes`` returns, then what ``changes`` returns.
+        records: Number of records by motion and visit.
         rejected: ``file``, ``motion``, ``visit`` and ``reason`` of records that were not used.
-        settings: What it was made with: ``share``, ``misfit_p_value``, ``seed``.
+        settings: What the comparison was made with: ``share``, ``misfit_p_value``, ``seed``.
     """
     state = "told" if found.fits else "withheld"
     state = "apart" if len(found.ratios) > 1 else state
@@ -146,7 +146,7 @@ def _unlike(rows: Sequence[Mapping]) -> list[str]:
 
 
 def _label(row: Mapping) -> str:
-    """Its name, with the motion where that is not in it."""
+    """Name of a changed quantity, with the motion where the name does not tell it."""
     motion = row["motion"]
     named = not motion or motion in row["name"] or row["kind"] == "time"
     return row["name"] if named else f"{row['name']} ({motion})"
@@ -185,6 +185,7 @@ def _in_words(row: Mapping) -> str:
     known = [row[key] for key in ("unchanged", "beyond", "worse")]
     return _ROW.format(
         _NAME.format(name, *values) if values else name,
-        *(f"{middle:+.1f} %", f"{low:+.1f} to {high:+.1f}"),
+        f"{middle:+.1f} %",
+        f"{low:+.1f} to {high:+.1f}",
         *("" if each is None else f"{each:.2f}" for each in known),
     ).rstrip()

@@ -68,7 +68,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _fitted(folders: Sequence[str], config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
-    from breaker.answers import fit_type, read_breakers, reference_of, room_for_wear
+    from breaker.answers import fit_type, read_breakers, reference_of, wear_allowance
     from breaker.family import open_network
     from breaker.shipped import model_file
 
@@ -76,5 +76,5 @@ def _fitted(folders: Sequence[str], config: Mapping) -> tuple:
     levels = open_network(model_file("medium_voltage", "levels"))
     read = each_once(folders), config["motions"], endurance["format"], levels
     recorded = read_breakers(*read)
-    room = room_for_wear(config["rigs"]["wear"]["change"], reference_of(recorded))
+    room = wear_allowance(config["rigs"]["wear"]["change"], reference_of(recorded))
     return recorded, fit_type(recorded, room, config["seed"], endurance["misfit_p_value"])

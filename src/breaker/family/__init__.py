@@ -1,6 +1,6 @@
 """Networks trained on a family of rich drives, read without torch: levels, and changes.
 
-``open_network`` reads one; ``Seen`` is a record as they see it.
+``open_network`` reads one; ``NormalisedRecords`` is what networks see of records.
 """
 
 import lazy_loader
@@ -8,20 +8,27 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "changes": ["APART", "ChangeDraws", "Changes", "agreement_of", "change_outputs", "worn"],
+        "changes": [
+            "LEAST_AGREEMENT",
+            "ChangeDraws",
+            "Changes",
+            "agreement_of",
+            "change_outputs",
+            "plausible_wear",
+        ],
         "inputs": [
             "Basis",
-            "Seen",
+            "NormalisedRecords",
             "change_inputs",
             "level_inputs",
             "units_of",
             "without_onset",
         ],
-        "means": ["SCATTER_DIRECTIONS", "Mean", "see_change", "see_mean"],
-        "measured": ["see", "seen_of"],
+        "means": ["SCATTER_DIRECTIONS", "Mean", "mean_and_change", "mean_record"],
+        "measured": ["network_record", "normalise_record"],
         "levels": ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"],
         "membership": ["PARTS", "Match", "Membership", "choose_family", "distances"],
         "network": ["Network"],
-        "saved": ["is_of", "open_network", "write_network"],
+        "saved": ["open_network", "trained_on", "write_network"],
     },
 )

@@ -11,13 +11,20 @@ from typing import ClassVar
 
 import numpy as np
 
-from breaker.family.inputs import Basis, Seen, change_inputs
+from breaker.family.inputs import Basis, NormalisedRecords, change_inputs
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES
 
-__all__ = ["APART", "ChangeDraws", "Changes", "agreement_of", "change_outputs", "worn"]
+__all__ = [
+    "LEAST_AGREEMENT",
+    "ChangeDraws",
+    "Changes",
+    "agreement_of",
+    "change_outputs",
+    "plausible_wear",
+]
 
-APART = 0.01
+LEAST_AGREEMENT = 0.01
 """Agreement of a parameter below which closing and opening contradict each other."""
 
 _MOST = np.log(2.0)  # of the logarithm of a parameter; no wear of a family is half as large
@@ -53,8 +60,8 @@ class Changes:
 
     def draw(
         self,
-        references: Mapping[str, Seen],
-        changes: Mapping[str, Seen],
+        references: Mapping[str, NormalisedRecords],
+        changes: Mapping[str, NormalisedRecords],
         draws: int,
         rng: np.random.Generator,
     ) -> ChangeDraws:
@@ -76,8 +83,8 @@ class Changes:
 
     def draws(
         self,
-        references: Mapping[str, Seen],
-        changes: Mapping[str, Seen],
+        references: Mapping[str, NormalisedRecords],
+        changes: Mapping[str, NormalisedRecords],
         draws: int,
         rng: np.random.Generator,
     ) -> np.ndarray:
@@ -92,7 +99,8 @@ class Changes:
         """
         n = len(next(iter(references.values())).way)
         known, changed = (
-            {m: each.get(m, Seen.nothing(n)) for m in MOTIONS} for each in (references, changes)
+            {m: each.get(m, NormalisedRecords.nothing(n)) for m in MOTIONS}
+            for each in (references, changes)
         )
         x = change_inputs(known, changed, self.bases, self.change_bases, self.usual)
         there = np.array([True] * len(NAMES) + [m in references for m in MOTIONS])
@@ -111,7 +119,7 @@ def change_outputs(before: np.ndarray, after: np.ndarray, later: np.ndarray) -> 
     return np.hstack([np.log(ratios), later])
 
 
-def worn(draws: np.ndarray) -> np.ndarray:
+def plausible_wear(draws: np.ndarray) -> np.ndarray:
     """Whether wear may be what draws tell: no network knows of larger changes than its family has.
 
     Args:

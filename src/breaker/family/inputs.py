@@ -14,7 +14,14 @@ import numpy as np
 from breaker.mechanism import MOTIONS
 from breaker.records import SHAPE_STEP, SHAPE_TIMES
 
-__all__ = ["Basis", "Seen", "change_inputs", "level_inputs", "units_of", "without_onset"]
+__all__ = [
+    "Basis",
+    "NormalisedRecords",
+    "change_inputs",
+    "level_inputs",
+    "units_of",
+    "without_onset",
+]
 
 _PARTS = 12  # of the grid, of each of which the share that is there is told
 _RIDGE = 1e-9
@@ -22,7 +29,7 @@ _FARTHEST = 8.0  # sd of a component, beyond which it counts as that
 _USUAL_NOISE, _USUAL_STEP = np.log(4e-3), np.log(0.05)  # in the middle of what is drawn
 
 
-class Seen(NamedTuple):
+class NormalisedRecords(NamedTuple):
     """Records of one motion, as networks see them.
 
     Attributes:
@@ -74,7 +81,7 @@ class Basis(NamedTuple):
 
     @classmethod
     def of(cls, shapes: np.ndarray, count: int) -> Self:
-        """Return that of shapes ``(n, g)`` without noise."""
+        """Return the basis of shapes ``(n, g)`` without noise."""
         mean = shapes.mean(axis=0)
         _, sizes, directions = np.linalg.svd(shapes - mean, full_matrices=False)
         return cls(mean, directions[:count], np.square(sizes[:count]) / len(shapes))
@@ -90,7 +97,10 @@ class Basis(NamedTuple):
 
 
 def level_inputs(
-    records: Mapping[str, Seen], told: np.ndarray, bases: Mapping[str, Basis], usual: Sequence
+    records: Mapping[str, NormalisedRecords],
+    told: np.ndarray,
+    bases: Mapping[str, Basis],
+    usual: Sequence,
 ) -> np.ndarray:
     """Return what a network of levels sees, ``(n, i)`` of float32.
 
@@ -116,7 +126,7 @@ def level_inputs(
     return np.column_stack(columns).astype(np.float32)
 
 
-def units_of(records: Mapping[str, Seen]) -> tuple[np.ndarray, np.ndarray]:
+def units_of(records: Mapping[str, NormalisedRecords]) -> tuple[np.ndarray, np.ndarray]:
     """Return stroke and duration of the first motion that is there, ``(n,)`` each."""
     first, second = (records[motion] for motion in MOTIONS)
     return (
@@ -126,8 +136,8 @@ def units_of(records: Mapping[str, Seen]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def change_inputs(
-    records: Mapping[str, Seen],
-    changes: Mapping[str, Seen],
+    records: Mapping[str, NormalisedRecords],
+    changes: Mapping[str, NormalisedRecords],
     bases: Mapping[str, Basis],
     change_bases: Mapping[str, Basis],
     usual: Sequence,
@@ -169,7 +179,9 @@ def without_onset(reference: np.ndarray, present: np.ndarray, there: np.ndarray)
     return change - (amounts.swapaxes(1, 2) @ rows)[:, 0]
 
 
-def _between(records: Mapping[str, Seen], usual: Sequence) -> tuple[np.ndarray, np.ndarray]:
+def _between(
+    records: Mapping[str, NormalisedRecords], usual: Sequence
+) -> tuple[np.ndarray, np.ndarray]:
     """Logarithms of stroke and duration of opening over those of closing, 0 without both."""
     first, second = (records[motion] for motion in MOTIONS)
     (_, stroke_sd), (_, duration_sd) = usual
@@ -186,7 +198,7 @@ def _shares(present: np.ndarray) -> np.ndarray:
     return whole.reshape(len(whole), _PARTS, -1).mean(axis=2)
 
 
-def _about(seen: Seen) -> tuple[np.ndarray, ...]:
+def _about(seen: NormalisedRecords) -> tuple[np.ndarray, ...]:
     """Noise, colour and rate of records, each of order 1."""
     noise = (np.log(seen.noise) - _USUAL_NOISE) / 2.0
     return noise, seen.colour, np.log(seen.step) - _USUAL_STEP

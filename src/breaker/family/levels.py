@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from breaker.family.inputs import Basis, Seen, level_inputs
+from breaker.family.inputs import Basis, NormalisedRecords, level_inputs
 from breaker.family.membership import Match, Membership
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES, UNIT, Size, powers
@@ -65,7 +65,7 @@ class Levels:
 
     def draw(
         self,
-        records: Mapping[str, Seen],
+        records: Mapping[str, NormalisedRecords],
         draws: int,
         rng: np.random.Generator,
         *,
@@ -79,7 +79,7 @@ class Levels:
             size: Size of the drive beside the family's, if it is given.
         """
         motions = [motion for motion in MOTIONS if motion in records]
-        seen = {m: records.get(m, Seen.nothing(1)) for m in MOTIONS}
+        seen = {m: records.get(m, NormalisedRecords.nothing(1)) for m in MOTIONS}
         told, unit = np.array([size is not None]), size or UNIT
         at_one = {
             m: each._replace(stroke=each.stroke / unit.lengths, duration=each.duration / unit.times)
@@ -100,7 +100,7 @@ class Levels:
         )
         return LevelDraws(np.exp(y[:, : len(NAMES)]) * scale.factors, release, switching)
 
-    def match(self, motion: str, record: Seen) -> Match:
+    def match(self, motion: str, record: NormalisedRecords) -> Match:
         """Say whether one record may be of a drive of the family."""
         return self.members[motion].match(record, self.bases[motion])
 

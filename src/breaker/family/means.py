@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.family.inputs import Basis, Seen, without_onset
-from breaker.family.measured import see
+from breaker.family.inputs import Basis, NormalisedRecords, without_onset
+from breaker.family.measured import normalise_record
 from breaker.records import Raw, Shape
 
-__all__ = ["SCATTER_DIRECTIONS", "Mean", "see_change", "see_mean"]
+__all__ = ["SCATTER_DIRECTIONS", "Mean", "mean_and_change", "mean_record"]
 
 SCATTER_DIRECTIONS = 8
 """First components of changes, in which scatter is measured, as noise."""
@@ -35,7 +35,7 @@ class Mean(NamedTuple):
     """
 
     units: Shape
-    seen: Seen
+    seen: NormalisedRecords
     left: np.ndarray
 
     def scatter(self, basis: Basis) -> np.ndarray:
@@ -49,7 +49,7 @@ class Mean(NamedTuple):
         return np.sqrt(np.square(scores).mean(axis=1) * n / (n - 1.0)) if n > 1 else np.empty(0)
 
 
-def see_mean(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
+def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     """Normalise records of one motion and average them.
 
     A step of the grid is there where half of the records have samples, whose mean it is.
@@ -61,10 +61,10 @@ def see_mean(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     Raises:
         ValueError: If a record has no motion from one rest to another.
     """
-    own = [see(raw)[0] for raw in raws]
+    own = [normalise_record(raw)[0] for raw in raws]
     stroke, duration = np.median([(each.stroke, each.duration) for each in own], axis=0).tolist()
     units = like or own[0]._replace(stroke=stroke, duration=duration)
-    seen, n = [see(raw, units)[1] for raw in raws], len(raws)
+    seen, n = [normalise_record(raw, units)[1] for raw in raws], len(raws)
     way, present = (
         np.concatenate([getattr(each, of) for each in seen]) for of in ("way", "present")
     )
@@ -74,12 +74,14 @@ def see_mean(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     noise = np.sqrt(np.mean([each.noise**2 for each in seen]) / n)
     colour, step = (np.mean([getattr(each, of) for each in seen]) for of in ("colour", "step"))
     numbers = (np.array([each]) for each in (stroke, duration, noise, colour, step))
-    whole = Seen(np.array([True]), mean[None], there[None], *numbers)
+    whole = NormalisedRecords(np.array([True]), mean[None], there[None], *numbers)
     both = present & there
     return Mean(units, whole, without_onset(np.tile(mean, (n, 1)), way, both))
 
 
-def see_change(before: Sequence[Raw], today: Sequence[Raw], basis: Basis) -> tuple[Seen, Seen]:
+def mean_and_change(
+    before: Sequence[Raw], today: Sequence[Raw], basis: Basis
+) -> tuple[NormalisedRecords, NormalisedRecords]:
     """Return the mean of a reference, and the change from it, as ``Changes.draw`` takes them.
 
     Their noise has the scatter of operations, robustly of those of both visits.
@@ -88,8 +90,8 @@ def see_change(before: Sequence[Raw], today: Sequence[Raw], basis: Basis) -> tup
         before, today: Records of one motion.
         basis: Components of the changes in the family.
     """
-    first = see_mean(before)
-    second = see_mean(today, first.units)
+    first = mean_record(before)
+    second = mean_record(today, first.units)
     apart = np.concatenate([each.scatter(basis) for each in (first, second)])
     seen = len(before) + len(today) - 2
     noise = []

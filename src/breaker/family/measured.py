@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from breaker.family.inputs import Seen
+from breaker.family.inputs import NormalisedRecords
 from breaker.records import Raw, Shape, effective_noise, shape_of
 
-__all__ = ["see", "seen_of"]
+__all__ = ["network_record", "normalise_record"]
 
 _LEAST = 5e-5  # noise over the stroke, below which no network was trained
 
 
-def see(raw: Raw, like: Shape | None = None) -> tuple[Shape, Seen]:
+def normalise_record(raw: Raw, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
     """Normalise a measured record.
 
     Args:
@@ -25,20 +25,22 @@ def see(raw: Raw, like: Shape | None = None) -> tuple[Shape, Seen]:
     """
     forward = raw.left if raw.motion == "closing" else -raw.left
     shape = shape_of(forward, raw.step, like)
-    return shape, seen_of(shape, *raw.process, raw.step, like)
+    return shape, network_record(shape, *raw.process, raw.step, like)
 
 
-def seen_of(shape: Shape, sd: float, colour: float, step: float, like: Shape | None = None) -> Seen:
+def network_record(
+    shape: Shape, sd: float, colour: float, step: float, like: Shape | None = None
+) -> NormalisedRecords:
     """Return a normalised record as networks see it, one record, physical units.
 
     Args:
         shape: The record.
         sd, colour: Noise of a sample, mm, and the correlation of neighbouring ones.
         step: Between samples, ms.
-        like: As of ``see``.
+        like: As of ``normalise_record``.
     """
     length, unit = (shape.stroke, shape.duration) if like is None else (like.stroke, like.duration)
     told = max(effective_noise(sd / length, colour, step / unit), _LEAST)
     numbers = shape.stroke, shape.duration, told, colour, step / shape.duration
     there = np.array([True]), shape.way[None], shape.present[None]
-    return Seen(*there, *(np.array([each]) for each in numbers))
+    return NormalisedRecords(*there, *(np.array([each]) for each in numbers))

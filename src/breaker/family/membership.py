@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from breaker.family.inputs import Basis, Seen
+from breaker.family.inputs import Basis, NormalisedRecords
 from breaker.records import SHAPE_TIMES
 
 __all__ = ["PARTS", "Match", "Membership", "choose_family", "distances"]
@@ -56,7 +56,7 @@ class Membership(NamedTuple):
     shares: np.ndarray
     left: np.ndarray
 
-    def match(self, seen: Seen, basis: Basis) -> Match:
+    def match(self, seen: NormalisedRecords, basis: Basis) -> Match:
         """Compare one record with the family, as if it had the least noise of those at least."""
         seen = seen._replace(noise=np.maximum(seen.noise, self.noise[0]))
         square, left, nearest = (each[0] for each in distances(seen, basis))
@@ -73,8 +73,8 @@ class Membership(NamedTuple):
         return Match(1.0 - below, parts, nearest)
 
     @classmethod
-    def of(cls, levels: Mapping[float, Seen], basis: Basis) -> "Membership":
-        """Return that of records of held-out drives at some levels of the noise.
+    def of(cls, levels: Mapping[float, NormalisedRecords], basis: Basis) -> "Membership":
+        """Return the membership by records of held-out drives at some levels of the noise.
 
         Args:
             levels: Records ``(n, g)`` by their noise over the stroke, rising.
@@ -87,7 +87,7 @@ class Membership(NamedTuple):
         return cls(np.array(list(levels)), squares, shares, left)
 
 
-def distances(seen: Seen, basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return how far records are from the family's shapes.
 
     Returns:

@@ -13,7 +13,7 @@ from breaker.family.network import Network
 from breaker.mechanism import MOTIONS
 from breaker.model import ModelFileError, open_model, write_model
 
-__all__ = ["is_of", "open_network", "write_network"]
+__all__ = ["open_network", "trained_on", "write_network"]
 
 _KINDS = {"levels": Levels, "changes": Changes}
 _SIZES = {"drives", "shards"}  # of a bank, not of its drives
@@ -77,7 +77,7 @@ def open_network(path: str | Path) -> Levels | Changes:
             raise ModelFileError.of_settings(error) from error
 
 
-def is_of(path: str | Path, prior: Mapping, family: Mapping) -> bool:
+def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
     """Whether a network was trained on drives of this prior and this family.
 
     Args:

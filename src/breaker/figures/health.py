@@ -29,9 +29,10 @@ def health(life: xr.Dataset, standing: xr.Dataset) -> Figure:
     operation, first = standing["operation"].values, _begin(life, standing)
     shown = standing.isel(operation=slice(first, None))
     titles = [str(words) for words in life["words"].values]
-    figure, axes = style.limit_panels(shown, titles, "probability", height=2.5, above=1)
+    figure, axes = style.limit_panels(shown, titles, height=2.5, above=1)
     for j, axis in enumerate(axes):
         _limit(axis, shown.isel(limit=j))
+        axis.set_ylabel("probability")
     axes[0].set(ylim=(-0.13, 1.05), yticks=np.linspace(0.0, 1.0, 6))
     axes[0].xaxis.set_major_formatter("{x:,.0f}")
     over = int(standing["certain"].notnull().sum())

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -14,10 +15,8 @@ __all__ = ["pairs"]
 
 @style.styled
 def pairs(
+    case: xr.Dataset,
     prior: np.ndarray,
-    posterior: np.ndarray,
-    truth: np.ndarray,
-    names: Sequence[str],
     *,
     motion: str,
     correlation: np.ndarray,
@@ -26,14 +25,14 @@ def pairs(
     """Draw draws pair by pair below the diagonal, marginals on it, correlations above it.
 
     Args:
-        prior: Draws of the prior, ``(m, q)``, physical units.
-        posterior: Draws of the posterior, ``(d, q)``.
-        truth: Values that made the curve, ``(q,)``.
-        names: Names of the ``q`` outputs.
+        case: Draws of the posterior, ``draws (draw, output)``, and the values that made the curve,
+            ``truth (output)``, physical units.
+        prior: Draws of the prior, ``(m, q)``, of the same outputs.
         correlation: Correlation of the posterior draws, ``(q, q)``, from
             :func:`breaker.validation.correlation`.
         of: Which drives the record is of.
     """
+    posterior, truth, names = (case[name].values for name in ("draws", "truth", "output"))
     q = len(names)
     figure = style.new_figure(1.6 * q + 0.6, 1.5 * q + 1.0)
     grid = figure.subplots(q, q, sharex="col", squeeze=False)

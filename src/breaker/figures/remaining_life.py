@@ -42,10 +42,11 @@ def remaining_life(
     if truth is not None:
         truth = truth.sel(limit=told["limit"].values)
         titles[truth["failure"].isnull()] += " (in truth not reached)"
-    figure, axes = style.limit_panels(told, titles, "operations left", height=3.0, sharey=False)
+    figure, axes = style.limit_panels(told, titles, height=3.0, sharey=False)
     for j, axis in enumerate(axes):
         lines = [] if truth is None else _truths(truth.isel(limit=j), life["operation"].values)
         _limit(axis, told["remaining"].isel(limit=j), standing.isel(limit=j), lines)
+        axis.set_ylabel("operations left")
     axes[0].xaxis.set_major_formatter("{x:,.0f}")
     figure.suptitle(_TITLE)
     marks.legend(figure, columns=4)

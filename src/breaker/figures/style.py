@@ -19,6 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.text import Text
 from numpy.typing import ArrayLike
 from PIL import Image
 
@@ -156,25 +157,16 @@ def panels(
     return figure, axes[:count]
 
 
-def heading(
-    figure: Figure,
-    source: str,
-    text: str,
-    outcome: str = "",
-    *,
-    of: str = "",
-    failed: bool = False,
-) -> None:
-    """Write the title: what is shown, of which motion or both, and below it what came out.
+def heading(figure: Figure, source: str, text: str, outcome: str = "", *, of: str = "") -> Text:
+    """Write and return the title: what is shown, of which motion or both, and what came out.
 
-    ``of`` says of which drives; the title of a figure whose check failed is in the colour of a
-    warning.
+    ``of`` says of which drives.
     """
     first = ", ".join(filter(None, [_SOURCES[source], of]))
     lines = [f"{first}: {text}", *outcome.splitlines()]
     width = int(_LETTERS * figure.get_figwidth())
     title = "\n".join(fill(line, width) for line in lines)
-    figure.suptitle(title, color=WARNING if failed else "black")
+    return figure.suptitle(title)
 
 
 def legend_below(figure: Figure, handles: Sequence, *, columns: int | None = None) -> None:
@@ -219,7 +211,6 @@ def label_outer(axes: Sequence[Axes], xlabel: str, ylabel: str | None = None) ->
 def limit_panels(
     data: xr.Dataset,
     titles: Sequence[str],
-    ylabel: str,
     *,
     height: float,
     above: int = 0,
@@ -238,7 +229,6 @@ def limit_panels(
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
         title = fill(f"{literal(limit)}: {symbolic(words)}", int(width * 10.5))
         axis.set_title(title, loc="left", pad=6.0 + 14.0 * above)
-        axis.set_ylabel(ylabel)
         axis.margins(x=0.01)
     label_outer(axes, "operation")
     return figure, axes

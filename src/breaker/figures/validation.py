@@ -46,8 +46,9 @@ def sbc(
         title = f"{style.OUTPUTS[name].symbol}   {words}, p = {calibration.p_values[i]:.2g}"
         axis.set_title(title, color=style.WARNING if outside else "black")
     style.label_outer(axes, _RANK, _DIFFERENCE)
-    outcome, failed = calibration.words(style.symbols(names)), bool(calibration.outside.any())
-    style.heading(figure, motion, subject, outcome, of=of, failed=failed)
+    title = style.heading(figure, motion, subject, calibration.words(style.symbols(names)), of=of)
+    if calibration.outside.any():
+        title.set_color(style.WARNING)
     style.legend_below(figure, rank_keys(calibration))
     return figure
 

@@ -18,7 +18,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "MANIFEST",
             "SWITCHING",
             "Operation",
-            "known_about",
+            "metadata_names",
             "read_manifest",
         ],
         "names": ["label_of", "split_unit", "unit_of"],

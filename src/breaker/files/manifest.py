@@ -18,7 +18,7 @@ from breaker.files.guards import RejectedCurveError, printable, read_bytes
 if TYPE_CHECKING:  # xarray takes longer to load than all of this
     import xarray as xr
 
-__all__ = ["ABOUT", "MANIFEST", "SWITCHING", "Operation", "known_about", "read_manifest"]
+__all__ = ["ABOUT", "MANIFEST", "SWITCHING", "Operation", "metadata_names", "read_manifest"]
 
 MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
@@ -69,7 +69,7 @@ class Operation:
     trigger: float = math.nan
 
 
-def known_about(data: "xr.Dataset") -> list[str]:
+def metadata_names(data: "xr.Dataset") -> list[str]:
     """Return which of ``ABOUT`` a dataset of operations has a value of, for any operation."""
     return [
         name

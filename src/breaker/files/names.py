@@ -9,11 +9,13 @@ no units behind a name: `Travel (S)`.
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from breaker.files.guards import RejectedCurveError
 
 __all__ = [
     "BESIDE",
+    "StatedUnit",
     "check_unit",
     "label_of",
     "listed",
@@ -118,21 +120,29 @@ def listed(row: Sequence[str]) -> str:
     return ", ".join(repr(cell.strip()[:40]) for cell in row[:20])
 
 
+class StatedUnit(NamedTuple):
+    """The unit of a column, as it stands in the file.
+
+    Attributes:
+        kind: Of the column, "time" or "travel".
+        label: Its name for messages.
+        text: The unit, empty where none is stated.
+    """
+
+    kind: str
+    label: str
+    text: str
+
+
 def check_unit(
-    file: str | Path,
-    kind: str,
-    label: str,
-    text: str,
-    settings: Mapping,
-    *,
-    line: int | None = None,
+    file: str | Path, unit: StatedUnit, settings: Mapping, *, line: int | None = None
 ) -> tuple[str, ...]:
-    """Return what is to be remarked on the unit of a column of a kind, "time" or "travel", as it
-    stands in the file: that it is not known.
+    """Return what is to be remarked on the unit of a column: that it is not known.
 
     Raises:
         RejectedCurveError: If it is another than that of the settings.
     """
+    kind, label, text = unit
     wanted, stated = settings[f"{kind}_unit"], unit_of(text)
     known = f"the unit of {label} is {text!r}"
     but = f"endurance.format.{kind}_unit is {wanted!r}"

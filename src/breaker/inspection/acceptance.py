@@ -11,7 +11,7 @@ import xarray as xr
 
 from breaker.files import MANIFEST, Operation, list_operations, read_manifest
 from breaker.inspection.wording import alike, bullet
-from breaker.records import read_curves
+from breaker.records import Grid, read_curves
 
 __all__ = ["Checked", "check_folder", "checked_text"]
 
@@ -57,8 +57,8 @@ def check_folder(
         motions: "closing", "opening" or both.
     """
     times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
-    errors = {name: sensor[name] for name in ("noise_sd", "zero_sd")}
-    read = partial(read_curves, settings=endurance["format"], times=times, **errors)
+    grid = Grid(times, sensor["noise_sd"], sensor["zero_sd"])
+    read = partial(read_curves, settings=endurance["format"], grid=grid)
     checked = []
     for motion in motions:
         for breaker, phase in _groups(folder, endurance):

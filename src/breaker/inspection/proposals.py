@@ -24,7 +24,7 @@ from breaker.inspection.guesses import (
 )
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock, find_clock
-from breaker.records import Record, Scale, noise_remarks, read_record
+from breaker.records import Grid, Record, Scale, noise_remarks, read_record
 
 __all__ = ["NOT_READ", "InspectedMotion", "InspectionError", "Proposal", "inspect_file"]
 
@@ -189,12 +189,12 @@ def _read(
     most = max(1, _MOST // cells)
     settings = complete(settings)
     scale = Scale.from_settings(settings)
-    times = _times(sensor)
+    grid = Grid(_times(sensor))
     read = []
     for each in motions[:most]:
         try:
             own = settings | {"travel_column": each.column}
-            record = read_record(each.operation, own, scale, times, each.motion)
+            record = read_record(each.operation, own, scale, grid, each.motion)
             read.append(replace(each, record=record))
         except RejectedCurveError as error:
             read.append(replace(each, said=str(error)))

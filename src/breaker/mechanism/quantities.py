@@ -73,27 +73,44 @@ class Quantity(Parameter):
 _FIXED = (
     *(Quantity(**asdict(parameter), motions=MOTIONS, of=_MODEL) for parameter in PARAMETERS),
     Quantity(
-        *("wipe", r"$w$", "mm"),
-        *("way of the drive past the contact gap, closed", MOTIONS, _MODEL),
+        "wipe",
+        r"$w$",
+        "mm",
+        "way of the drive past the contact gap, closed",
+        MOTIONS,
+        _MODEL,
     ),
     Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions", MOTIONS),
     Quantity(
-        *("travel_time", r"$t_\mathrm{travel}$", "ms"),
-        *("time in which the drive goes from 10 to 90 % of its stroke", MOTIONS),
+        "travel_time",
+        r"$t_\mathrm{travel}$",
+        "ms",
+        "time in which the drive goes from 10 to 90 % of its stroke",
+        MOTIONS,
     ),
     Quantity("touch_time", r"$t_\mathrm{touch}$", "ms", "first motion to contact touch", _CLOSING),
     Quantity(
-        *("over_travel", r"$\Delta_\mathrm{close}$", "mm"),
-        *("largest travel beyond the closed rest position", _CLOSING),
+        "over_travel",
+        r"$\Delta_\mathrm{close}$",
+        "mm",
+        "largest travel beyond the closed rest position",
+        _CLOSING,
     ),
     Quantity("part_time", r"$t_\mathrm{part}$", "ms", "first motion to contact parting", _OPENING),
     Quantity(
-        *("rebound", r"$\Delta_\mathrm{open}$", "mm"),
-        *("largest travel beyond the open rest position", _OPENING),
+        "rebound",
+        r"$\Delta_\mathrm{open}$",
+        "mm",
+        "largest travel beyond the open rest position",
+        _OPENING,
     ),
     Quantity(
-        *("latch_time", r"$t_\mathrm{latch}$", "ms"),
-        *("from the trigger to the first motion", MOTIONS, _RECORD),
+        "latch_time",
+        r"$t_\mathrm{latch}$",
+        "ms",
+        "from the trigger to the first motion",
+        MOTIONS,
+        _RECORD,
     ),
 )
 _SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathrm{open}$"}
@@ -108,8 +125,11 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
     """
     moving = (
         Quantity(
-            *(speed.name, _SYMBOLS.get(speed.name, speed.name), "mm/ms"),
-            *(f"mean speed of the drive {speed.words}", (speed.motion,)),
+            speed.name,
+            _SYMBOLS.get(speed.name, speed.name),
+            "mm/ms",
+            f"mean speed of the drive {speed.words}",
+            (speed.motion,),
         )
         for speed in speeds
     )

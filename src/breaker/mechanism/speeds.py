@@ -81,7 +81,7 @@ class Point:
         return f"{abs(self.amount):g} {self.unit} {side} {event}" if self.amount else event
 
     def sized(self, size: Size) -> "Point":
-        """Return the same point of a drive of another size."""
+        """Return the point for a drive of another size."""
         return replace(self, amount=self.amount * (size.factor(self.unit) if self.of_event else 1))
 
 
@@ -90,7 +90,7 @@ class Speed:
     """Mean speed of the drive between two points.
 
     Attributes:
-        name: Its name, which begins with that of its motion.
+        name: Name of the speed, which begins with the name of its motion.
         start, end: The points.
 
     Example:
@@ -132,7 +132,7 @@ class Speed:
 
     @property
     def points(self) -> list[str]:
-        """Its points as ``read`` takes them."""
+        """Points of the speed as ``read`` takes them."""
         return [each.text(self.motion) for each in (self.start, self.end)]
 
     @property
@@ -146,7 +146,7 @@ class Speed:
         return self.start.of_event or self.end.of_event
 
     def sized(self, size: Size) -> "Speed":
-        """Return the same speed of a drive of another size."""
+        """Return the speed for a drive of another size."""
         return replace(self, start=self.start.sized(size), end=self.end.sized(size))
 
 

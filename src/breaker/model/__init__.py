@@ -12,7 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "bank": ["open_bank", "simulate"],
         "contact": ["Contact"],
         "facts": ["Facts"],
-        "fisher": ["limit_over_prior", "linearise", "linearise_beside"],
+        "fisher": ["limit_over_prior", "linearise", "linearise_auxiliary"],
         "joint": ["Model"],
         "plausibility": ["distance", "excess", "principal_components"],
         "prior": ["Prior"],

@@ -12,7 +12,7 @@ import xarray as xr
 from breaker.mechanism import NAMES, sensitivity
 from breaker.model.joint import Model
 
-__all__ = ["contraction_limit", "limit_over_prior", "linearise", "linearise_beside"]
+__all__ = ["contraction_limit", "limit_over_prior", "linearise", "linearise_auxiliary"]
 
 _STEP = 1e-4  # of a derivative of what is known beside a record, prior sd
 
@@ -74,8 +74,8 @@ def limit_over_prior(model: Model, n: int, rng: np.random.Generator) -> xr.Datas
     )
 
 
-def linearise_beside(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return facts and the contact's time as ``Model.residuals_beside``, with their derivatives.
+def linearise_auxiliary(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return facts and the contact's time as ``Model.auxiliary_residuals``, with their derivatives.
 
     Args:
         z: Standardised outputs, ``(q,)``.
@@ -89,15 +89,15 @@ def linearise_beside(model: Model, z: np.ndarray) -> tuple[np.ndarray, np.ndarra
         >>> prior = Prior([2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0], [0.1] * 7)
         >>> sensor = Sensor(-2.0, 58.0, 151, noise_sd=0.1, onset_sd=0.3, zero_sd=0.1)
         >>> facts = Facts.from_settings({"L": [10.2, 0.1]})
-        >>> model = Model(prior, sensor, "closing").knowing(facts)
-        >>> residuals, slopes = linearise_beside(model, np.zeros(8))
+        >>> model = Model(prior, sensor, "closing").conditioned_on(facts)
+        >>> residuals, slopes = linearise_auxiliary(model, np.zeros(8))
         >>> residuals.round(2), slopes[6].round(2)  # L is 2 sd off; a prior sd of it is 10 %
         (array([-2.]), array([10.]))
     """
     if model.facts is None and model.contact is None:
         return np.empty(0), np.empty((len(z), 0))
     steps = _STEP * np.eye(len(z))
-    found = model.residuals_beside(np.concatenate([z[None], z + steps, z - steps]))
+    found = model.auxiliary_residuals(np.concatenate([z[None], z + steps, z - steps]))
     up, down = found[1 : len(z) + 1], found[len(z) + 1 :]
     there = np.isfinite(found).all(axis=0)
     slopes = (np.where(there, up, 0.0) - np.where(there, down, 0.0)) / (2 * _STEP)

@@ -59,7 +59,7 @@ class Model:
         sensor = Sensor.from_settings(settings["sensor"])
         return cls(Prior.from_settings(settings["prior"]), sensor, settings["motion"])
 
-    def knowing(self, facts: Facts | None = None, contact: Contact | None = None) -> "Model":
+    def conditioned_on(self, facts: Facts | None = None, contact: Contact | None = None) -> "Model":
         """Return the model that also knows what is known beside a record."""
         return replace(
             self, facts=facts if facts is not None and facts.names else None, contact=contact
@@ -161,10 +161,10 @@ class Model:
             result[inside] += self.contact.log_density(expected.switching)
         return result
 
-    def residuals_beside(self, z: np.ndarray) -> np.ndarray:
+    def auxiliary_residuals(self, z: np.ndarray) -> np.ndarray:
         """Return how far what is known beside a record is from what is expected, in sds.
 
-        They are independent of each other and of the record, and their squares add to its.
+        Residuals are independent of each other and of the record, to whose squares theirs add.
 
         Args:
             z: Standardised outputs, ``(n, q)``.

@@ -36,7 +36,7 @@ class ModelFileError(ValueError):
 
     @classmethod
     def of_settings(cls, error: Exception) -> "ModelFileError":
-        """Return that of settings from which no model can be built, because of an error."""
+        """Return the error of a file from whose settings no model can be built."""
         reason = f"{type(error).__name__}: {error}"
         return cls(f"its settings do not describe a model ({reason})")
 

@@ -24,15 +24,15 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "solver": ["convergence", "held_out_log_density", "records"],
         "tables": [
-            "beside",
-            "choose",
             "quantiles",
+            "select_posterior",
             "share_inside",
+            "stack_posteriors",
             "summary",
             "table",
             "table_of_both",
         ],
-        "training": ["Trainer", "choose_device", "fingerprint"],
+        "training": ["Checkpoint", "Trainer", "choose_device", "fingerprint"],
         "weights": ["importance"],
     },
 )

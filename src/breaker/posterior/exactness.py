@@ -5,7 +5,7 @@ records.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -42,9 +42,8 @@ def correct_validation(
         standard error ``log_evidence_se``.
     """
     n = data.sizes["curve"]
-    values, found = _correct(
-        [model] * n, data.measured.values, data.draws.values, np.arange(n), settings, seed
-    )
+    records = _Records([model] * n, data.measured.values, data.draws.values, np.arange(n))
+    values, found = _correct(records, settings, seed)
     by_curve = {name: ("curve", each) for name, each in found.items()}
     return data.assign(by_curve | {"draws": (data.draws.dims, values)})
 
@@ -67,15 +66,13 @@ def correct_operations(
         ``inferred`` with all that follows from the draws, and what ``correct_validation`` adds.
     """
     models = models_of(model, inferred)
-    values, found = _correct(
+    records = _Records(
         models,
         inferred.travel.values.astype(np.float64),
         inferred.draws.values.astype(np.float64),
         inferred.operation.values,
-        settings,
-        seed,
-        from_mode=True,
     )
+    values, found = _correct(records, settings, seed, from_mode=True)
     p_value = p_values(model, inferred.travel.values, values)
     by_operation = {name: ("operation", each) for name, each in found.items()}
     by_operation |= judged_contacts(models, inferred, values)
@@ -94,7 +91,9 @@ def models_of(model: Model, operations: xr.Dataset) -> list[Model]:
         return [model] * n
     known = zip(operations.contact_time.values, operations.contact_sd.values, strict=True)
     return [
-        model if np.isnan(time) else model.knowing(model.facts, Contact(float(time), float(sd)))
+        model
+        if np.isnan(time)
+        else model.conditioned_on(model.facts, Contact(float(time), float(sd)))
         for time, sd in known
     ]
 
@@ -144,29 +143,38 @@ def p_values(model: Model, measured: np.ndarray, values: np.ndarray) -> np.ndarr
     return found
 
 
-def _correct(
-    models: Sequence[Model],
-    measured: np.ndarray,
-    draws: np.ndarray,
-    keys: np.ndarray,
-    settings: Mapping,
-    seed: int,
-    *,
-    from_mode: bool = False,
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Correct records one by one, each with a random generator of its own.
+class _Records(NamedTuple):
+    """Records to correct.
 
-    Args:
+    Attributes:
         models: Joint model of each record.
         measured: Records, ``(n, t)``, mm.
         draws: The network's, ``(n, d, q)``, nan where there are none; those stay without.
         keys: What each record's generator is named by, ``(n,)``.
+    """
+
+    models: Sequence[Model]
+    measured: np.ndarray
+    draws: np.ndarray
+    keys: np.ndarray
+
+
+def _correct(
+    records: _Records, settings: Mapping, seed: int, *, from_mode: bool = False
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Correct records one by one, each with a random generator of its own.
+
+    Args:
+        records: The records.
+        settings: The section ``correction`` of the configuration.
+        seed: Seed of the configuration.
         from_mode: Whether to start at the mode of the posterior, and from the network's draws only
             where that fails.
 
     Returns:
         Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
     """
+    models, measured, draws, keys = records
     rows = [dict(ABSENT) for _ in keys]
     values = np.full(draws.shape, np.nan)
     present = np.flatnonzero(np.isfinite(draws).all(axis=(1, 2)))

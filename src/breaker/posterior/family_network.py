@@ -19,23 +19,29 @@ class FamilyNetwork(nn.Module):
     Args:
         settings: Sizes: ``width``, ``blocks``, ``features``, ``components`` and ``head``.
         name: What it is of, for messages.
-        inputs, outputs: Their numbers.
+        sizes: Numbers of inputs and outputs.
         atoms: Number of the first outputs that may be exactly 0.
         seed: Seed of the first weights.
     """
 
     def __init__(
-        self, settings: Mapping, name: str, inputs: int, outputs: int, *, atoms: int, seed: int
+        self, settings: Mapping, name: str, sizes: tuple[int, int], *, atoms: int, seed: int
     ) -> None:
         super().__init__()
         self.name, features = name, settings["features"]
+        inputs, outputs = sizes
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed_integer(seed, "first weights", name))
             self.summary = ResidualMLP(
                 inputs, settings["width"], features, blocks=settings["blocks"]
             )
-            sizes = {"components": settings["components"], "width": settings["head"]}
-            self.inference = AutoregressiveMixture(outputs, features, atoms=atoms, **sizes)
+            self.inference = AutoregressiveMixture(
+                outputs,
+                features,
+                atoms=atoms,
+                components=settings["components"],
+                width=settings["head"],
+            )
 
     def loss(self, x: Tensor, y: Tensor, there: Tensor) -> Tensor:
         """Minus the log density of rows ``(n, i)``, ``(n, q)``, ``(n, q)``, ``(n,)``."""

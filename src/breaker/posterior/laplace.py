@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from breaker.model import Model, linearise, linearise_beside
+from breaker.model import Model, linearise, linearise_auxiliary
 
 __all__ = ["approximate", "mode", "surprise"]
 
@@ -79,9 +79,9 @@ def surprise(model: Model, record: np.ndarray) -> float:
         model: Joint model that knows the contact's time.
         record: ``(t,)``, mm; NaN where a sample is missing.
     """
-    place, precision = mode(model.knowing(model.facts), record)
-    alone = model.knowing(contact=model.contact)
-    (residual,), slopes = linearise_beside(alone, place)
+    place, precision = mode(model.conditioned_on(model.facts), record)
+    alone = model.conditioned_on(contact=model.contact)
+    (residual,), slopes = linearise_auxiliary(alone, place)
     if not slopes.any():
         return np.inf
     (slope,) = slopes.T
@@ -131,7 +131,7 @@ def _look(model: Model, record: np.ndarray, z: np.ndarray) -> tuple[float, np.nd
     if not np.isfinite(density[0]):
         return -np.inf, np.zeros(0), np.zeros((len(z), 0))
     curves, (slopes,) = linearise(model, z[None], record[None])
-    beside, known = linearise_beside(model, z)
+    beside, known = linearise_auxiliary(model, z)
     residual = np.concatenate([model.sensor.whiten(record - curves[0]), -beside])
     height = -0.5 * (residual @ residual + z @ z)
     return float(height), residual, np.concatenate([slopes, known], axis=1)

@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.files import known_about
+from breaker.files import metadata_names
 
 __all__ = [
     "ABSENT",
-    "beside",
-    "choose",
     "quantiles",
+    "select_posterior",
     "share_inside",
+    "stack_posteriors",
     "summary",
     "table",
     "table_of_both",
@@ -106,7 +106,7 @@ def share_inside(
         return (inside & counts).sum(axis=-1) / counts.sum(axis=-1)
 
 
-def beside(amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
+def stack_posteriors(amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
     """Put what ``infer`` and ``correct_operations`` return into one dataset.
 
     What follows from the draws gets a dimension ``posterior``, "amortised" and "corrected"; the
@@ -124,17 +124,21 @@ def beside(amortised: xr.Dataset, corrected: xr.Dataset) -> xr.Dataset:
     )
 
 
-def choose(result: xr.Dataset, posterior: str) -> xr.Dataset:
-    """Take one posterior, "amortised" or "corrected", of what ``beside`` returns."""
+def select_posterior(result: xr.Dataset, posterior: str) -> xr.Dataset:
+    """Take one posterior, "amortised" or "corrected", of what ``stack_posteriors`` returns."""
     chosen = result.sel(posterior=posterior)
     return chosen if posterior == "corrected" else chosen.drop_vars(list(ABSENT))
 
 
 def table_of_both(result: xr.Dataset) -> pd.DataFrame:
-    """Return one tidy row for each operation, output and posterior of what ``beside`` returns."""
+    """Return one tidy row for each operation, output and posterior.
+
+    Args:
+        result: What ``stack_posteriors`` returns.
+    """
     parts = []
     for posterior in result.posterior.values:
-        rows = table(choose(result, posterior))
+        rows = table(select_posterior(result, posterior))
         rows.insert(1, "posterior", posterior)
         parts.append(rows)
     return pd.concat(parts).sort_values("operation", kind="stable", ignore_index=True)
@@ -155,7 +159,7 @@ def table(result: xr.Dataset) -> pd.DataFrame:
     frame = frame.reset_index()
     frame.insert(2, "unit", frame.output.map(units))
     measured = (name for name in _MEASURED if name in result and result[name].notnull().any())
-    columns = [*(name for name in _COLUMNS if name in result), *measured, *known_about(result)]
+    columns = [*(name for name in _COLUMNS if name in result), *measured, *metadata_names(result)]
     return frame.merge(result[columns].to_dataframe()[columns].reset_index(), on="operation")
 
 

@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from pickle import UnpicklingError
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -30,7 +31,7 @@ from breaker.posterior.batches import Rows
 from breaker.posterior.estimator import Posterior
 from breaker.posterior.family_network import FamilyNetwork, FamilyRows
 
-__all__ = ["Trainer", "choose_device", "fingerprint"]
+__all__ = ["Checkpoint", "Trainer", "choose_device", "fingerprint"]
 
 # Of the state of a training, in its checkpoint.
 _NUMBERS = ("step", "best_step", "best_loss", "losses", "evaluations")
@@ -53,6 +54,19 @@ def fingerprint(settings: Mapping, code: Sequence[str | Path]) -> str:
     return digest.hexdigest()
 
 
+class Checkpoint(NamedTuple):
+    """Where the state of a training is kept.
+
+    Attributes:
+        file: Its file.
+        fingerprint: What the state must have been made with; that of another training is left
+            alone and written over.
+    """
+
+    file: Path
+    fingerprint: str
+
+
 @dataclass
 class Trainer:
     """A training and its state.
@@ -64,10 +78,8 @@ class Trainer:
         validation: Rows to judge on, not among ``rows``.
         settings: The section ``training`` of the configuration, for this motion.
         seed: Seed of the configuration.
-        checkpoint: File of the state, written as the training goes and read if it is there; None
-            for a training too short to be killed.
-        fingerprint: What the checkpoint must have been made with; one of another training is
-            left alone and written over.
+        checkpoint: The state, written as the training goes and read if its file is there; None for
+            a training too short to be killed.
     """
 
     posterior: Posterior | FamilyNetwork
@@ -75,8 +87,7 @@ class Trainer:
     validation: Rows | FamilyRows
     settings: Mapping
     seed: int
-    checkpoint: Path | None = None
-    fingerprint: str = ""
+    checkpoint: Checkpoint | None = None
     step: int = 0
     best_step: int = 0
     best_loss: float = math.inf
@@ -182,7 +193,7 @@ class Trainer:
 
     def _state(self) -> dict:
         return {
-            "fingerprint": self.fingerprint,
+            "fingerprint": self.checkpoint.fingerprint,
             **{name: getattr(self, name) for name in _NUMBERS},
             **{name: [each.detach() for each in getattr(self, name)] for name in _WEIGHTS},
             "optimiser": self.optimiser.state_dict(),
@@ -190,26 +201,27 @@ class Trainer:
         }
 
     def _save(self) -> None:
-        self.checkpoint.parent.mkdir(parents=True, exist_ok=True)
-        partial = self.checkpoint.with_suffix(".partial")
+        file = self.checkpoint.file
+        file.parent.mkdir(parents=True, exist_ok=True)
+        partial = file.with_suffix(".partial")
         torch.save(self._state(), partial)
-        partial.replace(self.checkpoint)  # whole or not at all
+        partial.replace(file)  # whole or not at all
 
     def _resume(self) -> None:
-        if self.checkpoint is None or not self.checkpoint.exists():
+        if self.checkpoint is None or not self.checkpoint.file.exists():
             return
+        file, fingerprint = self.checkpoint
         # weights_only: a checkpoint is data, whoever wrote it.
         try:
             device = self.weights[0].device
-            state = torch.load(self.checkpoint, weights_only=True, map_location=device)
+            state = torch.load(file, weights_only=True, map_location=device)
             found = state["fingerprint"]
         except (EOFError, KeyError, RuntimeError, UnpicklingError) as error:
             raise ValueError(
-                f"{self.checkpoint} cannot be read ({type(error).__name__}); delete it to train "
-                "from the start"
+                f"{file} cannot be read ({type(error).__name__}); delete it to train from the start"
             ) from error
-        if found != self.fingerprint:
-            tqdm.write(f"{self.checkpoint} is of another training; starting anew")
+        if found != fingerprint:
+            tqdm.write(f"{file} is of another training; starting anew")
             return
         for name in _NUMBERS:
             setattr(self, name, state[name])
@@ -217,7 +229,7 @@ class Trainer:
             self._copy(state[name], getattr(self, name))
         self.optimiser.load_state_dict(state["optimiser"])
         self.rng.set_state(state["rng"].cpu())
-        tqdm.write(f"going on from step {self.step} of {self.checkpoint}")
+        tqdm.write(f"going on from step {self.step} of {file}")
 
     def _history(self) -> xr.Dataset:
         steps, losses = zip(*self.evaluations, strict=True)

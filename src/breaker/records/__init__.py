@@ -10,6 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "export": ["write_curve"],
+        "grid": ["Grid"],
         "landmarks": ["main_motion"],
         "measured": ["Contact", "Measured", "measure_curve"],
         "noise": ["noise_remarks"],

@@ -10,7 +10,7 @@ import numpy as np
 
 from breaker.records.running import filled, running_median
 
-__all__ = ["doubtful_samples", "told"]
+__all__ = ["doubtful_samples", "doubts_in_words"]
 
 _ABSURD = 1e6  # mm, beyond every stroke: arithmetic with more may overflow
 _BLOCK = 0.5  # ms, whose median stands for it
@@ -62,7 +62,7 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     return kinds
 
 
-def told(time: np.ndarray, kinds: np.ndarray) -> str:
+def doubts_in_words(time: np.ndarray, kinds: np.ndarray) -> str:
     """Say which samples are doubtful: how many, what they are and when; "" if none is."""
     if not kinds.any():
         return ""

@@ -7,6 +7,7 @@ the first touch that counts.
 """
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from breaker.records.errors import UnusableError
 from breaker.records.measured import Contact
 from breaker.records.segments import Segment
 
-__all__ = ["events_of", "switching_of", "trigger_of"]
+__all__ = ["LocatedMotion", "events_of", "switching_of", "trigger_of"]
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms
@@ -24,13 +25,26 @@ _FEWEST = 3  # samples of a level
 _RISES = 0.1, 0.2  # of a trigger, between which its rise is straight
 
 
+class LocatedMotion(NamedTuple):
+    """A motion in its record.
+
+    Attributes:
+        motion: "closing" or "opening".
+        time: Times of the record, ``(n,)``, ms.
+        segment: The part of the record that is the motion.
+        moves: Time of the first motion, ms.
+    """
+
+    motion: str
+    time: np.ndarray
+    segment: Segment
+    moves: float
+
+
 def events_of(
     operation: Operation,
     settings: Mapping,
-    motion: str,
-    time: np.ndarray,
-    segment: Segment,
-    moves: float,
+    located: LocatedMotion,
     channels: Mapping[str, np.ndarray],
 ) -> tuple[Contact, list[str]]:
     """Return contact's time and trigger of a motion: as the operation states, or by channels.
@@ -38,18 +52,16 @@ def events_of(
     Args:
         operation: What the table of operations says.
         settings: The section ``endurance.format``, complete.
-        motion: "closing" or "opening".
-        time: Times of the record, ``(n,)``, ms.
-        segment: The part of it that is the motion.
-        moves: Time of the first motion, ms.
+        located: The motion.
         channels: Those of ``"contact"`` and ``"trigger"`` that the record has, ``(n,)``.
 
     Returns:
-        They, and what is doubtful about channels, in words.
+        Contact and trigger, and what is doubtful about channels, in words.
 
     Raises:
         UnusableError: If a time that the table states cannot be one of this motion.
     """
+    motion, time, segment, moves = located
     inside, said = slice(segment.begin, segment.end), []
     sd = settings["timing_sd"] if np.isnan(operation.timing_sd) else operation.timing_sd
     switching, trigger = operation.switching, operation.trigger
@@ -89,8 +101,8 @@ def _not_seen(kind: str, settings: Mapping, does: str) -> str:
 def switching_of(time: np.ndarray, contact: np.ndarray, moves: float) -> float:
     """Return when the contact of a motion first leaves its state, ms; nan if that is not seen.
 
-    It has its state of before the first motion until then, and another one in the last quarter of
-    the time after it.
+    The contact keeps its state of before the first motion up to the switching, and has another one
+    in the last quarter of the time after the first motion.
 
     Args:
         time: Times of the motion, ``(n,)``, ms, evenly spaced.

@@ -14,11 +14,26 @@ import numpy as np
 
 from breaker.records.errors import UnusableError
 
-__all__ = ["Gridded", "check_missing", "cubic_weights", "grid_remarks", "on_grid"]
+__all__ = ["Grid", "Gridded", "check_missing", "cubic_weights", "grid_remarks", "on_grid"]
 
 _WHOLE = 1e-3  # samples, by which a step of the grid may be off whole ones
 _ON = 1e-6  # samples, from which a time is on a sample
 _FEWEST = 16  # samples of a motion, which is two for each parameter
+
+
+class Grid(NamedTuple):
+    """The model's grid, and the errors that the model takes for granted on it.
+
+    Attributes:
+        times: Times, ``(t,)``, ms around the first motion.
+        noise_sd: Standard deviation of the noise, mm; a record whose own is another has a remark.
+            None compares nothing.
+        zero_sd: The same of the zero, mm.
+    """
+
+    times: np.ndarray
+    noise_sd: float | None = None
+    zero_sd: float | None = None
 
 
 class Gridded(NamedTuple):

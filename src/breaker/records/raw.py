@@ -13,8 +13,8 @@ from breaker.files import Operation, RejectedCurveError, complete, read_columns
 from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
-from breaker.records.doubtful import doubtful_samples, told
-from breaker.records.edges import events_of
+from breaker.records.doubtful import doubtful_samples, doubts_in_words
+from breaker.records.edges import LocatedMotion, events_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
@@ -114,7 +114,7 @@ class Raw:
         return [
             *self.said,
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
-            told(self.time, self.doubts),
+            doubts_in_words(self.time, self.doubts),
             leap_remark(time, left, noise.sd, self.quantum, self.segment.stroke),
             *inconsistencies(time, left, self.moves, noise_sd or 0.0),
         ]
@@ -162,7 +162,8 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         inside = slice(segment.begin, segment.end)
         moves = first_motion(time[inside], left[inside], motion)
         beside = {kind: _placed(each, place, time) for kind, each in columns.beside.items()}
-        events, odd = events_of(operation, settings, motion, time, segment, moves, beside)
+        located = LocatedMotion(motion, time, segment, moves)
+        events, odd = events_of(operation, settings, located, beside)
     except UnusableError as error:
         raise RejectedCurveError(operation.file, str(error), line=error.line) from error
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
@@ -212,5 +213,5 @@ def _doubts(
     doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
     found = np.flatnonzero(doubts)
     if found.size and settings["doubtful"] == "reject":
-        raise UnusableError(told(time, doubts), line=int(lines[found[0]]))
+        raise UnusableError(doubts_in_words(time, doubts), line=int(lines[found[0]]))
     return doubts, quantum

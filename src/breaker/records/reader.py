@@ -26,7 +26,7 @@ Example:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = f"{folder}/operation_7.csv"
     ...     write_curve(file, time, travel, motion="closing", operation=7)
-    ...     curves = read_curves([Operation(7, file)], {}, np.arange(-2.0, 30.0), "closing")
+    ...     curves = read_curves([Operation(7, file)], {}, Grid(np.arange(-2.0, 30.0)), "closing")
     >>> curves.accepted.values, curves.missing.values, curves.travel.shape
     (array([ True]), array([0]), (1, 32))
 """
@@ -41,7 +41,7 @@ import xarray as xr
 from breaker.files import ABOUT, Operation, RejectedCurveError, printable
 from breaker.mechanism import SPEEDS, Speed
 from breaker.records.errors import UnusableError
-from breaker.records.grid import Gridded, check_missing, grid_remarks
+from breaker.records.grid import Grid, Gridded, check_missing, grid_remarks
 from breaker.records.measured import variables
 from breaker.records.noise import Noise, noise_remarks
 from breaker.records.raw import Raw, read_raw, read_raws
@@ -89,11 +89,9 @@ class Record(Raw):
 def read_curves(
     operations: Sequence[Operation],
     settings: Mapping,
-    times: np.ndarray,
+    grid: Grid,
     motion: str,
     *,
-    noise_sd: float | None = None,
-    zero_sd: float | None = None,
     speeds: Sequence[Speed] = SPEEDS,
 ) -> xr.Dataset:
     """Read the records of several operations.
@@ -102,11 +100,8 @@ def read_curves(
         operations: The operations, and where their records are.
         settings: The section ``endurance.format`` of the configuration; what it lacks has its
             default.
-        times: The model's grid, ``(t,)``, ms around the first motion.
+        grid: The model's.
         motion: "closing" or "opening".
-        noise_sd: Standard deviation of the noise that the model takes for granted, mm; a record
-            whose own is another has a remark. None compares nothing.
-        zero_sd: The same of its zero, mm.
 
     Returns:
         Dataset over ``operation``, ``time``: ``travel`` (mm; NaN where a sample is missing, or
@@ -131,11 +126,11 @@ def read_curves(
         try:
             if isinstance(raw, RejectedCurveError):
                 raise raw
-            records.append(_to_grid(raw, times, noise_sd, zero_sd))
+            records.append(_to_grid(raw, grid))
         except RejectedCurveError as error:
             records.append(error)
             logging.getLogger("breaker").warning("rejected: %s", error)
-    return _dataset(operations, records, times, motion, speeds)
+    return _dataset(operations, records, grid.times, motion, speeds)
 
 
 def _dataset(
@@ -194,29 +189,23 @@ def _dataset(
 
 
 def read_record(
-    operation: Operation,
-    settings: Mapping,
-    scale: Scale,
-    times: np.ndarray,
-    motion: str,
-    *,
-    noise_sd: float | None = None,
-    zero_sd: float | None = None,
+    operation: Operation, settings: Mapping, scale: Scale, grid: Grid, motion: str
 ) -> Record:
     """Read the record of one operation.
 
     Args:
         settings: The section ``endurance.format``, complete.
-        times, motion, noise_sd, zero_sd: As for ``read_curves``.
+        grid, motion: As for ``read_curves``.
 
     Raises:
         RejectedCurveError: If the record cannot be used.
     """
-    return _to_grid(read_raw(operation, settings, scale, motion), times, noise_sd, zero_sd)
+    return _to_grid(read_raw(operation, settings, scale, motion), grid)
 
 
-def _to_grid(raw: Raw, times: np.ndarray, noise_sd: float | None, zero_sd: float | None) -> Record:
+def _to_grid(raw: Raw, grid: Grid) -> Record:
     """Put a record on the grid."""
+    times, noise_sd, zero_sd = grid
     gridded = raw.on_grid(times)
     try:
         check_missing(gridded, raw.settings["missing"])

@@ -90,7 +90,8 @@ def _solutions(x: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, list[np.nd
     """Constant and the solutions of ``y'' + r y' + s y = 0``, or of ``y' + r y = 0``.
 
     Returns:
-        They, ``(n, order + 1)``; and their derivatives by each rate, ``(n, order)``.
+        Constant and solutions, ``(n, order + 1)``; and derivatives of these by each rate,
+        ``(n, order)``.
     """
     if rates.size == 1:
         decay = np.exp(-rates[0] * x)

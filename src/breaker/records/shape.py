@@ -71,7 +71,7 @@ def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shap
     """
     way, present = np.empty(SHAPE_TIMES.size), np.empty(SHAPE_TIMES.size, dtype=np.bool_)
     units = (0.0, 0.0) if like is None else (like.stroke, like.duration)
-    found = normalise(np.asarray(travel, dtype=np.float64), step, *units, way, present)
+    found = normalise(np.asarray(travel, dtype=np.float64), step, units, way, present)
     if not found[3] > 0.0:
         raise ValueError("the record has no motion from one rest to another")
     return Shape(way, present, *found)
@@ -91,11 +91,11 @@ def effective_noise(noise_sd, colour, step):
 
 
 @_fast
-def normalise(travel, step, like_stroke, like_duration, way, present):
+def normalise(travel, step, like, way, present):
     """Compute ``shape_of`` into ``way`` and ``present``; rest, stroke, origin and duration.
 
-    Stroke and duration of another record are 0 where there is none. Its own duration is 0 where
-    there is no motion.
+    Stroke and duration of another record, ``like``, are 0 where there is none. The record's own
+    duration is 0 where there is no motion.
     """
     time, value = np.empty(travel.size), np.empty(travel.size)
     n = 0
@@ -120,9 +120,10 @@ def normalise(travel, step, like_stroke, like_duration, way, present):
     stroke = high - low
     if not stroke > 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    length = like_stroke if like_stroke > 0.0 else stroke
-    unit = like_duration if like_duration > 0.0 else duration
-    _averages(time[:n], value[:n], origin, unit, max(_GAP * unit, 2.5 * step), way, present)
+    length = like[0] if like[0] > 0.0 else stroke
+    unit = like[1] if like[1] > 0.0 else duration
+    _averages(time[:n], value[:n], origin, unit, way)
+    _presence(time[:n], origin, unit, max(_GAP * unit, 2.5 * step), present)
     for j in range(way.size):
         way[j] = (way[j] - low) / length
     return low, stroke, origin, duration
@@ -180,8 +181,8 @@ def _crossing(time, smooth, i, level):
 
 
 @_fast
-def _averages(time, value, origin, duration, gap, way, present):
-    """Mean of the line through samples over each step of the grid, and whether it has samples."""
+def _averages(time, value, origin, duration, way):
+    """Mean of the line through samples over each step of the grid."""
     n, i = value.size, 0
     last, area, total = -np.inf, 0.0, 0.0
     for j in range(2 * way.size):
@@ -199,8 +200,16 @@ def _averages(time, value, origin, duration, gap, way, present):
             area = total + 0.5 * (value[i] + there) * (edge - time[i])
         if j % 2:
             way[j // 2] = (area - last) / (SHAPE_STEP * duration)
-            middle = edge - 0.5 * SHAPE_STEP * duration
-            inside = time[0] <= middle <= time[n - 1]
-            k = min(i, n - 2)
-            present[j // 2] = inside and time[k + 1] - time[k] <= gap
         last = area
+
+
+@_fast
+def _presence(time, origin, duration, gap, present):
+    """Whether each step of the grid has samples: none where two of them are a gap apart."""
+    n, i = time.size, 0
+    for j in range(present.size):
+        edge = origin + duration * (SHAPE_TIMES[j] + 0.5 * SHAPE_STEP)
+        while i < n - 2 and time[i + 1] <= edge:
+            i += 1
+        middle = edge - 0.5 * SHAPE_STEP * duration
+        present[j] = time[0] <= middle <= time[n - 1] and time[i + 1] - time[i] <= gap

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from breaker.files import FORMAT, TO_MM
-from breaker.synthetic.instruments import WRITERS
+from breaker.synthetic.instruments import WRITERS, Recording
 
 __all__ = ["ANGLES", "DIALECTS", "Dialect"]
 
@@ -97,7 +97,8 @@ class Dialect:
             ['2.000', '0.200']
         """
         readings = self.reading(np.atleast_2d(travel))
-        WRITERS[self.kind](self, Path(file), time, readings, motion, operation)
+        recording = Recording(time, readings, motion, operation)
+        WRITERS[self.kind](self, Path(file), recording)
 
 
 DIALECTS: dict[str, Dialect] = {

@@ -1,17 +1,20 @@
 """A network of a family, trained on its bank, with what records of its drives look like."""
 
 from collections.abc import Mapping
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from breaker.family import Basis, Membership, Seen
+from breaker.family import Basis, Membership, NormalisedRecords
 from breaker.mechanism import MOTIONS
 from breaker.model import generator
 from breaker.synthetic.family_bank import shapes
 from breaker.synthetic.family_records import record_shapes
-from breaker.synthetic.family_training import rows_of
+from breaker.synthetic.family_rows import Rows
+
+if TYPE_CHECKING:
+    from breaker.posterior import Checkpoint
 
 __all__ = ["train_network"]
 
@@ -19,24 +22,21 @@ _LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is ju
 
 
 def train_network(
-    kind: str,
-    bank: xr.Dataset,
+    rows: Rows,
     held_out: xr.Dataset,
     settings: Mapping,
     seed: int,
     *,
-    checkpoint: Path | None = None,
-    fingerprint: str = "",
+    checkpoint: "Checkpoint | None" = None,
 ) -> tuple[xr.Dataset, dict[str, np.ndarray], dict]:
     """Train a network of "levels" or "changes" on the drives of a bank.
 
     Args:
-        kind: Of the network.
-        bank: Drives, the last ``validation_curves`` of which judge the training.
+        rows: Of a bank, from ``rows_of``; its last ``validation_curves`` drives judge the training.
         held_out: Drives that show what records of members look like.
         settings: The section ``family_networks`` of the configuration.
         seed: Seed of the configuration.
-        checkpoint, fingerprint: As of ``posterior.Trainer``.
+        checkpoint: As of ``posterior.Trainer``.
 
     Returns:
         The history of the training; weights by name, and what inputs and outputs are scaled by,
@@ -44,10 +44,9 @@ def train_network(
     """
     from breaker.posterior import FamilyNetwork, FamilyRows, Trainer, choose_device  # loads torch
 
-    rows = rows_of(kind, bank)
-    rows.freeze(generator(seed, "family", kind, "scales"))
+    rows.freeze(generator(seed, "family", rows.kind, "scales"))
     device = choose_device(settings["training"]["device"])
-    network = FamilyNetwork(settings["network"], kind, *rows.sizes, atoms=rows.atoms, seed=seed)
+    network = FamilyNetwork(settings["network"], rows.kind, rows.sizes, atoms=rows.atoms, seed=seed)
     aside = len(rows) - settings["training"]["validation_curves"]
     history = Trainer(
         posterior=network.to(device),
@@ -56,10 +55,9 @@ def train_network(
         settings=settings["training"],
         seed=seed,
         checkpoint=checkpoint,
-        fingerprint=fingerprint,
     ).run()
     frozen = rows.frozen
-    if kind == "levels":
+    if rows.kind == "levels":
         rng = generator(seed, "family members")
         frozen["members"] = _members_of(held_out, frozen["bases"], rng)
     weights = {name: each.detach().cpu().numpy() for name, each in network.state_dict().items()}
@@ -76,7 +74,7 @@ def _members_of(
         levels = {}
         for noise in _LEVELS:
             seen, *_ = record_shapes(curves, rng, noise=(noise, 1.01 * noise))
-            seen = Seen(*(each[seen.there] for each in seen))
+            seen = NormalisedRecords(*(each[seen.there] for each in seen))
             levels[float(np.median(seen.noise))] = seen
         found[motion] = Membership.of(levels, bases[motion])
     return found

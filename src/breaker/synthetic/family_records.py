@@ -5,9 +5,11 @@ noise of a colour, a step of its readings and gaps, all drawn afresh; it is then
 it shows, by the very code that reads measured ones.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from breaker.family import Seen
+from breaker.family import NormalisedRecords
 from breaker.mechanism import compiled
 from breaker.records import SHAPE_TIMES, effective_noise, normalise
 from breaker.synthetic.family_bank import GRID as TIMES
@@ -31,6 +33,25 @@ _QUANTUM = (0.1, 4.0)  # of the noise
 _GAP = (0.1, 1.5)  # durations
 
 
+class _Sensor(NamedTuple):
+    """How a record is taken: its begin and step, durations; the rest, share of the stroke."""
+
+    begin: float
+    step: float
+    noise: float
+    colour: float
+    quantum: float
+
+
+class _Records(NamedTuple):
+    """What is made of the curves: their ways ``(n, g)``, and numbers about them ``(n, 6)``."""
+
+    way: np.ndarray
+    present: np.ndarray
+    about: np.ndarray
+    there: np.ndarray
+
+
 def record_shapes(
     curves: np.ndarray,
     rng: np.random.Generator,
@@ -38,7 +59,7 @@ def record_shapes(
     noise: tuple[float, float] = _NOISE,
     like: tuple[np.ndarray, np.ndarray] | None = None,
     wanted: np.ndarray | None = None,
-) -> tuple[Seen, np.ndarray, np.ndarray]:
+) -> tuple[NormalisedRecords, np.ndarray, np.ndarray]:
     """Record curves of one motion, and normalise the records.
 
     Args:
@@ -56,20 +77,22 @@ def record_shapes(
     n = len(curves)
     way, present = np.empty((n, SHAPE_TIMES.size)), np.empty((n, SHAPE_TIMES.size), dtype=np.bool_)
     about = np.empty((n, 6))
-    strokes, durations = like if like else np.zeros((2, n))
+    units = np.array(like) if like else np.zeros((2, n))
     limits = np.log(np.array([*noise, *_SAMPLING, *_QUANTUM]))
     there = np.ones(n, dtype=np.bool_) if wanted is None else wanted.copy()
-    _record(curves, rng, limits, strokes, durations, way, present, about, there)
+    _record(curves, rng, limits, units, _Records(way, present, about, there))
     origin, stroke, duration, sd, colour, step = about.T
     told = np.exp(_ERROR * rng.standard_normal(n)) * sd
     guess = np.clip(colour + _ERROR * rng.standard_normal(n), 0.0, 0.95)
-    seen = Seen(there, way, present, stroke, duration, told, guess, step)
+    seen = NormalisedRecords(there, way, present, stroke, duration, told, guess, step)
     return seen, origin, duration
 
 
 @_fast
-def _record(curves, rng, limits, strokes, durations, way, present, about, there):
+def _record(curves, rng, limits, units, records):
     """Record and normalise the curves that are to be there, and say which of them can be."""
+    way, present, about, there = records
+    strokes, durations = units[0], units[1]
     out = np.empty(_LONGEST)
     for r in range(len(curves)):
         wanted, there[r] = there[r], False
@@ -82,14 +105,12 @@ def _record(curves, rng, limits, strokes, durations, way, present, about, there)
             fine = rng.random() < _SMOOTH
             quantum = 0.0 if fine else noise * np.exp(rng.uniform(limits[4], limits[5]))
             n = min(_LONGEST, int((end - begin) / step) + 1)
-            _samples(curves[r], rng, begin, step, noise, colour, quantum, out[:n])
+            _samples(curves[r], rng, _Sensor(begin, step, noise, colour, quantum), out[:n])
             if rng.random() > _GAPLESS:
                 first = rng.integers(0, n)
                 out[first : min(n, first + int(rng.uniform(*_GAP) / step))] = np.nan
             like = strokes[r], durations[r]
-            _, stroke, origin, duration = normalise(
-                out[:n], step, like[0], like[1], way[r], present[r]
-            )
+            _, stroke, origin, duration = normalise(out[:n], step, like, way[r], present[r])
             there[r] = 0.2 < duration < 5.0 and stroke > 0.3
             if there[r]:
                 break
@@ -110,8 +131,9 @@ def _record(curves, rng, limits, strokes, durations, way, present, about, there)
 
 
 @_fast
-def _samples(curve, rng, begin, step, noise, colour, quantum, out):
-    """Sample a curve from ``begin`` on, with noise of a first-order process, rounded."""
+def _samples(curve, rng, sensor, out):
+    """Sample a curve, with noise of a first-order process, rounded."""
+    begin, step, noise, colour, quantum = sensor
     root, error = np.sqrt(1.0 - colour * colour), rng.standard_normal()
     for i in range(out.size):
         value = _at(curve, (begin + i * step - _FIRST) / _STEP) + noise * error

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -52,6 +52,8 @@ class Rows:
             have it: set by ``freeze``, or that of the training.
     """
 
+    kind: ClassVar[str]
+    """"levels" or "changes"."""
     atoms: ClassVar[int]
     """Number of the first outputs that may be exactly 0."""
     names: ClassVar[tuple[str, ...]]
@@ -102,10 +104,18 @@ class Rows:
         return shapes(self.curves[drives, condition, motion])
 
 
+class _Pairs(NamedTuple):
+    """Drives ``(n,)``, each in two conditions: new 0 or worn 1, ``(n,)``."""
+
+    drives: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+
 class LevelRows(Rows):
     """Records of one operation, and the state of the drive."""
 
-    names, atoms = (*NAMES, *EVENTS), Levels.atoms
+    kind, names, atoms = "levels", (*NAMES, *EVENTS), Levels.atoms
 
     def freeze(self, rng: np.random.Generator) -> None:
         """Set the scales."""
@@ -165,6 +175,7 @@ class LevelRows(Rows):
 class ChangeRows(Rows):
     """Records of a drive in two conditions, and what has changed."""
 
+    kind = "changes"
     names = (*NAMES, *(f"later {motion}" for motion in MOTIONS))
     atoms = Changes.atoms
 
@@ -173,8 +184,8 @@ class ChangeRows(Rows):
         drives = rng.permutation(len(self))[:_MOST]
         bases, usual = self._bases(drives, rng), self._usual()
         n, motions = len(drives), np.ones((len(drives), 2), dtype=bool)
-        order = np.zeros(n, dtype=int), np.ones(n, dtype=int)
-        _, changes, _ = self._records(drives, order, motions, rng, _CLEAN, odd=False)
+        pairs = _Pairs(drives, np.zeros(n, dtype=int), np.ones(n, dtype=int))
+        _, changes, _ = self._records(pairs, motions, rng, _CLEAN, odd=False)
         change_bases = {
             motion: Basis.of(each.way, _CHANGE_COMPONENTS)._replace(mean=np.zeros(SHAPE_TIMES.size))
             for motion, each in changes.items()
@@ -191,7 +202,6 @@ class ChangeRows(Rows):
         motions: np.ndarray | None = None,
         noise: Sequence[float] = _CHANGE_NOISE,
         back: float = _BACK,
-        odd: bool = True,
     ) -> tuple[np.ndarray, ...]:
         """Return inputs, outputs before their scales, and which are there, of drives ``(n,)``.
 
@@ -201,13 +211,12 @@ class ChangeRows(Rows):
             motions: As of ``LevelRows.unscaled``.
             noise: Range of the noise of a sample of records or means of them, share of the stroke.
             back: Share of the changes from worn to new.
-            odd: Whether a part of the change is of no drive of the family.
         """
         n = len(drives)
         motions = self._motions(n, rng) if motions is None else motions
         before = (rng.random(n) < back).astype(int)
-        order = before, 1 - before
-        records, changes, y = self._records(drives, order, motions, rng, noise, odd=odd)
+        pairs = _Pairs(drives, before, 1 - before)
+        records, changes, y = self._records(pairs, motions, rng, noise)
         scales = (self.frozen[name] for name in ("bases", "change_bases", "usual"))
         x = change_inputs(records, changes, *scales)
         motions = np.column_stack([each.there for each in records.values()])
@@ -215,10 +224,14 @@ class ChangeRows(Rows):
         there = np.hstack([parameters, motions])
         return x, y, there, np.zeros_like(y)
 
-    def _records(self, drives, order, motions, rng, noise, *, odd):
-        """References in mm and ms, changes from them, and outputs, ``(n, p + 2)``."""
+    def _records(self, pairs, motions, rng, noise, *, odd=True):
+        """References in mm and ms, changes from them, and outputs, ``(n, p + 2)``.
+
+        With ``odd``, a part of the change is of no drive of the family.
+        """
         references, changes, moved = {}, {}, []
-        first, second = order
+        drives, first, second = pairs
+        order = first, second
         for m, motion in enumerate(MOTIONS):
             before, after = (self._curves(drives, each, m) for each in order)
             stroke = self.stroke[drives, first], self.stroke[drives, second]
@@ -243,7 +256,7 @@ class ChangeRows(Rows):
                 np.diff(self.events[drives, each, m])[:, 0] * one
                 for each, one in zip(order, unit, strict=True)
             ]
-            late = np.where(order[0] == order[1], 0.0, takes[1] - takes[0])
+            late = np.where(first == second, 0.0, takes[1] - takes[0])
             late = np.where(np.isfinite(late), late, 0.0) / seen.duration
             moved.append(np.where(np.abs(late) < _SAME, 0.0, late))
         both = self.theta[drives, first], self.theta[drives, second]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from breaker.family import Changes, Levels, worn
+from breaker.family import Changes, Levels, plausible_wear
 from breaker.mechanism import NAMES
 from breaker.stores import open_store
 from breaker.synthetic.family_rows import ChangeRows, LevelRows, Rows
@@ -18,7 +18,7 @@ __all__ = ["open_family", "rows_of", "sample_rows"]
 def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> Rows:
     """Return rows of "levels" or "changes", scaled as those that a network was trained on."""
     frozen = {} if like is None else {each.name: getattr(like, each.name) for each in fields(like)}
-    return {"levels": LevelRows, "changes": ChangeRows}[kind](bank, frozen)
+    return {each.kind: each for each in (LevelRows, ChangeRows)}[kind](bank, frozen)
 
 
 def sample_rows(
@@ -54,7 +54,11 @@ def sample_rows(
         [network.network.sample(each[None], told, draws, rng)[0] for each in features]
     )
     values = network.centre + network.scale * values
-    kept = worn(values[..., : len(NAMES)]) if rows.atoms else np.ones(len(values), dtype=bool)
+    kept = (
+        plausible_wear(values[..., : len(NAMES)])
+        if rows.atoms
+        else np.ones(len(values), dtype=bool)
+    )
     values, y, units = values[kept], y[kept], units[kept]
 
     def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:

@@ -1,13 +1,12 @@
 """What writes the records of instruments: texts, workbooks, COMTRADE and NetCDF.
 
-Each takes a dialect (``breaker.synthetic.dialects``), a file, times ``(t,)`` in ms, readings of the
-first channels ``(channels, t)`` in the dialect's unit, the motion and the number of the operation.
+Each takes a dialect (``breaker.synthetic.dialects``), a file, and what the file is to show.
 """
 
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,21 +16,35 @@ from breaker.records import write_curve
 if TYPE_CHECKING:
     from breaker.synthetic.dialects import Dialect
 
-__all__ = ["WRITERS"]
+__all__ = ["WRITERS", "Recording"]
 
 _SPELT = {"ms": "msec", "deg": "°"}
 
 
-def _stand_in(
-    dialect: "Dialect", file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
-    write_curve(file, time, readings[0], motion=motion, operation=number)
+class Recording(NamedTuple):
+    """What an instrument writes of an operation.
+
+    Attributes:
+        time: Times, ``(t,)``, ms.
+        readings: Of the first channels, ``(channels, t)``, in the dialect's unit.
+        motion: "closing" or "opening".
+        number: Of the operation.
+    """
+
+    time: np.ndarray
+    readings: np.ndarray
+    motion: str
+    number: int
 
 
-def _rows(
-    dialect: "Dialect", file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> tuple[list[list[str]], list[list[float]]]:
+def _stand_in(dialect: "Dialect", file: Path, recording: Recording) -> None:
+    time, first = recording.time, recording.readings[0]
+    write_curve(file, time, first, motion=recording.motion, operation=recording.number)
+
+
+def _rows(dialect: "Dialect", recording: Recording) -> tuple[list[list[str]], list[list[float]]]:
     """Rows of text above the samples, and the samples."""
+    time, readings, motion, number = recording
     settings = {**FORMAT, **dialect.settings}
     low, high = dialect.preamble
     lines = low + zlib.crc32(f"{motion} {number}".encode()) % (high - low + 1)
@@ -55,11 +68,9 @@ def _rows(
     return above, np.column_stack(shown).tolist()
 
 
-def _text(
-    dialect: "Dialect", file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
+def _text(dialect: "Dialect", file: Path, recording: Recording) -> None:
     settings = {**FORMAT, **dialect.settings}
-    above, samples = _rows(dialect, file, time, readings, motion, number)
+    above, samples = _rows(dialect, recording)
     digits = [dialect.digits] * len(samples[0])
     if settings["time_column"]:
         digits[0] = {"s": 7, "ms": 3, "us": 0}[settings["time_unit"]]
@@ -72,12 +83,10 @@ def _text(
     file.write_bytes(dialect.eol.join([*lines, ""]).encode(settings["encoding"]))
 
 
-def _excel(
-    dialect: "Dialect", file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
+def _excel(dialect: "Dialect", file: Path, recording: Recording) -> None:
     import openpyxl
 
-    above, samples = _rows(dialect, file, time, readings, motion, number)
+    above, samples = _rows(dialect, recording)
     book = openpyxl.Workbook(write_only=True)
     book.create_sheet("Info").append(["made by", "Prüfstand 7"])
     sheet = book.create_sheet("Data")
@@ -86,10 +95,9 @@ def _excel(
     book.save(file)
 
 
-def _comtrade(
-    dialect: "Dialect", file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
+def _comtrade(dialect: "Dialect", file: Path, recording: Recording) -> None:
     """A pair of files, with 32 bits for a value."""
+    time, readings = recording.time, recording.readings
     rate = 1e3 * (time.size - 1) / (time[-1] - time[0])
     described = [
         f"{i + 1},{name},,,mm,{dialect.step},0,0,-2147483647,2147483647,1,1,P"
@@ -107,17 +115,15 @@ def _comtrade(
     file.with_suffix(".dat").write_bytes(rows.tobytes())
 
 
-def _netcdf(
-    dialect: "Dialect", file: Path, time: np.ndarray, readings: np.ndarray, motion: str, number: int
-) -> None:
+def _netcdf(dialect: "Dialect", file: Path, recording: Recording) -> None:
     import xarray as xr
 
     unit = {"units": "millimeter"}
-    named = zip(dialect.channels, readings, strict=False)
+    named = zip(dialect.channels, recording.readings, strict=False)
     xr.Dataset(
         {name: ("time", reading, unit) for name, reading in named},
-        coords={"time": ("time", time, {"units": "msec"})},
-        attrs={"motion": motion, "operation": number},
+        coords={"time": ("time", recording.time, {"units": "msec"})},
+        attrs={"motion": recording.motion, "operation": recording.number},
     ).to_netcdf(file, engine="scipy")
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from breaker.files import Operation
 from breaker.mechanism import travel
 from breaker.model import Model
-from breaker.records import read_curves
+from breaker.records import Grid, read_curves
 from breaker.synthetic.dialects import DIALECTS, Dialect
 
 __all__ = ["Through", "through_files"]
@@ -86,7 +86,7 @@ def _through(
         files = [Operation(i, Path(folder, name)) for i, name in enumerate(names)]
         for each, record in zip(files, records, strict=True):
             dialect.write(each.file, time, record, motion=motion, operation=each.number)
-        curves = read_curves(files, dialect.settings, sensor.times, motion)
+        curves = read_curves(files, dialect.settings, Grid(sensor.times), motion)
     if not curves.accepted.all():
         rejected = curves.reason.values[~curves.accepted.values]
         count = f"{rejected.size} of {len(theta)} curves of the model rejected"

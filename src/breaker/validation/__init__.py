@@ -20,8 +20,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "comparison": [
             "KNOWLEDGE",
-            "examples",
             "exactness_words",
+            "examples",
             "identifiability_words",
             "percent",
             "plus_minus",
@@ -38,6 +38,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "scores",
         ],
         "numbers": [
+            "MotionResults",
             "numbers_of_all",
             "numbers_of_life",
             "numbers_of_motion",

@@ -156,8 +156,8 @@ class PriorCheck:
     Attributes:
         median, lower, upper: Pointwise 95 % band of the prior's curves, ``(t,)``.
         inside: Share of the samples of each measured curve inside the band, ``(o,)``.
-        least: The same share of the prior's own curves: 95 % of them reach it. Samples of one
-            curve leave the band together, so that it is well below 0.95.
+        least: Share inside that 95 % of the prior's own curves reach. Samples of one curve
+            leave the band together, so that this share is well below 0.95.
     """
 
     median: np.ndarray

@@ -5,6 +5,7 @@ README and the pages in ``docs`` take their numbers from the table of the defaul
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -16,23 +17,16 @@ from breaker.mechanism import PARAMETERS
 from breaker.validation.calibration import family_p_value
 from breaker.validation.diagnostics import correlation, prior_check
 
-__all__ = ["numbers_of_all", "numbers_of_life", "numbers_of_motion"]
+__all__ = ["MotionResults", "numbers_of_all", "numbers_of_life", "numbers_of_motion"]
 
 _NAMES = [each.name for each in PARAMETERS]
 
 
-def numbers_of_motion(
-    quality: pd.DataFrame,
-    exactness: pd.DataFrame,
-    prior: xr.Dataset,
-    validation: xr.Dataset,
-    operations: xr.Dataset,
-    predictive: xr.Dataset,
-    truth: xr.Dataset | None = None,
-) -> dict[str, str]:
-    """Return the numbers of one motion by name, without the motion.
+@dataclass(frozen=True)
+class MotionResults:
+    """Results of one motion.
 
-    Args:
+    Attributes:
         quality: Table of the quality, both posteriors.
         exactness: Table of the exactness, one row.
         prior: Curves of the prior, ``travel (curve, time)``.
@@ -43,18 +37,31 @@ def numbers_of_motion(
         truth: True parameters of the stand-in, ``value (operation, parameter)``, and the largest
             ``difference (operation)`` of its curves from the model's, mm; None for real records.
     """
-    found = _of_quality(quality) | _of_exactness(exactness.iloc[0])
-    draws = validation.draws.sel(output=_NAMES).values
+
+    quality: pd.DataFrame
+    exactness: pd.DataFrame
+    prior: xr.Dataset
+    validation: xr.Dataset
+    operations: xr.Dataset
+    predictive: xr.Dataset
+    truth: xr.Dataset | None = None
+
+
+def numbers_of_motion(results: MotionResults) -> dict[str, str]:
+    """Return the numbers of one motion by name, without the motion."""
+    found = _of_quality(results.quality) | _of_exactness(results.exactness.iloc[0])
+    draws = results.validation.draws.sel(output=_NAMES).values
     found |= _of_correlations(draws)
+    operations = results.operations
     used = operations.isel(operation=np.flatnonzero(operations.accepted.values))
     found["operations"] = _count(operations.sizes["operation"])
     found["operations_resolved"] = _count(used.resolved.sum())
-    check = prior_check(prior.travel.values, used.travel.values)
+    check = prior_check(results.prior.travel.values, used.travel.values)
     found["prior_inside"] = _percent(check.inside.mean())
     found["misfit"] = _percent(used.misfit.mean())
-    found |= _ends("inside", predictive.share_inside, _percent)
-    if truth is not None:
-        found |= _of_stand_in(truth, used)
+    found |= _ends("inside", results.predictive.share_inside, _percent)
+    if results.truth is not None:
+        found |= _of_stand_in(results.truth, used)
     return found
 
 

@@ -39,7 +39,7 @@ class Curve(NamedTuple):
 
     Attributes:
         mean: The mean of the new records, way over stroke, ``(g,)``.
-        noise: Its noise, as a network of changes is told it.
+        noise: Noise of that mean, as a network of changes is told it.
         basis: Components of the family's changes.
         forward, back: From components to coordinates and back, ``(k, k)`` each.
         variance: Of the family's changes, ``(k,)``.
@@ -56,7 +56,7 @@ class Curve(NamedTuple):
     def of(
         cls, way: np.ndarray, present: np.ndarray, noise: float, basis: Basis, new: np.ndarray
     ) -> Self:
-        """Return those of a drive.
+        """Return the coordinates of a drive.
 
         Args:
             way, present: Records of the motion, ``(o, g)``.
@@ -75,7 +75,7 @@ class Curve(NamedTuple):
         told = float(np.sqrt(_told(back, np.ones(len(family))) / max(len(new), 1)))
         return cls(mean, told, directions, forward, back, variance)
 
-    def see(self, way: np.ndarray, present: np.ndarray) -> np.ndarray:
+    def project(self, way: np.ndarray, present: np.ndarray) -> np.ndarray:
         """Return coordinates of records, ``(o, g) -> (o, k)``; nan without a sample."""
         seen = _changes(self.mean, way, present, self.basis) @ self.forward
         return np.where(present.any(axis=1)[:, None], seen, np.nan)
@@ -84,7 +84,7 @@ class Curve(NamedTuple):
         """Return changes of the curve, ``(..., k) -> (..., g)``, way over stroke."""
         return coordinates @ self.back @ self.basis
 
-    def told_noise(self, variance: np.ndarray) -> np.ndarray:
+    def input_noise(self, variance: np.ndarray) -> np.ndarray:
         """Return the noise that a network is told of coordinates' variances, ``(..., k)``."""
         return np.sqrt(_told(self.back, variance))
 
@@ -109,7 +109,7 @@ class Reading(NamedTuple):
     def of(
         cls, motion: str, name: str, values: np.ndarray, curve: np.ndarray, new: np.ndarray
     ) -> Self | None:
-        """Return that of values ``(o,)`` beside coordinates ``(o, k)``; None of too few."""
+        """Return the reading of values ``(o,)`` by coordinates ``(o, k)``; None of too few."""
         there = new[np.isfinite(values[new]) & np.isfinite(curve[new]).all(axis=1)]
         if there.size < _FEWEST:
             return None
@@ -124,8 +124,8 @@ class Reading(NamedTuple):
         mean = float((values[there] - curve[there] @ slopes).mean())
         return cls(motion, name, mean, slopes, max(float(middle), _LEAST + 1e-9 * abs(mean)))
 
-    def see(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:
-        """Return its own coordinate, ``(o, 1)``."""
+    def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:
+        """Return the coordinate that the quantity adds to its motion's, ``(o, 1)``."""
         return ((values - self.mean - curve @ self.slopes) / self.scatter)[:, None]
 
 
@@ -142,13 +142,13 @@ class Coordinates(NamedTuple):
 
     @classmethod
     def of(cls, series: Series, bases: Mapping[str, Basis]) -> Self:
-        """Return those of a drive, by the records of its series that are new."""
+        """Return the coordinates of a drive, by the new records of its series."""
         curves, readings = {}, []
         for motion, each in series.motions.items():
             new = series.new_of(motion)
             noise = float(np.median(each.noise[new]))
             curve = Curve.of(each.way, each.present, noise, bases[motion], new)
-            curves[motion], seen = curve, curve.see(each.way, each.present)
+            curves[motion], seen = curve, curve.project(each.way, each.present)
             found = (Reading.of(motion, q, v, seen, new) for q, v in each.measured.items())
             readings += [reading for reading in found if reading is not None]
         return cls(curves, tuple(readings))
@@ -156,13 +156,13 @@ class Coordinates(NamedTuple):
     def blocks(self, series: Series) -> list[Block]:
         """Return what a tracker follows."""
         seen = {
-            motion: curve.see(series.motions[motion].way, series.motions[motion].present)
+            motion: curve.project(series.motions[motion].way, series.motions[motion].present)
             for motion, curve in self.curves.items()
         }
         found = [Block(seen[motion], curve.variance) for motion, curve in self.curves.items()]
         for each in self.readings:
             values = series.motions[each.motion].measured[each.name]
-            own = each.see(values, seen[each.motion]), np.array([_MOVES**2])
+            own = each.project(values, seen[each.motion]), np.array([_MOVES**2])
             found.append(Block(*own, sought=each.name in _APART))
         return found
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.family import APART, agreement_of
+from breaker.family import LEAST_AGREEMENT, agreement_of
 from breaker.mechanism import NAMES, Limit
 from breaker.wear.forecast import Forecast, Future, Onward
 from breaker.wear.path import Path
@@ -25,7 +25,7 @@ def follow_life(
 
     Args:
         readout: How changes of the drive are read; with its series.
-        limits: Those on what its motions show.
+        limits: Limits on what the drive's motions show.
 
     Returns:
         Dataset over ``operation``, every one: ``evidence`` for a change (nats) and ``weight`` of
@@ -47,7 +47,7 @@ def follow_life(
         series.operations, blocks, new=series.new, events=events, temperature=series.warm
     )
     apart = agreement(readout, path)
-    if apart < APART:
+    if apart < LEAST_AGREEMENT:
         readout = readout.withheld()
     known = np.flatnonzero(np.isfinite(path.change).all(axis=1))
     every = max(1, -(-known.size // _ASKED))

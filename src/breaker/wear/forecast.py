@@ -118,11 +118,11 @@ class Forecast(NamedTuple):
     """What is known of one limit after some operations.
 
     Attributes:
-        beyond: Probability to be beyond it now, ``(n,)``.
-        value: Its quantities now, ``(n, parts, 3)``, at 5, 50 and 95 %.
-        remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where it is exceeded, inf
-            beyond the horizon.
-        steady: The same if the wear goes on as it does, ``(n, 3)``.
+        beyond: Probability to be beyond the limit now, ``(n,)``.
+        value: Quantities of the limit now, ``(n, parts, 3)``, at 5, 50 and 95 %.
+        remaining: Operations left, ``(n, 3)``, at 5, 50 and 95 %; 0 where the limit is exceeded,
+            inf beyond the horizon.
+        steady: Operations left if the wear goes on as it does, ``(n, 3)``.
     """
 
     beyond: np.ndarray
@@ -132,7 +132,7 @@ class Forecast(NamedTuple):
 
     @classmethod
     def of(cls, limit: Limit, onward: Onward, past: np.ndarray, future: Future) -> Self:
-        """Return that of a limit.
+        """Return the forecast of a limit.
 
         Args:
             past: Operations so far, ``(n,)``.

@@ -11,7 +11,7 @@ from breaker.wear.path import Block, Change, Path
 if TYPE_CHECKING:
     from breaker.wear.tracker import Tracker
 
-__all__ = ["Life"]
+__all__ = ["Life", "Operations"]
 
 _LEVEL, _RATE, _LATER = 100.0, 10.0, 30.0  # prior sds, in changes of the family: none is known
 _STARTS = 40  # of changes that are weighed, closer together the later they are
@@ -37,24 +37,26 @@ class _Best(NamedTuple):
     kind: str = ""
 
 
-class Life:
-    """A life of a drive, followed by a tracker; arguments as of ``Tracker.follow``."""
+class Operations(NamedTuple):
+    """Operations of a life, as ``Tracker.follow`` takes them."""
 
-    def __init__(
-        self,
-        tracker: "Tracker",
-        operations: np.ndarray,
-        blocks: Sequence[Block],
-        new: np.ndarray | None,
-        events: Mapping[int, bool],
-        temperature: np.ndarray | None,
-    ) -> None:
-        self.tracker, self.events = tracker, events
+    numbers: np.ndarray
+    new: np.ndarray | None
+    events: Mapping[int, bool]
+    temperature: np.ndarray | None
+
+
+class Life:
+    """A life of a drive, followed by a tracker; blocks as of ``Tracker.follow``."""
+
+    def __init__(self, tracker: "Tracker", operations: Operations, blocks: Sequence[Block]) -> None:
+        self.tracker = tracker
+        numbers, new, self.events, temperature = operations
         self.fits = [Fit(block) for block in blocks]
         self.sought = [fit for fit in self.fits if fit.sought]
         some = np.logical_or.reduce([fit.there for fit in self.fits])
         self.new = np.flatnonzero(some)[: tracker.reference] if new is None else new
-        where = np.asarray(operations, dtype=float)
+        where = np.asarray(numbers, dtype=float)
         self.span = max(float(np.ptp(where[self.new])), 1.0)
         self.time = (where - where[self.new].mean()) / self.span
         self.warm = None if temperature is None else np.nan_to_num(temperature)
@@ -96,7 +98,7 @@ class Life:
 
     @staticmethod
     def _columns(change: Change, step, rate, bend) -> list:
-        """Those of a level, a rate and a curvature that a change has."""
+        """Columns that a kind of change has, of a step, a rate and a curvature."""
         kinds = {"step": [step], "event": [step, rate, bend]}
         return kinds.get(change.kind, [rate, bend])
 

@@ -58,7 +58,7 @@ class Path:
         covariance: Of change and rate.
         evidence: For a change that is not noticed yet, nats, ``(o,)``; nan where none is sought.
         weight: Of the record beside one that follows the path, ``(o,)``; nan without one.
-        changes: Those that were noticed.
+        changes: Changes that were noticed.
     """
 
     change: np.ndarray

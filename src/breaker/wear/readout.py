@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 from scipy.special import ndtri
 
-from breaker.family import Changes, Levels, Match, Seen, choose_family, worn
+from breaker.family import Changes, Levels, Match, NormalisedRecords, choose_family, plausible_wear
 from breaker.mechanism import NAMES, Limit
 from breaker.wear.coordinates import Coordinates
 from breaker.wear.series import Series
@@ -56,11 +56,11 @@ class Readout:
         seed: int,
         misfit_p_value: float,
     ) -> Self:
-        """Return that of a drive, by the first family that its new curves fit.
+        """Return the readout of a drive, by the first family that its new curves fit.
 
         Args:
             families: Networks of each.
-            misfit_p_value: p-value below which they do not.
+            misfit_p_value: p-value below which curves do not fit a family.
         """
         drives = (
             cls(
@@ -86,12 +86,12 @@ class Readout:
         theta = found.levels.draw(found.new(), draws, np.random.default_rng(seed)).theta
         return replace(found, theta=theta)
 
-    def new(self) -> dict[str, Seen]:
+    def new(self) -> dict[str, NormalisedRecords]:
         """Return the new curves, as networks see them, by motion."""
         return self.curves(*np.zeros((2, 1, self.size)))[0]
 
     def withheld(self) -> Self:
-        """Return the same without networks: what is measured is read."""
+        """Return a readout without networks, which reads only what is measured."""
         return replace(self, levels=None, changes=None, theta=None)
 
     @property
@@ -107,12 +107,12 @@ class Readout:
 
     def curves(
         self, change: np.ndarray, variance: np.ndarray, motions: Sequence[str] | None = None
-    ) -> tuple[dict[str, Seen], dict[str, Seen]]:
+    ) -> tuple[dict[str, NormalisedRecords], dict[str, NormalisedRecords]]:
         """Return new curves and their changes, as networks see them, by motion.
 
         Args:
             change, variance: Of the coordinates, ``(n, k)``.
-            motions: Those that count; all if None.
+            motions: Motions to return; all if None.
         """
         new, changed = {}, {}
         for motion in motions or self.coordinates.curves:
@@ -120,7 +120,7 @@ class Readout:
             records = self.series.motions[motion]
             mean = np.tile(curve.mean, (len(change), 1))
             new[motion] = records.seen(mean, curve.noise)
-            noise = np.hypot(curve.told_noise(variance[:, place]), 1e-5)
+            noise = np.hypot(curve.input_noise(variance[:, place]), 1e-5)
             changed[motion] = records.seen(curve.change(change[:, place]), noise)
         return new, changed
 
@@ -144,7 +144,9 @@ class Readout:
             seen = self.curves(change[some], variance[some], motions)
             rng = np.random.default_rng(self.seed)
             logs = self.changes.draws(*seen, self.draws, rng)[..., : len(NAMES)]
-            found[some] = np.where(worn(logs)[:, None, None], 100.0 * np.expm1(logs), np.nan)
+            found[some] = np.where(
+                plausible_wear(logs)[:, None, None], 100.0 * np.expm1(logs), np.nan
+            )
         return found
 
     def values(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from breaker.family import Seen, seen_of
+from breaker.family import NormalisedRecords, network_record
 from breaker.records import SHAPE_TIMES, Shape, shape_of
 from breaker.wear.events import Event
 
@@ -38,12 +38,12 @@ class Motion:
         """Which operations have a record, ``(o,)`` of bool."""
         return self.present.any(axis=1)
 
-    def seen(self, way: np.ndarray, noise: np.ndarray | float) -> Seen:
+    def seen(self, way: np.ndarray, noise: np.ndarray | float) -> NormalisedRecords:
         """Return shapes in these units as networks see them, ``(n, g)``, and their noise."""
         n = len(way)
         one, there = np.ones(n), np.isfinite(way)
         numbers = (self.stroke * one, self.duration * one, noise * one, 0.0 * one, 0.05 * one)
-        return Seen(there.any(axis=1), np.where(there, way, 0.0), there, *numbers)
+        return NormalisedRecords(there.any(axis=1), np.where(there, way, 0.0), there, *numbers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ def _motion(
             continue
         way[i], present[i] = shape.way, shape.present
         sd, colour = data.record_noise.values[i], data.record_colour.values[i]
-        noise[i] = seen_of(shape, sd, colour, step[i], units).noise[0]
+        noise[i] = network_record(shape, sd, colour, step[i], units).noise[0]
     there = data.measured.sel(quantity=list(names)).values.T if names else ()
     measured = dict(zip(names, there, strict=True))
     return Motion(way, present, noise, stroke, duration, measured)

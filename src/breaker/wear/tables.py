@@ -9,11 +9,19 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.files import ABOUT, known_about
+from breaker.files import ABOUT, metadata_names
 from breaker.wear.dates import days_left, days_per_operation, on_date
 from breaker.wear.states import STATES
 
-__all__ = ["CHANGES", "DECISIONS", "LIMITS", "change_table", "decide", "known_of", "limit_table"]
+__all__ = [
+    "CHANGES",
+    "DECISIONS",
+    "LIMITS",
+    "change_table",
+    "decide",
+    "limit_table",
+    "operation_metadata",
+]
 
 DECISIONS = {
     "breaker": "name of the breaker",
@@ -71,7 +79,7 @@ CHANGES = {
 at 5, 50 and 95 % and the probability of none, as known when the change was noticed."""
 
 
-def known_of(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> pd.DataFrame:
+def operation_metadata(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> pd.DataFrame:
     """Return what is known of each operation beside its records, and motions without one.
 
     Args:
@@ -85,7 +93,7 @@ def known_of(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> pd.Dat
     found: dict[str, list] = {name: [[] for _ in operations] for name in ABOUT}
     place, unused = {int(o): i for i, o in enumerate(operations)}, [[] for _ in operations]
     for motion, data in curves.items():
-        for name in known_about(data):
+        for name in metadata_names(data):
             for number, value in zip(data.operation.values, data[name].values, strict=True):
                 if value == value and value != "":
                     found[name][place[int(number)]].append(value)
@@ -110,7 +118,7 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
     Args:
         life: What ``wear.follow_life`` returns.
         stands: What ``standing`` returns.
-        known: What ``known_of`` returns.
+        known: What ``operation_metadata`` returns.
     """
     operations, subject = life.operation.values, stands.subject.values
     rows, pace = np.arange(len(operations)), days_per_operation(operations, list(known.date))

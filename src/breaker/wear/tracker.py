@@ -24,7 +24,7 @@ from typing import Self
 
 import numpy as np
 
-from breaker.wear.life import Life
+from breaker.wear.life import Life, Operations
 from breaker.wear.path import Block, Path
 
 __all__ = ["Tracker"]
@@ -87,4 +87,5 @@ class Tracker:
                 alone.
             temperature: Above that of the reference, 10 K, ``(o,)``; None where it is not known.
         """
-        return Life(self, operations, blocks, new, events or {}, temperature).followed()
+        life = Operations(operations, new, events or {}, temperature)
+        return Life(self, life, blocks).followed()

@@ -4,7 +4,8 @@ A rule is a pair: keys, the first of which a message is about, and a function th
 hold and yields what is wrong and the remedy.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from math import isnan
 from typing import Any
@@ -182,40 +183,53 @@ def _curves(
         yield f"cannot be used: {'. '.join(dict.fromkeys(wrong))}."
 
 
-def _shown(
-    entries: Sequence[Mapping[str, Any]],
-    motions: Sequence[str],
-    speeds: Mapping[str, Sequence[str] | None],
-    curves: str | None,
-    breaker: str | None,
-    phase: str | None,
-    contact: str | int | None,
-    trigger: str | int | None,
-) -> Iterator[str]:
-    """Limits on what records show by a contact or trigger alone, where none is stated."""
-    if curves is None or any(_limits(entries, motions, speeds)):
-        return
-    defined, wrong = speeds_of(speeds), []
-    timed = [each.name for each in defined if each.of_event]
-    needs = dict.fromkeys((*timed, *SWITCHING.values()), "contact") | {"latch_time": "trigger"}
-    for limit in from_list(entries, motions, defined, of=["record"]):
-        try:
-            rows = list_operations(curves, limit.motion, breaker=breaker, phase=phase)
-        except (OSError, ValueError):
-            return  # which another rule says
-        lacking = {}  # what no record shows, and the column of the table that could state it
-        if contact is None and all(isnan(row.switching) for row in rows):
-            lacking["contact"] = SWITCHING[limit.motion]
-        if trigger is None and all(isnan(row.trigger) for row in rows):
+@dataclass(frozen=True)
+class _RecordLimits:
+    """What is wrong with limits on what records show by a contact or trigger alone.
+
+    None is shown where neither a column nor a table states when the contact switched, or the
+    trigger came.
+    """
+
+    entries: Sequence[Mapping[str, Any]]
+    motions: Sequence[str]
+    speeds: Mapping[str, Sequence[str] | None]
+    curves: str | None
+    breaker: str | None
+    phase: str | None
+    contact: str | int | None
+    trigger: str | int | None
+
+    def __iter__(self) -> Iterator[str]:
+        if self.curves is None or any(_limits(self.entries, self.motions, self.speeds)):
+            return
+        defined = speeds_of(self.speeds)
+        timed = [each.name for each in defined if each.of_event]
+        needs = dict.fromkeys((*timed, *SWITCHING.values()), "contact") | {"latch_time": "trigger"}
+        wrong = []
+        for limit in from_list(self.entries, self.motions, defined, of=["record"]):
+            try:
+                lacking = self._lacking(limit.motion)
+            except (OSError, ValueError):
+                return  # which another rule says
+            wrong += [
+                f"{limit.name}: no record shows {name} without the {needs[name]}. Set endurance."
+                f"format.{needs[name]}_column, or state {lacking[needs[name]]} in operations.csv."
+                for name in limit.quantities
+                if needs.get(name) in lacking
+            ]
+        if wrong:
+            yield f"cannot be used. {' '.join(wrong)}"
+
+    def _lacking(self, motion: str) -> dict[str, str]:
+        """What no record shows, and the column of the table that could state it."""
+        rows = list_operations(self.curves, motion, breaker=self.breaker, phase=self.phase)
+        lacking = {}
+        if self.contact is None and all(isnan(row.switching) for row in rows):
+            lacking["contact"] = SWITCHING[motion]
+        if self.trigger is None and all(isnan(row.trigger) for row in rows):
             lacking["trigger"] = "trigger"
-        wrong += [
-            f"{limit.name}: no record shows {name} without the {needs[name]}. Set endurance.format."
-            f"{needs[name]}_column, or state {lacking[needs[name]]} in operations.csv."
-            for name in limit.quantities
-            if needs.get(name) in lacking
-        ]
-    if wrong:
-        yield f"cannot be used. {' '.join(wrong)}"
+        return lacking
 
 
 _AT_MOST = {  # a key, and the one that it must not exceed
@@ -226,7 +240,7 @@ _AT_MOST = {  # a key, and the one that it must not exceed
     "correction.fit_size": "correction.round_draws",
 }
 
-RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
+RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterable[str]]], ...] = (
     *((keys, partial(_at_most, keys[1])) for keys in _AT_MOST.items()),
     *((("bank", f"training.{motion}"), _bank) for motion in MOTIONS),
     *(
@@ -252,7 +266,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
             *("endurance.phase", "endurance.format.contact_column"),
             "endurance.format.trigger_column",
         ),
-        _shown,
+        _RecordLimits,
     ),
     (("known", "speeds", "endurance.posterior"), _known),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
