@@ -47,7 +47,6 @@ MORE_PARAMETERS = {
     "src/breaker/networks/deep_set.py": {"DeepSet.__init__"},
     "src/breaker/networks/summary.py": {"TimeSeriesNetwork.__init__"},
     # To be split with its room.
-    "src/breaker/inspection/proposals.py": {"_motions"},
 }
 HEAVY = {"torch", "numba", "xarray", "scipy", "pandas", "zarr", "matplotlib"}
 
