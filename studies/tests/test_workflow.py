@@ -1,22 +1,15 @@
 """The workflow of the studies plans every network of the paper, in any folder."""
 
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from tests.workflow.conftest import ROOT, snakemake
 
 
 def test_networks_are_planned(tmp_path):
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "studies/Snakefile")]
-    command += ["--directory", str(tmp_path), "--cores", "1", "-n", "networks"]
-    command += ["--configfile", str(ROOT / "config/config.yaml"), str(ROOT / "config/test.yaml")]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    jobs = dict(re.findall(r"^(\w+) +(\d+) *$", done.stdout + done.stderr, re.M))
+    where = ["--snakefile", ROOT / "studies/Snakefile", "--directory", tmp_path]
+    files = [ROOT / "config/config.yaml", ROOT / "config/test.yaml"]
+    text = snakemake(*where, "--cores", "1", "-n", "networks", "--configfile", *files)
+    jobs = dict(re.findall(r"^(\w+) +(\d+) *$", text, re.M))
     # Two summary networks, two inference networks, two motions; the deep sets with samples missing.
     assert {name: int(jobs[name]) for name in ("train_network", "judge_network")} == {
         "train_network": 8,

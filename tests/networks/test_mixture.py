@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from scipy.integrate import cumulative_trapezoid
 from scipy.stats import kstest
 
 from breaker.family import Network
@@ -80,18 +81,18 @@ def p_value_of_draws(made: FamilyNetwork, arrays: Network) -> float:
     features = arrays.features(x)[0]
     told = np.array([True, False, True])
     draws = arrays.sample(features[None], told, 400, np.random.default_rng(5))[0]
-    there = torch.as_tensor(told.astype(float)).expand(801, 3)
-    condition = torch.as_tensor(np.tile(features, (801, 1)))
+    there = torch.as_tensor(told.astype(float)).expand(201, 3)
+    condition = torch.as_tensor(np.tile(features, (201, 1)))
     found = []
     for i in (0, 2):
         far = np.ptp(draws[:, i])
-        line = np.linspace(draws[:, i].min() - far, draws[:, i].max() + far, 801)
+        line = np.linspace(draws[:, i].min() - far, draws[:, i].max() + far, 201)
         places = []
-        for draw in draws[:: 1 if i else 2]:
+        for draw in draws:
             theta = np.tile(draw, (len(line), 1))
             theta[:, i] = line
             density = made.inference.log_prob(torch.as_tensor(theta), condition, there)[:, i]
-            below = np.cumsum(np.exp(density.numpy()))
+            below = cumulative_trapezoid(np.exp(density.numpy()), initial=0.0)
             places.append(np.interp(draw[i], line, below / below[-1]))
         found.append(kstest(places, "uniform").pvalue)
     return min(found)

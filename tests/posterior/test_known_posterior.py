@@ -45,9 +45,9 @@ def trained(kind, sizes, steps):
     optimiser = torch.optim.AdamW(network.parameters(), lr=1e-2, weight_decay=0.0)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 1e-2, total_steps=steps)
     for _ in range(steps):
-        rows = torch.randint(len(theta), (512,), generator=rng)
-        noise = torch.randn((512, 2, 2), generator=rng)
-        time = torch.rand((512, 2, 1), generator=rng)
+        rows = torch.randint(len(theta), (256,), generator=rng)
+        noise = torch.randn((256, 2, 2), generator=rng)
+        time = torch.rand((256, 2, 1), generator=rng)
         optimiser.zero_grad()
         network.loss(theta[rows], features[rows], noise, time).mean().backward()
         optimiser.step()

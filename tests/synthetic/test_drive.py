@@ -177,7 +177,7 @@ class Reference:
                 method="DOP853",
                 rtol=1e-9,
                 atol=1e-10,
-                max_step=0.05,
+                max_step=0.5,
                 events=leaves if watched else None,
                 dense_output=True,
             )

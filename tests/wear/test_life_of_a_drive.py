@@ -1,5 +1,7 @@
 """A drive of the family, worn in what is known: what is read of its curves, and what is told."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,7 @@ LIMITS = [
 ]
 
 
+@cache  # as many records take seconds; nobody writes into them
 def a_series(worn=20.0, seed=1):
     """Records of a drive whose friction rises by so many percent; everything scatters."""
     rng, motions = np.random.default_rng(seed), {}

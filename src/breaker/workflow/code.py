@@ -48,8 +48,10 @@ def _imported(file: Path) -> tuple[Path, ...]:
 
 
 def _statements(node: ast.AST) -> Iterator[ast.AST]:
-    """All nodes below one, but those of ``if TYPE_CHECKING:``, which never run."""
+    """All statements below a node, but those of ``if TYPE_CHECKING:``, which never run."""
     for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+            continue  # an expression, which holds no import
         if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
             continue
         yield child
