@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers.checks import check_fitted
+from breaker.answers.checks import _far_limits, check_fitted
 from breaker.answers.fits import Fit
 from breaker.answers.fitted import FittedPrior, precision_of
 from breaker.answers.spread import find_spread
@@ -35,8 +35,8 @@ def found(fitted, *, limits=(), records=None, levels=None):
     return check_fitted(fitted, recorded, limits, 1, 1e-3)
 
 
-def limit(**upper):
-    return Limit.from_settings({"name": "late", "motion": "closing", "upper": upper})
+def limit(side="upper", **value):
+    return Limit.from_settings({"name": "late", "motion": "closing", side: value})
 
 
 def test_limits_within_three_sds(fitted):
@@ -49,6 +49,14 @@ def test_limits_within_three_sds(fitted):
     (none,) = found(fitted)["limits"]
     assert none.good
     assert "none were given" in none.text
+
+
+@pytest.mark.parametrize(("side", "value"), [("lower", 0.5), ("upper", 2.0)])
+def test_limits_are_off_by_the_width_of_their_own_side(side, value):
+    """Of a skewed distribution; 0.68 times its half is a standard deviation."""
+    theta = np.exp(np.linspace(-1.0, 1.0, 1001))[:, None] * np.ones(P)
+    (found,) = _far_limits([limit(side, L=value ** (0.68 / np.log(2.0)))], theta)
+    assert f" is 1.0 sd of the prior {'below' if side == 'lower' else 'above'} its" in found.text
 
 
 def test_records_out_of_the_family(fitted):
@@ -68,7 +76,8 @@ def test_a_breaker_of_another_type_stands_out(prior):
     places[2, 5] = 8.0
     findings = found(fitted_of(prior, places))["each breaker by the others"]
     assert [each.good for each in findings] == [True, True, False, True, True, True]
-    assert findings[2].text.startswith("Q2: farthest off is f, by +")
+    # A breaker is known to a tenth of the prior's sds, and so hardly widens those of the others.
+    assert findings[2].text.startswith("Q2: farthest off is f, by +13.9 sd")
 
 
 def test_leaving_one_out_needs_three(prior):
@@ -82,6 +91,8 @@ def test_one_breaker_alone_is_a_warning(fitted, prior):
     first, *_ = found(alone)["breakers"]
     assert not first.good
     assert "the only source" in first.text
+    assert alone.between.min() == 1.0
+    assert alone.design == pytest.approx(np.sqrt(0.6) * 0.1, rel=0.01)
     assert found(fitted)["breakers"][0].good
 
 

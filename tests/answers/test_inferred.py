@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from breaker.answers.answer import Answer, Given
-from breaker.answers.weights import weights_of
+from breaker.answers.weights import contradicted, weights_of
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
 from breaker.mechanism.parameters import NAMES
@@ -49,6 +49,8 @@ def test_a_timed_contact_weighs_the_draws_and_one_of_another_record_is_told(infe
     assert wrong.surprise > 4.0
     assert "is it of this record" in wrong.remarks[-1]
     assert wrong.draws is None or wrong.unresolved
+    (rough,) = infer(some=[timed(TOUCH + 5.0, sd=5.0)])
+    assert 0.5 < rough.surprise < 1.5
 
 
 @pytest.mark.parametrize(("name", "value", "sd"), [("mu", 2.1, 0.05), ("touch_time", 10.1, 0.05)])
@@ -62,10 +64,20 @@ def test_a_fact_narrows_what_it_is_about(infer, records, name, value, sd):
 
 def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, answers):
     """By the first motion that is there, and where that is contradicted it is said once."""
+    for each in (answers[0], answers[3]):
+        wipe = each.measured["wipe"].value
+        assert np.median(each.of_fact("wipe")) == pytest.approx(wipe, abs=0.3)
     wipe = answers[0].measured["wipe"].value
     closing, *_, opening = infer(Given(known={"wipe": [wipe + 0.2, 0.05]}), records)
     assert closing.measured["wipe"].value == pytest.approx(wipe + 0.2, abs=0.15)
     assert not any("contradicts" in each for each in opening.remarks)
+
+
+def test_a_fact_that_is_contradicted_is_told_with_its_side():
+    answer = SimpleNamespace(draws=True, of_fact=lambda name: np.full(9, 2.0))
+    assert contradicted([answer], Given(known={"mu": [2.29, 0.1]})) == []
+    (remark,) = contradicted([answer], Given(known={"mu": [2.4, 0.1]}))
+    assert "known.mu, 2.4 with an sd of 0.1: the posterior is -4.0 sd off" in remark
 
 
 # ---- weights, where the posterior is known ------------------------------------------------------

@@ -47,10 +47,12 @@ def test_breakers_of_a_table(folder, read):
 def test_phases_are_records_of_their_breaker(folder, read):
     table = folder / "operations.csv"
     head, *rows = table.read_text(encoding="utf-8").splitlines()
-    phases = [f"{row},L{1 + number % 2}" for number, row in enumerate(rows)]
+    cells = [row.split(",") for row in rows]
+    phases = [f"{c[0]},{c[1]},1,{c[3]},L{1 + k % 2}" for k, c in enumerate(cells)]
     table.write_text("\n".join([f"{head},phase", *phases]), encoding="utf-8")
     found = read([folder])
     assert names_and_counts(found)["Q0"] == {"closing": 2, "opening": 2}
+    assert len(found.operations["Q0"]) == 2
 
 
 def test_folders_without_names_are_breakers(tmp_path, drives, read):
@@ -75,6 +77,8 @@ def test_no_more_records_than_are_needed(folder, read, monkeypatch):
     found = read([folder])
     assert names_and_counts(found)["Q0"] == {"closing": 1, "opening": 1}
     assert found.left_out == 4
+    monkeypatch.setattr(recorded, "_MOST", 3)
+    assert recorded._spread(9).tolist() == [0, 4, 8]
 
 
 def test_rejected_records_have_their_reason(folder, read):
