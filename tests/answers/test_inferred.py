@@ -6,7 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.answers import inferred
 from breaker.answers.answer import Answer, Given
+from breaker.answers.operations import _record
 from breaker.answers.weights import contradicted, weights_of
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
@@ -14,6 +16,7 @@ from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size, powers
 from breaker.model.prior import Prior
 from tests.answers.conftest import TOUCH, spread
+from tests.raws import smooth
 
 
 def test_both_motions_of_an_operation_share_their_draws(answers):
@@ -115,6 +118,19 @@ def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, told):
     assert np.abs(wrong).max() > 8.0 / np.sqrt(left)
 
 
+def test_the_try_of_which_weights_leave_most_counts(infer, records, prior, monkeypatch):
+    left = iter([50, 300, 2])
+
+    def weights(answers, *_):
+        count = next(left)
+        return np.where(np.arange(len(answers[0].draws.theta)) < count, 1.0 / count, 0.0)
+
+    monkeypatch.setattr(inferred, "weights_of", weights)
+    (found,) = infer(Given(Size(), prior), records[1:2])
+    assert found.effective_size == pytest.approx(300.0)
+    assert not found.unresolved
+
+
 # ---- families -----------------------------------------------------------------------------------
 
 
@@ -132,6 +148,14 @@ class Never:
 
     def match(self, seen, basis):
         return Match(0.0, {"start": 1.0, "main motion": 9.0, "end": 1.0}, seen.way[0])
+
+
+def test_what_is_missing_is_of_the_motion():
+    """A gap within it, but not that the record ends early."""
+    raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
+    assert _record(raw.operation, "closing", raw).reason == ""
+    gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))
+    assert "a share of 0.29 of the motion" in _record(raw.operation, "closing", gap).reason
 
 
 def test_the_medians_of_a_slip_in_units_are_far_from_the_prior(infer, records, prior):

@@ -8,6 +8,8 @@ from breaker.mechanism import MOTIONS
 from breaker.model import Prior
 from breaker.shipped import DEFAULTS, model_file
 from breaker.synthetic import Family, rows_of, sample_rows, simulate_family
+from breaker.synthetic.family_bank import GRID, shapes
+from breaker.synthetic.family_records import _samples
 from breaker.workflow import load
 
 
@@ -50,6 +52,14 @@ def test_touch_comes_after_the_release(levels):
     _, y, _, _ = levels.unscaled(np.arange(160), np.random.default_rng(1), motions=both)
     events = y[:, 7:].reshape(-1, 2, 2)
     assert (np.diff(events, axis=2) > 0.0).all()
+
+
+def test_readings_come_in_their_steps(bank):
+    curve, out = shapes(bank["shape"].values)[0, 0, 0], np.empty(30)
+    _samples(curve, np.random.default_rng(1), -1.0, 0.1, 0.0, 0.0, 0.25, out)
+    exact = np.interp(-1.0 + 0.1 * np.arange(30), GRID, curve)
+    assert np.abs(out - exact).max() < 0.5 * 0.25 + 0.01
+    np.testing.assert_array_equal(out % 0.25, 0.0)
 
 
 def test_what_has_not_worn_has_not_changed(changes, bank):
