@@ -50,10 +50,7 @@ def test_the_configuration_takes_it(written, drawn):
     assert config["sensor"]["noise_sd"] == pytest.approx(0.1 * SIZE.lengths, rel=0.2)
     assert config["sensor"]["stop"] == pytest.approx(58.0 * config["size"]["times"], rel=1e-4)
     assert plot.read_bytes().startswith(b"\x89PNG")
-
-
-def test_it_says_what_it_was_made_from(written):
-    text = written[0].read_text(encoding="utf-8")
+    text = file.read_text(encoding="utf-8")
     assert "# 6 records of closing of 3 breakers" in text
     assert "# breakers: Q0, Q1, Q2" in text
 
