@@ -93,8 +93,8 @@ def test_the_reader_notices_damage(trials):
     table = tabulate(trials)
     assert table.loc["all", "exception"] == 0
     assert table.loc["all", "slowest"] < 2.0
-    # Of some 180 accepted files, 0.3 % silent ones would be more than three once in 400 seeds.
-    assert table.loc["all", "silent"] <= 3
+    # Of some 180 accepted files, 0.3 % silent ones would be more than four once in 4,000 seeds.
+    assert table.loc["all", "silent"] <= 4
     assert table.loc["nothing", ["right", "remarked"]].tolist() == [EACH, 0]
 
 

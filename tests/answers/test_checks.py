@@ -5,12 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers.checks import check_fitted
+from breaker.answers.checks import _far_limits, check_fitted
 from breaker.answers.fits import Fit
 from breaker.answers.fitted import FittedPrior, precision_of
 from breaker.answers.spread import find_spread
 from breaker.mechanism.limits import Limit
-from breaker.model.prior import Prior
 from breaker.model.randomness import generator
 
 P = 7
@@ -24,10 +23,12 @@ def fitted_of(prior, places):
     return FittedPrior(prior, fits, spread, np.zeros(P))
 
 
+PLACES = 0.3 * generator(2, "test places").standard_normal((6, P))
+
+
 @pytest.fixture(scope="module")
 def fitted(prior):
-    places = 0.3 * generator(2, "test places").standard_normal((6, P))
-    return fitted_of(prior, places)
+    return fitted_of(prior, PLACES)
 
 
 def found(fitted, *, limits=(), records=None, levels=None):
@@ -35,8 +36,8 @@ def found(fitted, *, limits=(), records=None, levels=None):
     return check_fitted(fitted, recorded, limits, 1, 1e-3)
 
 
-def limit(**upper):
-    return Limit.from_settings({"name": "late", "motion": "closing", "upper": upper})
+def limit(side="upper", **value):
+    return Limit.from_settings({"name": "late", "motion": "closing", side: value})
 
 
 def test_limits_within_three_sds(fitted):
@@ -49,6 +50,14 @@ def test_limits_within_three_sds(fitted):
     (none,) = found(fitted)["limits"]
     assert none.good
     assert "none were given" in none.text
+
+
+@pytest.mark.parametrize(("side", "value"), [("lower", 0.5), ("upper", 2.0)])
+def test_limits_are_off_by_the_width_of_their_own_side(side, value):
+    """Of a skewed distribution; 0.68 times its half is a standard deviation."""
+    theta = np.exp(np.linspace(-1.0, 1.0, 1001))[:, None] * np.ones(P)
+    (found,) = _far_limits([limit(side, L=value ** (0.68 / np.log(2.0)))], theta)
+    assert f" is 1.0 sd of the prior {'below' if side == 'lower' else 'above'} its" in found.text
 
 
 def test_records_out_of_the_family(fitted):
@@ -64,31 +73,28 @@ def test_records_out_of_the_family(fitted):
 
 
 def test_a_breaker_of_another_type_stands_out(prior):
-    places = 0.3 * generator(2, "test places").standard_normal((6, P))
+    places = PLACES.copy()
     places[2, 5] = 8.0
     findings = found(fitted_of(prior, places))["each breaker by the others"]
     assert [each.good for each in findings] == [True, True, False, True, True, True]
-    assert findings[2].text.startswith("Q2: farthest off is f, by +")
+    # A breaker is known to a tenth of the prior's sds, and so hardly widens those of the others.
+    assert findings[2].text.startswith("Q2: farthest off is f, by +13.9 sd")
 
 
-def test_leaving_one_out_needs_three(prior):
-    two = fitted_of(prior, np.zeros((2, P)))
+def test_one_breaker_alone_is_a_warning_and_none_of_two_is_left_out(fitted, prior):
+    alone, two = (fitted_of(prior, np.zeros((count, P))) for count in (1, 2))
     (each,) = found(two)["each breaker by the others"]
     assert "needs 3 breakers" in each.text
-
-
-def test_one_breaker_alone_is_a_warning(fitted, prior):
-    alone = fitted_of(prior, np.zeros((1, P)))
     first, *_ = found(alone)["breakers"]
     assert not first.good
     assert "the only source" in first.text
+    assert alone.between.min() == 1.0
+    assert alone.design == pytest.approx(np.sqrt(0.6) * 0.1, rel=0.01)
     assert found(fitted)["breakers"][0].good
 
 
 def test_a_contact_that_may_not_be_pressed(prior):
-    weak = Prior(prior.medians * [1, 1, 1, 1, 1, 0.6, 1], prior.log_sds)
     places = np.zeros((6, P))
     places[:, 5] = np.log(0.6) / 0.1
     (each,) = found(fitted_of(prior, places))["contact pressed, f > k_a L"]
     assert not each.good
-    assert np.exp(weak.log_support) < 0.9

@@ -1,13 +1,14 @@
 """Priors of types whose medians and spread are known, from drives of the family."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from breaker.answers.fits import fit_breaker
 from breaker.answers.fitted import fit_type, precision_of, wear_allowance
-from breaker.answers.recorded import read_breakers
+from breaker.answers.recorded import Recorded, read_breakers
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size
 from breaker.model.prior import Prior
@@ -85,6 +86,21 @@ def test_one_breaker_alone_makes_a_wider_prior(types):
     assert not fitted.alone
     assert np.all(alone.prior.log_sds > fitted.reference.log_sds)
     assert np.mean(alone.prior.log_sds / fitted.prior.log_sds) > 1.0
+
+
+def test_an_operation_of_which_a_motion_is_out_of_the_family_is_left_out(levels, records):
+    operations = {"Q0": [{each.motion: each.seen for each in records[::3]}]}
+    operations["Q1"] = [{"closing": records[1].seen}]
+
+    def fit(**p_values):
+        given = SimpleNamespace(draw=levels.draw, settings=levels.settings, usual=levels.usual)
+        given.match = lambda motion, seen: SimpleNamespace(p_value=p_values[motion])
+        return fit_type(Recorded(given, operations, 0.1, (), 0), np.zeros(7), 1, LEAST)
+
+    found = fit(closing=0.5, opening=1e-4)
+    assert (list(found.fits), found.unfit) == (["Q1"], ("Q0",))
+    with pytest.raises(ValueError, match="no record of Q0, Q1 is of the family"):
+        fit(closing=1e-4, opening=1e-4)
 
 
 def test_room_for_wear(defaults, prior):

@@ -6,14 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from breaker.answers import inferred
 from breaker.answers.answer import Answer, Given
-from breaker.answers.weights import weights_of
+from breaker.answers.operations import _record
+from breaker.answers.weights import contradicted, weights_of
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size, powers
 from breaker.model.prior import Prior
 from tests.answers.conftest import TOUCH, spread
+from tests.raws import smooth
 
 
 def test_both_motions_of_an_operation_share_their_draws(answers):
@@ -49,6 +52,8 @@ def test_a_timed_contact_weighs_the_draws_and_one_of_another_record_is_told(infe
     assert wrong.surprise > 4.0
     assert "is it of this record" in wrong.remarks[-1]
     assert wrong.draws is None or wrong.unresolved
+    (rough,) = infer(some=[timed(TOUCH + 5.0, sd=5.0)])
+    assert 0.5 < rough.surprise < 1.5
 
 
 @pytest.mark.parametrize(("name", "value", "sd"), [("mu", 2.1, 0.05), ("touch_time", 10.1, 0.05)])
@@ -62,10 +67,20 @@ def test_a_fact_narrows_what_it_is_about(infer, records, name, value, sd):
 
 def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, answers):
     """By the first motion that is there, and where that is contradicted it is said once."""
+    for each in (answers[0], answers[3]):
+        wipe = each.measured["wipe"].value
+        assert np.median(each.of_fact("wipe")) == pytest.approx(wipe, abs=0.3)
     wipe = answers[0].measured["wipe"].value
     closing, *_, opening = infer(Given(known={"wipe": [wipe + 0.2, 0.05]}), records)
     assert closing.measured["wipe"].value == pytest.approx(wipe + 0.2, abs=0.15)
     assert not any("contradicts" in each for each in opening.remarks)
+
+
+def test_a_fact_that_is_contradicted_is_told_with_its_side():
+    answer = SimpleNamespace(draws=True, of_fact=lambda name: np.full(9, 2.0))
+    assert contradicted([answer], Given(known={"mu": [2.29, 0.1]})) == []
+    (remark,) = contradicted([answer], Given(known={"mu": [2.4, 0.1]}))
+    assert "known.mu, 2.4 with an sd of 0.1: the posterior is -4.0 sd off" in remark
 
 
 # ---- weights, where the posterior is known ------------------------------------------------------
@@ -103,6 +118,19 @@ def test_draws_that_know_nothing_become_the_prior_of_ones_own(levels, told):
     assert np.abs(wrong).max() > 8.0 / np.sqrt(left)
 
 
+def test_the_try_of_which_weights_leave_most_counts(infer, records, prior, monkeypatch):
+    left = iter([50, 300, 2])
+
+    def weights(answers, *_):
+        count = next(left)
+        return np.where(np.arange(len(answers[0].draws.theta)) < count, 1.0 / count, 0.0)
+
+    monkeypatch.setattr(inferred, "weights_of", weights)
+    (found,) = infer(Given(Size(), prior), records[1:2])
+    assert found.effective_size == pytest.approx(300.0)
+    assert not found.unresolved
+
+
 # ---- families -----------------------------------------------------------------------------------
 
 
@@ -120,6 +148,14 @@ class Never:
 
     def match(self, seen, basis):
         return Match(0.0, {"start": 1.0, "main motion": 9.0, "end": 1.0}, seen.way[0])
+
+
+def test_what_is_missing_is_of_the_motion():
+    """A gap within it, but not that the record ends early."""
+    raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
+    assert _record(raw.operation, "closing", raw).reason == ""
+    gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))
+    assert "a share of 0.29 of the motion" in _record(raw.operation, "closing", gap).reason
 
 
 def test_the_medians_of_a_slip_in_units_are_far_from_the_prior(infer, records, prior):

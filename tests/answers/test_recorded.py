@@ -18,7 +18,7 @@ def drives(prior, defaults):
 
 @pytest.fixture
 def read(levels):
-    return lambda folders: read_breakers(folders, MOTIONS, {}, levels)
+    return lambda *folders: read_breakers(folders, MOTIONS, {}, levels)
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def names_and_counts(found):
 
 
 def test_breakers_of_a_table(folder, read):
-    found = read([folder])
+    found = read(folder)
     both = {"closing": 2, "opening": 2}
     assert names_and_counts(found) == {"Q0": both, "Q1": both}
     assert found.rejected == []
@@ -47,10 +47,12 @@ def test_breakers_of_a_table(folder, read):
 def test_phases_are_records_of_their_breaker(folder, read):
     table = folder / "operations.csv"
     head, *rows = table.read_text(encoding="utf-8").splitlines()
-    phases = [f"{row},L{1 + number % 2}" for number, row in enumerate(rows)]
+    cells = [row.split(",") for row in rows]
+    phases = [f"{c[0]},{c[1]},1,{c[3]},L{1 + k % 2}" for k, c in enumerate(cells)]
     table.write_text("\n".join([f"{head},phase", *phases]), encoding="utf-8")
-    found = read([folder])
+    found = read(folder)
     assert names_and_counts(found)["Q0"] == {"closing": 2, "opening": 2}
+    assert len(found.operations["Q0"]) == 2
 
 
 def test_folders_without_names_are_breakers(tmp_path, drives, read):
@@ -59,27 +61,27 @@ def test_folders_without_names_are_breakers(tmp_path, drives, read):
         write_breakers(tmp_path / name, [drive], 1, rng, head=NAMELESS)
         for name, drive in zip(("one", "other"), drives, strict=True)
     ]
-    found = read(folders)
-    assert list(found.records) == [str(each) for each in folders]
+    assert list(read(*folders).records) == [str(each) for each in folders]
 
 
 def test_a_motion_that_is_nowhere_is_left_out(tmp_path, drives, read):
     rng = generator(1, "test files")
     folder = write_breakers(tmp_path / "closings", drives, 1, rng, motions=["closing"])
-    found = read([folder])
-    assert found.motions == ["closing"]
+    assert read(folder).motions == ["closing"]
 
 
 def test_no_more_records_than_are_needed(folder, read, monkeypatch):
     monkeypatch.setattr(recorded, "_MOST", 1)
-    found = read([folder])
+    found = read(folder)
     assert names_and_counts(found)["Q0"] == {"closing": 1, "opening": 1}
     assert found.left_out == 4
+    monkeypatch.setattr(recorded, "_MOST", 3)
+    assert recorded._spread(9).tolist() == [0, 4, 8]
 
 
 def test_rejected_records_have_their_reason(folder, read):
     (folder / "closing_0_1.csv").write_text("time,travel\n0,1\n", encoding="utf-8")
-    found = read([folder])
+    found = read(folder)
     assert names_and_counts(found)["Q0"] == {"closing": 1, "opening": 2}
     assert len(found.rejected) == 1
     assert "closing_0_1.csv" in found.rejected[0]
@@ -87,10 +89,10 @@ def test_rejected_records_have_their_reason(folder, read):
 
 def test_nothing_to_read(tmp_path, folder, read):
     with pytest.raises(FileNotFoundError, match=r"has no file of a record.*breaker manifest"):
-        read([tmp_path])
+        read(tmp_path)
     with pytest.raises(FileNotFoundError, match=r"there is no folder .*nowhere"):
-        read([tmp_path / "nowhere"])
+        read(tmp_path / "nowhere")
     for file in folder.glob("*_*.csv"):
         file.write_text("time,travel\n0,1\n", encoding="utf-8")
     with pytest.raises(ValueError, match="none of 8 records can be used"):
-        read([folder])
+        read(folder)

@@ -10,17 +10,20 @@ import pytest
 
 from breaker.answers.answer import Given
 from breaker.answers.documents import document, table_of
+from breaker.answers.drawn import shown
 from breaker.answers.judgement import VERDICTS, judged
 from breaker.answers.trees import tree
 from breaker.answers.words import in_words
+from breaker.family import PARTS
 from breaker.family.levels import LevelDraws
 from breaker.files import SWITCHING
 from breaker.mechanism.limits import Limit
 from breaker.mechanism.parameters import NAMES
+from breaker.records import SHAPE_TIMES
 
 
-def limit(name, value, of="model"):
-    return Limit("wide", "closing", ((name, value, True),), of=of)
+def limit(name, value, of="model", *more):
+    return Limit("wide", "closing", ((name, value, True), *more), of=of)
 
 
 @pytest.fixture
@@ -36,7 +39,7 @@ def verdict(answers):
 
 def test_verdicts_follow_from_the_draws(answers, verdict):
     found = []
-    for above in (0.01, 0.5, 1.0):
+    for above in (0.04, 0.05, 0.95):
         theta = np.ones((100, len(NAMES)))
         theta[: int(100 * above), -1] = 11.0
         answer = replace(answers[0], draws=LevelDraws(theta, {}, {}))
@@ -48,16 +51,18 @@ def test_verdicts_follow_from_the_draws(answers, verdict):
 
 
 def test_measured_quantities_are_judged_as_measured(answers, infer, timed, verdict):
-    assert (
-        verdict(limit("stroke", 13.0, "record")) == verdict(limit("stroke", 13.0)) == VERDICTS[-1]
-    )
+    assert verdict(limit("stroke", 13.0, "record")) == VERDICTS[-1]
+    assert verdict(limit("stroke", 13.0)) == VERDICTS[-1]
     out = replace(answers[0], draws=None, misfit=True)
     assert verdict(limit("stroke", 14.5), out) == "healthy"
     assert verdict(limit("touch_time", 5.0, "record")) == "unknown"  # no contact was timed
+    assert verdict(limit("touch_time", 5.0, "record", ("stroke", 13.0, True))) == "unknown"
     assert verdict(limit("touch_time", 5.0)) == VERDICTS[-1]
     (measured,) = infer(some=[timed(20.09)])
     assert verdict(limit("touch_time", 5.0, "record"), measured) == VERDICTS[-1]
     assert verdict(limit("latch_time", 5.0, "record")) == "unknown"
+    fit = document([measured], [[]], {}, {})["records"][0]["fit"]
+    assert fit["contact_time"] == pytest.approx(10.09, abs=0.5)  # after the first motion
 
 
 @pytest.fixture
@@ -73,23 +78,26 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
     assert first["phase"] == "L1"
     assert "is not there" in rejected["reason"]
     assert "parameters" not in rejected
-    median = np.median(answers[0].draws.theta[:, -1])
+    low, median, high = np.quantile(answers[0].draws.theta[:, -1], [0.025, 0.5, 0.975])
     assert first["parameters"]["L"]["median"] == pytest.approx(median, rel=1e-5)
+    assert first["parameters"]["L"]["interval_95"] == pytest.approx([low, high], rel=1e-5)
     assert first["verdict"] == "not healthy"
     assert first["quantities"]["wipe"]["meaning"] == "way still to go at touch"
     together = found["together"]
     assert set(together) == {"closing"}
-    medians = [found["records"][k]["parameters"]["mu"]["median"] for k in (0, 1)]
-    spread = together["closing"]["parameters"]["mu"]["sd"]
-    assert spread == pytest.approx(np.std(medians, ddof=1), rel=1e-3)
+    each = [found["records"][k]["parameters"]["mu"] for k in (0, 1)]
+    mu = together["closing"]["parameters"]["mu"]
+    assert mu["sd"] == pytest.approx(np.std([e["median"] for e in each], ddof=1), rel=1e-3)
+    half = np.median([np.ptp(e["interval_95"]) for e in each]) / 2.0
+    assert mu["half_interval_95"] == pytest.approx(half, rel=1e-3)
     assert together["closing"]["limits"]["wide"]["not healthy"] == 2
 
 
 def test_words_of_an_answer_that_is_not_one_name_the_remedies(answers):
     few = replace(answers[1], unresolved="effective size 9", prior_p_value=1e-9)
-    few = replace(few, prior_sds=np.linspace(0.0, 6.0, 7))
+    few = replace(few, prior_sds=np.linspace(3.0, -6.0, 7))
     text = in_words(document([few], [[]], {"words": []}, {}))
-    for words in ("NOT resolved (effective size 9)", "--model FILE", "L is +6.0 of its sds"):
+    for words in ("NOT resolved (effective size 9)", "--model FILE", "L is -6.0 of its sds"):
         assert words in " ".join(text.split())
     parts = {"start": 0.5, "main motion": 3.0, "end": None}
     match = answers[1].match._replace(p_value=0.0, parts=parts)
@@ -111,6 +119,19 @@ def test_a_table_has_a_row_for_each_parameter_and_quantity(found):
     assert {row["phase"] for row in rows} == {"L1"}
     fit = {"p_value", "misfit", "resolved", "part_main_motion"}
     assert {"file", "median", "interval_50_upper", "reason", "remarks", *fit} <= rows[0].keys()
+
+
+@pytest.mark.parametrize("k", [0, 3])
+def test_a_picture_has_the_record_beside_the_nearest_shape_and_what_is_usual(answers, k):
+    curve = shown(answers, Given(), seed=1).curves[answers[k].record.motion]
+    assert curve.good
+    record = np.interp(curve.grid, curve.time, curve.travel)
+    there = np.isfinite(curve.left)
+    np.testing.assert_allclose(record[there], curve.nearest[there], atol=0.5)
+    begin, end = PARTS["main motion"]
+    part = (begin <= SHAPE_TIMES) & (end > SHAPE_TIMES)
+    ratio = np.sqrt(np.nanmean(np.square(curve.left[part]))) / curve.usual[part]
+    np.testing.assert_allclose(ratio, answers[k].match.parts["main motion"])
 
 
 def test_a_tree_has_the_records_with_a_posterior(answers):

@@ -1,11 +1,12 @@
 """Two visits compared: measured, inferred by the networks of a family, as a document, in words."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from breaker.answers.changed import changes, compare, measured_changes
+from breaker.answers.changed import _error, changes, compare, measured_changes
 from breaker.answers.visited import visits_document, visits_in_words
 from breaker.family.changes import ChangeDraws
 from breaker.family.inputs import Basis
@@ -14,7 +15,7 @@ from breaker.family.membership import PARTS, Match
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.speeds import speeds_of
 from breaker.records import SHAPE_TIMES
-from tests.raws import smooth
+from tests.raws import raw_of, smooth
 
 SPEEDS = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
 
@@ -26,8 +27,8 @@ def records(motions=MOTIONS, count=2, **about):
 
 def family(name="any", fits=1.0, later=0.0, **factors):
     """Networks that draw changes by factors, 1 % wide and of a single motion those given for it,
-    and that fit by a p-value; three of four draws of what has not changed are exactly the same, and
-    all of mu.
+    and that fit by a p-value, openings by half of it; three of four draws of what has not changed
+    are exactly the same, and all of mu. By a single motion, contacts come later by twice as much.
     """
 
     def draw(references, changed, draws, rng):
@@ -40,15 +41,16 @@ def family(name="any", fits=1.0, later=0.0, **factors):
             ratios[:, k] = np.where(
                 changes, factor * np.exp(0.01 * rng.standard_normal(draws)), 1.0
             )
-        return ChangeDraws(ratios, {m: np.full(draws, later) for m in references})
+        by = later * (1 + bool(alone))
+        return ChangeDraws(ratios, {m: np.full(draws, by) for m in references})
 
     def match(motion, seen):
-        p_value = fits if seen.stroke[0] < 100.0 else 0.0
+        p_value = fits * {"closing": 1.0, "opening": 0.5}[motion] * (seen.stroke[0] < 100.0)
         return Match(p_value, dict.fromkeys(PARTS, 1.0) | {"end": 3.0}, seen.way[0])
 
     def state(references, draws, rng):
-        times = {m: np.full(draws, 10.0) for m in references}
-        return LevelDraws(np.ones((draws, 7)), {m: 0.0 * times[m] for m in times}, times)
+        release, switching = ({m: np.full(draws, at) for m in references} for at in (-2.0, 8.0))
+        return LevelDraws(np.ones((draws, 7)), release, switching)
 
     basis = Basis(np.zeros(SHAPE_TIMES.size), np.eye(SHAPE_TIMES.size)[30:50], np.ones(20))
     usual = np.log([[8.0, 1.0], [5.0, 1.0]])
@@ -84,6 +86,7 @@ def test_what_changed_is_in_the_headline_after_what_is_measured():
     assert rows["L"]["unchanged"] == pytest.approx(0.75, abs=0.03)
     assert rows["mu"]["unchanged"] == 1.0
     assert (rows["mu"]["worse"], rows["L"]["worse"]) == (None, 0.0)
+    assert found["trust"][0].endswith("(least p = 0.5)")
     assert "closing and opening agree" in found["trust"][1]
     other = document(family(f=0.9), beyond=0.2)
     assert other["headline"].endswith(
@@ -130,7 +133,7 @@ def test_a_change_beyond_any_wear_is_not_told():
 
 
 def test_motions_that_contradict_each_other_are_told_apart():
-    found = document(family(f=0.9, f_closing=0.85, f_opening=1.0))
+    found = document(family(f=0.9, f_closing=0.85, f_opening=1.0, later=2.0))
     assert found["parameters"] == "apart"
     assert found["agreement"] == {"p_value": pytest.approx(0.0), "parameter": "f"}
     assert "No parameter is told" in found["headline"]
@@ -139,6 +142,7 @@ def test_motions_that_contradict_each_other_are_told_apart():
     both = [row for row in found["changes"] if row["name"] == "f"]
     assert [row["motion"] for row in both] == list(MOTIONS)
     assert [row["verdict"] for row in both] == ["changed", "did not change"]
+    assert inferred(found)["touch_time"]["change"] == pytest.approx([40.0] * 3)
     # One that differs by less than both are wide is told of both together.
     assert document(family(f=0.9, f_closing=0.9, f_opening=0.91))["parameters"] == "told"
 
@@ -160,6 +164,28 @@ def test_measured_changes_are_those_of_means():
     assert (stroke["verdict"], stroke["worse"]) == ("changed", None)
     assert rows["travel_time"]["verdict"] == "did not change"
     assert rows["closing_speed_mean"]["worse"] > 0.9
+
+
+def test_a_way_that_may_be_nothing_changes_in_shares_of_the_stroke_and_a_late_touch_is_worse():
+    rng, time = np.random.default_rng(7), np.arange(0.0, 80.0, 0.1)
+
+    def visit(over, touch):
+        rise = np.clip((time - 20.0) / 15.0, 0.0, 1.0)
+        way = rise**2 * (3.0 - 2.0 * rise) + over * np.exp(-np.square((time - 40.0) / 3.0))
+        raw = raw_of(80.0 * way + 0.02 * rng.standard_normal(time.size), 0.1, 19.0)
+        return {"closing": [replace(raw, switching=touch, switching_sd=0.1)]}
+
+    rows = measured_changes(visit(0.2, 29.0), visit(0.1, 30.0), SPEEDS)
+    touch, over = (next(e for e in rows if e["name"] == f) for f in ("touch_time", "over_travel"))
+    assert over["change"][1] == pytest.approx(-10.0, abs=0.5)
+    assert (over["verdict"], over["worse"]) == ("changed", pytest.approx(0.0, abs=0.01))
+    assert touch["worse"] == touch["more"] > 0.95
+
+
+def test_means_are_known_no_better_than_their_readings():
+    """However little 40 of them scatter: what is stated of each counts."""
+    visit = np.tile([1.0, 0.3], (40, 1))
+    assert _error([visit, visit], 0.01) == pytest.approx(0.3 * np.sqrt(2 / 40))
 
 
 def test_the_text_has_a_row_for_each_and_what_was_rejected():

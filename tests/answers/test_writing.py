@@ -1,9 +1,12 @@
 """`breaker fit-prior`: the lines of configuration that it writes, and what it says."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import yaml
 
+from breaker.answers.writing import _table, overlay_of
 from breaker.cli import main
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size
@@ -47,12 +50,25 @@ def test_the_configuration_takes_it(written, drawn):
     assert config["sensor"]["noise_sd"] == pytest.approx(0.1 * SIZE.lengths, rel=0.2)
     assert config["sensor"]["stop"] == pytest.approx(58.0 * config["size"]["times"], rel=1e-4)
     assert plot.read_bytes().startswith(b"\x89PNG")
-
-
-def test_it_says_what_it_was_made_from(written):
-    text = written[0].read_text(encoding="utf-8")
+    text = file.read_text(encoding="utf-8")
     assert "# 6 records of closing of 3 breakers" in text
     assert "# breakers: Q0, Q1, Q2" in text
+
+
+def test_what_a_model_leaves_out_is_of_the_size_of_the_drive(prior, defaults):
+    recorded = SimpleNamespace(size=SIZE, noise_sd=0.15, motions=["closing"])
+    found = overlay_of(recorded, SimpleNamespace(prior=prior), defaults["sensor"], {})
+    assert found["sensor"]["noise_sd"] == pytest.approx(np.hypot(0.15, 0.2), rel=1e-5)
+
+
+def test_the_parts_of_a_log_sd_are_under_their_names(prior):
+    parts = {
+        name: np.full(7, value) for name, value in (("between", 3), ("design", 5), ("room", 6))
+    }
+    spread = SimpleNamespace(centre_sd=np.full(7, 4))
+    head, first, *_ = _table(SimpleNamespace(prior=prior, reference=prior, spread=spread, **parts))
+    assert head.split()[4:9] == ["between", "not", "known", "design", "wear"]
+    assert first.split()[4:8] == [f"{part * prior.log_sds[0]:.3f}" for part in (3, 4, 5, 6)]
 
 
 def test_it_is_the_same_every_time(written, folder, tmp_path):

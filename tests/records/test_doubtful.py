@@ -5,12 +5,10 @@ import pytest
 
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
-from breaker.model import Prior, generator
+from breaker.model import generator
 from breaker.records.doubtful import doubtful_samples, doubts_in_words
 from breaker.records.scale import seen_quantum
-from breaker.shipped import DEFAULTS
 from breaker.synthetic import Family
-from breaker.workflow import read
 
 RATES = [1.0, 2.5, 10.0, 20.0]
 STROKES = [4.0, 14.0, 150.0, 1000.0]
@@ -47,14 +45,11 @@ def test_no_sample_of_the_model_is_masked(prior, motion, rate):
 
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_no_sample_of_a_rig_is_masked(motion, rate):
+def test_no_sample_of_a_rig_is_masked(prior, defaults, motion, rate):
     """200 rigs with bounces, dampers, bumpers, and what the family lacks: an elastic linkage."""
-    config = read(DEFAULTS)
     foreign = {"force_fall": [0.0, 0.15], "drag": [0.005, 0.05], "linkage": [0.5, 2.0]}
-    prior = Prior.from_settings(config["prior"])
-    family = Family(
-        prior, {**config["rigs"], "elements": {**config["rigs"]["elements"], **foreign}}
-    )
+    rigs = defaults["rigs"]
+    family = Family(prior, rigs | {"elements": rigs["elements"] | foreign})
     rng = generator(2, "doubtful", motion, str(rate))
     time = np.arange(0.0, 76.0, 1.0 / rate)
     exact = [family.new(rng).travel(motion, time - 10.0 - rng.random()) for _ in range(25)]
@@ -112,8 +107,7 @@ def median(prior, motion="closing"):
 
 
 def test_a_stuck_reading_is_masked_where_the_drive_moves(prior):
-    x = median(prior)
-    rng = generator(5, "stuck")
+    x, rng = median(prior), generator(5, "stuck")
     for quantum in (0.0, 0.08):
         record = measured(x, 14.0, rng, quantum=quantum)
         record[150:180] = record[150]

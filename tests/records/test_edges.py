@@ -76,15 +76,10 @@ def test_triggers():
     assert np.isnan(trigger_of(TIME, np.full(TIME.size, np.nan), MOVES))
 
 
-def events(operation=None, channels=None, motion="closing", **settings):
-    known = operation or {}
-    found, said = events_of(
-        Operation(1, "a.csv", **known),
-        complete(settings),
-        LocatedMotion(motion, TIME, SEGMENT, MOVES),
-        channels or {},
-    )
-    return found, said
+def events(known=None, channels=None, motion="closing", **settings):
+    operation = Operation(1, "a.csv", **(known or {}))
+    located = LocatedMotion(motion, TIME, SEGMENT, MOVES)
+    return events_of(operation, complete(settings), located, channels or {})
 
 
 def test_what_is_stated_goes_before_what_a_channel_shows():
@@ -104,12 +99,8 @@ def test_what_is_stated_goes_before_what_a_channel_shows():
 
 
 def test_what_a_channel_does_not_show_is_a_remark():
-    found, said = events(
-        {},
-        {"contact": np.ones(TIME.size), "trigger": np.ones(TIME.size)},
-        contact_column="C",
-        trigger_column=4,
-    )
+    still = {name: np.ones(TIME.size) for name in ("contact", "trigger")}
+    found, said = events({}, still, contact_column="C", trigger_column=4)
     assert np.isnan(found).all()
     assert said == [
         "'C' does not switch during the closing: see endurance.format.contact_column",
@@ -123,9 +114,7 @@ def test_what_a_channel_does_not_show_is_a_remark():
 
 @pytest.mark.parametrize("wrong", [{"switching": 9.8}, {"switching": 95.0}, {"trigger": 22.0}])
 def test_stated_times_in_another_time_are_refused(wrong):
-    with pytest.raises(
-        UnusableError, match=r"in operations.csv, but the first motion is at 20.0 ms"
-    ):
+    with pytest.raises(UnusableError, match=r"in operations.csv, but the first motion is at 20.0"):
         events(wrong)
 
 

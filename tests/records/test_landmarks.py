@@ -62,17 +62,13 @@ def test_it_does_not_depend_on_the_grid(prior, step, start):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_a_record_at_rest_has_none(motion):
-    rng = generator(2, "test rest")
-    time = 0.1 * np.arange(700)
+def test_a_record_at_rest_or_of_the_other_way_has_none(motion):
+    time, sign = 0.1 * np.arange(700), 1.0 if motion == "closing" else -1.0
+    rest = 0.1 * generator(2, "test rest").standard_normal(time.size)
     with pytest.raises(UnusableError, match=r"no motion: the travel rises by no more than 0\.\d+"):
-        first_motion(time, 0.1 * rng.standard_normal(time.size), motion)
-
-
-def test_a_motion_the_other_way_is_none():
-    time = 0.1 * np.arange(700)
+        first_motion(time, rest, motion)
     with pytest.raises(UnusableError, match="no motion"):
-        first_motion(time, -0.15 * np.maximum(time - 10.0, 0.0) ** 2, "closing")
+        first_motion(time, -0.15 * sign * np.maximum(time - 10.0, 0.0) ** 2, motion)
 
 
 @pytest.mark.parametrize("late", [2.0, 4.0, 6.0])

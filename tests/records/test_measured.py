@@ -19,6 +19,7 @@ from breaker.records.measured import Contact, Reading, measure_curve, variables
 from breaker.records.noise import noise_at_rest
 from breaker.records.reader import read_curves
 from breaker.records.segments import find_segment
+from tests.raws import smooth
 
 SPEEDS = speeds_of(
     {
@@ -207,17 +208,11 @@ def test_dataset_of_files(prior, tmp_path):
     assert abs(error.sel(quantity="stroke").item()) < 5.0
     assert np.isnan(other.measured).all()
     assert set(other.measured_reason.values) == {"the record was rejected"}
-
-
-def test_dataset_of_nothing():
-    found, where = variables([], "closing")
-    assert found["measured"][1].shape == (0, len(where["quantity"]))
+    nothing, where = variables([], "closing")
+    assert nothing["measured"][1].shape == (0, len(where["quantity"]))
 
 
 def test_an_outlier_before_the_motion_stops_nothing():
-    time = np.arange(0.0, 60.0, 0.1)
-    way = np.clip((time - 20.0) / 8.0, 0.0, 1.0)
-    travel = 14.0 * way**2 * (3.0 - 2.0 * way)
-    travel += 0.02 * np.random.default_rng(1).standard_normal(time.size)
-    travel[20] = 500.0
-    assert "travel_time" in measure_curve(time, travel, "closing")
+    raw = smooth(np.random.default_rng(1))
+    raw.whole[20] = 500.0
+    assert "travel_time" in measure_curve(raw.time, raw.whole, "closing")

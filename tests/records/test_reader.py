@@ -93,13 +93,8 @@ def test_what_is_written_is_read_back_sample_by_sample(file, prior, times, motio
 def test_the_text_is_what_an_instrument_writes(file, prior):
     time, x = written(file, prior)
     lines = file.read_text(encoding="utf-8").split("\n")
-    assert lines[1:HEAD] == [
-        "motion: closing",
-        "operation: 12",
-        "zero: open position",
-        "time,travel",
-        "s,mm",
-    ]
+    head = ["motion: closing", "operation: 12", "zero: open position", "time,travel", "s,mm"]
+    assert lines[1:HEAD] == head
     assert lines[HEAD] == f"0.0000000,{x[0]:.3f}"
     assert lines[HEAD + 300] == f"0.0300000,{x[300]:.3f}"
     assert len(lines) == HEAD + time.size + 1
@@ -260,8 +255,7 @@ def test_any_rate_is_read(file, prior, times, rate, motion):
     # 4.5 sd of the noise, for 151 samples of 14 records; and 0.05 mm at the impact at 1 kHz.
     off = np.abs(curves.travel.values[0][there] - fine.travel[0])
     assert off.max() < 4.5 * 0.05 + 0.05
-    whole = rate in (100.0,)
-    assert ("one sample every" in curves.remarks.item()) != whole
+    assert ("one sample every" in curves.remarks.item()) == (rate != 100.0)
 
 
 # ---- many files ---------------------------------------------------------------------------------

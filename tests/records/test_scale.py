@@ -77,17 +77,14 @@ def test_beyond_a_table_is_no_travel(tmp_path):
         ("0;0\n1;5\n", "lines that are not two numbers"),
         ("0,0,0\n1,5,0\n", "lines that are not two numbers"),
         ("0,0\n1,five\n", "lines that are not two numbers"),
+        (None, "cannot be read"),
     ],
 )
 def test_a_wrong_table_is_refused_before_any_file(tmp_path, text, reason):
+    file = str(tmp_path / "none.csv") if text is None else table(tmp_path, text)
     with pytest.raises(ValueError, match=re.escape(reason)) as caught:
-        scale(table=table(tmp_path, text))
+        scale(table=file)
     assert "endurance.format.table" in str(caught.value)
-
-
-def test_a_table_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"endurance.format.table, .*cannot be read"):
-        scale(table=str(tmp_path / "none.csv"))
 
 
 def test_numbers_beyond_all_scales_do_not_warn():

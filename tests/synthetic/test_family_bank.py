@@ -121,14 +121,9 @@ def test_drives_of_any_kind():
 
 
 def test_changes_are_uniform_in_their_logarithm(family, bank):
-    names, ranges = list(NAMES), family.settings["wear"]["change"]
-    by = bank.parameters.values[:, 1] / bank.parameters.values[:, 0] - 1.0
-    share = []
-    for name in NAMES[1:]:
-        changes = by[:, names.index(name)]
-        ends = ranges[name]
-        share += (changes[changes != 0] / max(ends, key=abs)).tolist()
-    share = np.array(share)
+    ranges = family.settings["wear"]["change"]
+    by = bank.parameters.values[:, 1, 1:] / bank.parameters.values[:, 0, 1:] - 1.0
+    share = (by / [max(ranges[name], key=abs) for name in NAMES[1:]])[by != 0]
     assert 0.01 <= share.min() <= share.max() <= 1.0 + 1e-12
     place = 1.0 - np.log(share) / np.log(0.01)
     assert place.mean() == pytest.approx(0.5, abs=0.05)  # 4 sd of 600 draws

@@ -8,6 +8,8 @@ from breaker.mechanism import MOTIONS
 from breaker.model import Prior
 from breaker.shipped import DEFAULTS, model_file
 from breaker.synthetic import Family, rows_of, sample_rows, simulate_family
+from breaker.synthetic.family_bank import GRID, shapes
+from breaker.synthetic.family_records import _samples
 from breaker.workflow import load
 
 
@@ -52,21 +54,25 @@ def test_touch_comes_after_the_release(levels):
     assert (np.diff(events, axis=2) > 0.0).all()
 
 
-def test_what_has_not_worn_has_not_changed(changes, bank):
-    _, y, _, _ = changes.unscaled(np.arange(160), np.random.default_rng(1), back=0.0)
+def test_readings_come_in_their_steps(bank):
+    curve, out = shapes(bank["shape"].values)[0, 0, 0], np.empty(30)
+    _samples(curve, np.random.default_rng(1), -1.0, 0.1, 0.0, 0.0, 0.25, out)
+    exact = np.interp(-1.0 + 0.1 * np.arange(30), GRID, curve)
+    assert np.abs(out - exact).max() < 0.5 * 0.25 + 0.01
+    np.testing.assert_array_equal(out % 0.25, 0.0)
+
+
+def test_what_has_not_worn_has_not_changed_and_a_change_back_is_the_other_way_round(changes, bank):
+    y, back = (
+        changes.unscaled(np.arange(160), np.random.default_rng(1), back=back)[1]
+        for back in (0.0, 1.0)
+    )
+    np.testing.assert_allclose(y[:, :7], -back[:, :7], atol=1e-12)
     worn = bank.wear.values > 0
     assert (y[~worn] == 0.0).all()
     ratio = bank.parameters.values[:, 1] / bank.parameters.values[:, 0]
     np.testing.assert_allclose(y[:, :7], np.log(ratio), atol=1e-12)
     assert (y[worn, 7:] != 0.0).any()
-
-
-def test_a_change_back_is_the_other_way_round(changes):
-    there, back = (
-        changes.unscaled(np.arange(160), np.random.default_rng(1), back=back)[1]
-        for back in (0.0, 1.0)
-    )
-    np.testing.assert_allclose(there[:, :7], -back[:, :7], atol=1e-12)
 
 
 def test_a_curve_that_no_record_shows_is_not_there(levels, bank):

@@ -119,14 +119,12 @@ def test_limits_are_exceeded_after_the_change_of_wear(rig, truth, defaults):
 def test_truth_of_what_records_show(rig, truth):
     """Between stages, too, beside the drive's own motion; a rest that is crept to is seen early."""
     assert truth.measured.dims == ("operation", "motion", "quantity")
+    names = {"closing": ["closing_speed"], "opening": ["rebound", "opening_speed"]}
     for operation in (1, 333, 1777, 2000):
         drive = rig.worn(operation, scatter=False)
-        for motion, names in (
-            ("closing", ("stroke", "travel_time", "closing_speed")),
-            ("opening", ("stroke", "travel_time", "rebound", "opening_speed")),
-        ):
+        for motion in MOTIONS:
             own = own_quantities(drive, motion)
-            for name in names:
+            for name in ("stroke", "travel_time", *names[motion]):
                 seen = truth.measured.sel(operation=operation, motion=motion, quantity=name)
                 assert seen == pytest.approx(own[name], rel=0.005, abs=0.04), (operation, name)
     assert np.isnan(truth.measured.sel(quantity="latch_time")).all()

@@ -70,19 +70,14 @@ def test_the_onset_is_small_against_its_prior(through, sensor):
     assert 0.05 < truth[:, -1].std() < 0.5 * sensor.onset_sd
 
 
-def test_the_same_generator_gives_the_same_bytes(prior, sensor):
-    model = Model(prior, sensor, "closing")
-    first, second = (through_files(model, 3, generator(8, "test bytes")) for _ in range(2))
-    for one, other in zip(first, second, strict=True):
-        assert one.tobytes() == other.tobytes()
-
-
-def test_dialects_take_turns(prior, sensor):
+def test_dialects_take_turns_and_the_same_generator_gives_the_same_bytes(prior, sensor):
     model, some = Model(prior, sensor, "opening"), [DIALECTS["tab"], DIALECTS["degrees"]]
-    through = through_files(model, 5, generator(8, "test turns"), some)
-    assert through.dialect.tolist() == [0, 1, 0, 1, 0]
-    both = through_files(model, 5, generator(8, "test turns"), some[:1])
-    assert both.truth[:, :7].tobytes() == through.truth[:, :7].tobytes()
+    first, again, one = (
+        through_files(model, 5, generator(8, "test turns"), each) for each in (some, some, some[:1])
+    )
+    assert first.dialect.tolist() == [0, 1, 0, 1, 0]
+    assert [each.tobytes() for each in again] == [each.tobytes() for each in first]
+    assert one.truth[:, :7].tobytes() == first.truth[:, :7].tobytes()
 
 
 # Rates of which the grid's 2.5 kHz is a whole fraction. At others samples are moved, which takes a
@@ -98,8 +93,8 @@ def test_other_rates(prior, sensor, rate):
 
 def test_without_an_onset_the_truth_has_only_the_seven(prior, sensor):
     plain = replace(sensor, onset_sd=0.0, zero_sd=0.0)
-    rng = generator(8, "test plain")
-    measured, truth, _ = through_files(Model(prior, plain, "opening"), 3, rng)
+    model = Model(prior, plain, "opening")
+    measured, truth, _ = through_files(model, 3, generator(8, "test plain"))
     assert measured.shape == (3, sensor.samples)
     assert truth.shape == (3, len(NAMES))
 

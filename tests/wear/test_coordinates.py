@@ -79,14 +79,12 @@ def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
     values = coordinates.blocks(series)
     _, row = coordinates.row("closing", "travel_time")
     both = np.hstack([values[0].values, values[1].values])
-    told = reading.mean + both @ row
+    time = series.motions["closing"].measured["travel_time"]
     there = np.isfinite(both).all(axis=1)
-    np.testing.assert_allclose(
-        told[there], series.motions["closing"].measured["travel_time"][there]
-    )
+    np.testing.assert_allclose((reading.mean + both @ row)[there], time[there])
     assert np.isnan(values[1].values[7]).all()
     # What is left is far less than the quantity scatters by itself: the curve explains it.
-    assert reading.scatter < 0.7 * np.nanstd(series.motions["closing"].measured["travel_time"])
+    assert reading.scatter < 0.7 * np.nanstd(time)
     assert coordinates.row("closing", "stroke") is None
 
 

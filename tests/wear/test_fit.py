@@ -30,21 +30,13 @@ def test_records_one_after_the_other_give_the_regression_of_all():
         expected = np.linalg.solve(square, design[there].T @ values[there, k] / fit.noise[k])
         np.testing.assert_allclose(fit.mean[k], expected)
         np.testing.assert_allclose(fit.cov[k], np.linalg.inv(square))
-
-
-def test_records_may_be_summed_up_anew():
-    fit, design, _ = a_fit()
-    gram, moment = fit.gram.copy(), fit.moment.copy()
-    fit.sum_up(design, 40)
-    np.testing.assert_allclose(fit.gram, gram)
-    np.testing.assert_allclose(fit.moment, moment)
-
-
-def test_about_gives_mean_and_variance_of_a_linear_function():
-    fit, design, _ = a_fit()
-    mean, variance = fit.about(design[-1])
+    mean, variance = fit.about(design[-1])  # of a linear function
     np.testing.assert_allclose(mean, fit.mean @ design[-1])
     np.testing.assert_allclose(variance[1], design[-1] @ fit.cov[1] @ design[-1])
+    gram, moment = fit.gram.copy(), fit.moment.copy()
+    fit.sum_up(design, 40)  # anew
+    np.testing.assert_allclose(fit.gram, gram)
+    np.testing.assert_allclose(fit.moment, moment)
 
 
 @pytest.mark.parametrize("start", [10, 25, 38])

@@ -52,27 +52,20 @@ def test_a_straight_path_crosses_where_it_does():
     np.testing.assert_allclose(found.remaining[0], found.steady[0], rtol=0.1)
 
 
-def test_a_path_that_leads_away_never_does():
-    found = forecast(path(1.0, -0.002))
-    assert np.isinf(found.remaining[0]).all()
-    assert np.isinf(found.steady[0]).all()
-
-
-def test_a_drive_beyond_has_nothing_left():
-    found = forecast(path(2.5, 0.002))
-    assert found.beyond[0] == 1.0
-    assert (found.remaining[0] == 0.0).all()
+@pytest.mark.parametrize(("at", "rate", "left"), [(1.0, -0.002, np.inf), (2.5, 0.002, 0.0)])
+def test_a_path_that_leads_away_never_does_and_one_beyond_has_nothing_left(at, rate, left):
+    found = forecast(path(at, rate))
+    assert found.beyond[0] == (at > 2.0)
+    assert (found.remaining[0] == left).all()
+    assert (found.steady[0] == left).all()
 
 
 def test_wear_that_may_become_faster_shortens_the_early_end_alone():
     steady, may = forecast(path(1.0, 0.002)), forecast(path(1.0, 0.002), Future(changes=1.0))
     assert may.remaining[0, 0] < 0.6 * steady.remaining[0, 0]
     np.testing.assert_allclose(may.steady, steady.steady)
-
-
-def test_what_is_known_badly_is_told_so():
-    sharp, vague = forecast(path(1.0, 0.002)), forecast(path(1.0, 0.002, sd=0.6))
-    assert np.ptp(vague.steady[0]) > 5.0 * np.ptp(sharp.steady[0])
+    vague = forecast(path(1.0, 0.002, sd=0.6))  # what is known badly is told so
+    assert np.ptp(vague.steady[0]) > 5.0 * np.ptp(steady.steady[0])
 
 
 def test_changes_come_as_often_in_any_unit_of_operations():
@@ -97,14 +90,9 @@ def test_crossings_lie_on_the_line_between_nodes():
     nodes = np.array([0.0, 10.0, 100.0])
     excess = np.array([[-1.0, -1.0, 1.0], [-0.5, 1.0, 2.0], [4.0, 2.0, -1.0]])[:, :, None]
     np.testing.assert_allclose(_crossings(excess, nodes), [20.0, 5.0, 0.0])
-    never = _crossings(-np.ones((3, 2, 1)), nodes)
-    assert np.isinf(never).all()
-
-
-def test_all_parts_of_a_limit_have_to_hold():
-    nodes = np.array([0.0, 10.0])
-    excess = np.array([[[-1.0, -3.0]], [[1.0, 1.0]]])
-    np.testing.assert_allclose(_crossings(excess, nodes), [7.5])
+    assert np.isinf(_crossings(-np.ones((3, 2, 1)), nodes)).all()
+    parts = np.array([[[-1.0, -3.0]], [[1.0, 1.0]]])  # all parts of a limit have to hold
+    np.testing.assert_allclose(_crossings(parts, nodes[:2]), [7.5])
 
 
 def test_quantiles_of_a_distribution_that_ends_early():

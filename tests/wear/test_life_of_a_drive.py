@@ -52,14 +52,21 @@ def families():
     return [tuple(open_network(model_file("medium_voltage", kind)) for kind in KINDS)]
 
 
-def readout(series, families, p_value=0.001):
-    return Readout.of(series, families, draws=200, seed=1, misfit_p_value=p_value)
+@pytest.fixture(scope="module")
+def followed(families):
+    """The life that is told of a series."""
+
+    def followed(series, limits=LIMITS, p_value=0.001):
+        found = Readout.of(series, families, draws=200, seed=1, misfit_p_value=p_value)
+        assert (found.changes is None) == (p_value > 1.0)
+        return follow_life(found, Tracker(reference=NEW, settle=20), limits, Future())
+
+    return followed
 
 
 @pytest.fixture(scope="module")
-def life(families):
-    found = readout(a_series(), families)
-    return follow_life(found, Tracker(reference=NEW, settle=20), LIMITS, Future())
+def life(followed):
+    return followed(a_series())
 
 
 def test_what_wears_is_told_and_nothing_else(life):
@@ -78,10 +85,12 @@ def test_what_wears_is_told_and_nothing_else(life):
 
 def test_limits_are_judged_by_what_they_are_read_from(life):
     last = life.isel(asked=-1)
+    theta = np.array(DRIVE.theta)
+    theta[NAMES.index("gamma_a")] *= 1.2
+    worn = Drive(tuple(theta), Elements()).travel("closing", TIMES)
     assert life.part_unit.values.tolist() == ["ms", "%", "mm/ms²"]
     assert last.value.sel(part=0).values[1] == pytest.approx(
-        measure_curve(TIMES, worn_drive().travel("closing", TIMES), "closing")["travel_time"].value,
-        abs=0.05,
+        measure_curve(TIMES, worn, "closing")["travel_time"].value, abs=0.05
     )
     assert last.beyond.sel(limit="stiff") > 0.9
     assert last.beyond.sel(limit="strong") < 0.2
@@ -89,24 +98,14 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
     assert life.new.values[1] == 0.0
 
 
-def worn_drive():
-    theta = np.array(DRIVE.theta)
-    theta[NAMES.index("gamma_a")] *= 1.2
-    return Drive(tuple(theta), Elements())
-
-
 def test_operations_left_fall_as_the_limit_comes_near(life):
     left = life.steady.sel(limit="stiff").values[:, 1]
-    early, late = (
-        left[life.asked.values.searchsorted(70)],
-        left[life.asked.values.searchsorted(100)],
-    )
+    early, late = left[life.asked.values.searchsorted([70, 100])]
     assert 0.0 < late < early < np.inf
 
 
-def test_an_unchanged_drive_has_no_change(families):
-    series = a_series(worn=0.0, seed=2)
-    still = follow_life(readout(series, families), Tracker(reference=NEW, settle=20), [], Future())
+def test_an_unchanged_drive_has_no_change(followed):
+    still = followed(a_series(worn=0.0, seed=2), [])
     low, middle, high = still.changed.isel(asked=-1).values.T
     assert (low <= 0.0).all()
     assert (high >= 0.0).all()
@@ -114,14 +113,11 @@ def test_an_unchanged_drive_has_no_change(families):
     assert still.names.values[-1] == ""
 
 
-def test_the_same_life_gives_the_same_bytes(families, life):
-    again = follow_life(
-        readout(a_series(), families), Tracker(reference=NEW, settle=20), LIMITS, Future()
-    )
-    assert again.identical(life)
+def test_the_same_life_gives_the_same_bytes(followed, life):
+    assert followed(a_series()).identical(life)
 
 
-def test_what_comes_later_changes_nothing_before(families, life):
+def test_what_comes_later_changes_nothing_before(followed, life):
     series = a_series()
     motions = {
         m: Motion(
@@ -132,30 +128,24 @@ def test_what_comes_later_changes_nothing_before(families, life):
         )
         for m, one in series.motions.items()
     }
-    part = Series(series.operations[:120], motions, series.new, {})
-    path = Tracker(reference=NEW, settle=20)
-    short = follow_life(readout(part, families), path, LIMITS, Future())
+    short = followed(Series(series.operations[:120], motions, series.new, {}))
     np.testing.assert_allclose(short.evidence, life.evidence[:120])
     both = np.intersect1d(short.asked, life.asked)[:-1]
     np.testing.assert_allclose(short.changed.sel(asked=both), life.changed.sel(asked=both))
 
 
-def test_a_drive_of_no_family_is_measured_only(families):
-    found = readout(a_series(), families, p_value=1.1)
-    assert found.changes is None
-    life = follow_life(found, Tracker(reference=NEW, settle=20), LIMITS, Future())
+def test_a_drive_of_no_family_is_measured_only(followed):
+    life = followed(a_series(), p_value=1.1)
     assert life.attrs["family"] == ""
     assert np.isnan(life.changed).all()
     assert np.isfinite(life.value.sel(part=0)).all()
     assert np.isnan(life.beyond.sel(limit=["stiff", "strong"])).all()
 
 
-def test_one_motion_alone_is_followed(families):
+def test_one_motion_alone_is_followed(followed):
     series = a_series()
     one = Series(series.operations, {"closing": series.motions["closing"]}, series.new, {})
-    life = follow_life(
-        readout(one, families), Tracker(reference=NEW, settle=20), LIMITS[:2], Future()
-    )
+    life = followed(one, LIMITS[:2])
     assert life.attrs["agreement"] == 1.0
     assert life.changed.isel(asked=-1).sel(parameter="gamma_a").values[1] > 5.0
 

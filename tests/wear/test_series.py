@@ -15,9 +15,8 @@ def curves(numbers, motion="closing", *, stroke=14.0, lost=()):
     rng = np.random.default_rng(len(numbers))
     sign = 1.0 if motion == "closing" else -1.0
     way = np.clip((TIME - 20.0) / 10.0, 0.0, 1.0)
-    record = sign * stroke * way**2 * (3.0 - 2.0 * way) + 0.02 * rng.standard_normal(
-        (len(numbers), LENGTH)
-    )
+    record = sign * stroke * way**2 * (3.0 - 2.0 * way)
+    record = record + 0.02 * rng.standard_normal((len(numbers), LENGTH))
     record[:, -5:] = np.nan
     accepted = ~np.isin(numbers, lost)
     one = np.ones(len(numbers))
@@ -65,6 +64,8 @@ def test_new_are_the_first_with_all_motions_unless_it_is_said():
     assert series().operations[series().new].tolist() == [2, *range(4, 13)]
     found = series([20, 24])
     assert found.operations[found.new].tolist() == list(range(20, 25))
+    with pytest.raises(ValueError, match=r"wear_model\.reference"):
+        series([100, 200])
 
 
 def test_work_between_ends_what_is_new():
@@ -81,11 +82,6 @@ def test_new_operations_are_about_as_warm():
     assert 5 not in found.operations[found.new]
     assert found.warm[found.operations == 5] == pytest.approx(1.5)
     assert series().warm is None
-
-
-def test_without_a_new_record_it_is_said_what_to_do():
-    with pytest.raises(ValueError, match=r"wear_model\.reference"):
-        series([100, 200])
 
 
 def test_events_mean_what_they_start_anew():

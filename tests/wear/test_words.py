@@ -1,7 +1,6 @@
 """The first page: what is said follows from the tables, and nothing else."""
 
 import numpy as np
-import pytest
 
 from breaker.wear import headline, limit_words, opening, since_new, trust
 from tests.lives import a_life
@@ -24,15 +23,10 @@ def test_a_healthy_drive_says_what_is_next():
     assert "agree" in belief
 
 
-def test_a_plan_names_operation_and_limit():
-    words, *_ = said(a_life(fails=(600.0, np.inf)))
+def test_a_plan_names_operation_and_limit_and_what_cannot_be_told():
+    words, *_ = said(a_life(fails=(600.0, 590.0)))
     assert words.startswith("Plan service by operation 5")
     assert "slow" in words
-
-
-def test_a_limit_that_cannot_be_told_is_told_apart():
-    words, *_ = said(a_life(fails=(600.0, 590.0)))
-    assert words.startswith("Plan service")
     assert "Cannot tell stiff (P < 1 %)." in words
 
 
@@ -46,33 +40,17 @@ def test_an_exceeded_limit_is_said_with_the_operation_since_when():
     assert row["P"] == "> 99 %"
 
 
-@pytest.mark.parametrize(
-    ("change", "part"),
-    [
-        ({"family": ""}, "parameters are withheld"),
-        ({"told": 1000}, "nothing is told before operation 1,000"),
-    ],
-)
-def test_what_is_not_known_is_not_said(change, part):
-    life = a_life()
-    assert part in said(life.assign_attrs(change))[1]
-
-
-def test_a_change_beyond_the_family_is_not_read():
-    life = a_life()
-    life["changed"][:] = np.nan
-    assert "larger than any wear" in said(life)[1]
-
-
-def test_a_drive_of_no_family_or_of_two_minds_is_said_to_be_one():
+def test_what_is_not_known_is_not_said():
     alone = a_life(family="")
+    assert "parameters are withheld" in said(alone)[1]
     assert "of no family" in trust(alone.assign_attrs(agreement=1.0))
     assert "contradict" in trust(alone.assign_attrs(agreement=0.001))
-
-
-def test_nothing_is_told_of_a_drive_too_short():
-    words, *_ = said(a_life(told=1000, fails=(900.0, np.inf)))
+    words, new, _ = said(a_life(told=1000, fails=(900.0, np.inf)))
     assert words.startswith("Unknown: no limit can be told yet.")
+    assert "nothing is told before operation 1,000" in new
+    beyond = a_life()
+    beyond["changed"][:] = np.nan
+    assert "larger than any wear" in said(beyond)[1]
 
 
 def test_the_page_holds_sentences_table_and_picture():

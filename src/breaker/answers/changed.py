@@ -14,7 +14,7 @@ from math import erfc
 
 import numpy as np
 
-from breaker.answers.documents import plainly
+from breaker.answers.documents import NORMAL, plainly
 from breaker.family import (
     LEAST_AGREEMENT,
     Changes,
@@ -45,13 +45,12 @@ VERDICT_WORDS = ("changed", "not told", "did not change")
 
 _SURE = 0.95  # probability from which a change is beyond a share
 _QUANTILES = (0.05, 0.5, 0.95)
-_NORMAL = 1.645  # sds of half a 90 % interval
 _DRAWS = 4000
 # Usual scatter of operations, and how well it is known, as from so many records more than one.
 _SCATTER, _KNOWN = 0.004, 4
 _OF_STROKE = {"over_travel", "rebound"}  # ways that may be 0: changes are in shares of the stroke
 # Whether more or less of it is the worse; less of a speed, and nothing else, is too.
-_WORSE = dict.fromkeys(("k_a", "k_b", "f", "wipe"), -1) | dict.fromkeys(
+_WORSE = dict.fromkeys(("k_a", "k_b", "f"), -1) | dict.fromkeys(
     ("gamma_a", "gamma_b", "L", "travel_time", "latch_time", *SWITCHING.values(), *_OF_STROKE), 1
 )
 
@@ -240,7 +239,7 @@ def measured_changes(
             values = {"kind": "measured", "motion": motion}
             values |= {"before": first, "today": second, "difference": second - first}
             values |= {"sd": of * sd, "unchanged": None}
-            values["change"] = 100.0 * (change + _NORMAL * sd * np.array([-1.0, 0.0, 1.0]))
+            values["change"] = 100.0 * (change + NORMAL[90] * sd * np.array([-1.0, 0.0, 1.0]))
             rows.append(_row(quantity, values, more, less))
     return rows
 

@@ -14,10 +14,12 @@ from breaker.answers.judgement import VERDICTS
 from breaker.files import ABOUT, printable
 from breaker.mechanism import MOTIONS, PARAMETERS, SOURCES, quantities_of
 
-__all__ = ["document", "plainly", "table_of"]
+__all__ = ["NORMAL", "document", "plainly", "table_of"]
+
+NORMAL = {90: 1.645, 95: 1.96}
+"""Half of a central interval of a normal number, sds, by the percent that it holds."""
 
 _FEWEST = 2  # records that are summed up together
-_NORMAL = 1.96  # sds, half of a 95 % interval
 _WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
 _EVENTS = {"closing": "touch", "opening": "parting"}
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
@@ -135,7 +137,7 @@ def _quantities(answer: Answer) -> dict:
             row |= _drawn(None)
             source = None
         else:
-            ends = [measured.value + sds * measured.sd for sds in (-_NORMAL, _NORMAL)]
+            ends = [measured.value + sds * measured.sd for sds in (-NORMAL[95], NORMAL[95])]
             row |= {"median": measured.value, "interval_50": None, "interval_95": ends}
             source = "measured" if answer.alone(name) else f"measured, {_EVENTS[motion]} inferred"
             reason = None

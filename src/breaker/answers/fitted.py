@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from breaker.answers.documents import NORMAL
 from breaker.answers.fits import Fit, fit_breaker
 from breaker.answers.recorded import Recorded
 from breaker.answers.spread import Spread, find_spread
@@ -19,7 +20,6 @@ _SIZE = 0.3  # sd of the logarithms of a size that is read from records: next to
 _DESIGN = 0.6  # share of a breaker's posterior variance taken for an error that its type shares
 _ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
 _WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
-_NORMAL_90 = 1.645
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ class FittedPrior:
         own = np.array([self.own(name) for name in self.fits])  # (b, 2, p)
         low, middle, high = (
             self.reference.destandardise(own[:, 0] + sds * own[:, 1])
-            for sds in (-_NORMAL_90, 0.0, _NORMAL_90)
+            for sds in (-NORMAL[90], 0.0, NORMAL[90])
         )
         priors, by_breaker = (self.prior, self.reference), ("breaker", "parameter")
         return xr.Dataset(
