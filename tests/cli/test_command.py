@@ -56,7 +56,7 @@ def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path, prior):
         (KeyboardInterrupt(), 130, "breaker: interrupted\n"),
         (ModuleNotFoundError("No module named 'zuko'", name="zuko"), 1, "missing in the env"),
         (PermissionError(13, "Permission denied", "a.csv"), 1, "Permission denied: 'a.csv'"),
-        (MemoryError(), 1, "breaker: out of memory"),
+        (MemoryError(), 1, "memory; name fewer files, or lower endurance.draws\n"),
     ],
 )
 def test_what_ends_a_command_is_one_line(capsys, monkeypatch, error, status, words):

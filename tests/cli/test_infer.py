@@ -126,10 +126,13 @@ def test_the_same_call_answers_the_same_and_no_record_depends_on_the_others(fold
 
 
 def test_the_size_may_be_given_and_a_fact_narrows(folder, capsys):
-    unknown, plain, known = (
-        answered(capsys, "a.csv", *more)["records"][0]["parameters"]
-        for more in ([], ["--size", "1", "1"], ["--size", "1", "1", "--known", "mu=2.0:0.02"])
-    )
+    """A fact of the command goes before one of the configuration."""
+    (folder / "facts.yaml").write_text("known: {mu: [4.0, 0.02]}")
+    size = ["--size", "1", "1.001"]
+    fact = ["--known", "mu=2.0:0.02", "--config", "facts.yaml"]
+    found = [answered(capsys, "a.csv", *more) for more in ([], size, [*size, *fact])]
+    assert found[1]["drive"]["size"] == {"lengths": 1.0, "times": 1.001}
+    unknown, plain, known = (each["records"][0]["parameters"] for each in found)
 
     def width(found, name):
         return np.diff(found[name]["interval_95"])[0]
@@ -185,10 +188,10 @@ def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
     (folder / "own").mkdir()
     for name in ("a.csv", "open.csv", "both.csv"):
         shutil.copy(folder / name, folder / "own")
-    table = "file,motion,operation,breaker,date\n"
-    rows = ["a.csv,closing,7,Q1,2024-11-20", "open.csv,opening,7,Q1,2024-11-20"]
-    rows.append("both.csv,closing,9,Q2,2024-11-21")
-    (folder / "own" / "operations.csv").write_text("\n".join([table + rows[0], *rows[1:], ""]))
+    rows = ["file,motion,operation,breaker,date,channel"]
+    rows += [f"{name},7,Q1,2024-11-20," for name in ("a.csv,closing", "open.csv,opening")]
+    rows += ["both.csv,closing,9,Q2,2024-11-21,travel"]
+    (folder / "own" / "operations.csv").write_text("\n".join(rows))
     message = failed(capsys, "own")
     assert "2 different values in its column breaker: Q1, Q2" in message
     assert "choose one by --breaker NAME" in message
@@ -200,6 +203,10 @@ def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
     assert found["records"][0]["date"] == "2024-11-20"
     found = answered(capsys, "own", "--breaker", "Q2")
     assert [each["operation"] for each in found["records"]] == [9]
+    (folder / "second.yaml").write_text("endurance: {breaker: Q2, curves: own}\nmotions: [closing]")
+    assert answered(capsys, "own", "--config", "second.yaml") == found
+    message = failed(capsys, "own", "--breaker", "Q2", "--channel", "travel")
+    assert "names the channels; leave --channel out" in message
 
 
 def test_folders_without_a_table(folder, capsys):
@@ -232,12 +239,12 @@ def test_files_that_are_none_do_not_stop_the_others(folder, capsys):
 
 def test_noise_and_another_layout_are_told_with_the_remedy(folder, capsys):
     rows = "\n".join(f"{0.1 * i};{generator(1, 'still').normal():.3f}" for i in range(700))
-    (folder / "still.csv").write_text(f"time;travel\n{rows}\n")
-    assert call("still.csv") == 1
+    (folder / "still 1.csv").write_text(f"time;travel\n{rows}\n")
+    assert call("still 1.csv") == 1
     out, err = capsys.readouterr()
     assert out.count("rejected: ") == 1  # once, though it is neither a closing nor an opening
     assert "nothing was inferred" in err
-    assert "breaker inspect still.csv --output my.yaml" in err
+    assert "breaker inspect 'still 1.csv' --output my.yaml" in err
 
 
 # ---- what is written ----------------------------------------------------------------------------
@@ -333,10 +340,12 @@ def test_the_configuration_of_the_project_counts(folder, capsys):
     (folder / "config").mkdir()
     settings = yaml.safe_load(DEFAULTS.read_text(encoding="utf-8"))
     settings["endurance"]["format"]["travel_column"] = "height"
+    settings["limits"] = [{"name": "slow", "motion": "closing", "upper": {"touch_time": 5.0}}]
     (folder / "config" / "config.yaml").write_text(yaml.safe_dump(settings), encoding="utf-8")
     assert call("a.csv") == 1
     assert "no line has 'height'" in capsys.readouterr().out
     assert call("a.csv", "--channel", "travel") == 0
+    assert "NOT healthy: slow exceeded" in capsys.readouterr().out
 
 
 # ---- nonsense that was taken for sense ----------------------------------------------------------

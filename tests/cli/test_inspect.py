@@ -46,6 +46,10 @@ def test_a_file_that_cannot_be_inspected(folder, capsys):
     (folder / "words.csv").write_text("once upon a time", encoding="utf-8")
     assert main(["inspect", "words.csv"]) == 1
     assert "no columns of numbers" in capsys.readouterr().err
+    with (folder / "b 2.csv").open("a", encoding="utf-8") as damaged:
+        damaged.write("x,y\n")
+    assert main(["inspect", "b 2.csv"]) == 1
+    assert "REJECTED" in capsys.readouterr().out
     assert main(["inspect", "a.csv", "--channel", "force"]) == 1
     assert "there are 'travel'" in capsys.readouterr().err
 

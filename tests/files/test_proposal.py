@@ -59,8 +59,10 @@ def test_else_the_times_of_writing_do(tmp_path):
 
 def test_folders_say_motion_and_breaker(tmp_path):
     names = ["Q1/Einschaltung ein/1.csv", "Q1/AUS/1.csv", "Q2/1_close.csv", "Q2/1_trip.csv"]
+    names.append("opening tests/closing/1.csv")
     rows, _ = proposed(tmp_path, *names)
     assert [row[:4] for row in rows] == [
+        ("closing", 1, "", names[4]),
         ("closing", 1, "Q1", names[0]),
         ("opening", 1, "Q1", names[1]),
         ("closing", 1, "Q2", names[2]),
@@ -118,6 +120,14 @@ def test_the_command_writes_it_once(tmp_path, capsys):
     assert main(["manifest", str(folder), "--output", str(table)]) == 1
     assert table.read_text() == "mine"
     assert "is there already" in capsys.readouterr().err
+
+
+def test_each_channel_of_a_file_is_a_phase(tmp_path):
+    folder = folder_of(tmp_path, "closing/7.csv")
+    table = str(folder / "operations.csv")
+    assert main(["manifest", str(folder), "--channels", "A", "B", "--output", table]) == 0
+    (found,) = list_operations(folder, "closing", phase="B")
+    assert (found.number, found.channel) == (7, "B")
 
 
 @pytest.mark.parametrize(

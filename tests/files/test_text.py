@@ -128,7 +128,10 @@ def test_skip_rows_is_taken_at_its_word(file):
     message = rejection(file, skip_rows=1, units_row=False)
     assert message.startswith(", line 3: 'time' is 'ms', which is not a number")
     put(file, ["time,travel", *ROWS])
-    assert "line 2: the unit of 'time' is '0.0000'" in rejection(file, units_row=True)
+    reason = "line 2: the unit of 'time' is '0.0000'; see endurance.format.units_row"
+    assert reason in rejection(file, units_row=True)
+    put(file, ["", "", "time,travel", *ROWS])
+    assert rejection(file, skip_rows=1).startswith(", line 2: is blank, but endurance.format.skip")
 
 
 @pytest.mark.parametrize(
@@ -276,7 +279,7 @@ def test_several_bad_samples_are_counted(file):
     assert rejection(file).endswith("begins with # (2 such samples)")
 
 
-@pytest.mark.parametrize("cell", ["", "NaN", "n/a", "-", "---", "  "])
+@pytest.mark.parametrize("cell", ["", "NaN", "#N/A", "-", "---", "  "])
 def test_missing_samples_are_nan(file, cell):
     rows = [*ROWS]
     rows[20] = f"2.0000,{cell}"
