@@ -3,7 +3,7 @@
 import re
 import shutil
 
-from breaker.cli import inspect, main
+from breaker.cli import main
 from tests.cli.conftest import written
 
 
@@ -29,15 +29,6 @@ def test_a_file_is_inspected_and_its_proposal_reads_it(folder, capsys):
     assert main(["infer", "a.csv", "--config", "few.yaml"]) == 0
     first, second = re.split(r"(?=german.csv: |\ba.csv: )", capsys.readouterr().out)[1:]
     assert first == second.replace("a.csv", "german.csv")
-
-
-def test_too_little_memory_is_told_with_a_remedy_that_helps(capsys, monkeypatch):
-    def run(_):
-        raise MemoryError
-
-    monkeypatch.setattr(inspect, "_run", run)
-    assert main(["inspect", "a.csv"]) == 1
-    assert capsys.readouterr().err.endswith("; export the record with fewer channels\n")
 
 
 def test_a_file_that_cannot_be_inspected(folder, capsys):
