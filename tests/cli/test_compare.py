@@ -61,10 +61,9 @@ def test_what_cannot_be_compared_is_said_with_a_remedy(folder, capsys, arguments
 
 def test_a_phase_of_a_table_is_chosen_and_the_share_that_matters(visits, capsys):
     for name in ("then", "now"):
-        rows = [f"{name}.csv,closing,{i},{each}\n" for i, each in enumerate(["L1", "L2"], 1)]
-        (visits / name / "operations.csv").write_text(
-            "file,motion,operation,phase\n" + "".join(rows)
-        )
+        rows = [f"{name}.csv,closing,{i},L{i}" for i in (1, 2)]
+        table = "\n".join(["file,motion,operation,phase", *rows])
+        (visits / name / "operations.csv").write_text(table)
     assert call("then", "--today", "now") == 1
     assert "choose one by --phase NAME" in capsys.readouterr().err
     assert call("then", "--today", "now", "--phase", "L2", "--beyond", "20", "--json") == 0

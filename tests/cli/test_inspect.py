@@ -7,15 +7,10 @@ from breaker.cli import main
 from tests.cli.conftest import written
 
 
-def german(folder):
-    """A record with decimal commas."""
-    text = (folder / "a.csv").read_text(encoding="utf-8")
-    text = text.replace(".", ";").replace(",", "|").replace(";", ",").replace("|", ";")
-    (folder / "german.csv").write_text(text, encoding="utf-8")
-
-
 def test_a_file_is_inspected_and_its_proposal_reads_it(folder, capsys):
-    german(folder)
+    text = (folder / "a.csv").read_text(encoding="utf-8")
+    swapped = text.translate(str.maketrans(".,", ",;"))  # with decimal commas
+    (folder / "german.csv").write_text(swapped, encoding="utf-8")
     arguments = ["german.csv", "--output", "german.yaml", "--plot", "german.png"]
     assert main(["inspect", *arguments]) == 0
     out, err = capsys.readouterr()
