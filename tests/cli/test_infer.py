@@ -186,10 +186,8 @@ def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
     assert "2 different values in its column breaker: Q1, Q2" in message
     assert "choose one by --breaker NAME" in message
     found = answered(capsys, "own", "--breaker", "Q1")
-    assert [(each["motion"], each["operation"]) for each in found["records"]] == [
-        ("closing", 7),
-        ("opening", 7),
-    ]
+    numbers = [(each["motion"], each["operation"]) for each in found["records"]]
+    assert numbers == [("closing", 7), ("opening", 7)]
     assert found["records"][0]["date"] == "2024-11-20"
     found = answered(capsys, "own", "--breaker", "Q2")
     assert [each["operation"] for each in found["records"]] == [9]

@@ -149,11 +149,8 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
     text = (Path(__file__).parents[2] / "docs/usage.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"```\n(file,motion,operation,.*?)```", text, re.DOTALL)
     found = read(tmp_path, example)
-    assert [(motion, each.number) for motion, each in found] == [
-        ("closing", 1),
-        ("opening", 1),
-        ("closing", 2),
-    ]
+    numbers = [(motion, each.number) for motion, each in found]
+    assert numbers == [("closing", 1), ("opening", 1), ("closing", 2)]
     assert set(example.split("\n", 1)[0].split(",")) == set(READ)
 
 
