@@ -35,17 +35,10 @@ PLACES = (
     *RECORDS,
     *("link.csv", "hard.csv", "link.png", "pair.dat", "listed/operations.csv", "few.yaml"),
     *("config/config.yaml", "own.safetensors", "record.zarr", "record.zarr/.zattrs", "drive"),
-    *(
-        "link/closing/op_2.csv",
-        "drive/../a.csv",
-        "./open.csv",
-        "record.zarr/x.csv",
-        "",
-        "/dev/null",
-    ),
+    *("link/closing/op_2.csv", "drive/../a.csv", "./open.csv", "record.zarr/x.csv"),
+    *("", "/dev/null"),
     *NEW,
 )
-
 
 _HALF = re.compile(r"(^|/)[.][0-9a-f]{8}")  # names of what is being written
 
@@ -141,10 +134,7 @@ def try_line(folder: Path, number: int, seed: int) -> Line:
     os.chdir(folder)
     words, before = words_of(number, seed), state(folder)
     try:
-        with (
-            contextlib.redirect_stdout(io.StringIO()),
-            contextlib.redirect_stderr(io.StringIO()),
-        ):
+        with contextlib.redirect_stdout(shown := io.StringIO()), contextlib.redirect_stderr(shown):
             status = main(words)
     except SystemExit as error:
         status = int(error.code)
@@ -167,11 +157,10 @@ def try_batch(job: tuple[range, int]) -> list[Line]:
     with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
         lines: list[Line] = []
         for number in numbers:
-            folder = Path(place, str(number))
             if not lines or lines[-1].changed:
+                folder = Path(place, str(number))
                 build(folder)
-                at = folder
-            lines.append(try_line(at, number, seed))
+            lines.append(try_line(folder, number, seed))
             os.chdir(place)
         return lines
 
@@ -179,17 +168,19 @@ def try_batch(job: tuple[range, int]) -> list[Line]:
 def tabulate(lines: Iterable[Line]) -> pd.DataFrame:
     """Count, for each command and for all, what became of its lines."""
     lines = list(lines)
-    rows = {}
-    for name in [*sorted({line.words[0] for line in lines}), "all"]:
-        those = [line for line in lines if name in (line.words[0], "all")]
-        rows[name] = {
-            "lines": len(those),
-            "done": sum(line.status == 0 for line in those),
-            "refused": sum(line.status in (1, 2) for line in those),
-            "exception": sum(line.status == -1 for line in those),
-            "changed": sum(bool(line.changed) for line in those),
+    table = pd.DataFrame(
+        {
+            "command": [line.words[0] for line in lines],
+            "lines": 1,
+            "done": [line.status == 0 for line in lines],
+            "refused": [line.status in (1, 2) for line in lines],
+            "exception": [line.status == -1 for line in lines],
+            "changed": [bool(line.changed) for line in lines],
         }
-    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("command")
+    )
+    table = table.groupby("command").sum()
+    table.loc["all"] = table.sum()
+    return table
 
 
 def run(lines: int, seed: int, cores: int = 1) -> list[Line]:

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from breaker.cli import infer, main
+from breaker.cli import infer, inspect, main
 from tests.cli.conftest import written
 
 
@@ -51,20 +51,21 @@ def test_an_answer_loads_nothing_that_it_does_not_need(tmp_path, prior):
 
 
 @pytest.mark.parametrize(
-    ("error", "status", "words"),
+    ("command", "error", "status", "words"),
     [
-        (KeyboardInterrupt(), 130, "breaker: interrupted\n"),
-        (ModuleNotFoundError("No module named 'zuko'", name="zuko"), 1, "missing in the env"),
-        (PermissionError(13, "Permission denied", "a.csv"), 1, "Permission denied: 'a.csv'"),
-        (MemoryError(), 1, "breaker: out of memory"),
+        (infer, KeyboardInterrupt(), 130, "breaker: interrupted\n"),
+        (infer, ModuleNotFoundError("No module", name="zuko"), 1, "missing in the env"),
+        (infer, PermissionError(13, "Permission denied", "a.csv"), 1, "denied: 'a.csv'"),
+        (infer, MemoryError(), 1, "memory; name fewer files, or lower endurance.draws\n"),
+        (inspect, MemoryError(), 1, "memory; export the record with fewer channels\n"),
     ],
 )
-def test_what_ends_a_command_is_one_line(capsys, monkeypatch, error, status, words):
+def test_what_ends_a_command_is_one_line(capsys, monkeypatch, command, error, status, words):
     def run(_):
         raise error
 
-    monkeypatch.setattr(infer, "_run", run)
-    assert main(["infer", "a.csv"]) == status
+    monkeypatch.setattr(command, "_run", run)
+    assert main([command.__name__.rpartition(".")[2], "a.csv"]) == status
     message = capsys.readouterr().err
     assert words in message
     assert message.count("\n") == 1

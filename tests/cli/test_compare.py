@@ -29,7 +29,8 @@ def test_a_weaker_force_is_measured_noticed_and_drawn(visits, capsys):
     assert found["records"] == {m: {"before": 1, "today": 1} for m in motions}
     assert (found["family"], found["parameters"]) == ("medium_voltage", "told")
     rows = {(row["name"], row["motion"]): row for row in found["changes"]}
-    assert rows["closing_speed_10_50", "closing"]["verdict"] == "changed"
+    for name in ("closing_speed_10_50", "closing_speed_50_90"):
+        assert rows[name, "closing"]["verdict"] == "changed"
     stroke, way = rows["stroke", "opening"], rows["rebound", "opening"]
     assert way["change"][1] == pytest.approx(100.0 * way["difference"] / stroke["before"], rel=1e-4)
     force = rows["f", ""]
@@ -47,31 +48,28 @@ def test_a_weaker_force_is_measured_noticed_and_drawn(visits, capsys):
         (["a.csv", "--today", "open.csv"], "no usable closing to compare"),
         (["a.csv", "--today", "missing.csv"], "missing.csv"),
         (["a.csv", "--today", "b 2.csv", "--plot", "both.csv"], "end it in .png or .pdf or .svg"),
+        (["a.csv", "--today", "b 2.csv", "--config", "facts.yaml"], "leave the section known out"),
     ],
 )
 def test_what_cannot_be_compared_is_said_with_a_remedy(folder, capsys, arguments, message):
+    (folder / "facts.yaml").write_text("known: {mu: [2.0, 0.1]}")
     assert call(*arguments) == 1
     out, err = capsys.readouterr()
     assert out == ""
     assert message in err
 
 
-def test_facts_are_refused(folder, capsys):
-    (folder / "facts.yaml").write_text("known: {mu: [2.0, 0.1]}")
-    assert call("a.csv", "--today", "b 2.csv", "--config", "facts.yaml") == 1
-    assert "leave the section known out" in capsys.readouterr().err
-
-
-def test_a_breaker_of_a_table_is_chosen(visits, capsys):
+def test_a_phase_of_a_table_is_chosen_and_the_share_that_matters(visits, capsys):
     for name in ("then", "now"):
-        rows = [f"{name}.csv,closing,{i},{each}\n" for i, each in enumerate(["Q1", "Q2"], 1)]
-        (visits / name / "operations.csv").write_text(
-            "file,motion,operation,breaker\n" + "".join(rows)
-        )
+        rows = [f"{name}.csv,closing,{i},L{i}" for i in (1, 2)]
+        table = "\n".join(["file,motion,operation,phase", *rows])
+        (visits / name / "operations.csv").write_text(table)
     assert call("then", "--today", "now") == 1
-    assert "choose one by --breaker NAME" in capsys.readouterr().err
-    assert call("then", "--today", "now", "--breaker", "Q2", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["records"] == {"closing": {"before": 1, "today": 1}}
+    assert "choose one by --phase NAME" in capsys.readouterr().err
+    assert call("then", "--today", "now", "--phase", "L2", "--beyond", "20", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["records"] == {"closing": {"before": 1, "today": 1}}
+    assert found["settings"]["share"] == 0.2
 
 
 def test_a_table_of_one_motion_beside_a_file_of_both(visits, capsys):
@@ -83,12 +81,14 @@ def test_a_table_of_one_motion_beside_a_file_of_both(visits, capsys):
     assert rejected["reason"] == "the visit before has no usable opening to compare it with"
 
 
-def test_tables_of_different_drives_are_refused(visits, capsys):
-    for name, phase in (("then", "L1"), ("now", "L2")):
-        rows = f"file,motion,operation,phase\n{name}.csv,closing,1,{phase}\n"
+@pytest.mark.parametrize("column", ["breaker", "phase"])
+def test_tables_of_different_drives_are_refused(visits, capsys, column):
+    for name, value in (("then", "L1"), ("now", "L2")):
+        rows = f"file,motion,operation,{column}\n{name}.csv,closing,1,{value}\n"
         (visits / name / "operations.csv").write_text(rows)
     assert call("then", "--today", "now") == 1
-    assert "is of phase L1, that of the second of L2; compare one" in capsys.readouterr().err
+    said = f"is of {column} L1, that of the second of L2; compare one"
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("share", ["0", "100", "some"])

@@ -33,29 +33,33 @@ def test_without_the_check_random_command_lines_would_change_inputs(monkeypatch)
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "reason"),
     [
-        ["infer", "drive", "--output", "drive/closing/op_1.csv"],
-        ["infer", "drive", "--output", "link/closing/op_1.csv"],
-        ["infer", "drive", "--output", "hard.csv"],
-        ["infer", "drive/closing/op_1.csv", "--output", "drive/../hard.csv"],
-        ["infer", "drive", "--output", "drive/operations.csv"],
-        ["infer", "drive", "--output", "drive/closing/new.csv"],
-        ["infer", "a.csv", "--output", "few.yaml"],
-        ["infer", "a.csv", "--output", "open.csv"],  # a record that is not read
-        ["infer", "a.csv", "--model", "m.safetensors", "--output", "m.safetensors"],
-        ["infer", "a.csv", "--output", "same.csv", "--plot", "./same.csv"],
-        ["infer", "a.csv", "--draws", "new.zarr", "--plot", "new.zarr/a.png"],
-        ["infer", "a.csv", "--draws", "foreign.zarr"],
-        ["infer", "a.csv", "--output", "pipe"],
-        ["inspect", "a.csv", "--output", "config/config.yaml"],
-        ["inspect", "a.csv", "--output", "few.yaml"],
-        ["fit-prior", "drive", "--output", "drive/closing/op_1.csv"],
-        ["manifest", "drive", "--output", "drive/closing/op_9.csv"],
-        ["compare", "a.csv", "--today", "b 2.csv", "--plot", "picture.png"],  # a link to a record
+        ("infer drive --output drive/closing/op_1.csv", "it is what is read, and would be"),
+        ("infer drive --output link/closing/op_1.csv", "it is what is read"),
+        ("infer drive --output hard.csv", "it is what is read"),
+        ("infer drive/closing/op_1.csv --output drive/../hard.csv", "it is what is read"),
+        ("infer drive --output drive/operations.csv", "would be read as a record"),
+        ("infer drive --output drive/closing/new.csv", "would be read as a record"),
+        ("infer a.csv --output few.yaml", "it is what is read"),
+        ("infer a.csv --output open.csv", "may hold work of yours"),  # a record that is not read
+        ("infer a.csv --model m.safetensors --output m.safetensors", "it is what is read"),
+        ("infer a.csv --output same.csv --plot ./same.csv", "another output of this command"),
+        ("infer a.csv --output drive/new.csv --draws drive", "is in, another output of this"),
+        ("infer a.csv --draws foreign.zarr", "is a folder, and is not replaced"),
+        ("infer a.csv --draws few.yaml", "it is what is read"),
+        ("infer a.csv --draws open.csv", "is a file, and a store is a folder"),
+        ("infer a.csv --plot drive", "is a folder, and is not replaced"),
+        ("infer a.csv --output nowhere/out.csv", "there is no folder nowhere/"),
+        ("infer a.csv --output pipe", "is a pipe or a device"),
+        ("inspect a.csv --output config/config.yaml", "it is what is read"),
+        ("inspect a.csv --output few.yaml", "it is what is read"),
+        ("fit-prior drive --output drive/closing/op_1.csv", "it is what is read"),
+        ("manifest drive --output drive/closing/op_9.csv", "would be read as a record"),
+        ("compare a.csv --today open.csv --plot picture.png", "it is what is read"),  # a link
     ],
 )
-def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words):
+def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words, reason):
     for each in ("drive/closing", "config", "foreign.zarr"):
         (folder / each).mkdir(parents=True)
     (folder / "drive/closing/op_1.csv").write_bytes((folder / "a.csv").read_bytes())
@@ -68,8 +72,9 @@ def test_nothing_that_is_not_a_result_is_replaced(folder, capsys, words):
     os.mkfifo(folder / "pipe")
     files = [each for each in folder.rglob("*") if each.is_file()]
     before = {each: each.read_bytes() for each in files}
-    assert main([*words, "--config", "few.yaml"]) == 1
+    assert main([*words.split(), "--config", "few.yaml"]) == 1
     out, err = capsys.readouterr()
+    assert reason in err
     assert out == ""
     assert err.count("\n") == 1
     assert err.startswith("breaker: ")
@@ -115,11 +120,13 @@ FULL = "import resource as r; r.setrlimit(r.RLIMIT_FSIZE, (1500, 1500)); "
 START = "import sys; from breaker.cli import run; sys.exit(run())"
 
 
-def command(*words, before="", **settings):
-    """A command as a process of its own."""
+def command(*words, before="", encoding="utf-8", **settings):
+    """A command as a process of its own, which keeps what it prints until there is much of it."""
+    environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUNBUFFERED": ""}
     return subprocess.run(
         [sys.executable, "-c", before + START, *words],
-        **{"stderr": subprocess.PIPE, "timeout": 120, "check": False, **settings},
+        **{"stderr": subprocess.PIPE, "timeout": 120, "check": False, "env": environment},
+        **settings,
     )
 
 
@@ -143,9 +150,9 @@ def test_files_are_there_whatever_becomes_of_the_text(folder, stdout):
     elif stdout == "full":
         with open("/dev/full", "w") as full:
             done = command(*words, stdout=full)
+        assert b"breaker: the text could not be printed" in done.stderr  # at its end
     else:
-        environment = os.environ | {"PYTHONIOENCODING": "ascii"}
-        done = command(*words, "--json", env=environment, stdout=subprocess.PIPE)
+        done = command(*words, "--json", encoding="ascii", stdout=subprocess.PIPE)
         assert json.loads(done.stdout)["records"][0]["accepted"]
     assert done.returncode == (1 if stdout == "full" else 0)
     assert b"Traceback" not in done.stderr

@@ -135,11 +135,6 @@ def test_a_file_that_cannot_be_read_is_one_row_that_can_be_stored(tmp_path):
     travel = 14.0 / (1.0 + np.exp(25.0 - time))
     made = {
         "pipe.csv": a_pipe,
-        "folder.csv": a_folder,
-        "device.csv": a_device,
-        "loop.csv": a_loop,
-        "broken.csv": a_broken_link,
-        "large.csv": a_large_file,
         "empty.csv": lambda file: file.write_bytes(b""),
         "binary.csv": lambda file: file.write_bytes(bytes(range(256)) * 40),
         "a\n\t\x1b[2J.csv": a_folder,
@@ -184,6 +179,7 @@ def test_a_folder_of_a_record_has_bounds(tmp_path, monkeypatch):
     monkeypatch.setattr("breaker.files.guards.LARGEST", 3)
     with pytest.raises(RejectedCurveError, match="but no record"):
         require_folder(tmp_path)
-    monkeypatch.setattr("breaker.files.guards._MOST_PARTS", 1)
-    with pytest.raises(RejectedCurveError, match=r"has \d+ (parts|MiB)"):
+    monkeypatch.undo()
+    monkeypatch.setattr("breaker.files.guards._MOST_PARTS", 0)
+    with pytest.raises(RejectedCurveError, match="has 1 parts"):
         require_folder(tmp_path)

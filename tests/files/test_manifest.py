@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from breaker.files.cells import READ
+from breaker.files.cells import EVENTS, READ
 from breaker.files.manifest import read_manifest
+from breaker.mechanism.parameters import PARAMETERS
 
 HEAD = "file,motion,operation"
 
@@ -109,7 +110,7 @@ WRONG = [
     (f"{HEAD},temperature\na.csv,closing,1,1e999", "is not between|is no number"),
     (f"{HEAD},temperature\na.csv,closing,1,nan", "column temperature: 'nan' is no number"),
     (f"{HEAD},temperature\na.csv,closing,1,2_0", "column temperature: '2_0' is no number"),
-    (f"{HEAD},from,to\na.csv,closing,1,20,10", "column to: 10 is not after from, 20"),
+    (f"{HEAD},from,to\na.csv,closing,1,20,20", "column to: 20 is not after from, 20"),
     (f"{HEAD},from\na.csv,closing,1,1e246", "column from: 1e246 is not between"),
     (f"{HEAD},touch_time\na.csv,opening,1,9.5", "column touch_time: is of closing; leave it empty"),
     (f"{HEAD},part_time\na.csv,closing,1,9.5", "line 2, column part_time: is of opening; leave"),
@@ -144,21 +145,19 @@ def test_the_same_number_may_stand_for_each_breaker_phase_and_motion(tmp_path):
     assert len(read(tmp_path, "\n".join([f"{HEAD},breaker,phase", *rows]))) == 8
 
 
-def test_a_table_of_a_long_life_takes_little_time(tmp_path):
-    rows = [f"closing/{i}.csv,closing,{i},2024-11-20,21.5" for i in range(1, 20001)]
-    assert len(read(tmp_path, "\n".join([f"{HEAD},date,temperature", *rows]))) == 20000
-
-
 def test_the_example_of_the_documentation_is_read(tmp_path):
     text = (Path(__file__).parents[2] / "docs/usage.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"```\n(file,motion,operation,.*?)```", text, re.DOTALL)
     found = read(tmp_path, example)
-    assert [(motion, each.number) for motion, each in found] == [
-        ("closing", 1),
-        ("opening", 1),
-        ("closing", 2),
-    ]
+    numbers = [(motion, each.number) for motion, each in found]
+    assert numbers == [("closing", 1), ("opening", 1), ("closing", 2)]
     assert set(example.split("\n", 1)[0].split(",")) == set(READ)
+
+
+@pytest.mark.parametrize("spring", ["opening spring", "contact spring"])
+def test_with_a_new_spring_its_own_parameters_start_anew(spring):
+    own = tuple(each.name for each in PARAMETERS if spring in each.meaning)
+    assert EVENTS[f"{spring} replaced"] == own
 
 
 def test_events_are_of_those_that_are_known(tmp_path):

@@ -50,17 +50,17 @@ def test_else_the_dates_in_the_names_order_them(tmp_path):
 
 def test_else_the_times_of_writing_do(tmp_path):
     rows, remarks = proposed(tmp_path, "closing/b_1_5.csv", "closing/a_2_7.csv")
-    assert [(row[1], row[3]) for row in rows] == [
-        (1, "closing/b_1_5.csv"),
-        (2, "closing/a_2_7.csv"),
-    ]
+    assert [row[3] for row in rows] == ["closing/b_1_5.csv", "closing/a_2_7.csv"]
+    assert [row[1] for row in rows] == [1, 2]
     assert any("times at which the files were written" in each for each in remarks)
 
 
 def test_folders_say_motion_and_breaker(tmp_path):
     names = ["Q1/Einschaltung ein/1.csv", "Q1/AUS/1.csv", "Q2/1_close.csv", "Q2/1_trip.csv"]
+    names.append("opening tests/closing/1.csv")
     rows, _ = proposed(tmp_path, *names)
     assert [row[:4] for row in rows] == [
+        ("closing", 1, "", names[4]),
         ("closing", 1, "Q1", names[0]),
         ("opening", 1, "Q1", names[1]),
         ("closing", 1, "Q2", names[2]),
@@ -71,12 +71,7 @@ def test_folders_say_motion_and_breaker(tmp_path):
 @pytest.mark.parametrize("names", [["1.csv", "2.csv"], ["close-open 1.csv", "close-open 2.csv"]])
 def test_a_file_of_no_said_motion_may_hold_both(tmp_path, names):
     rows, remarks = proposed(tmp_path, *names)
-    assert [row[:2] for row in rows] == [
-        ("closing", 1),
-        ("opening", 1),
-        ("closing", 2),
-        ("opening", 2),
-    ]
+    assert [row[:2] for row in rows] == [(m, n) for n in (1, 2) for m in ("closing", "opening")]
     assert "the motion of 2 files, so each has a row of closing and opening" in remarks[0]
 
 
@@ -120,6 +115,14 @@ def test_the_command_writes_it_once(tmp_path, capsys):
     assert "is there already" in capsys.readouterr().err
 
 
+def test_each_channel_of_a_file_is_a_phase(tmp_path):
+    folder = folder_of(tmp_path, "closing/7.csv")
+    table = str(folder / "operations.csv")
+    assert main(["manifest", str(folder), "--channels", "A", "B", "--output", table]) == 0
+    (found,) = list_operations(folder, "closing", phase="B")
+    assert (found.number, found.channel) == (7, "B")
+
+
 @pytest.mark.parametrize(
     ("name", "reason"), [("{}/nowhere", "no folder"), ("", "no folder ''"), ("{}", "no file of a")]
 )
@@ -135,10 +138,8 @@ def test_the_configuration_says_which_motions_have_rows(tmp_path, capsys):
     config.write_text("motions: [closing]")
     assert main(arguments) == 0
     shown = capsys.readouterr()
-    assert [row.split(",")[:2] for row in shown.out.splitlines()[1:]] == [
-        ["closing/1.csv", "closing"],
-        ["3.csv", "closing"],
-    ]
+    rows = [row.rstrip(",") for row in shown.out.splitlines()[1:]]
+    assert rows == ["closing/1.csv,closing,1", "3.csv,closing,3"]
     assert "left out: 1 files of another motion than closing" in shown.err
     assert "1 files, so each has a row of closing: delete" in shown.err
     config.write_text("motions: [closed]")

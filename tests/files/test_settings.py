@@ -15,7 +15,7 @@ REFUSED = {
     "a zero beside a table": ({"table": "a.csv", "zero": 0.5}, "zero must be 0 or rest"),
     "a wrong zero": ({"zero": "start"}, "zero is 'start', but must be a number or rest"),
     "no range of strokes": ({"stroke": [60.0, 4.0]}, "stroke is [60.0, 4.0]"),
-    "no clock": ({"time_column": None}, "endurance.format.rate is needed"),
+    "no clock": ({"time_column": None}, "rate is needed: the samples in a ms (kHz)"),
     "an encoding": ({"encoding": "utf-9"}, "endurance.format.encoding: unknown encoding: utf-9"),
     **{
         name: ({"encoding": name}, f"endurance.format.encoding: {name} is no encoding of text")

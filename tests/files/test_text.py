@@ -29,6 +29,11 @@ def put(file, lines, *, eol="\n", encoding="utf-8"):
     file.write_bytes(eol.join([*lines, ""]).encode(encoding))
 
 
+def damaged(at, row):
+    """The rows, one of them another."""
+    return [*ROWS[:at], row, *ROWS[at + 1 :]]
+
+
 def read(file, channel="", **settings):
     return read_columns(file, complete({**PLAIN, **settings}), channel)
 
@@ -128,24 +133,26 @@ def test_skip_rows_is_taken_at_its_word(file):
     message = rejection(file, skip_rows=1, units_row=False)
     assert message.startswith(", line 3: 'time' is 'ms', which is not a number")
     put(file, ["time,travel", *ROWS])
-    assert "line 2: the unit of 'time' is '0.0000'" in rejection(file, units_row=True)
+    reason = "line 2: the unit of 'time' is '0.0000'; see endurance.format.units_row"
+    assert reason in rejection(file, units_row=True)
+    put(file, ["", "", "time,travel", *ROWS])
+    assert rejection(file, skip_rows=1).startswith(", line 2: is blank, but endurance.format.skip")
 
 
 @pytest.mark.parametrize(
     ("head", "reason"),
     [
-        (["ms,cm"], "the unit of 'travel' is 'cm', but endurance.format.travel_unit is 'mm'"),
-        (["sec,mm"], "the unit of 'time' is 'sec', but endurance.format.time_unit is 'ms'"),
-        (["ms,°"], "the unit of 'travel' is '°', but endurance.format.travel_unit is 'mm'"),
-        (["ms,m/s"], "the unit of 'travel' is 'm/s', but endurance.format.travel_unit is 'mm'"),
+        ("ms,cm", "the unit of 'travel' is 'cm', but endurance.format.travel_unit is 'mm'"),
+        ("sec,mm", "the unit of 'time' is 'sec', but endurance.format.time_unit is 'ms'"),
+        ("ms,°", "the unit of 'travel' is '°', but endurance.format.travel_unit is 'mm'"),
+        ("ms,m/s", "the unit of 'travel' is 'm/s', but endurance.format.travel_unit is 'mm'"),
     ],
 )
 def test_a_contradicting_unit_is_refused(file, head, reason):
-    put(file, ["time,travel", *head, *ROWS])
+    put(file, ["time,travel", head, *ROWS])
     assert rejection(file).startswith(f", line 2: {reason}")
-    time, travel = head[0].split(",")
-    put(file, [f"time ({time}),travel [{travel}]", *ROWS])
-    assert f"but endurance.format.{'time' if time == 'sec' else 'travel'}_unit" in rejection(file)
+    put(file, ["time ({}),travel [{}]".format(*head.split(",")), *ROWS])
+    assert rejection(file).endswith(reason.partition("but ")[2])
 
 
 def test_an_unknown_unit_is_remarked_on(file):
@@ -236,10 +243,9 @@ NO_NUMBERS = {
 @pytest.mark.parametrize("cell", NO_NUMBERS)
 @pytest.mark.parametrize("decimal", [".", ","])
 def test_what_is_no_plain_number_is_named(file, cell, decimal):
-    rows = [*ROWS]
-    rows[20] = f"2.0000,{cell}"
+    rows = ["time,travel", *damaged(20, f"2.0000,{cell}")]
     swap = str.maketrans({",": ";", ".": decimal})
-    put(file, [row.translate(swap) for row in ["time,travel", *rows]])
+    put(file, [row.translate(swap) for row in rows])
     message = rejection(file, delimiter=";", decimal=decimal)
     assert message.startswith(", line 22: 'travel' is ")
     assert NO_NUMBERS[cell] in message
@@ -270,21 +276,16 @@ def test_numbers_are_those_of_python(decimal):
 
 
 def test_several_bad_samples_are_counted(file):
-    rows = [*ROWS]
-    rows[30], rows[20] = "3.0,?", "2.0,?"
-    put(file, ["time,travel", *rows])
+    put(file, ["time,travel", *damaged(20, "2.0,?"), "4.0,?"])
     assert rejection(file).endswith("begins with # (2 such samples)")
 
 
-@pytest.mark.parametrize("cell", ["", "NaN", "n/a", "-", "---", "  "])
+@pytest.mark.parametrize("cell", ["", "NaN", "#N/A", "-", "---", "  "])
 def test_missing_samples_are_nan(file, cell):
-    rows = [*ROWS]
-    rows[20] = f"2.0000,{cell}"
-    rows[25] = "2.5000"
-    put(file, ["time,travel", *rows])
+    put(file, ["time,travel", *damaged(20, f"2.0000,{cell}"), "4.0", "4.1,2"])
     columns = read(file)
-    assert np.flatnonzero(np.isnan(columns.travel)).tolist() == [20, 25]
-    np.testing.assert_allclose(columns.time, TIME)
+    assert np.flatnonzero(np.isnan(columns.travel)).tolist() == [20, 40]
+    np.testing.assert_allclose(columns.time, [*TIME, 4.0, 4.1])
 
 
 def test_blanks_at_the_end_are_the_end_of_a_channel(file):
@@ -315,9 +316,7 @@ def test_a_gap_without_a_time_column_is_refused(file, line):
 
 
 def test_a_line_with_too_many_cells_is_refused(file):
-    rows = [*ROWS]
-    rows[20] += ",9"
-    put(file, ["time,travel", *rows])
+    put(file, ["time,travel", *damaged(20, f"{ROWS[20]},9")])
     message = rejection(file)
     assert message.startswith(", line 22: 3 cells where there are 2 columns; see")
     put(file, ["time,travel", *(f"{row}, ,," for row in ROWS)])
@@ -347,9 +346,7 @@ def test_any_delimiter_will_do(file, delimiter, head):
 
 
 def test_a_blank_cell_between_blanks_is_refused(file):
-    rows = [*ROWS]
-    rows[20] = "2.0,"
-    put(file, [line.replace(",", " ") for line in ["time,travel", *rows]])
+    put(file, [line.replace(",", " ") for line in ["time,travel", *damaged(20, "2.0,")]])
     assert ", line 22: 1 cells where there are 2 columns" in rejection(file, delimiter=" ")
 
 
