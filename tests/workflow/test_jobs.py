@@ -105,4 +105,5 @@ def test_the_packages_looked_for_are_those_of_the_project():
     extras = project["optional-dependencies"]
     stated = [*project["dependencies"], *extras["networks"], *extras["workflow"]]
     names = {re.match(r"[\w-]+", each)[0] for each in stated} - {project["name"]}
-    assert {"yaml" if n == "PyYAML" else n.replace("-", "_") for n in names} == set(_PACKAGES)
+    modules = {"PyYAML": "yaml", "pillow": "PIL"}  # others are named as their modules
+    assert {modules.get(n, n.replace("-", "_")) for n in names} == set(_PACKAGES)

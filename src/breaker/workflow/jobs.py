@@ -21,8 +21,19 @@ _VARIABLES = (
     "NUMEXPR_NUM_THREADS",
 )
 _PACKAGES = (
-    *("charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba", "numcodecs"),
-    *("numpy", "pandas", "safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml"),
+    *("PIL", "charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba"),
+    *(
+        "numcodecs",
+        "numpy",
+        "pandas",
+        "safetensors",
+        "scipy",
+        "snakemake",
+        "torch",
+        "tqdm",
+        "xarray",
+        "yaml",
+    ),
     *("zarr", "zuko"),
 )
 _NETWORKS = {"torch", "zuko"}
