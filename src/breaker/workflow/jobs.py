@@ -21,20 +21,9 @@ _VARIABLES = (
     "NUMEXPR_NUM_THREADS",
 )
 _PACKAGES = (
-    *("PIL", "charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba"),
-    *(
-        "numcodecs",
-        "numpy",
-        "pandas",
-        "safetensors",
-        "scipy",
-        "snakemake",
-        "torch",
-        "tqdm",
-        "xarray",
-        "yaml",
-    ),
-    *("zarr", "zuko"),
+    *("charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba", "numcodecs"),
+    *("numpy", "pandas", "safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml"),
+    *("PIL", "zarr", "zuko"),
 )
 _NETWORKS = {"torch", "zuko"}
 
