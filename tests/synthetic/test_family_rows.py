@@ -9,7 +9,7 @@ from breaker.model import Prior
 from breaker.shipped import DEFAULTS, model_file
 from breaker.synthetic import Family, rows_of, sample_rows, simulate_family
 from breaker.synthetic.family_bank import GRID, shapes
-from breaker.synthetic.family_records import _samples
+from breaker.synthetic.family_records import _samples, _Sensor
 from breaker.workflow import load
 
 
@@ -56,7 +56,8 @@ def test_touch_comes_after_the_release(levels):
 
 def test_readings_come_in_their_steps(bank):
     curve, out = shapes(bank["shape"].values)[0, 0, 0], np.empty(30)
-    _samples(curve, np.random.default_rng(1), -1.0, 0.1, 0.0, 0.0, 0.25, out)
+    sensor = _Sensor(begin=-1.0, step=0.1, noise=0.0, colour=0.0, quantum=0.25)
+    _samples(curve, np.random.default_rng(1), sensor, out)
     exact = np.interp(-1.0 + 0.1 * np.arange(30), GRID, curve)
     assert np.abs(out - exact).max() < 0.5 * 0.25 + 0.01
     np.testing.assert_array_equal(out % 0.25, 0.0)
