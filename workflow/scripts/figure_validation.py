@@ -1,5 +1,7 @@
 """Draw calibration, z-scores or recovery of posteriors of simulated records (Figs. 4, 5, 6)."""
 
+import json
+
 from breaker.figures import validation
 from breaker.figures.style import save
 from breaker.mechanism import is_logarithmic, prior_sds
@@ -12,6 +14,9 @@ params, wildcards = snakemake.params, snakemake.wildcards
 data = parameters_of(open_store(snakemake.input.validation))
 names, posteriors = data.output.values, (data.draws.values, data.truth.values)
 words = {"motion": wildcards.get("source") or wildcards.motion, **params.get("words", {})}
+if rejected := json.loads(data.attrs.get("rejected", "{}")):
+    left_out = sum(rejected.values())
+    words["subject"] += f", {left_out} of {left_out + data.sizes['curve']} rejected by the reader"
 
 if params.shows == "ranks":
     figure = validation.sbc(judge_draws(*posteriors), names, **words)

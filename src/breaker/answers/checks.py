@@ -45,7 +45,7 @@ def check_fitted(
     rng = generator(seed, "fit-prior checks")
     theta = fitted.prior.sample(_DRAWS, rng)
     return {
-        "breakers": _breakers(fitted),
+        "breakers": [*_breakers(fitted), *_bounded(fitted)],
         "limits": _far_limits(limits, theta),
         "records in the family": _in_family(recorded, least),
         "each breaker by the others": _left_out(fitted, seed),
@@ -67,6 +67,22 @@ def _breakers(fitted: FittedPrior) -> list[Finding]:
     return [source, *(Finding(f"{name}: {text}", good=False) for name in fitted.unfit)]
 
 
+def _bounded(fitted: FittedPrior) -> list[Finding]:
+    """Log-sds that are larger than what could be written."""
+    wide = np.flatnonzero(fitted.spread_seen > fitted.widest)
+    if not wide.size:
+        return []
+    seen = ", ".join(f"{NAMES[i]} {fitted.spread_seen[i]:.3g}" for i in wide)
+    return [
+        Finding(
+            f"log-sds of {seen} are bounded to {fitted.widest:g}, the largest that the "
+            "configuration takes: these records leave the spread next to unknown. Are all breakers "
+            "of one type? More breakers of the type tell it",
+            good=False,
+        )
+    ]
+
+
 def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
     """Each value of a limit, in sds of what the prior expects of its quantity."""
     if not limits:
@@ -85,7 +101,11 @@ def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
 
 def _in_family(recorded: Recorded, least: float) -> list[Finding]:
     """How the records of each breaker fit the family."""
-    findings = []
+    *others, family = recorded.tried
+    findings = [
+        Finding(f"family {family}, as they do not fit {each}: {recorded.fit_in_words(each)}")
+        for each in others
+    ]
     for name, by_motion in recorded.records.items():
         for motion, each in by_motion.items():
             p_values = np.array([recorded.levels.match(motion, seen).p_value for seen in each])
