@@ -79,6 +79,9 @@ def test_spread_that_the_configuration_does_not_take_is_said(fitted):
     assert not bounded.good
     assert f"log-sds of gamma_b {spread[4]:.3g} are bounded to 0.15" in bounded.text
     assert len(found(fitted)["breakers"]) == 1
+    (unlike,) = found(replace(fitted, unlike=("f", "L")))["breakers"][1:]
+    assert not unlike.good
+    assert "medians of f, L are bounded" in unlike.text
 
 
 def test_a_breaker_of_another_type_stands_out(prior):

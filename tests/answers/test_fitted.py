@@ -9,11 +9,13 @@ import pytest
 from breaker.answers.fits import fit_breaker
 from breaker.answers.fitted import fit_type, precision_of, wear_allowance
 from breaker.answers.recorded import Recorded, read_breakers
+from breaker.answers.spread import Spread
 from breaker.family.membership import Match
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
+from breaker.workflow.magnitudes import UNLIKE
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
@@ -105,6 +107,17 @@ def test_an_operation_of_which_a_motion_is_out_of_the_family_is_left_out(levels,
     said = r"no record of Q0, Q1 is of a family of drives \(of two: closing p = 0.0001, .*end, 3"
     with pytest.raises(ValueError, match=said):
         fit(closing=1e-4, opening=1e-4)
+
+
+def test_a_median_that_would_be_refused_is_bounded(levels, records, prior, monkeypatch):
+    far = Spread(np.array([0.0, 0.0, 0.0, -40.0, 0.0, 0.0, 0.0]), np.ones(7), np.ones(7))
+    monkeypatch.setattr("breaker.answers.fitted.find_spread", lambda *_: far)
+    operations = {"Q0": [{"closing": records[0].seen}]}
+    recorded = Recorded(levels, {"this": []}, operations, (), 0, {})
+    fitted = fit_type(recorded, np.zeros(7), 1, LEAST)
+    assert fitted.unlike == ("gamma_a",)
+    ratio = fitted.prior.medians / prior.sized(recorded.size).medians
+    assert ratio == pytest.approx([1.0] * 3 + [1.0 / (0.99 * UNLIKE)] + [1.0] * 3)
 
 
 def test_a_prior_is_as_wide_as_it_is_accepted(types):

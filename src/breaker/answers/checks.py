@@ -12,6 +12,7 @@ from breaker.answers.fitted import FittedPrior
 from breaker.answers.recorded import Recorded
 from breaker.mechanism import NAMES, Limit
 from breaker.model import generator
+from breaker.workflow import UNLIKE
 
 __all__ = ["Finding", "check_fitted"]
 
@@ -68,19 +69,23 @@ def _breakers(fitted: FittedPrior) -> list[Finding]:
 
 
 def _bounded(fitted: FittedPrior) -> list[Finding]:
-    """Log-sds that are larger than what could be written."""
-    wide = np.flatnonzero(fitted.spread_seen > fitted.widest)
-    if not wide.size:
-        return []
-    seen = ", ".join(f"{NAMES[i]} {fitted.spread_seen[i]:.3g}" for i in wide)
-    return [
-        Finding(
+    """Log-sds and medians that the configuration would refuse."""
+    findings = []
+    if wide := np.flatnonzero(fitted.spread_seen > fitted.widest).tolist():
+        seen = ", ".join(f"{NAMES[i]} {fitted.spread_seen[i]:.3g}" for i in wide)
+        text = (
             f"log-sds of {seen} are bounded to {fitted.widest:g}, the largest that the "
             "configuration takes: these records leave the spread next to unknown. Are all breakers "
-            "of one type? More breakers of the type tell it",
-            good=False,
+            "of one type? More breakers of the type tell it"
         )
-    ]
+        findings.append(Finding(text, good=False))
+    if fitted.unlike:
+        text = (
+            f"medians of {', '.join(fitted.unlike)} are bounded, as these records lead to some "
+            f"{UNLIKE:g} times or a {UNLIKE:g}th of the reference drive's: they hardly tell them"
+        )
+        findings.append(Finding(text, good=False))
+    return findings
 
 
 def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:

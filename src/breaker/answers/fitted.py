@@ -13,7 +13,7 @@ from breaker.answers.spread import Spread, find_spread
 from breaker.mechanism import NAMES, PARAMETERS, powers
 from breaker.model import Prior, generator
 from breaker.shipped import DEFAULTS
-from breaker.workflow import read
+from breaker.workflow import UNLIKE, read
 
 __all__ = ["FittedPrior", "fit_type", "precision_of", "reference_of", "wear_allowance"]
 
@@ -22,6 +22,7 @@ _SIZE = 0.3  # sd of the logarithms of a size that is read from records: next to
 _DESIGN = 0.6  # share of a breaker's posterior variance taken for an error that its type shares
 _ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
 _WIDTHS = (np.inf, *np.geomspace(1.0, 0.1, 11).round(2).tolist())  # log-sds, tried in turn
+_LIKE = 0.99 * UNLIKE  # times the reference drive's that a median may be
 _WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
 
 
@@ -37,6 +38,7 @@ class FittedPrior:
         spread: Centre and spread of the type.
         room: Room for wear.
         unfit: Breakers without a record in the family, which are left out.
+        unlike: Parameters whose median would be refused as that of no drive, and is bounded.
         widest: The largest log-sd of the prior, where that of the records cannot be taken.
     """
 
@@ -45,6 +47,7 @@ class FittedPrior:
     spread: Spread
     room: np.ndarray
     unfit: tuple[str, ...] = ()
+    unlike: tuple[str, ...] = ()
     widest: float = np.inf
 
     @property
@@ -173,7 +176,10 @@ def fit_type(recorded: Recorded, room: np.ndarray, seed: int, least: float) -> F
         )
     spread = _spread_of(fits, reference, generator(seed, "fit-prior spread"))
     unfit = tuple(name for name in recorded.operations if name not in fits)
-    return FittedPrior(reference, fits, spread, room, unfit)
+    usual = _default().sized(recorded.size).medians
+    centre = np.clip(spread.centre, *map(reference.standardise, (usual / _LIKE, usual * _LIKE)))
+    unlike = tuple(np.array(NAMES)[centre != spread.centre].tolist())
+    return FittedPrior(reference, fits, replace(spread, centre=centre), room, unfit, unlike)
 
 
 def _spread_of(fits: Mapping[str, Fit], reference: Prior, rng: np.random.Generator) -> Spread:
@@ -187,8 +193,12 @@ def _of_a_type(reference: Prior) -> np.ndarray:
 
     A family of drives of any kind is wider than one of about one size. Breakers of a type are not.
     """
-    usual = Prior.from_settings(read(DEFAULTS)["prior"])
-    return np.minimum(usual.log_sds / reference.log_sds, 1.0)
+    return np.minimum(_default().log_sds / reference.log_sds, 1.0)
+
+
+def _default() -> Prior:
+    """The prior of the reference drive."""
+    return Prior.from_settings(read(DEFAULTS)["prior"])
 
 
 def reference_of(recorded: Recorded) -> Prior:

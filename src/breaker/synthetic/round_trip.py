@@ -23,6 +23,7 @@ __all__ = ["Through", "through_files"]
 
 _MARGIN = 8.0  # ms that a record is longer than the grid, at each end
 _SPREAD = 4.0  # ms over which the first motion falls anywhere
+_ANY_STROKE = (1e-3, 1e6)  # mm: units are no question here
 _NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]\d+)?")  # in which reasons of one kind differ
 
 
@@ -102,7 +103,8 @@ def _through(
         files = [Operation(i, Path(folder, name)) for i, name in enumerate(names)]
         for each, record in zip(files, records, strict=True):
             dialect.write(each.file, time, record, motion=motion, operation=each.number)
-        curves = read_curves(files, dialect.settings, Grid(sensor.times), motion)
+        settings = {"stroke": _ANY_STROKE, **dialect.settings}
+        curves = read_curves(files, settings, Grid(sensor.times), motion)
     said = zip(curves.reason.values, curves.file.values, strict=True)
     reasons = [_NUMBER.sub("#", text.removeprefix(file).lstrip(": ")) for text, file in said]
     return curves.travel.values, curves.first_motion.values, reasons

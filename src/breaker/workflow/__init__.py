@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "code": ["modules_of"],
         "configuration": ["check", "chosen_network", "load", "merge", "read"],
         "jobs": ["missing_packages", "set_threads", "start"],
+        "magnitudes": ["UNLIKE"],
         "operations": ["chunks_of", "recorded_source"],
         "sources": ["ConfigurationError", "refuse"],
     },
