@@ -170,6 +170,6 @@ def guess_grid(longest: float, room: float, rate: float, sensor: Mapping) -> Gue
     k = (samples if samples >= step else min(wanted, most)) / step
     if k <= 1.0:
         return Guess({})
-    settings = {"start": k * sensor["start"], "stop": k * sensor["stop"]}
+    settings = {key: float(f"{k * sensor[key]:.6g}") for key in ("start", "stop")}
     remark = f"a motion takes {longest:.0f} ms, longer than sensor.stop"
     return Guess(settings | {"samples": sensor["samples"]}, remarks=(remark,))
