@@ -1,5 +1,6 @@
 """Checks of a fitted prior: what is as it should be, and what is not."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -32,7 +33,7 @@ def fitted(prior):
 
 
 def found(fitted, *, limits=(), records=None, levels=None):
-    recorded = SimpleNamespace(records=records or {}, levels=levels)
+    recorded = SimpleNamespace(records=records or {}, levels=levels, tried=["this"])
     return check_fitted(fitted, recorded, limits, 1, 1e-3)
 
 
@@ -70,6 +71,17 @@ def test_records_out_of_the_family(fitted):
     assert "Q0, closing: 2 records, median p 0.4" in good.text
     assert not bad.good
     assert "1 are out of the family" in bad.text
+
+
+def test_spread_that_the_configuration_does_not_take_is_said(fitted):
+    wide, spread = replace(fitted, widest=0.15), fitted.spread_seen
+    (bounded,) = found(wide)["breakers"][1:]
+    assert not bounded.good
+    assert f"log-sds of gamma_b {spread[4]:.3g} are bounded to 0.15" in bounded.text
+    assert len(found(fitted)["breakers"]) == 1
+    (unlike,) = found(replace(fitted, unlike=("f", "L")))["breakers"][1:]
+    assert not unlike.good
+    assert "medians of f, L are bounded" in unlike.text
 
 
 def test_a_breaker_of_another_type_stands_out(prior):

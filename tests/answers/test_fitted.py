@@ -9,10 +9,13 @@ import pytest
 from breaker.answers.fits import fit_breaker
 from breaker.answers.fitted import fit_type, precision_of, wear_allowance
 from breaker.answers.recorded import Recorded, read_breakers
+from breaker.answers.spread import Spread
+from breaker.family.membership import Match
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size
 from breaker.model.prior import Prior
 from breaker.model.randomness import generator
+from breaker.workflow.magnitudes import UNLIKE
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
@@ -29,7 +32,7 @@ def types(defaults, prior, levels, tmp_path_factory):
         drawn = type_of(prior, rng)
         drives = breakers_of(drawn, defaults["rigs"], BREAKERS + FURTHER, rng)
         folder = write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng)
-        recorded = read_breakers([folder], MOTIONS, {}, levels)
+        recorded = read_breakers([folder], MOTIONS, {}, [levels])
         room = wear_allowance(defaults["rigs"]["wear"]["change"], prior)
         names = list(recorded.operations)
         some = {name: recorded.operations[name] for name in names[:BREAKERS]}
@@ -94,13 +97,45 @@ def test_an_operation_of_which_a_motion_is_out_of_the_family_is_left_out(levels,
 
     def fit(**p_values):
         given = SimpleNamespace(draw=levels.draw, settings=levels.settings, usual=levels.usual)
-        given.match = lambda motion, seen: SimpleNamespace(p_value=p_values[motion])
-        return fit_type(Recorded(given, operations, 0.1, (), 0), np.zeros(7), 1, LEAST)
+        given.match = lambda motion, seen: Match(p_values[motion], {"start": 0.5, "end": 3.0}, seen)
+        tried = {"of two": [(motion, given.match(motion, None)) for motion in p_values]}
+        recorded = Recorded(given, tried, operations, (), 0, {})
+        return fit_type(recorded, np.zeros(7), 1, LEAST)
 
     found = fit(closing=0.5, opening=1e-4)
     assert (list(found.fits), found.unfit) == (["Q1"], ("Q0",))
-    with pytest.raises(ValueError, match="no record of Q0, Q1 is of the family"):
+    said = r"no record of Q0, Q1 is of a family of drives \(of two: closing p = 0.0001, .*end, 3"
+    with pytest.raises(ValueError, match=said):
         fit(closing=1e-4, opening=1e-4)
+
+
+def test_a_median_that_would_be_refused_is_bounded(levels, records, prior, monkeypatch):
+    far = Spread(np.array([0.0, 0.0, 0.0, -40.0, 0.0, 0.0, 0.0]), np.ones(7), np.ones(7))
+    monkeypatch.setattr("breaker.answers.fitted.find_spread", lambda *_: far)
+    operations = {"Q0": [{"closing": records[0].seen}]}
+    recorded = Recorded(levels, {"this": []}, operations, (), 0, {})
+    fitted = fit_type(recorded, np.zeros(7), 1, LEAST)
+    assert fitted.unlike == ("gamma_a",)
+    ratio = fitted.prior.medians / prior.sized(recorded.size).medians
+    assert ratio == pytest.approx([1.0] * 3 + [1.0 / (0.99 * UNLIKE)] + [1.0] * 3)
+
+
+def test_a_prior_is_as_wide_as_it_is_accepted(types):
+    _, fitted, _ = types[0]
+
+    def refuse(most):
+        def check(found):
+            if found.prior.log_sds.max() > most:
+                raise ValueError("too wide")
+
+        return check
+
+    assert fitted.accepted(refuse(9.0)).prior.log_sds.tolist() == fitted.spread_seen.tolist()
+    bounded = fitted.accepted(refuse(0.3))
+    assert 0.2 < bounded.widest <= 0.3
+    assert bounded.prior.log_sds.tolist() == np.minimum(fitted.spread_seen, bounded.widest).tolist()
+    with pytest.raises(ValueError, match="too wide"):
+        fitted.accepted(refuse(0.01))
 
 
 def test_room_for_wear(defaults, prior):

@@ -18,7 +18,7 @@ def drives(prior, defaults):
 
 @pytest.fixture
 def read(levels):
-    return lambda *folders: read_breakers(folders, MOTIONS, {}, levels)
+    return lambda *folders: read_breakers(folders, MOTIONS, {}, [levels])
 
 
 @pytest.fixture

@@ -362,7 +362,18 @@ def test_a_slow_drive_gets_a_longer_grid_and_its_own_noise(put, closing):
 
 def test_a_longer_grid_takes_whole_samples():
     """1.25 and 1.5 times the grid would hold the motion."""
-    assert guess_grid(66.0, 2.5, SENSOR).settings["stop"] == 2.0 * SENSOR["stop"]
+    assert guess_grid(66.0, 200.0, 2.5, SENSOR).settings["stop"] == 2.0 * SENSOR["stop"]
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.5, 10.0, 20.0])
+def test_a_longer_grid_stays_within_the_record(rate):
+    for longest, room in [(70.0, 195.0), (157.0, 141.6), (300.0, 170.0)]:
+        found = guess_grid(longest, room, rate, SENSOR).settings
+        assert SENSOR["stop"] < found["stop"] <= room
+        assert found["stop"] > min(longest, 0.6 * room)
+        step = (found["stop"] - found["start"]) / (found["samples"] - 1) * rate
+        assert step == pytest.approx(round(step)) or step < 2.0
+    assert guess_grid(61.0, 61.5, 10.0, SENSOR).settings == {}  # no whole samples more
 
 
 def test_of_a_drive_of_another_size_the_sensor_is_left_to_its_prior(put, closing):

@@ -9,6 +9,7 @@ from scipy.stats import chi2
 from breaker.files.settings import FORMAT
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.mechanism.size import Size
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
@@ -76,7 +77,7 @@ def test_dialects_take_turns_and_the_same_generator_gives_the_same_bytes(prior, 
         through_files(model, 5, generator(8, "test turns"), each) for each in (some, some, some[:1])
     )
     assert first.dialect.tolist() == [0, 1, 0, 1, 0]
-    assert [each.tobytes() for each in again] == [each.tobytes() for each in first]
+    assert [each.tobytes() for each in again[:3]] == [each.tobytes() for each in first[:3]]
     assert one.truth[:, :7].tobytes() == first.truth[:, :7].tobytes()
 
 
@@ -87,19 +88,35 @@ def test_other_rates(prior, sensor, rate):
     model, rng = Model(prior, sensor, "opening"), generator(8, "test rates", int(10 * rate))
     wide = DIALECTS["wide"]
     other = replace(wide, rate=rate, settings={**wide.settings, "rate": rate})
-    measured, truth, _ = through_files(model, 20, rng, [other])
+    measured, truth, *_ = through_files(model, 20, rng, [other])
     assert tail(sensor, "opening", measured, truth).min() > FALSE_ALARM / (2 * 20)
 
 
 def test_without_an_onset_the_truth_has_only_the_seven(prior, sensor):
     plain = replace(sensor, onset_sd=0.0, zero_sd=0.0)
     model = Model(prior, plain, "opening")
-    measured, truth, _ = through_files(model, 3, generator(8, "test plain"))
+    measured, truth, *_ = through_files(model, 3, generator(8, "test plain"))
     assert measured.shape == (3, sensor.samples)
     assert truth.shape == (3, len(NAMES))
 
 
-def test_a_rejected_record_is_an_error(prior, sensor):
+def test_rejected_records_are_counted_by_reason(prior, sensor):
     far = replace(sensor, zero_sd=3.0)  # a zero beyond what the reader takes for an open breaker
-    with pytest.raises(RuntimeError, match=r"\d+ of 2 curves of the model rejected: .*near 0"):
-        through_files(Model(prior, far, "closing"), 12, generator(8, "test far"))
+    found = through_files(Model(prior, far, "closing"), 24, generator(8, "test far"))
+    assert 0 < len(found.measured) == len(found.truth) == found.dialect.size < 24
+    assert sum(found.rejected.values()) == 24 - found.dialect.size
+    (first, *_), counts = zip(*found.rejected.items(), strict=True)
+    assert first.startswith("the open breaker rests at # mm, not near #")
+    assert max(counts) > 1
+    assert tail(far, "closing", found.measured, found.truth).min() > FALSE_ALARM / (2 * 24)
+    farther = replace(sensor, zero_sd=1e4)
+    with pytest.raises(RuntimeError, match=r"all 4 curves of the model are rejected: .*near #"):
+        through_files(Model(prior, farther, "closing"), 4, generator(8, "test farther"))
+
+
+def test_instruments_reach_as_far_as_the_drive(prior, sensor):
+    size = Size(12.0, 4.0)
+    model = Model(prior.sized(size), sensor.sized(size), "closing")
+    found = through_files(model, 6, generator(8, "test long"), [DIALECTS["angles"]])
+    assert found.rejected == {}
+    assert tail(model.sensor, "closing", *found[:2]).min() > FALSE_ALARM / (2 * 6)

@@ -7,7 +7,13 @@ import xarray as xr
 
 from breaker.model.randomness import generator
 from breaker.validation.calibration import judge_draws
-from breaker.validation.tables import family_quality, parameters_of, quality, quality_words
+from breaker.validation.tables import (
+    family_quality,
+    parameters_of,
+    quality,
+    quality_words,
+    with_width,
+)
 from tests.validation.made import exact_posteriors
 
 NAMES = ["mu", "L", "onset"]
@@ -141,3 +147,17 @@ def test_what_does_not_vary_has_no_contraction_and_figures_show_what_has_a_symbo
     data["truth"][:, 2] = 0.0
     assert np.isnan(family_quality(data, log=True).contraction.iloc[2])
     assert parameters_of(data).output.values.tolist() == ["f", "L"]
+
+
+def test_draws_that_are_all_the_same_have_no_score():
+    """As of an unresolved record, of which one weight has all of the sum."""
+    data = validation()
+    draws = data.draws.values.copy()
+    draws[:3] = draws[:3, :1]
+    some = data.assign(draws=(data.draws.dims, draws))
+    assert with_width(some).sizes["curve"] == N - 3
+    table, usual = judged(some), judged(data)
+    assert table.z_sd.to_numpy() == pytest.approx(usual.z_sd.to_numpy(), rel=0.02)
+    assert with_width(data).identical(data)
+    with pytest.raises(ValueError, match="no width"):
+        judged(data.isel(curve=slice(0, 3)).assign(draws=(data.draws.dims, draws[:3])))

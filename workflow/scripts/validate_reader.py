@@ -1,5 +1,7 @@
 """Infer simulated records that went through curve files."""
 
+import json
+
 import numpy as np
 
 from breaker.model import generator
@@ -14,10 +16,15 @@ params, motion, seed = snakemake.params, snakemake.wildcards.motion, int(snakema
 posterior = Posterior.load(snakemake.input.model)
 rng = generator(seed, "records through files", motion)
 through = through_files(posterior.model, params.curves, rng)
+read, rejected = len(through.truth), sum(through.rejected.values())
+log.info("%d of %d curves of the prior rejected", rejected, read + rejected)
+for reason, count in through.rejected.items():
+    log.info("%d: %s", count, reason)
 if posterior.sensor.infers_onset:
     error = through.truth[:, -1]
     log.info("first motion found too late by %.3f ms, sd %.3f ms", -error.mean(), error.std())
 result = sample_records(posterior, through.measured, through.truth, params.draws, seed)
 result["dialect"] = "curve", np.array(list(DIALECTS))[through.dialect]
+result.attrs["rejected"] = json.dumps(through.rejected)
 title = f"posteriors of simulated {motion} records, read from files"
 save(describe(result, title, model=posterior.settings), snakemake.output[0])

@@ -12,6 +12,7 @@ from breaker.answers.fitted import FittedPrior
 from breaker.answers.recorded import Recorded
 from breaker.mechanism import NAMES, Limit
 from breaker.model import generator
+from breaker.workflow import UNLIKE
 
 __all__ = ["Finding", "check_fitted"]
 
@@ -45,7 +46,7 @@ def check_fitted(
     rng = generator(seed, "fit-prior checks")
     theta = fitted.prior.sample(_DRAWS, rng)
     return {
-        "breakers": _breakers(fitted),
+        "breakers": [*_breakers(fitted), *_bounded(fitted)],
         "limits": _far_limits(limits, theta),
         "records in the family": _in_family(recorded, least),
         "each breaker by the others": _left_out(fitted, seed),
@@ -67,6 +68,26 @@ def _breakers(fitted: FittedPrior) -> list[Finding]:
     return [source, *(Finding(f"{name}: {text}", good=False) for name in fitted.unfit)]
 
 
+def _bounded(fitted: FittedPrior) -> list[Finding]:
+    """Log-sds and medians that the configuration would refuse."""
+    findings = []
+    if wide := np.flatnonzero(fitted.spread_seen > fitted.widest).tolist():
+        seen = ", ".join(f"{NAMES[i]} {fitted.spread_seen[i]:.3g}" for i in wide)
+        text = (
+            f"log-sds of {seen} are bounded to {fitted.widest:g}, the largest that the "
+            "configuration takes: these records leave the spread next to unknown. Are all breakers "
+            "of one type? More breakers of the type tell it"
+        )
+        findings.append(Finding(text, good=False))
+    if fitted.unlike:
+        text = (
+            f"medians of {', '.join(fitted.unlike)} are bounded, as these records lead to some "
+            f"{UNLIKE:g} times or a {UNLIKE:g}th of the reference drive's: they hardly tell them"
+        )
+        findings.append(Finding(text, good=False))
+    return findings
+
+
 def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
     """Each value of a limit, in sds of what the prior expects of its quantity."""
     if not limits:
@@ -85,7 +106,11 @@ def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
 
 def _in_family(recorded: Recorded, least: float) -> list[Finding]:
     """How the records of each breaker fit the family."""
-    findings = []
+    *others, family = recorded.tried
+    findings = [
+        Finding(f"family {family}, as they do not fit {each}: {recorded.fit_in_words(each)}")
+        for each in others
+    ]
     for name, by_motion in recorded.records.items():
         for motion, each in by_motion.items():
             p_values = np.array([recorded.levels.match(motion, seen).p_value for seen in each])

@@ -1,7 +1,7 @@
 """The prior of a type: its medians and log-sds, and where each part of a log-sd comes from."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,8 @@ from breaker.answers.recorded import Recorded
 from breaker.answers.spread import Spread, find_spread
 from breaker.mechanism import NAMES, PARAMETERS, powers
 from breaker.model import Prior, generator
+from breaker.shipped import DEFAULTS
+from breaker.workflow import UNLIKE, read
 
 __all__ = ["FittedPrior", "fit_type", "precision_of", "reference_of", "wear_allowance"]
 
@@ -19,6 +21,8 @@ _DRAWS = 500  # of each operation
 _SIZE = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
 _DESIGN = 0.6  # share of a breaker's posterior variance taken for an error that its type shares
 _ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
+_WIDTHS = (np.inf, *np.geomspace(1.0, 0.1, 11).round(2).tolist())  # log-sds, tried in turn
+_LIKE = 0.99 * UNLIKE  # times the reference drive's that a median may be
 _WEAR_SDS = 3.0  # sd of the room that the largest usual wear is
 
 
@@ -34,6 +38,8 @@ class FittedPrior:
         spread: Centre and spread of the type.
         room: Room for wear.
         unfit: Breakers without a record in the family, which are left out.
+        unlike: Parameters whose median would be refused as that of no drive, and is bounded.
+        widest: The largest log-sd of the prior, where that of the records cannot be taken.
     """
 
     reference: Prior
@@ -41,6 +47,8 @@ class FittedPrior:
     spread: Spread
     room: np.ndarray
     unfit: tuple[str, ...] = ()
+    unlike: tuple[str, ...] = ()
+    widest: float = np.inf
 
     @property
     def alone(self) -> bool:
@@ -50,7 +58,8 @@ class FittedPrior:
     @property
     def between(self) -> np.ndarray:
         """Spread between breakers."""
-        return np.maximum(self.spread.between, _ALONE) if self.alone else self.spread.between
+        between = self.spread.between
+        return np.maximum(between, _ALONE * _of_a_type(self.reference)) if self.alone else between
 
     @property
     def design(self) -> np.ndarray:
@@ -63,13 +72,16 @@ class FittedPrior:
         return np.sqrt(_DESIGN * np.mean(np.square(sds), axis=0))
 
     @property
+    def spread_seen(self) -> np.ndarray:
+        """Log-sds of all parts together, ``(p,)``."""
+        parts = (self.spread.centre_sd, self.between, self.design, self.room)
+        return self.reference.log_sds * np.sqrt(np.sum(np.square(parts), axis=0))
+
+    @property
     def prior(self) -> Prior:
         """The fitted prior."""
-        parts = (self.spread.centre_sd, self.between, self.design, self.room)
-        return Prior(
-            self.reference.destandardise(self.spread.centre),
-            self.reference.log_sds * np.sqrt(np.sum(np.square(parts), axis=0)),
-        )
+        medians = self.reference.destandardise(self.spread.centre)
+        return Prior(medians, np.minimum(self.spread_seen, self.widest))
 
     def own(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return a breaker's standardised parameters and their sds, by itself, ``(p,)``."""
@@ -79,8 +91,30 @@ class FittedPrior:
     def without(self, name: str, rng: np.random.Generator) -> "FittedPrior":
         """Return the prior that the other breakers make."""
         others = {other: fit for other, fit in self.fits.items() if other != name}
-        spread = find_spread([*others.values()], precision_of(self.reference), rng)
-        return FittedPrior(self.reference, others, spread, self.room)
+        spread = _spread_of(others, self.reference, rng)
+        return replace(self, fits=others, spread=spread)
+
+    def accepted(self, check: Callable[["FittedPrior"], None]) -> "FittedPrior":
+        """Return the prior as wide as a check accepts it.
+
+        Few breakers that differ, or records at the ends of the family, leave a spread next to
+        unknown. A prior that wide has drives that do not move, or cannot be followed.
+
+        Args:
+            check: Raises a ``ValueError`` where a prior cannot be used.
+
+        Raises:
+            ValueError: That of the check, if it accepts no width.
+        """
+        for widest in _WIDTHS:
+            found = replace(self, widest=widest)
+            try:
+                check(found)
+            except ValueError as error:
+                refusal = error
+            else:
+                return found
+        raise refusal
 
     def to_dataset(self) -> xr.Dataset:
         """Return what a figure shows, in the units of the parameters.
@@ -136,15 +170,35 @@ def fit_type(recorded: Recorded, room: np.ndarray, seed: int, least: float) -> F
             fits[name] = fit_breaker(theta, reference)
     if not fits:
         raise ValueError(
-            f"no record of {', '.join(recorded.operations)} is of the family "
-            f"{levels.settings['family']}: look at one (`breaker infer FILE --plot PNG`), and at "
-            "endurance.format"
+            f"no record of {', '.join(recorded.operations)} is of a family of drives ("
+            + " | ".join(f"{name}: {recorded.fit_in_words(name)}" for name in recorded.tried)
+            + "): look at one (`breaker infer FILE --plot PNG`), and at endurance.format"
         )
-    spread = find_spread(
-        [*fits.values()], precision_of(reference), generator(seed, "fit-prior spread")
-    )
+    spread = _spread_of(fits, reference, generator(seed, "fit-prior spread"))
     unfit = tuple(name for name in recorded.operations if name not in fits)
-    return FittedPrior(reference, fits, spread, room, unfit)
+    usual = _default().sized(recorded.size).medians
+    centre = np.clip(spread.centre, *map(reference.standardise, (usual / _LIKE, usual * _LIKE)))
+    unlike = tuple(np.array(NAMES)[centre != spread.centre].tolist())
+    return FittedPrior(reference, fits, replace(spread, centre=centre), room, unfit, unlike)
+
+
+def _spread_of(fits: Mapping[str, Fit], reference: Prior, rng: np.random.Generator) -> Spread:
+    """The spread of a type, standardised by the reference."""
+    between = _of_a_type(reference)
+    return find_spread([*fits.values()], precision_of(reference), rng, between)
+
+
+def _of_a_type(reference: Prior) -> np.ndarray:
+    """Log-sds of the default prior, in those of the reference, ``(p,)``.
+
+    A family of drives of any kind is wider than one of about one size. Breakers of a type are not.
+    """
+    return np.minimum(_default().log_sds / reference.log_sds, 1.0)
+
+
+def _default() -> Prior:
+    """The prior of the reference drive."""
+    return Prior.from_settings(read(DEFAULTS)["prior"])
 
 
 def reference_of(recorded: Recorded) -> Prior:

@@ -2,20 +2,54 @@
 
 import os
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.family import Levels, NormalisedRecords, normalise_record
+from breaker.answers.words import differs_in_words
+from breaker.family import Levels, Match, NormalisedRecords, choose_family, normalise_record
 from breaker.files import MANIFEST, Operation, list_operations, printable, read_manifest
 from breaker.mechanism import Size
 from breaker.records import Raw, read_raws
 
-__all__ = ["Recorded", "read_breakers"]
+__all__ = ["Recorded", "Span", "read_breakers"]
 
 _MOST = 20  # records of a breaker and a motion: more of them say no more of what breakers share
+_ARRIVED = 0.05  # of the stroke, from the rest after the motion
+_SHORT = 0.1  # share of the records of a motion that may be shorter than what is taken for all
+
+
+class Span(NamedTuple):
+    """How far a record goes around its first motion, ms, and its noise.
+
+    Attributes:
+        before: Rest before it.
+        lasts: Until the drive stays at rest, or the record ends.
+        after: Until the record ends, or the travel goes back.
+        step: Between two samples.
+        noise: Of a sample at rest, mm; nan where none is seen.
+        rings: Whether the drive has moved before, and may not be at rest.
+    """
+
+    before: float
+    lasts: float
+    after: float
+    step: float
+    noise: float = np.nan
+    rings: bool = False
+
+    @classmethod
+    def of(cls, raw: Raw) -> Self:
+        """Return that of one record."""
+        time, segment = raw.time[raw.inside], raw.segment
+        moving = np.abs(raw.left - segment.after) > _ARRIVED * segment.stroke
+        lasts = time[np.flatnonzero(moving)[-1]] if moving.any() else raw.moves
+        ends = (raw.moves - time[0], lasts - raw.moves, time[-1] - raw.moves)
+        noise = max(raw.noise_at(raw.step).sd, raw.quantum / np.sqrt(12.0))
+        return cls(*map(float, ends), float(f"{raw.step:.6g}"), noise, segment.begin > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,17 +58,49 @@ class Recorded:
 
     Attributes:
         levels: Network of the family.
+        tried: How the records of each motion fit families, by name: those tried before it, and it.
         operations: By breaker, the records of each operation by motion; of usable ones.
-        noise_sd: Median noise of a sample at rest, mm; nan if none is seen.
         rejected: Why records were rejected, one text for each.
         left_out: How many records were not read since there are enough.
+        spans: How far usable records go, by motion.
     """
 
     levels: Levels
+    tried: Mapping[str, Sequence[tuple[str, Match]]]
     operations: Mapping[str, Sequence[Mapping[str, NormalisedRecords]]]
-    noise_sd: float
     rejected: Sequence[str]
     left_out: int
+    spans: Mapping[str, Sequence[Span]]
+
+    def fit_in_words(self, family: str) -> str:
+        """Say how far the records of each motion are from a family that was tried, and where."""
+        by: dict[str, list[Match]] = defaultdict(list)
+        for motion, match in self.tried[family]:
+            by[motion].append(match)
+        said = []
+        for motion, matches in by.items():
+            middle = sorted(matches, key=lambda each: each.p_value)[(len(matches) - 1) // 2]
+            where = differs_in_words(middle.parts)
+            said.append(f"{motion} p = {middle.p_value:.2g}" + (where and f", {where}"))
+        return "; ".join(said)
+
+    @property
+    def span(self) -> Span:
+        """What nearly all records of either motion have before and after, the longest motion, and
+        the longest step.
+        """
+        each = [np.array(spans)[:, :4] for spans in self.spans.values()]
+        short = [np.quantile(spans, _SHORT, axis=0, method="lower") for spans in each]
+        before, _, after, _ = np.min(short, axis=0).tolist()
+        _, lasts, _, step = np.concatenate(each).max(axis=0).tolist()
+        return Span(before, lasts, after, step)
+
+    @property
+    def noise_sd(self) -> float:
+        """Median noise of a sample at rest, mm; nan if none is seen."""
+        each = [span for spans in self.spans.values() for span in spans if span.noise >= 0.0]
+        quiet = [span.noise for span in each if not span.rings] or [span.noise for span in each]
+        return float(np.median(quiet)) if quiet else np.nan
 
     @property
     def records(self) -> dict[str, dict[str, list[NormalisedRecords]]]:
@@ -59,7 +125,11 @@ class Recorded:
 
 
 def read_breakers(
-    folders: Sequence[str | Path], motions: Sequence[str], settings: Mapping, levels: Levels
+    folders: Sequence[str | Path],
+    motions: Sequence[str],
+    settings: Mapping,
+    families: Iterable[Levels],
+    least: float = 1e-3,
 ) -> Recorded:
     """Read some records of the breakers in folders.
 
@@ -70,7 +140,8 @@ def read_breakers(
         folders: Each as ``endurance.curves``: with a table, or with a folder for each motion.
         motions: Which to look for; one that no folder has is left out.
         settings: The section ``endurance.format`` of the configuration.
-        levels: Network of the family of these drives.
+        families: Networks in the order in which they are tried, as for ``choose_family``.
+        least: p-value below which a record does not fit.
 
     Raises:
         ValueError: If a table is wrong, or no record can be used. The message says what to do.
@@ -79,7 +150,8 @@ def read_breakers(
     found: dict[str, dict[tuple, dict[str, NormalisedRecords]]] = defaultdict(
         lambda: defaultdict(dict)
     )
-    noise, rejected, left_out = [], [], 0
+    rejected, left_out = [], 0
+    spans: dict[str, list[Span]] = defaultdict(list)
     troubles: list[str] = []
     for motion in motions:
         for name, listed in _listed(folders, motion, troubles).items():
@@ -89,9 +161,14 @@ def read_breakers(
                 if not isinstance(raw, Raw):
                     rejected.append(str(raw))
                     continue
+                try:
+                    seen = normalise_record(raw)[1]
+                except ValueError as error:
+                    rejected.append(f"{each.file}: {error}")
+                    continue
                 of = each.number, each.phase, os.path.dirname(each.file)
-                found[name][of][motion] = normalise_record(raw)[1]
-                noise.append(max(raw.noise_at(raw.step).sd, raw.quantum / np.sqrt(12.0)))
+                found[name][of][motion] = seen
+                spans[motion].append(Span.of(raw))
     if not found and not rejected:
         raise FileNotFoundError(_none(folders, troubles))
     if not found:
@@ -99,9 +176,25 @@ def read_breakers(
             f"none of {len(rejected)} records can be used; check endurance.format and the "
             "folder. The first reasons: " + " | ".join(rejected[:3])
         )
-    seen_noise = float(np.nanmedian(noise)) if np.isfinite(noise).any() else np.nan
     operations = {name: list(each.values()) for name, each in found.items()}
-    return Recorded(levels, operations, seen_noise, rejected, left_out)
+    levels, tried = _family_of(operations, families, least)
+    return Recorded(levels, tried, operations, rejected, left_out, spans)
+
+
+def _family_of(
+    operations: Mapping[str, Sequence[Mapping]], families: Iterable[Levels], least: float
+) -> tuple[Levels, dict[str, list[tuple[str, Match]]]]:
+    """The family of records, and how they fit all that were tried, it last."""
+    seen = [pair for some in operations.values() for each in some for pair in each.items()]
+    tried: dict[str, list[tuple[str, Match]]] = {}
+
+    def match(levels: Levels) -> list[tuple[str, Match]]:
+        found = [(motion, levels.match(motion, each)) for motion, each in seen]
+        return tried.setdefault(levels.settings["family"], found)
+
+    levels, matches, _ = choose_family(families, match, least)
+    name = levels.settings["family"]
+    return levels, {key: tried[key] for key in tried if key != name} | {name: matches}
 
 
 def _none(folders: Sequence[str | Path], troubles: Sequence[str]) -> str:

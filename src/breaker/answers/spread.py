@@ -18,10 +18,10 @@ from breaker.mechanism import NAMES
 
 __all__ = ["Spread", "find_spread"]
 
-# All in log-sds of the reference prior, which is about one size of breaker: some of its variance is
-# between types, some between breakers of a type.
+# All in log-sds of a prior of drives of about one size: some of its variance is between types, some
+# between breakers of a type.
 _USUAL, _FREEDOM = 0.4, 3.0  # scale and freedom of the half-Student prior of tau
-_BETWEEN = 0.3  # share of the reference prior's variance that is between breakers
+_BETWEEN = 0.3  # share of its variance that is between breakers
 _SURE = 0.9  # probability that a spread is below what is stated
 _TAUS = np.geomspace(0.25, 4.0, 60)  # the first is the floor of the spread
 _SWEEPS = 1000
@@ -43,12 +43,18 @@ class Spread:
     between: np.ndarray
 
 
-def find_spread(fits: Sequence[Fit], precision: np.ndarray, rng: np.random.Generator) -> Spread:
+def find_spread(
+    fits: Sequence[Fit],
+    precision: np.ndarray,
+    rng: np.random.Generator,
+    scale: np.ndarray | float = 1.0,
+) -> Spread:
     """Estimate centre and spread.
 
     Args:
         fits: Of the breakers, at least one.
         precision: Of the reference prior, ``(p, p)``.
+        scale: Log-sds of a prior of drives of about one size in those of the reference, ``(p,)``.
 
     Example:
         Five breakers, known well, that differ in nothing but the first parameter:
@@ -63,8 +69,8 @@ def find_spread(fits: Sequence[Fit], precision: np.ndarray, rng: np.random.Gener
     p, b = len(NAMES), len(fits)
     matrix = np.array([fit.matrix for fit in fits])
     weighted = np.array([fit.weighted for fit in fits])
-    prior = np.linalg.inv(np.linalg.inv(precision) - _BETWEEN * np.eye(p))
-    tau, kept = np.full(p, _USUAL), []
+    prior = np.linalg.inv(np.linalg.inv(precision) - _BETWEEN * np.diag(scale**2 * np.ones(p)))
+    tau, kept = scale * np.full(p, _USUAL), []
     for sweep in range(_UNSETTLED + _SWEEPS):
         within = np.diag(tau**-2)
         cov = np.linalg.inv(matrix + within)  # of each breaker, given the centre
@@ -73,7 +79,7 @@ def find_spread(fits: Sequence[Fit], precision: np.ndarray, rng: np.random.Gener
         centre = _draw(total, np.einsum("bij,bj->i", gain, weighted), rng)
         right = weighted + within @ centre
         breakers = _draw(matrix + within, right, rng)
-        tau = _draw_tau(np.square(breakers - centre).sum(axis=0), b, rng)
+        tau = scale * _draw_tau(np.square((breakers - centre) / scale).sum(axis=0), b, rng)
         if sweep >= _UNSETTLED:
             kept.append((centre, tau))
     centres, taus = (np.array(each) for each in zip(*kept, strict=True))
@@ -89,7 +95,7 @@ def _draw(precision: np.ndarray, right: np.ndarray, rng: np.random.Generator) ->
 
 
 def _draw_tau(square: np.ndarray, breakers: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw tau given the sum of squared distances from the centre, ``(p,)``."""
+    """Draw tau given the sum of squared distances from the centre, ``(p,)``, scaled."""
     # The grid is even in the logarithm.
     tail = np.log1p(np.square(_TAUS / _USUAL) / _FREEDOM)
     log_prior = np.log(_TAUS) - 0.5 * (_FREEDOM + 1.0) * tail

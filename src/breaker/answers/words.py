@@ -119,14 +119,20 @@ def _fit(fit: Mapping) -> str:
     family = f"the family {fit['family']} (p = {fit['p_value']:.2g})"
     if not fit["misfit"]:
         return f"fits {family}"
-    parts = {name: each for name, each in fit["parts"].items() if each is not None and each > 1.0}
-    where = ", ".join(f"{name}, {each:.2g} times" for name, each in parts.items())
-    where = f"; it differs more than 99 % of its drives do in: {where}" if where else ""
+    where = differs_in_words(fit["parts"])
+    where = where and f"; {where}"
     return (
         f"OUT OF {family}{where}. So nothing is inferred, and what is measured stands. Look at "
         "--plot; is a unit, endurance.format or the named motion wrong? If the record is right, "
         "train a family with wider ranges: config/any.yaml"
     )
+
+
+def differs_in_words(parts: Mapping[str, float | None]) -> str:
+    """Say in which parts of a motion a record differs from a family; nothing where in none."""
+    far = {name: each for name, each in parts.items() if each is not None and each > 1.0}
+    where = ", ".join(f"{name}, {each:.2g} times" for name, each in far.items())
+    return f"it differs more than 99 % of its drives do in: {where}" if where else ""
 
 
 def _far(record: Mapping) -> str:

@@ -9,15 +9,21 @@ import yaml
 
 from breaker.answers.checks import Finding
 from breaker.answers.fitted import FittedPrior
-from breaker.answers.recorded import Recorded
+from breaker.answers.recorded import Recorded, Span
+from breaker.family import Levels
 from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter
 from breaker.model import Sensor
+from breaker.shipped import DEFAULTS
+from breaker.workflow import read
 
-__all__ = ["overlay_of", "overlay_text", "report"]
+__all__ = ["grid_within", "overlay_of", "overlay_text", "report"]
 
 _WIDTH = 98  # signs of a line, two less than a terminal has
 # mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.
 _LEFT_OUT = 0.02
+_REST = 2.0  # times the longest motion, after which the rest tells no more
+_WHOLE = 1e-3  # of a step, by which one may be off whole samples
+_BEFORE = 0.1  # share of the usual time before the first motion, that a grid has at the least
 _ABOUT = {
     "size": ["# Size of the drive beside the default drive."],
     "prior": [
@@ -25,9 +31,10 @@ _ABOUT = {
         "# type, and room for wear.",
     ],
     "sensor": [
-        "# Time grid and errors of records at this size; the noise is that of the records,",
-        "# and a little that no model explains.",
+        "# Time grid within the records, and errors at this size; the noise is that of the",
+        "# records, and a little that no model explains.",
     ],
+    "family": ["# Family of drives that the records are like."],
     "endurance": ["# How the files are read."],
 }
 
@@ -50,7 +57,7 @@ def overlay_of(
     usual = Sensor.from_settings(sensor).sized(size)
     seen = recorded.noise_sd if np.isfinite(recorded.noise_sd) else usual.noise_sd
     noise_sd = float(np.hypot(seen, _LEFT_OUT * size.lengths))
-    sized = replace(usual, noise_sd=noise_sd).settings()
+    sized = replace(grid_within(recorded.span, usual), noise_sd=noise_sd).settings()
     pairs = zip(NAMES, prior.medians, prior.log_sds, strict=True)
     return {
         "size": {name: _rounded(getattr(size, name), 6) for name in ("lengths", "times")},
@@ -59,8 +66,46 @@ def overlay_of(
             for name, median, log_sd in pairs
         },
         "sensor": {name: _rounded(value, 6) for name, value in sized.items()},
+        **_family_settings(recorded.levels),
         **({"motions": motions} if len(motions) < len(MOTIONS) else {}),
         **({"endurance": {"format": dict(format_settings)}} if format_settings else {}),
+    }
+
+
+def grid_within(span: Span, usual: Sensor) -> Sensor:
+    """Return a sensor with a grid that records hold, in whole samples of theirs.
+
+    It is no longer than the usual one, nor than the longest motion with its rest.
+
+    Example:
+        >>> usual = Sensor(-8.0, 232.0, 151, noise_sd=1.0, onset_sd=1.2, zero_sd=1.0)
+        >>> found = grid_within(Span(before=55.0, lasts=90.0, after=145.5, step=0.1), usual)
+        >>> found.start, found.stop, found.samples, round(found.step, 6)
+        (-8.0, 144.9, 140, 1.1)
+    """
+    start = max(usual.start, min(-span.before, _BEFORE * usual.start))
+    stop = min(usual.stop, _REST * span.lasts, span.after)
+    finest = (stop - start) / (usual.samples - 1)
+    step = span.step * np.ceil(finest / span.step - _WHOLE)
+    samples = int((stop - start) / step + _WHOLE) + 1
+    stop = float(f"{start + step * (samples - 1):.6g}")
+    return replace(usual, start=start, stop=stop, samples=samples)
+
+
+def _family_settings(levels: Levels) -> dict:
+    """The section ``family`` of drives that the records are like, where it is not the default."""
+    usual, drives = read(DEFAULTS)["family"], dict(levels.settings["drives"])
+    of_bank = {key: usual[key] for key in ("drives", "shards")}
+    changed = _changed(drives | of_bank, usual)
+    return {"family": changed} if changed else {}
+
+
+def _changed(section: Mapping, usual: Mapping) -> dict:
+    """What of a section is not as usual, at any depth."""
+    return {
+        key: _changed(value, usual[key]) if isinstance(value, Mapping) else value
+        for key, value in section.items()
+        if value != usual[key]
     }
 
 

@@ -33,16 +33,21 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import check_fitted, overlay_of, overlay_text, report
+    from breaker.answers import FittedPrior, check_fitted, overlay_of, overlay_text, report
     from breaker.mechanism import Size, from_list, speeds_of
     from breaker.shipped import DEFAULTS
-    from breaker.workflow import merge, read
+    from breaker.workflow import check, merge, read
 
     recorded, fitted = _fitted(options.folders, config)
     usual = read(DEFAULTS)
     format_settings = config["endurance"]["format"].items()
     given = {k: v for k, v in format_settings if v != usual["endurance"]["format"][k]}
-    overlay = overlay_of(recorded, fitted, usual["sensor"], given)
+
+    def overlay_with(fitted: FittedPrior) -> dict:
+        return overlay_of(recorded, fitted, usual["sensor"], given)
+
+    fitted = fitted.accepted(lambda each: check(merge(config, overlay_with(each))))
+    overlay = overlay_with(fitted)
     own = merge(config, overlay)
     speeds = speeds_of(own["speeds"], Size(**own["size"]))
     limits = from_list(limits, recorded.motions, speeds, of=["model"])
@@ -70,11 +75,11 @@ def _fitted(folders: Sequence[str], config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
     from breaker.answers import fit_type, read_breakers, reference_of, wear_allowance
     from breaker.family import open_network
-    from breaker.shipped import model_file
+    from breaker.shipped import FAMILIES, model_file
 
-    endurance = config["endurance"]
-    levels = open_network(model_file("medium_voltage", "levels"))
-    read = each_once(folders), config["motions"], endurance["format"], levels
+    endurance, least = config["endurance"], config["endurance"]["misfit_p_value"]
+    families = (open_network(model_file(family, "levels")) for family in FAMILIES)
+    read = each_once(folders), config["motions"], endurance["format"], families, least
     recorded = read_breakers(*read)
     room = wear_allowance(config["rigs"]["wear"]["change"], reference_of(recorded))
-    return recorded, fit_type(recorded, room, config["seed"], endurance["misfit_p_value"])
+    return recorded, fit_type(recorded, room, config["seed"], least)

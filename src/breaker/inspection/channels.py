@@ -82,6 +82,10 @@ class Travel:
         resting = np.abs(self.done(k)[first : middle + 1]) <= _BEGUN
         return int(first + np.flatnonzero(resting)[-1]) if resting.any() else first
 
+    def room(self, k: int) -> int:
+        """Samples from the begin of a motion to that of the next one, or to the end."""
+        return self.course.motions[k].end - 1 - self.begins(k)
+
     def arrives(self, k: int, still: int) -> int:
         """Sample from which on the travel stays at rest, for as many samples as given, or to the
         end.

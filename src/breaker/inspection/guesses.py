@@ -4,6 +4,7 @@ What is sure goes without saying; every other guess has a remark. What a file do
 lacking, by key of ``endurance.format``.
 """
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,8 +24,8 @@ _AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0
 _NEAR_ZERO = 0.25  # strokes, within which the rest nearer to 0 is taken for the open one
 _ALIKE = 1.15  # ratio of strokes, from which motions differ
 _PRIOR = (5.0, 40.0)  # mm, strokes for which the default prior may do
+_WHOLE = 1e-6  # samples
 _LONGER = 1.05  # times the longest motion, that a grid shall hold
-_SCALES = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)  # of the grid
 _LENGTHS = {"mm": (4.0, 250.0), "m": (0.004, 0.25), "um": (4e3, 2.5e5)}  # strokes, by size
 _CLOSES = re.compile(
     r"(?<![a-z])(?:clos\w*|einschalt\w*|ein|ferme\w*|cierre|c[-_ ]?o)(?![a-z])|合[闸閘]"
@@ -143,25 +144,32 @@ def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) 
     return Guess(settings, remarks=tuple(remarks))
 
 
-def guess_grid(longest: float, rate: float, sensor: Mapping) -> Guess:
+def guess_grid(longest: float, room: float, rate: float, sensor: Mapping) -> Guess:
     """Guess a grid that holds a motion, if that of the configuration does not.
+
+    It is no longer than that motion needs, nor than what each has in the record, by whole samples.
 
     Args:
         longest: Time from the first motion to the rest, ms.
+        room: Least time from a first motion to the next motion, or to the end of the record, ms.
         rate: Of the record, kHz.
         sensor: The section ``sensor`` of the configuration.
 
     Example:
         >>> sensor = {"start": -2.0, "stop": 58.0, "samples": 151}
-        >>> guess_grid(50.0, 10.0, sensor).settings, guess_grid(90.0, 10.0, sensor).settings
-        ({}, {'start': -4.0, 'stop': 116.0, 'samples': 151})
+        >>> guess_grid(50.0, 140.0, 10.0, sensor).settings
+        {}
+        >>> guess_grid(90.0, 140.0, 10.0, sensor).settings
+        {'start': -3.5, 'stop': 101.5, 'samples': 151}
     """
-    if longest <= sensor["stop"]:
+    if min(longest, room) <= sensor["stop"]:
         return Guess({})
-    step = (sensor["stop"] - sensor["start"]) / (sensor["samples"] - 1)
-    enough = [k for k in _SCALES if k * sensor["stop"] >= _LONGER * longest] or [_SCALES[-1]]
-    whole = [k for k in enough if abs(k * step * rate - round(k * step * rate)) < 1e-6]
-    k = (whole or enough)[0]
-    settings = {"start": k * sensor["start"], "stop": k * sensor["stop"]}
+    step = (sensor["stop"] - sensor["start"]) / (sensor["samples"] - 1) * rate
+    most, wanted = (step * each / sensor["stop"] for each in (room, _LONGER * longest))
+    samples = min(math.ceil(wanted - _WHOLE), math.floor(most + _WHOLE))
+    k = (samples if samples >= step else min(wanted, most)) / step
+    if k <= 1.0:
+        return Guess({})
+    settings = {key: float(f"{k * sensor[key]:.6g}") for key in ("start", "stop")}
     remark = f"a motion takes {longest:.0f} ms, longer than sensor.stop"
     return Guess(settings | {"samples": sensor["samples"]}, remarks=(remark,))

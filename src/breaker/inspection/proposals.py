@@ -121,7 +121,9 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     tried |= guesses[-1].settings
     found = [each for travel in travels for each in _motions(travel, file, layout, clock, sign)]
     longest = max(each.arrives - each.begins for each in found)
-    guesses.append(guess_grid(longest, clock.likely_rate, sensor))
+    room = min(travel.room(k) for travel in travels for k in range(len(travel.rises)))
+    rate = clock.likely_rate
+    guesses.append(guess_grid(longest, room / rate, rate, sensor))
     changed = guesses[-1].settings
     motions = _read(found, layout, tried, sensor | changed)
     if "ratio" in lacking:

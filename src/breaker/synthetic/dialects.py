@@ -5,7 +5,7 @@ units, a rate for the times, channels side by side, blank cells, steps, sign, ze
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +63,22 @@ class Dialect:
     def step(self) -> float:
         """The step of a reading, in the unit of the travel."""
         return self.settings.get("quantum") or 10.0**-self.digits
+
+    def reaching(self, way: float, folder: str | Path) -> "Dialect":
+        """Return the same of a drive with a longer way, mm: a table as of a longer lever.
+
+        Args:
+            folder: Where such a table is written.
+        """
+        table = self.settings.get("table")
+        if not table:
+            return self
+        degrees, mm = np.loadtxt(table, delimiter=",", skiprows=1).T
+        if (longer := 1.05 * way / mm[-1]) <= 1.0:
+            return self
+        file, lines = Path(folder, "longer.csv"), np.column_stack([degrees, longer * mm])
+        np.savetxt(file, lines, delimiter=",", header="deg,mm", comments="")
+        return replace(self, settings={**self.settings, "table": str(file)})
 
     def reading(self, travel: np.ndarray) -> np.ndarray:
         """Return what the instrument shows for travel in mm, in its unit and its steps."""

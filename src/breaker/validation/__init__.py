@@ -49,6 +49,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "parameters_of",
             "quality",
             "quality_words",
+            "with_width",
         ],
     },
 )

@@ -92,8 +92,8 @@ def contraction(draws: np.ndarray, *, prior_sd: ArrayLike, log: ArrayLike) -> np
     if prior_sd.shape != draws.shape[2:] or not np.all(prior_sd > 0):
         raise ValueError(f"prior_sd must be {draws.shape[2]} positive numbers, got {prior_sd}")
     sd = _scaled(draws, log).std(axis=1, ddof=1)
-    if not np.all(sd > 0):
-        raise ValueError(f"{np.count_nonzero(~(sd > 0))} posteriors have no width")
+    if none := np.count_nonzero(np.ptp(draws, axis=1) == 0.0):  # rounding leaves them an sd
+        raise ValueError(f"{none} posteriors have no width")
     return 1.0 - (sd / prior_sd) ** 2
 
 

@@ -13,6 +13,7 @@ __all__ = [
     "parameters_of",
     "quality",
     "quality_words",
+    "with_width",
 ]
 
 _FAMILY_LEVEL = 0.01
@@ -45,7 +46,8 @@ def quality(
     draws, truth = data.draws.values, data.truth.values
     judged = judge_draws(draws, truth)
     files = None if reader is None else judge_draws(reader.draws.values, reader.truth.values)
-    found = scores(draws, truth, prior_sd=prior_sd, log=log)
+    wide = with_width(data)
+    found = scores(wide.draws.values, wide.truth.values, prior_sd=prior_sd, log=log)
     covered = coverage(ranks(draws, truth), data.sizes["draw"], levels=(0.5, 0.95))
     return pd.DataFrame(
         {
@@ -103,6 +105,15 @@ def family_quality(data: xr.Dataset, *, log: bool) -> pd.DataFrame:
 def parameters_of(data: xr.Dataset) -> xr.Dataset:
     """Return a validation without the times of the drive's own contact, which has no symbol."""
     return data.isel(output=np.isin(data.output.values, [*NAMES, ONSET.name]))
+
+
+def with_width(data: xr.Dataset) -> xr.Dataset:
+    """Return a validation without curves whose draws are all the same one; all if each is so.
+
+    Such a posterior is of a record that was not resolved: it has a place, but neither sd nor score.
+    """
+    wide = (np.ptp(data.draws.values, axis=1) > 0.0).all(axis=1)
+    return data.isel(curve=wide) if wide.any() else data
 
 
 def quality_words(table: pd.DataFrame) -> str:

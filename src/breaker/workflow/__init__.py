@@ -10,8 +10,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "code": ["modules_of"],
-        "configuration": ["chosen_network", "load", "merge", "read"],
+        "configuration": ["check", "chosen_network", "load", "merge", "read"],
         "jobs": ["missing_packages", "set_threads", "start"],
+        "magnitudes": ["UNLIKE"],
         "operations": ["chunks_of", "recorded_source"],
         "sources": ["ConfigurationError", "refuse"],
     },

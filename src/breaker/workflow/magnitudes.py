@@ -15,15 +15,17 @@ from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
 
-__all__ = ["MAGNITUDES", "refused"]
+__all__ = ["MAGNITUDES", "UNLIKE", "refused"]
 
 _JOBS = 2000  # of a rule: Snakemake plans them in a minute
 _FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
 _TURNS = 1e6  # rate times length of a record: breaker.mechanism follows no more
 _FAR = 5.0  # prior sd at which a drive still has to be that slow
-_UNLIKE = 30.0  # times the reference drive: at most the root of 1,000, so that no slip fits
 _SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
 _LINKAGE = 0.1  # ms, least period that the simulation of a drive follows
+
+UNLIKE = 30.0
+"""Times the reference drive's that a median may be: less than the root of a slip of 1,000."""
 
 
 def _product(names: tuple[str, ...], most: float, *values: float) -> Iterator[str]:
@@ -53,7 +55,7 @@ def _reference() -> Mapping[str, Mapping[str, float]]:
 def _unlike(parameter: Parameter, median: float, size: Mapping[str, float]) -> Iterator[str]:
     """A unit that is wrong by 1,000, or a drive of another size without its size."""
     expected = _reference()[parameter.name]["median"] * Size(**size).factor(parameter.unit)
-    if not 1 / _UNLIKE <= median / expected <= _UNLIKE:
+    if not 1 / UNLIKE <= median / expected <= UNLIKE:
         yield (
             f"is {median:g}, {median / expected:,.4g} times that of the reference drive at this "
             f"size ({expected:.3g}). Its unit is {parameter.unit}. For a drive of another size, "
