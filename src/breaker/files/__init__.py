@@ -24,6 +24,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "names": ["label_of", "split_unit", "unit_of"],
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
+        "preamble": ["Preamble", "preamble_of", "read_preamble"],
+        "printed": ["Printed", "channel_of", "phase_in"],
         "proposal": ["propose_manifest"],
         "recorders": ["open_comtrade"],
         "settings": ["FORMAT", "TO_MM", "TO_MS", "complete"],

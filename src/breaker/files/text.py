@@ -8,8 +8,9 @@ from pathlib import Path
 
 from breaker.files.columns import Columns, columns_of
 from breaker.files.guards import RejectedCurveError, read_bytes
+from breaker.files.head import Table, find_head
 
-__all__ = ["read_text"]
+__all__ = ["read_text", "text_above"]
 
 _BLOCK = 2**20  # characters that are split into cells at a time
 _LONGEST_LINE = 100_000  # characters
@@ -21,6 +22,24 @@ def read_text(file: str | Path, settings: Mapping, channel: str = "") -> Columns
     """Read the columns of a text: see ``sources.read_columns``."""
     text = _decode(file, read_bytes(file), settings["encoding"])
     return columns_of(file, _blocks(file, text, settings["delimiter"]), settings, channel)
+
+
+def text_above(file: str | Path, settings: Mapping) -> tuple[list[list[str]], int]:
+    """Return the cells of the lines above the samples of a text, and the number of samples.
+
+    Raises:
+        RejectedCurveError: If the file cannot be read, or has no columns as the settings say.
+    """
+    text = _decode(file, read_bytes(file), settings["encoding"])
+    blocks = _blocks(file, text, settings["delimiter"])
+    lines, rows = next(blocks, ([], []))
+    first = find_head(Table(file, lines, rows, settings), "").first
+    samples = len(rows) - first + sum(len(each) for each, _ in blocks)
+    plain = [one for one in text[: text.find("\n", _BLOCK)].split("\n")]
+    above = rows[:first]
+    if settings["delimiter"] == " ":
+        above = [[plain[line - 1]] for line in lines[:first]]
+    return above, samples
 
 
 def _decode(file: str | Path, content: bytes, encoding: str) -> str:
