@@ -11,7 +11,6 @@ from breaker.files.naming import moments
 
 __all__ = ["Pair", "numbers_of", "pairs_of"]
 
-_MOST = (400, 300, 60)  # lines, signs of a cell, and cells of a line that are looked at
 _SIGN = re.compile(r"\s*(?:(?<!\d)[:=：]|[:=：](?!\d))\s*")
 _SPLIT = re.compile(r"[\t;|]|\s{2,}")
 _COMMAS = re.compile(r"[:=]\"?\s*,|,\s*,")  # a line of commas in a file of other signs
@@ -86,9 +85,9 @@ def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
     Bay  ('4',)
     """
     found = []
-    for place, row in zip(range(_MOST[0]), rows, strict=False):
+    for place, row in enumerate(rows):
         name, values = "", []
-        for cell, named in _tokens(row[: _MOST[2]]):
+        for cell, named in _tokens(row):
             if named and name:
                 found.append(_pair(name, values, place))
             if named:
@@ -127,7 +126,7 @@ def _tokens(row: Sequence[str]) -> list[tuple[str, bool]]:
 
 def _parts(cell: str) -> list[str]:
     """A cell, split where it is a line of other signs."""
-    cell = cell[: _MOST[1]].strip().strip('"').lstrip("#%! ")
+    cell = cell.strip().strip('"').lstrip("#%! ")
     if _COMMAS.search(cell):
         return [part.strip() for part in cell.split(",")]
     cell = re.sub(r"\s+(?=[:=：](?:\s|$))", "", cell)

@@ -22,6 +22,7 @@ __all__ = ["Preamble", "preamble_of", "read_preamble"]
 
 _NAN = math.nan
 _SECONDS = 20.0  # below it a length without a unit is one in s
+_MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at
 _AGREE = 0.02  # share by which a length may differ from that of the samples: a trigger, a last one
 _NAMES = {
     "station": r"\b(?:sub)?station\b|\bsite\b|\blocation\b|umspannwerk|schaltanlage|\bposte\b"
@@ -29,8 +30,8 @@ _NAMES = {
     "bay": r"\bbay\b|\bfeeder\b|\bfeld\b|abzweig|\btravée\b|\bbah[ií]a\b|\bvano\b|间隔",
     "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
     r"(?:typ|type|model|modell|tipo|型号)(?: designation)?$|schaltertyp",
-    "serial": r"\bserial\b|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)|serien\w*nummer|werknummer"
-    r"|n\S* de s[ée]rie|出厂编号",
+    "serial": r"\bserial\b|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
+    r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|n\S* de s[ée]rie|出厂编号",
 }
 _OTHER_THING = re.compile(
     r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive|antrieb|test|report"
@@ -89,7 +90,7 @@ class Preamble:
         station, bay, type, serial: Of the breaker.
         operation: Its motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
-        speed_points: Names and values of the points between which speeds are taken.
+        speed_points: The points between which speeds are taken.
         results: What the analyser found.
         doubts: What contradicts itself or can be read in two ways, in words.
     """
@@ -107,7 +108,7 @@ class Preamble:
     serial: str = ""
     operation: str = ""
     phases: Mapping[int, str] = field(default_factory=dict)
-    speed_points: tuple[tuple[str, str], ...] = ()
+    speed_points: tuple[Pair, ...] = ()
     results: tuple[Printed, ...] = ()
     doubts: tuple[str, ...] = ()
 
@@ -135,6 +136,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     >>> found.rate, found.serial
     (10.0, '17')
     """
+    rows = [[cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]]]
     pairs = pairs_of(rows)
     named = {key: _named(pairs, words) for key, words in _NAMES.items()}
     stated, length = rate_of(pairs, decimal), _length(pairs, decimal)
@@ -144,7 +146,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     if len({*dates}) > 1:
         unsure = (*unsure, f"the date of the test is {dates[0]} or {dates[1]}")
     units = (p.text for p in pairs if _UNIT.search(p.name.lower()))
-    points = ((_label(p), " ".join(p.values)) for p in pairs if _POINT.search(p.name.lower()))
+    points = (p for p in pairs if _POINT.search(p.name.lower()))
     return Preamble(
         pairs=tuple(pairs),
         rate=rate,
@@ -177,10 +179,6 @@ def read_preamble(file: str | Path, settings: Mapping) -> Preamble:
         return Preamble()
     rows, samples = text_above(file, settings)
     return preamble_of(rows, settings["decimal"], samples)
-
-
-def _label(pair: Pair) -> str:
-    return f"{pair.name} ({pair.unit})" if pair.unit else pair.name
 
 
 def _named(pairs: Sequence[Pair], words: str) -> str:

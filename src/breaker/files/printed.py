@@ -7,9 +7,11 @@ from typing import NamedTuple
 
 from breaker.files.pairs import Pair, numbers_of
 
-__all__ = ["Printed", "channel_of", "phase_in", "printed_of"]
+__all__ = ["Printed", "channel_of", "motion_of", "phase_in", "printed_of"]
 
 _QUANTITIES = {  # the first that a name has
+    "maximum_speed": r"\b(?:max|peak)\w*\W.*(?:veloc|speed|geschw)",
+    "maximum_travel": r"\b(?:max|peak)\w*\W.*(?:travel|stroke)",
     "over_travel": r"over.?\s?(?:travel|stroke|shoot)|überhub|überschwing|sobre\w*carrera|超程",
     "rebound": r"re.?bound|back.?\s?travel|rückprall|rebote|反弹",
     "wipe": r"\bwipe\b|penetration|contact (?:travel|engagement)",
@@ -139,7 +141,7 @@ def printed_of(
 def _fits(each: Printed) -> bool:
     """Whether a result is a number in a unit that its quantity may have."""
     units = _TIMES if each.quantity.endswith("time") else _LENGTHS
-    units = _SPEEDS if each.quantity == "speed" else units
+    units = _SPEEDS if each.quantity.endswith("speed") else units
     return math.isfinite(each.value) and (not each.unit or each.unit.lower() in units)
 
 
