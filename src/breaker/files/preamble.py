@@ -87,6 +87,7 @@ class Preamble:
         travel_unit: As it stands in the file.
         dates: Of the test, with its time if that is stated, as ISO 8601: with the day before the
             month, and after it. They are alike where nothing is open.
+        day_first: Whether dates of the text have the day before the month; None if that is open.
         station, bay, type, serial: Of the breaker.
         operation: Its motions, such as ``"C-O"``.
         phases: Names of phases by number of the channel, from 1; by 0 that of all.
@@ -102,6 +103,7 @@ class Preamble:
     ratio: float = _NAN
     travel_unit: str = ""
     dates: tuple[str, ...] = ()
+    day_first: bool | None = None
     station: str = ""
     bay: str = ""
     type: str = ""
@@ -142,7 +144,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     stated, length = rate_of(pairs, decimal), _length(pairs, decimal)
     rate, doubt = _checked(stated, length, samples)
     ratio, unsure = _ratio(pairs, decimal)
-    dates = _dates(pairs)
+    dates, day_first = _dates(pairs)
     if len({*dates}) > 1:
         unsure = (*unsure, f"the date of the test is {dates[0]} or {dates[1]}")
     units = (p.text for p in pairs if _UNIT.search(p.name.lower()))
@@ -155,6 +157,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
         ratio=ratio,
         travel_unit=next(units, ""),
         dates=dates,
+        day_first=day_first,
         operation=_operation(pairs),
         phases=_phases(pairs),
         speed_points=tuple(points),
@@ -230,13 +233,15 @@ def _ratio(pairs: Sequence[Pair], decimal: str) -> tuple[float, tuple[str, ...]]
     return _NAN, ()
 
 
-def _dates(pairs: Sequence[Pair]) -> tuple[str, ...]:
-    """The date of the test in both orders of day and month, or in that of other dates."""
+def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
+    """The date of the test in both orders of day and month, or in that of all dates if any tells,
+    and which that is.
+    """
     every = [(pair, dates_of(pair.text)) for pair in pairs if _DATE.search(pair.name.lower())]
     own = [each for each in every if each[1] and not _OTHER_DATE.search(each[0].name.lower())]
     own.sort(key=lambda each: not _TEST.search(each[0].name.lower()))
     if not own:
-        return ()
+        return (), None
     pair, found = own[0]
     # A 14th month decides for the other dates, too.
     orders = {first for _, each in every if len(each) == 1 for first in each}
@@ -244,7 +249,8 @@ def _dates(pairs: Sequence[Pair]) -> tuple[str, ...]:
         found = {first: found[first] for first in orders}
     clocks = (clock_of(p.text) for p in pairs if _TIME.search(p.name.lower()))
     clock = clock_of(" ".join(pair.values)) or next(filter(None, clocks), "")
-    return tuple(dict.fromkeys(found[first] + clock for first in sorted(found, reverse=True)))
+    dates = tuple(dict.fromkeys(found[first] + clock for first in sorted(found, reverse=True)))
+    return dates, orders.pop() if len(orders) == 1 else None
 
 
 def _operation(pairs: Sequence[Pair]) -> str:

@@ -28,7 +28,15 @@ from breaker.inspection.printed_results import Compared, compare_printed, phase_
 from breaker.inspection.timing import Clock, find_clock
 from breaker.records import Grid, Record, Scale, noise_remarks, read_record
 
-__all__ = ["NOT_READ", "InspectedMotion", "InspectionError", "Proposal", "inspect_file"]
+__all__ = [
+    "NOT_READ",
+    "InspectedMotion",
+    "InspectionError",
+    "Proposal",
+    "chosen_travels",
+    "inspect_file",
+    "motions_of",
+]
 
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
@@ -116,7 +124,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     """
     file = Path(file)
     clock = find_clock(layout := look_into(file))
-    travels, unused = _chosen(file, layout, clock, channel)
+    travels, unused = chosen_travels(file, layout, clock, channel)
     direction = guess_direction(file, layout, travels)
     guesses = [guess_time(layout, clock), guess_unit(layout, travels), direction]
     settings, lacking = {**FORMAT, **layout.settings}, {}
@@ -133,7 +141,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     found = [
         replace(each, phase=phase_of(layout, travel.place, order))
         for order, travel in enumerate(travels, start=1)
-        for each in _motions(travel, file, layout, clock, sign)
+        for each in motions_of(travel, file, layout, clock, sign)
     ]
     longest = max(each.arrives - each.begins for each in found)
     guesses.append(guess_grid(longest, clock.likely_rate, sensor))
@@ -158,10 +166,10 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     )
 
 
-def _chosen(
+def chosen_travels(
     file: Path, layout: Layout, clock: Clock, channel: str
 ) -> tuple[list[Travel], list[str]]:
-    """The columns of travel, or the one that is asked for, and what is left out of them."""
+    """Return the columns of travel, or the one that is asked for, and what is left out of them."""
     travels = find_travels(layout, clock)
     if not travels:
         raise InspectionError(
@@ -184,10 +192,10 @@ def _chosen(
     raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
 
 
-def _motions(
+def motions_of(
     travel: Travel, file: Path, layout: Layout, clock: Clock, sign: int
 ) -> list[InspectedMotion]:
-    """The motions of a channel, to be read. One that is there more than once needs its part."""
+    """Return the motions of a channel; one that is there more than once needs its part."""
     rate, start = clock.likely_rate, 0.0
     if clock.place is not None:
         start = float(layout.columns[clock.place][0]) * TO_MS[clock.unit]
