@@ -103,6 +103,7 @@ def test_all_of_an_analysers_preamble():
 LAYOUTS = {
     "cells": ("Umspannwerk: Nord\nAbzweig: E04\nSerien-Nr.: 17", "\0"),
     "equals": ("Station = Nord\nBay = E04\nSerial number = 17", "\0"),
+    "bare pairs": ("Station,Nord,Bay,E04\nSerial No,17,Test Date,2021-03-04", ","),
     "tabs": ("Station\tNord\t\tBay\tE04\nSerial No.\t17", "\t"),
     "semicolons": ("Station;Nord\nBay;E04\nS/N;17", ";"),
     "pairs": ("Station :,Nord,,,Bay :,E04,,\nTransducer Serial No :,9,,Serial No :,17,,,", ","),
@@ -210,6 +211,16 @@ def test_of_a_file(tmp_path):
     assert read_preamble(file, SETTINGS | {"encoding": "latin-1"}).serial == "Münster 1"
     with pytest.raises(RejectedCurveError, match="encoding"):
         read_preamble(file, SETTINGS)
+
+
+def test_of_a_workbook(tmp_path):
+    book = pytest.importorskip("openpyxl").Workbook()
+    lines = preamble(rate=5.0, length=8.0)
+    for line in [*(line.split(",") for line in lines), ["Travel 1 (mm)"], *[[0.1]] * 40]:
+        book.active.append(line)
+    book.save(tmp_path / "a.xlsx")
+    found = read_preamble(tmp_path / "a.xlsx", SETTINGS)
+    assert (found.rate, found.serial, found.rate_doubt) == (5.0, "HV-20417", "")
 
 
 def test_nothing_above_the_samples(tmp_path):

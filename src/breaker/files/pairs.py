@@ -115,6 +115,8 @@ def _tokens(row: Sequence[str]) -> list[tuple[str, bool]]:
     filled = [cell for cell in cells if cell]
     if len(filled) == 1 and (behind := _BEHIND.fullmatch(filled[0])):
         return [(behind[1].strip(" ,"), True), (behind[2], False)]
+    if len(filled) == len(cells) > 2 and len(cells) % 2 == 0 and all(map(_is_word, cells[::2])):
+        return [(cell, place % 2 == 0) for place, cell in enumerate(cells)]
     # Without a sign the first cell is a name, and so is one behind a blank cell and before another.
     tokens, before = [], ""
     for i, cell in enumerate(cells):
@@ -122,6 +124,11 @@ def _tokens(row: Sequence[str]) -> list[tuple[str, bool]]:
         tokens.append((cell, bool(begins)))
         before = cell
     return tokens
+
+
+def _is_word(cell: str) -> bool:
+    """Whether a cell without a sign may be a name rather than a value, a phase or a unit."""
+    return re.match(r"[^\W\d_].*[^\W\d_]{2}", cell) is not None
 
 
 def _parts(cell: str) -> list[str]:

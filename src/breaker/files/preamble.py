@@ -15,8 +15,9 @@ from breaker.files.pairs import Pair, numbers_of, pairs_of
 from breaker.files.printed import Printed, phase_in, printed_of
 from breaker.files.rates import StatedRate, rate_of
 from breaker.files.settings import TO_MS, complete
-from breaker.files.sources import is_other_kind
+from breaker.files.sources import is_other_kind, understood
 from breaker.files.text import text_above
+from breaker.files.workbooks import workbook_above
 
 __all__ = ["Preamble", "preamble_of", "read_preamble"]
 
@@ -178,9 +179,13 @@ def read_preamble(file: str | Path, settings: Mapping) -> Preamble:
         RejectedCurveError: If the file cannot be read.
     """
     settings = complete(settings)
-    if is_other_kind(file):
+    if not is_other_kind(file):
+        rows, samples = text_above(file, settings)
+    elif Path(file).suffix.lower() in (".xlsx", ".xlsm"):
+        with understood(file):
+            rows, samples = workbook_above(file, settings)
+    else:
         return Preamble()
-    rows, samples = text_above(file, settings)
     return preamble_of(rows, settings["decimal"], samples)
 
 

@@ -6,9 +6,8 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from breaker.files.columns import Columns, columns_of
+from breaker.files.columns import Columns, columns_of, rows_above
 from breaker.files.guards import RejectedCurveError, read_bytes
-from breaker.files.head import Table, find_head
 
 __all__ = ["read_text", "text_above"]
 
@@ -32,13 +31,10 @@ def text_above(file: str | Path, settings: Mapping) -> tuple[list[list[str]], in
     """
     text = _decode(file, read_bytes(file), settings["encoding"])
     blocks = _blocks(file, text, settings["delimiter"])
-    lines, rows = next(blocks, ([], []))
-    first = find_head(Table(file, lines, rows, settings), "").first
-    samples = len(rows) - first + sum(len(each) for each, _ in blocks)
-    plain = [one for one in text[: text.find("\n", _BLOCK)].split("\n")]
-    above = rows[:first]
-    if settings["delimiter"] == " ":
-        above = [[plain[line - 1]] for line in lines[:first]]
+    lines, above, samples = rows_above(file, blocks, settings)
+    if settings["delimiter"] == " ":  # those between the words of a text, too
+        whole = text[: text.find("\n", _BLOCK)].split("\n")
+        above = [[whole[line - 1]] for line in lines]
     return above, samples
 
 

@@ -121,7 +121,8 @@ def _time(proposal: Proposal) -> str:
         column = proposal.layout.column(clock.place)
         return f"time: column {column!r} in {clock.unit}, {clock.rate:.4g} kHz, {lasts}"
     if np.isnan(clock.rate):
-        return "time: no column, and no rate is stated"
+        why = "the rate is doubtful" if proposal.layout.stated.rate_doubt else "no rate is stated"
+        return f"time: no column, and {why}"
     return f"time: no column, {clock.rate:g} kHz, {lasts}"
 
 
