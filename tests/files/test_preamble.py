@@ -49,6 +49,14 @@ def split(text, sign=","):
         ("Abtastrate: 12,5 kHz", 12.5),
         ("Sample rate (Hz): 20,000", 20.0),
         ("Travel Speed Range (kHz) : x", None),
+        ("Sampling Speed : 10 kC, Resistance Range : 8000 uOhm", 10.0),
+        ("Sampling Speed,:,10,kC,,Plot Length,:,400,ms", 10.0),
+        ("No of Samples/ms : 10", 10.0),
+        ("Samples per ms : 10", 10.0),
+        ("Samples/sec : 10000", 10.0),
+        ("Sampling Rate (per sec) : 5000", 5.0),
+        ("Time Base: 0.1 ms/sample", 10.0),
+        ("Operation : C - 0.3s - O, Sampling = 10kHz", 10.0),
     ],
 )
 @pytest.mark.parametrize("sign", ["\0", ",", ";"])
@@ -121,6 +129,7 @@ def test_pairs_in_any_layout(name):
 RESULTS = {
     "by channel": "Channel,Stroke (mm),Over Travel (mm)\nR,178.0,9.1\nY,178.4,9.2",
     "by quantity": "Parameter,Unit,R,Y\nStroke,mm,178.0,178.4\nOver Travel,mm,9.1,9.2",
+    "phases alone": "R-Phase,Y-Phase\nStroke (mm),178.0,178.4\nOver Travel (mm),9.1,9.2",
     "pairs": "Stroke R (mm) :,178.0,,Stroke Y (mm) :,178.4\n"
     "Over-travel Phase R: 9.1 mm\nOver-travel Phase Y = 9.2 mm",
 }
@@ -129,7 +138,10 @@ RESULTS = {
 @pytest.mark.parametrize("name", RESULTS)
 def test_results_in_any_layout(name):
     found = preamble_of(split(RESULTS[name])).results
-    got = {(each.quantity, each.channel[-1], each.value, each.unit) for each in found}
+    got = {
+        (each.quantity, each.channel.removesuffix("-Phase")[-1], each.value, each.unit)
+        for each in found
+    }
     assert got == {
         ("stroke", "R", 178.0, "mm"),
         ("stroke", "Y", 178.4, "mm"),

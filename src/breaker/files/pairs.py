@@ -12,7 +12,7 @@ from breaker.files.naming import moments
 __all__ = ["Pair", "numbers_of", "pairs_of"]
 
 _SIGN = re.compile(r"\s*(?:(?<!\d)[:=：]|[:=：](?!\d))\s*")
-_SPLIT = re.compile(r"[\t;|]|\s{2,}")
+_SPLIT = re.compile(r"[\t;|]|\s{2,}|,\s*(?=[^\W\d_][^,:=]{1,60}[:=](?!\d))")
 _COMMAS = re.compile(r"[:=]\"?\s*,|,\s*,")  # a line of commas in a file of other signs
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"({_NUMBER})\s*([^\d\s:,;]\S{{0,11}})?")
@@ -107,7 +107,12 @@ def _pair(name: str, values: Sequence[str], row: int) -> Pair:
 
 def _tokens(row: Sequence[str]) -> list[tuple[str, bool]]:
     """Cells of a line, and whether each is a name: by the sign behind it, or else by its place."""
-    cells = [part for cell in row for part in _parts(cell)]
+    cells: list[str] = []
+    for part in (part for cell in row for part in _parts(cell)):
+        if part in (":", "=") and cells:
+            cells[-1] += part  # in a cell of its own
+        else:
+            cells.append(part)
     if any(_SIGN.search(cell) and not moments(cell) for cell in cells) or any(
         re.match(r"[^\d\W].*?[:=：]", cell) for cell in cells
     ):

@@ -26,7 +26,7 @@ _SECONDS = 20.0  # below it a length without a unit is one in s
 _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at
 _AGREE = 0.02  # share by which a length may differ from that of the samples: a trigger, a last one
 _NAMES = {
-    "station": r"\b(?:sub)?station\b|\bsite\b|\blocation\b|umspannwerk|schaltanlage|\bposte\b"
+    "station": r"\b(?:sub)?station\b|umspannwerk|schaltanlage|\bposte\b"
     r"|subestaci|\bs/s\b|变电站",
     "bay": r"\bbay\b|\bfeeder\b|\bfeld\b|abzweig|\btravée\b|\bbah[ií]a\b|\bvano\b|间隔",
     "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
@@ -142,6 +142,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     rows = [[cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]]]
     pairs = pairs_of(rows)
     named = {key: _named(pairs, words) for key, words in _NAMES.items()}
+    named["station"] = named["station"] or _named(pairs, r"\bsite\b|\blocation\b")
     stated, length = rate_of(pairs, decimal), _length(pairs, decimal)
     rate, doubt = _checked(stated, length, samples)
     ratio, unsure = _ratio(pairs, decimal)

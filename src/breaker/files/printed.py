@@ -31,7 +31,7 @@ _NO_RESULT = re.compile(
 )
 _NONE = r"(?<![^\W\d_])"
 _CHANNEL = re.compile(
-    rf"{_NONE}(?:ch|channel|kanal|travel|trans(?:ducer)?|tr|pole|pol)[\W_]*(\d+)\b", re.I
+    rf"{_NONE}(?:ch|channel|kanal|travel|trans(?:ducer)?|tr?|pole|pol)[\W_]*(\d+)\b", re.I
 )
 _PHASE = re.compile(
     rf"{_NONE}(?:(?:phase|pole|pol|leiter|ph)[\s_.:-]*(l?[123]|[a-cr-wy]|red|yellow|blue)(?![^\W_])"
@@ -161,6 +161,8 @@ def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed],
             head = cells if _is_head(cells) else None
             taken |= {place} if head else set()
         elif head:
+            # The names of channels may stand alone, with none of the column of quantities.
+            head = ["", *head] if len(head) == len(cells) - 1 else head
             each = list(_row(head, cells, numbers, title))
             found += filter(_fits, each)
             taken |= {place} if each else set()
@@ -169,9 +171,10 @@ def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed],
 
 def _is_head(cells: Sequence[str]) -> bool:
     """Whether a line has names of channels, or of quantities, side by side."""
-    channels = sum(bool(channel_of(cell) or phase_in(cell)) for cell in cells[1:])
-    quantities = sum(bool(quantity_of(cell)) for cell in cells[1:])
-    return bool(_HEADS.search(cells[0])) and max(channels, quantities) >= 1
+    channels = [bool(channel_of(cell) or phase_in(cell)) for cell in cells]
+    quantities = [bool(quantity_of(cell)) for cell in cells[1:]]
+    named = _HEADS.search(cells[0]) and (any(channels[1:]) or any(quantities))
+    return bool(named) or all(channels)
 
 
 def _row(head: Sequence[str], cells: Sequence[str], numbers: Sequence[float], title: str):

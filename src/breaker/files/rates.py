@@ -18,6 +18,8 @@ _UNIT = re.compile(
     r"(k|kilo|m|mega)?(?:hz|hertz|sps|(?:s|sa|samples?|pts|points|1)/s(?:ec)?)|k(?:c|cs|cps|c/s)"
     r"|(?P<ms>(?:s|sa|samples?|pts|points|1)?/ms)"
 )
+_PER = re.compile(r"(?:\bper |\bsamples? ?/) ?(m?s)(?:ec(?:ond)?s?)?\b")  # in the name
+_EACH = re.compile(r"([µμu]?\w+) ?(?:/|per) ?samples?")
 _SIZES = {None: 1e-3, "k": 1.0, "kilo": 1.0, "m": 1e3, "mega": 1e3}
 _RATE = re.compile(
     r"sampl|abtast|messrate|\brate\b|scan|acquisition|échantillon|echantillon|muestr|campion|takt"
@@ -89,11 +91,15 @@ def _per_ms(unit: str) -> float:
 def _rates(pair: Pair, decimal: str) -> list[tuple[float, bool]]:
     """Rates of a recorder, kHz, that a pair states, and whether each is sure."""
     name = pair.name.lower()
-    if _OTHER.search(name):
-        return []
     number, unit = pair.number(decimal)
     if not number > 0:
         return []
+    if (per := _PER.search(f"{name} {unit.lower()}")) and _RATE.search(name):
+        return _fit([number / TO_MS[per[1]]], sure=True)
+    if _OTHER.search(name):
+        return []
+    if (each := _EACH.fullmatch(unit.lower())) and each[1] in TO_MS:
+        return _fit([1.0 / (number * TO_MS[each[1]])], sure=True)
     step, named = _STEP.search(name), _RATE.search(name)
     if (ms := TO_MS.get(unit_of(unit))) is not None:
         return _fit([1.0 / (number * ms)], sure=True) if step else []
