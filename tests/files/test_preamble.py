@@ -89,6 +89,12 @@ def test_a_length_confirms_a_rate_without_a_unit():
     assert found.rate == 10.0
 
 
+@pytest.mark.parametrize("length", ["4000", "4", "400"])
+def test_a_length_without_a_unit_may_be_that_of_samples(length):
+    found = preamble_of([["Sampling Rate:", "10 kHz"], ["Plot Length:", length]], samples=4000)
+    assert found.rate == 10.0
+
+
 def test_all_of_an_analysers_preamble():
     results = {"Stroke (mm)": [178.0, 178.4], "Closing Velocity (m/s)": [4.3, 4.4]}
     lines = preamble(results=results, channels=2, ratio=1.64, motions=("closing", "opening"))

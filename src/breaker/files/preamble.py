@@ -22,7 +22,7 @@ from breaker.files.workbooks import workbook_above
 __all__ = ["Preamble", "preamble_of", "read_preamble"]
 
 _NAN = math.nan
-_SECONDS = 20.0  # below it a length without a unit is one in s
+_SHORTEST = 20.0  # ms, of a record whose length has no unit
 _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at
 _AGREE = 0.02  # share by which a length may differ from that of the samples: a trigger, a last one
 _NAMES = {
@@ -143,7 +143,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     pairs = pairs_of(rows)
     named = {key: _named(pairs, words) for key, words in _NAMES.items()}
     named["station"] = named["station"] or _named(pairs, r"\bsite\b|\blocation\b")
-    stated, length = rate_of(pairs, decimal), _length(pairs, decimal)
+    stated, length = rate_of(pairs, decimal), _length(pairs, decimal, samples)
     rate, doubt = _checked(stated, length, samples)
     ratio, unsure = _ratio(pairs, decimal)
     dates, day_first = _dates(pairs)
@@ -199,13 +199,13 @@ def _named(pairs: Sequence[Pair], words: str) -> str:
     return ""
 
 
-def _length(pairs: Sequence[Pair], decimal: str) -> float:
-    """Length of the record or its plot, ms; without a unit, plots of 20 s do not occur."""
+def _length(pairs: Sequence[Pair], decimal: str, samples: int) -> float:
+    """Length of the record or its plot, ms; a number without a unit may be that of samples."""
     for pair in pairs:
         number, unit = pair.number(decimal)
         if _LENGTH.search(pair.name.lower()) and number > 0:
-            to_ms = TO_MS.get(unit_of(unit) or ("ms" if number >= _SECONDS else "s"), _NAN)
-            return number * to_ms
+            bare = "ms" if number >= _SHORTEST and abs(number - samples) > 1 else ""
+            return number * TO_MS.get(unit_of(unit) if unit else bare, _NAN)
     return _NAN
 
 
