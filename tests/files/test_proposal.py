@@ -1,5 +1,6 @@
 """A table is proposed for any folder of records, says what to check, and can be read as it is."""
 
+import csv
 import os
 
 import pytest
@@ -8,6 +9,7 @@ from breaker.cli import main
 from breaker.files.listing import list_operations
 from breaker.files.manifest import read_manifest
 from breaker.files.proposal import propose_manifest
+from tests.exports import write
 
 
 def folder_of(tmp_path, *names):
@@ -145,3 +147,74 @@ def test_the_configuration_says_which_motions_have_rows(tmp_path, capsys):
     config.write_text("motions: [closed]")
     assert main(arguments) == 1
     assert "The configuration has a problem" in capsys.readouterr().err
+
+
+def analysers(tmp_path, *given):
+    """A folder with exports of an analyser, and the table that the command writes of it."""
+    for name, settings in given:
+        write(tmp_path / name, **settings)
+    assert main(["manifest", str(tmp_path), "--output", str(tmp_path / "operations.csv")]) == 0
+    with open(tmp_path / "operations.csv", encoding="utf-8") as table:
+        return list(csv.DictReader(table))
+
+
+def test_an_analysers_files_say_breaker_phase_date_and_motion(tmp_path, capsys):
+    rows = analysers(
+        tmp_path,
+        ("b_20-11-2024.csv", {"date": "14/03/2021", "unused": "cross"}),
+        ("a.csv", {"date": "02/04/2023", "motions": ("opening",)}),
+        ("c.csv", {"serial": "HV-2", "date": "15/03/2021", "seed": 1}),
+    )
+    said = [(r["breaker"], r["motion"], r["operation"], r["phase"], r["date"][:10]) for r in rows]
+    phases = "RYB"
+    assert said == [
+        *(("HV-2", "closing", "1", phase, "2021-03-15") for phase in phases),
+        *(("HV-20417", "closing", "1", phase, "2021-03-14") for phase in phases),
+        *(("HV-20417", "opening", "1", phase, "2023-04-02") for phase in phases),
+    ]
+    assert [row["channel"] for row in rows[:3]] == ["Travel 1", "Travel 2", "Travel 3"]
+    assert "rate" not in rows[0]
+    shown = capsys.readouterr().err
+    assert "dates of 1 files have the day before the month, as others do" in shown
+    assert len(read_manifest(tmp_path / "operations.csv")) == 9
+
+
+def test_the_bay_is_the_breaker_where_no_serial_number_is_stated(tmp_path):
+    rows = analysers(tmp_path, ("a.csv", {"serial": "", "bay": "E04"}))
+    assert {row["breaker"] for row in rows} == {"E04"}
+
+
+def test_two_motions_of_a_kind_in_a_file_are_two_operations(tmp_path):
+    motions = ("opening", "closing", "opening")
+    rows = analysers(tmp_path, ("a.csv", {"motions": motions, "length": 600.0, "channels": 1}))
+    found = [(row["motion"], row["operation"], row["from"], row["to"]) for row in rows]
+    assert [each[:2] for each in found] == [("closing", "1"), ("opening", "1"), ("opening", "2")]
+    assert found[0][2:] == ("", "")
+    assert float(found[1][3]) < 205.0 < float(found[2][2])
+
+
+def test_copies_and_what_differs_between_files_are_named(tmp_path, capsys):
+    both = {"motions": ("closing",), "channels": 1}
+    rows = analysers(
+        tmp_path,
+        ("a.csv", both),
+        ("b.csv", both),
+        ("c.csv", both | {"rate": 20.0, "ratio": 1.64, "date": "02/04/2021"}),
+        ("d.csv", both | {"plot": 800.0, "date": "02/05/2021"}),
+    )
+    assert [(row["file"], row["rate"]) for row in rows] == [
+        ("a.csv", "10"),
+        ("c.csv", "20"),
+        ("d.csv", ""),
+    ]
+    shown = capsys.readouterr().err
+    assert "left out: b.csv has the content of a.csv" in shown
+    assert "files differ in the stated rate: 10 kHz, 20 kHz" in shown
+    assert "files differ in the stated ratio: 1, 1.64" in shown
+    assert "the rate of 1 files is doubtful, first d.csv: 'Sampling Speed (kC): 10'" in shown
+
+
+def test_a_date_that_no_file_decides_is_left_empty(tmp_path, capsys):
+    rows = analysers(tmp_path, ("a_03-02-2021.csv", {"date": "02/03/2021"}))
+    assert {row["date"] for row in rows} == {""}
+    assert "day and month may be either, and no other file tells" in capsys.readouterr().err

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from breaker.files.preamble import preamble_of
 from breaker.inspection import proposals
 from breaker.inspection.contents import look_into
 from breaker.inspection.proposals import inspect_file
-from breaker.inspection.timing import stated_rates
 from breaker.inspection.wording import report_of
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
@@ -92,4 +92,5 @@ def test_lines_that_are_short_long_or_quoted_oddly_hide_no_others(tmp_path, bad)
 
 def test_long_texts_above_the_samples_take_no_time():
     """Each digit may begin a number: what is looked for takes the square of a line's length."""
-    assert stated_rates(["rate: " + "1," * 50_000 + "x", "Rate: 10 kHz"] * 3000) == [10.0]
+    lines = [["rate: " + "1," * 50_000 + "x"], ["Rate: 10 kHz"]] * 3000
+    assert preamble_of(lines).rate == 10.0

@@ -34,9 +34,10 @@ def add(commands) -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "lines")], [options.folder, *options.config])
     from breaker.files import propose_manifest
+    from breaker.inspection import describe_file
 
     motions = settings_of(options.config)["motions"]
-    text, remarks = propose_manifest(options.folder, options.channels, motions)
+    text, remarks = propose_manifest(options.folder, options.channels, motions, describe_file)
     if options.output:
         write_lines(options.output, text)
     else:

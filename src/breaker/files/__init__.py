@@ -10,6 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "cells": ["EVENTS", "event_words"],
+        "described": ["Description", "Part"],
         "grids": ["open_grid", "unit_text"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],
         "listing": ["ENDINGS", "fingerprint", "list_known", "list_operations", "record_files"],
@@ -24,6 +25,9 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "names": ["label_of", "split_unit", "unit_of"],
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
+        "preamble": ["Preamble", "preamble_of", "read_preamble"],
+        "printed": ["Printed", "channel_of", "motion_of", "phase_in"],
+        "rates": ["RATES"],
         "proposal": ["propose_manifest"],
         "recorders": ["open_comtrade"],
         "settings": ["FORMAT", "TO_MM", "TO_MS", "complete"],

@@ -47,6 +47,7 @@ _SPELLINGS = {
 # Known, but of no time or travel that the settings can have: they contradict any of these.
 _OTHERS = (
     "ns min h dm km nm ft mil thou mrad gon A mA kA mV kV W N kN Pa bar Hz kHz Ω ohm °C "
+    "uOhm µOhm μOhm mOhm kOhm uΩ µΩ μΩ mΩ kΩ "
     "m/s mm/s mm/ms cm/s ft/s in/s deg/s rad/s m/s² m/s2 g"
 )
 _KNOWN = {each: unit for unit, spelt in _SPELLINGS.items() for each in spelt.split()}

@@ -4,14 +4,17 @@ Light to import.
 """
 
 import csv
+import math
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
 from breaker.files.cells import MOTIONS
+from breaker.files.described import Description, Part, descriptions
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
 from breaker.files.manifest import ABOUT
@@ -20,6 +23,7 @@ from breaker.files.naming import Moment, moments, natural, numbers_in
 __all__ = ["propose_manifest"]
 
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
+_LONGEST = 200  # signs of a cell
 _WORDS = {
     "closing": {"closing", "close", "closes", "ein"},
     "opening": {"opening", "open", "opens", "trip", "tripping", "aus"},
@@ -33,33 +37,75 @@ class _File(NamedTuple):
         path: From the folder of the table, with / between its parts.
         stem: Name without ending.
         motions: The one that its folders, or else its name, say it holds; both if none does.
-        breaker: Its other folders.
+        folder: Its other folders.
         date: The first one in its name, None without one.
         written: When the file was written, s.
+        seen: What is seen in it.
     """
 
     path: str
     stem: str
     motions: tuple[str, ...]
-    breaker: str
+    folder: str
     date: Moment | None
     written: float
+    seen: Description = Description()
+
+    def described(self, seen: Description) -> "_File":
+        """The same with what is seen in the file, whose motions go before what names say."""
+        held = {part.motion for part in seen.parts}
+        motions = tuple(motion for motion in MOTIONS if motion in held)
+        return self._replace(seen=seen, motions=motions or self.motions)
+
+    @property
+    def breaker(self) -> str:
+        """Serial number, or else bay, as stated, or else its folders."""
+        stated = self.seen.preamble
+        return (stated.serial or stated.bay or self.folder)[:_LONGEST]
+
+    @property
+    def day(self) -> str:
+        """Date of the test as stated, or else that in the name; empty where there is none."""
+        named = "" if self.date is None else self.date.iso
+        return named if not self.seen.preamble.dates else self.seen.preamble.date
+
+
+class _Row(NamedTuple):
+    """An operation of one motion: its file, and which of the motions of that kind in there."""
+
+    file: _File
+    motion: str
+    place: int
+
+    @property
+    def parts(self) -> list[Part]:
+        """That motion in each channel, where it is seen."""
+        own = [part for part in self.file.seen.parts if part.motion == self.motion]
+        channels = dict.fromkeys(part.channel for part in own)
+        each = ([part for part in own if part.channel == channel] for channel in channels)
+        return [of[self.place] for of in each if len(of) > self.place]
 
 
 def propose_manifest(
-    folder: str | Path, channels: Sequence[str] = (), motions: Sequence[str] = MOTIONS
+    folder: str | Path,
+    channels: Sequence[str] = (),
+    motions: Sequence[str] = MOTIONS,
+    look: Callable[[Path], Description] | None = None,
 ) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
-    The motion comes from folders named after it, or else from the name; other folders are breakers.
-    The counter comes from the names where they leave no doubt; else operations are numbered from 1,
-    by the dates in the names, or else by the times at which the files were written.
+    Breaker, phases and date are those that the files state; a file that has the content of another
+    is left out. Else the motion comes from folders named after it, or else from the name; other
+    folders are breakers. The counter comes from the names where they leave no doubt; else
+    operations are numbered from 1, by their dates, or else by the times at which the files were
+    written.
 
     Args:
         folder: Folder of the curve files.
         channels: Columns of travel that each file has, side by side: a row for each, and each a
             phase of its own.
         motions: Which motions have rows; a file of another one is left out.
+        look: Says what is seen in a file, so that it is not only its name that tells.
 
     Returns:
         The text of the table, and what to check in it, in words.
@@ -72,6 +118,10 @@ def propose_manifest(
             f"there is no folder {printable(folder)!r}; name that of the curve files"
         )
     every, remarks = _files(Path(folder))
+    if look:
+        seen, said = descriptions(Path(folder), [file.path for file in every], look)
+        every = [file.described(seen[file.path]) for file in every if file.path in seen]
+        remarks += said
     files = [file for file in every if {*file.motions} & {*motions}]
     if others := len(every) - len(files):
         remarks.append(f"left out: {others} files of another motion than {' or '.join(motions)}")
@@ -79,18 +129,28 @@ def propose_manifest(
         raise FileNotFoundError(
             "; ".join([f"{printable(folder)} has no file of a record", *remarks])
         )
-    if unsaid := sum(len(file.motions) > 1 for file in files):
+    if unsaid := sum(len(file.motions) > 1 and not file.seen.parts for file in files):
         remarks.append(
             f"no folder or name says the motion of {unsaid} files, so each has a row of "
             f"{' and '.join(motions)}: delete what it does not hold"
         )
-    if any(file.date for file in files):
+    if any(file.date and file.day == file.date.iso for file in files):
         remarks.append("dates are from the names, the day before the month where both can be")
-    groups: dict[tuple[str, str], list[_File]] = {}
+    rows, said = _rows(files, motions)
+    return _text(rows, channels), remarks + said
+
+
+def _rows(
+    files: Sequence[_File], motions: Sequence[str]
+) -> tuple[list[tuple[int, _Row]], list[str]]:
+    """Operations with their counters, and by what they are ordered where no name says these."""
+    groups: dict[tuple[str, str], list[_Row]] = {}
     for file in files:
         for motion in {*file.motions} & {*motions}:
-            groups.setdefault((file.breaker, motion), []).append(file)
-    rows = []
+            per_channel = Counter(p.channel for p in file.seen.parts if p.motion == motion)
+            for place in range(max(per_channel.values(), default=1)):
+                groups.setdefault((file.breaker, motion), []).append(_Row(file, motion, place))
+    rows, remarks = [], []
     for (breaker, motion), group in sorted(groups.items()):
         numbers, order = _numbers(group)
         if order:
@@ -98,8 +158,8 @@ def propose_manifest(
                 f"{breaker} {motion}".strip() + f": {len(group)} operations are numbered from 1 in "
                 f"the order of {order}, as the names do not say the counter"
             )
-        rows += [(breaker, number, motion, of) for number, of in zip(numbers, group, strict=True)]
-    return _text(rows, channels or [""]), remarks
+        rows += zip(numbers, group, strict=True)
+    return rows, remarks
 
 
 def _files(folder: Path) -> tuple[list[_File], list[str]]:
@@ -139,7 +199,7 @@ def _described(file: Path, path: str, top: str) -> _File:
         path=path,
         stem=file.stem,
         motions=motions if len(motions) == 1 else MOTIONS,
-        breaker="/".join(part for part, each in zip(parts, spoken, strict=True) if not each),
+        folder="/".join(part for part, each in zip(parts, spoken, strict=True) if not each),
         date=next((each for each in moments(file.stem) if each.when), None),
         written=os.stat(file).st_mtime,
     )
@@ -151,25 +211,48 @@ def _motions(text: str) -> tuple[str, ...]:
     return tuple(motion for motion, its in _WORDS.items() if words & its)
 
 
-def _numbers(files: Sequence[_File]) -> tuple[list[int], str]:
-    """A counter of each file, and by what they are ordered where no name says it."""
+def _numbers(rows: Sequence[_Row]) -> tuple[list[int], str]:
+    """A counter of each operation, and by what they are ordered where no name says it."""
+    files = [row.file for row in rows]
     said = numbers_in([file.stem for file in files])
     if all(isinstance(number, int) for number in said) and len(set(said)) == len(said):
         return said, ""
-    dated = all(file.date for file in files)
-    keys = [(file.date.when if dated else file.written, natural(file.path)) for file in files]
-    order = sorted(range(len(files)), key=keys.__getitem__)
-    words = "the dates in their names" if dated else "the times at which the files were written"
-    return [order.index(i) + 1 for i in range(len(files))], words
+    dated, stated = all(file.day for file in files), all(f.seen.preamble.date for f in files)
+    keys = [
+        (row.file.day if dated else row.file.written, natural(row.file.path), row.place)
+        for row in rows
+    ]
+    order = sorted(range(len(rows)), key=keys.__getitem__)
+    words = "the times at which the files were written"
+    if dated:
+        words = "the dates that they state" if stated else "the dates in their names"
+    return [order.index(i) + 1 for i in range(len(rows))], words
 
 
-def _text(rows: Sequence[tuple[str, int, str, _File]], channels: Sequence[str]) -> str:
+def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
+    """The table; with rates and ratios where files differ in them."""
+    files = [row.file.seen for _, row in rows]
+    rates = {seen.preamble.rate for seen in files if seen.preamble.rate > 0}
+    ratios = {part.ratio for seen in files for part in seen.parts if part.ratio > 0}
+    own = [name for name, found in (("rate", rates), ("ratio", ratios)) if len(found) > 1]
     text = StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(_COLUMNS)
-    for breaker, number, motion, file in sorted(rows, key=lambda row: row[:3]):
-        date = "" if file.date is None else file.date.iso
-        for channel in channels:
-            known = file.path, motion, number, channel, breaker, channel, date
-            table.writerow([*known, *[""] * (len(_COLUMNS) - len(known))])
+    table = csv.DictWriter(text, [*_COLUMNS, *own], lineterminator="\n", extrasaction="ignore")
+    table.writeheader()
+    for number, row in sorted(
+        rows, key=lambda each: (each[1].file.breaker, each[0], each[1].motion)
+    ):
+        file = row.file
+        known = {"file": file.path, "motion": row.motion, "operation": number}
+        known |= {"breaker": file.breaker, "date": file.day, "rate": _cell(file.seen.preamble.rate)}
+        parts = [{"channel": channel, "phase": channel} for channel in channels] or [
+            {"channel": part.channel, "phase": part.phase, "from": _cell(part.begin)}
+            | {"to": _cell(part.end), "ratio": _cell(part.ratio)}
+            for part in row.parts
+        ]
+        for part in parts or [{}]:
+            table.writerow(known | part)
     return text.getvalue()
+
+
+def _cell(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.6g}"

@@ -11,6 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "acceptance": ["check_folder", "checked_text"],
         "bends": ["seen_touch", "speed_along"],
+        "describing": ["describe_file"],
         "proposals": ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"],
         "wording": ["overlay_of", "report_of"],
     },

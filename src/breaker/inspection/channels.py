@@ -4,6 +4,7 @@ Guessing, to propose settings: see ``layouts``.
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +14,11 @@ from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
 from breaker.records import Course
 
-__all__ = ["Travel", "find_travels"]
+__all__ = ["Travel", "find_travels", "unused_among"]
 
 _OTHER_NAMES = re.compile(
     r"(?i)curr|strom|courant|corrient|coil|spule|bobin|speed|veloc|geschw|vitesse|accel|vibrat"
-    r"|press|druck|temp|aux|contact|kontakt|status|digital|trigger|\bI\d|\bI_?L\d|电流|速度|電流"
+    r"|resist|widerst|\bres\b|ohm|dcrm|press|druck|temp|aux|contact|kontakt|status|digital|trigger|\bI\d|\bI_?L\d|电流|速度|電流"
 )
 _TRAVEL_NAMES = re.compile(
     r"(?i)travel|stroke|\bweg|hub|posit|displac|course|carrera|transduc|angle|winkel|motion|行程|位移"
@@ -30,6 +31,7 @@ _BEGINS = (0.03, 0.12)
 _LATER = ((0.12, 0.21), (0.4, 0.49))
 _GENTLE = 1.2  # times
 _FASTEST = 100  # kHz, of recorders
+_UNUSED = 0.25  # of the largest stroke: poles of a breaker are alike, cross-talk is smaller
 _FEWEST = 40  # samples
 _LEAST = 0.2  # of the range of a record, between two rests
 _MOST = 6  # motions in a record; more are an oscillation
@@ -114,6 +116,17 @@ def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
         if _moves_between_rests(travel) and (says or _is_gentle(travel)):
             (named if says else shaped).append(travel)
     return named or shaped
+
+
+def unused_among(travels: Sequence[Travel]) -> list[Travel]:
+    """Return the columns whose way is that of cross-talk beside the others of the same unit."""
+    ways = [
+        (each.unit in TO_MM, float(np.median(each.strokes)) * TO_MM.get(each.unit, 1.0))
+        for each in travels
+    ]
+    most = {kind: max(way for other, way in ways if other == kind) for kind, _ in ways}
+    pairs = zip(travels, ways, strict=True)
+    return [each for each, (kind, way) in pairs if way < _UNUSED * most[kind]]
 
 
 def _moves_between_rests(travel: Travel) -> bool:

@@ -90,7 +90,10 @@ def _comtrade(file: str | Path) -> Layout:
     names = [FORMAT["time_column"], *(each.name for each in channels)]
     units = [FORMAT["time_unit"], *(unit_of(each.uu) for each in channels)]
     columns = [np.asarray(record.time), *map(np.asarray, record.analog)]
-    return Layout(settings, preamble=[], names=names, units=units, columns=columns)
+    said = [["Station :", str(record.cfg.station_name)]]
+    if (when := record.cfg.start_timestamp).year > 1970:
+        said.append(["Test Date :", when.isoformat()])
+    return Layout(settings, preamble=said, names=names, units=units, columns=columns)
 
 
 def _grid(file: str | Path) -> Layout:
@@ -104,7 +107,7 @@ def _grid(file: str | Path) -> Layout:
         }
         check_size(file, dataset.sizes.get(longest, 0), len(found))
         columns = [each.values.astype(float) for each in found.values()]
-        said = [f"{name}: {value}" for name, value in dataset.attrs.items()]
+        said = [[f"{name} :", str(value)] for name, value in dataset.attrs.items()]
     if not found:
         raise RejectedCurveError(file, "has no variable of numbers along one dimension")
     units = [unit_of(unit_text(each)) for each in found.values()]
@@ -133,7 +136,7 @@ def guess_layout(file: str | Path) -> Layout:
         >>> layout.settings
         {'encoding': 'utf-8', 'delimiter': ';', 'decimal': ','}
         >>> layout.preamble, layout.names, layout.units
-        (['Rig 3'], ['Zeit', 'Weg'], ['ms', 'mm'])
+        ([['Rig 3']], ['Zeit', 'Weg'], ['ms', 'mm'])
     """
     content = read_bytes(file)
     encoding = _encoding(content)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.files import TO_MM
+from breaker.files import TO_MM, unit_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
@@ -34,6 +34,8 @@ _OPENS = re.compile(
     r"(?<![a-z])(?:open\w*|trip\w*|ausschalt\w*|aus|ouvert\w*|apert\w*|o[-_ ]?c)(?![a-z])|分[闸閘]"
 )
 
+_FIRST = {"C": "closing", "O": "opening"}
+
 
 @dataclass(frozen=True)
 class Guess:
@@ -52,22 +54,26 @@ def guess_time(layout: Layout, clock: Clock) -> Guess:
     if np.isfinite(clock.rate):
         return Guess({"time_column": None, "rate": clock.rate}, remarks=clock.remarks)
     lacking = {"rate": "kHz, samples in a ms"}
-    remarks = (*clock.remarks, "there is no column of the time, and no rate is stated")
+    remarks = clock.remarks or ("there is no column of the time, and no rate is stated",)
     return Guess({"time_column": None, "rate": None}, lacking, remarks)
 
 
 def guess_unit(layout: Layout, travels: Sequence[Travel]) -> Guess:
     """Guess the column of the travel and its unit."""
-    remarks, unit = [], travels[0].unit
+    remarks, unit, stated = [], travels[0].unit, layout.stated
     stroke = float(np.median(strokes_of(travels)))
-    if unit is None:
+    said = unit_of(stated.travel_unit)
+    if unit and said and unit != said:
+        remarks.append(f"the column of travel is in {unit}, but the text above states {said}")
+    if (unit := unit or said) is None:
         sizes = (u for u, (low, high) in _LENGTHS.items() if low <= stroke <= high)
         unit = next(sizes, "counts")
         why = f"{unit} is a guess from the stroke of {stroke:.4g}"
         remarks.append(f"the unit of the travel is not stated; {why}")
     lacking = {}
     if unit not in TO_MM:
-        lacking["ratio"] = f"mm for one {unit}; the stroke is {stroke:.4g} {unit}"
+        ratio = f"; stated is a ratio of {stated.ratio:g}" if stated.ratio > 0 else ""
+        lacking["ratio"] = f"mm for one {unit}; the stroke is {stroke:.4g} {unit}{ratio}"
         remarks.append(f"a travel in {unit} needs the mm of one: endurance.format.ratio, or table")
     if len({travel.unit for travel in travels}) > 1:
         remarks.append("the columns of travel have different units: choose one by --channel")
@@ -81,10 +87,14 @@ def strokes_of(travels: Iterable[Travel]) -> np.ndarray:
 
 
 def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Guess:
-    """Guess the sign: by what names say of the first motion, or by an open breaker at zero."""
+    """Guess the sign: by what text or names say of the first motion, or an open breaker at 0."""
     travel, remarks = travels[0], []
-    texts = (file.stem, file.absolute().parent.name, "\n".join(layout.preamble))
-    said = next(filter(None, map(_said, texts)), None)
+    texts = (
+        file.stem,
+        file.absolute().parent.name,
+        "\n".join(" ".join(row) for row in layout.preamble),
+    )
+    said = _FIRST.get(layout.stated.operation[:1]) or next(filter(None, map(_said, texts)), None)
     before, after = np.abs(travel.rests[0]) / travel.strokes[0]
     seen = None
     if min(before, after) <= _NEAR_ZERO < max(before, after):
@@ -92,7 +102,7 @@ def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Gu
     first = said or seen or "closing"
     if said and seen and said != seen:
         remarks.append(
-            f"by its names the file begins with {said}, but the reading is nearer to 0 "
+            f"by its text or names the file begins with {said}, but the reading is nearer to 0 "
             f"{'before' if seen == 'closing' else 'after'} the motion than at its other end"
         )
     if not said and not seen:

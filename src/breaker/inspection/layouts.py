@@ -9,6 +9,7 @@ import csv
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import zip_longest
 from pathlib import Path
 
@@ -17,8 +18,10 @@ import numpy as np
 from breaker.files import (
     LARGEST_NUMBER,
     MISSING,
+    Preamble,
     RejectedCurveError,
     is_number,
+    preamble_of,
     split_unit,
     strict_numbers,
     unit_of,
@@ -47,7 +50,7 @@ class Layout:
 
     Attributes:
         settings: What was guessed of ``endurance.format``, by key.
-        preamble: Lines before the samples, but for names and units.
+        preamble: Cells of the lines before the samples, but for names and units.
         names: Name of each column, empty where it has none.
         units: Unit of each column as the settings call it; None where none is known.
         columns: Numbers of each column, ``(t,)``, NaN where a cell is empty or no number.
@@ -57,13 +60,19 @@ class Layout:
     """
 
     settings: dict
-    preamble: list[str]
+    preamble: list[list[str]]
     names: list[str]
     units: list[str | None]
     columns: list[np.ndarray]
     texts: dict[int, list[str]] = field(default_factory=dict)
     every: int = 1
     kind: str = "a text"
+
+    @cached_property
+    def stated(self) -> Preamble:
+        """What the lines before the samples say."""
+        decimal = self.settings.get("decimal", ".")
+        return preamble_of(self.preamble, decimal, self.columns[0].size)
 
     def column(self, place: int) -> str | int:
         """Return how settings name a column: without its unit if possible, or by its number."""
@@ -101,10 +110,12 @@ def layout_of_lines(
     units = [split_unit(name)[1] for name in names]
     if units_at is not None:
         units = list(map(unit_of, above[units_at]))
-    rest = (row for i, row in enumerate(above) if i not in (named, units_at))
+    # Blanks that separate columns are those between the words of a text, too.
+    texts = [[line.strip()] for line in lines[:first]] if delimiter == " " else above
+    rest = [row for i, row in enumerate(texts) if i not in (named, units_at)]
     return Layout(
         settings=dict(settings),
-        preamble=["; ".join(filter(None, row)) for row in rest],
+        preamble=rest,
         names=[*names, *[""] * width][:width],
         units=[*units, *[None] * width][:width],
         columns=columns,

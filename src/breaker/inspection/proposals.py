@@ -6,12 +6,13 @@ degree, is left to fill in; to try all else, a number stands in for it, and is n
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from breaker.files import FORMAT, TO_MS, Operation, RejectedCurveError, complete
-from breaker.inspection.channels import Travel, find_travels
+from breaker.inspection.channels import Travel, find_travels, unused_among
 from breaker.inspection.contents import look_into
 from breaker.inspection.guesses import (
     guess_direction,
@@ -23,10 +24,19 @@ from breaker.inspection.guesses import (
     strokes_of,
 )
 from breaker.inspection.layouts import Layout
+from breaker.inspection.printed_results import Compared, compare_printed, phase_of
 from breaker.inspection.timing import Clock, find_clock
 from breaker.records import Grid, Record, Scale, noise_remarks, read_record
 
-__all__ = ["NOT_READ", "InspectedMotion", "InspectionError", "Proposal", "inspect_file"]
+__all__ = [
+    "NOT_READ",
+    "InspectedMotion",
+    "InspectionError",
+    "Proposal",
+    "chosen_travels",
+    "inspect_file",
+    "motions_of",
+]
 
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
@@ -52,6 +62,7 @@ class InspectedMotion:
         begins, arrives: Times, ms of the file, about: the first motion, and the rest after it.
         record: The record; None if it was rejected or not read.
         said: Why it was, or what is doubtful about it; empty if nothing is.
+        phase: Of the column; empty where nothing says it.
     """
 
     column: str | int
@@ -60,7 +71,8 @@ class InspectedMotion:
     begins: float
     arrives: float
     record: Record | None = None
-    said: str = ""
+    said: tuple[str, ...] = ()
+    phase: str = ""
 
 
 @dataclass(frozen=True)
@@ -88,6 +100,14 @@ class Proposal:
     motions: Sequence[InspectedMotion]
     remarks: Sequence[str]
 
+    @cached_property
+    def compared(self) -> list[Compared]:
+        """Results that the text states, beside what is measured; none where a setting lacks, as
+        what stands in for it measures nothing.
+        """
+        used = () if self.lacking else self.motions
+        return compare_printed(self.layout, self.travels, used)
+
 
 def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Proposal:
     """Propose settings for a file, and read it with them.
@@ -104,22 +124,25 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     """
     file = Path(file)
     clock = find_clock(layout := look_into(file))
-    travels = _chosen(file, layout, clock, channel)
+    travels, unused = chosen_travels(file, layout, clock, channel)
     direction = guess_direction(file, layout, travels)
     guesses = [guess_time(layout, clock), guess_unit(layout, travels), direction]
     settings, lacking = {**FORMAT, **layout.settings}, {}
     for guess in guesses:
         settings |= guess.settings
         lacking |= guess.lacking
-    ratio = _STROKE / float(np.median(strokes_of(travels)))
-    instead = {"rate": clock.likely_rate, "ratio": ratio}
+    instead = {"rate": clock.likely_rate, "ratio": _STROKE / np.median(strokes_of(travels))}
     tried = settings | {key: instead[key] for key in lacking}
     mm = abs(Scale.from_settings(tried).factor)
     sign = settings["sign"]
     guesses.append(guess_rest(travels, mm, sign, known="ratio" not in lacking))
     settings |= guesses[-1].settings
     tried |= guesses[-1].settings
-    found = [each for travel in travels for each in _motions(travel, file, layout, clock, sign)]
+    found = [
+        replace(each, phase=phase_of(layout, travel.place, order))
+        for order, travel in enumerate(travels, start=1)
+        for each in motions_of(travel, file, layout, clock, sign)
+    ]
     longest = max(each.arrives - each.begins for each in found)
     room = min(travel.room(k) for travel in travels for k in range(len(travel.rises)))
     rate = clock.likely_rate
@@ -141,12 +164,14 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         sensor=changed if of_default_size(mm * strokes_of(travels)) else {},
         lacking=lacking,
         motions=motions,
-        remarks=[remark for guess in guesses for remark in guess.remarks],
+        remarks=[*unused, *(remark for guess in guesses for remark in guess.remarks)],
     )
 
 
-def _chosen(file: Path, layout: Layout, clock: Clock, channel: str) -> list[Travel]:
-    """The columns of travel, or the one that is asked for."""
+def chosen_travels(
+    file: Path, layout: Layout, clock: Clock, channel: str
+) -> tuple[list[Travel], list[str]]:
+    """Return the columns of travel, or the one that is asked for, and what is left out of them."""
     travels = find_travels(layout, clock)
     if not travels:
         raise InspectionError(
@@ -154,19 +179,25 @@ def _chosen(file: Path, layout: Layout, clock: Clock, channel: str) -> list[Trav
             "does; did the breaker move, and is the record longer than the motion?"
         )
     if not channel:
-        return travels
+        unused = unused_among(travels)
+        names = ", ".join(repr(layout.column(travel.place)) for travel in unused)
+        most = max((travel.strokes.max() for travel in unused), default=0.0)
+        way = f"{names} moved by at most {most:.3g} beside {strokes_of(travels).max():.4g}"
+        said = f"{way}: not used, as by cross-talk; if one is a travel, choose it by --channel"
+        used = [each for each in travels if each.place not in {of.place for of in unused}]
+        return used, [said] if unused else []
     for travel in travels:
         place = travel.place
         if channel in (layout.names[place], str(layout.column(place)), str(place + 1)):
-            return [travel]
+            return [travel], []
     listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
     raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
 
 
-def _motions(
+def motions_of(
     travel: Travel, file: Path, layout: Layout, clock: Clock, sign: int
 ) -> list[InspectedMotion]:
-    """The motions of a channel, to be read. One that is there more than once needs its part."""
+    """Return the motions of a channel; one that is there more than once needs its part."""
     rate, start = clock.likely_rate, 0.0
     if clock.place is not None:
         start = float(layout.columns[clock.place][0]) * TO_MS[clock.unit]
@@ -199,8 +230,8 @@ def _read(
             record = read_record(each.operation, own, scale, grid, each.motion)
             read.append(replace(each, record=record))
         except RejectedCurveError as error:
-            read.append(replace(each, said=str(error)))
-    return read + [replace(each, said=NOT_READ) for each in motions[most:]]
+            read.append(replace(each, said=(str(error),)))
+    return read + [replace(each, said=(NOT_READ,)) for each in motions[most:]]
 
 
 def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
@@ -220,7 +251,7 @@ def _judged(motion: InspectedMotion, sensor: Mapping) -> InspectedMotion:
         return motion
     step = float(record.time[1] - record.time[0])
     noise = noise_remarks(record.noise, sensor["noise_sd"], step, _times(sensor))
-    return replace(motion, said="; ".join([*record.remarks, *noise]))
+    return replace(motion, said=(*record.remarks, *noise))
 
 
 def _times(sensor: Mapping) -> np.ndarray:

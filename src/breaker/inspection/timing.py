@@ -4,30 +4,20 @@ Guessing, to propose settings: see ``layouts``.
 """
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.files import TO_MS
+from breaker.files import RATES, TO_MS
 from breaker.inspection.layouts import Layout
 
-__all__ = ["Clock", "find_clock", "stated_rates"]
+__all__ = ["Clock", "find_clock"]
 
-_RATES = (0.95, 105.0)  # kHz, of recorders
 _USUAL = 10.0  # kHz
-_LOOKED_AT = (200, 300)  # lines, and signs of each, where rates are looked for
+_OFF = 0.02  # share by which a stated rate may differ from that of the times
 _NICE = 1e-3  # share by which a rate may be off a round number that it is then taken for
 
 _TIME_NAMES = re.compile(r"(?i)\b(time|zeit|temps|tiempo|tempo|t|ms|sec)\b|时间|時間|время|czas")
-_NUMBER = r"(\d+(?:[.,]\d+)*(?:e[-+]?\d+)?)"
-_UNITS = r"(k?hz|mhz|k?s/s|k?sps|samples?/s(?:ec)?|1/s|m?s(?:ec)?|[uµμ]s(?:ec)?)"
-_AFTER = re.compile(rf"{_NUMBER}[\s;,\t\"\[(]*{_UNITS}(?![a-z/])")
-_BEFORE = re.compile(rf"{_UNITS}[\])]\"?[\s:=;,\t\"]*{_NUMBER}")
-_BARE = re.compile(rf"[:=;,\t]\s*\"?{_NUMBER}\"?[\s;,\t]*$")
-_RATE_WORDS = re.compile(r"sampl|rate|freq|abtast|takt|chantillon|muestr|采样|采樣")
-_STEP_WORDS = re.compile(r"interv|increm|period|delta|\bdt\b|step|schritt|raster|resol|间隔|周期")
-_FILTER_WORDS = re.compile(r"filter|bandw|cut.?off|grenz|low.?pass|tiefpass|滤波")
 _CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?!:)")
 
 
@@ -55,17 +45,21 @@ class Clock:
 
 def find_clock(layout: Layout) -> Clock:
     """Find the column of the time, or the rate that stands for it."""
+    stated = layout.stated
     found = [clock for i in range(len(layout.columns)) if (clock := _time_in(layout, i))]
     if found:
-        return max(found, key=lambda clock: _likely_time(layout, clock))
-    if clock := _wall_clock(layout):
-        return clock
-    rates = stated_rates(layout.preamble)
-    if len(rates) == 1:
-        return Clock(None, None, rates[0])
-    listed = ", ".join(f"{rate:g} kHz" for rate in rates)
-    remarks = (f"the text above the samples states several rates: {listed}",) if rates else ()
-    return Clock(None, None, np.nan, remarks)
+        clock = max(found, key=lambda clock: _likely_time(layout, clock))
+    elif not (clock := _wall_clock(layout)):
+        doubt = f"the rate is doubtful: {stated.rate_doubt}"
+        return Clock(None, None, stated.rate, (doubt,) if stated.rate_doubt else ())
+    off = abs(stated.rate / clock.rate - 1.0)
+    if not off > _OFF:
+        # A mean of times that are not read is no better than what the text says.
+        exact = clock.place is not None or np.isnan(stated.rate)
+        return clock if exact else Clock(None, None, stated.rate, clock.remarks)
+    both = f"the text states {stated.rate:g} kHz, but the times are those of {clock.rate:g} kHz"
+    rate = np.nan if clock.place is None else clock.rate
+    return replace(clock, rate=rate, remarks=(*clock.remarks, both))
 
 
 def _likely_time(layout: Layout, clock: Clock) -> tuple[bool, bool, bool]:
@@ -106,7 +100,7 @@ def _time_in(layout: Layout, place: int) -> Clock | None:
 
 def _units_of(step: float) -> list[str]:
     """The unit of time in which a step is one of a recorder; one or none."""
-    return [u for u, ms in TO_MS.items() if _RATES[0] <= 1.0 / (step * ms) <= _RATES[1]][:1]
+    return [u for u, ms in TO_MS.items() if RATES[0] <= 1.0 / (step * ms) <= RATES[1]][:1]
 
 
 def _nice(rate: float) -> float:
@@ -125,7 +119,7 @@ def _wall_clock(layout: Layout) -> Clock | None:
         steps, lasts = layout.every * (end - begin), 1e3 * (_seconds(last) - _seconds(first))
         lasts %= 86_400_000
         what = f"column {layout.column(place)!r} has times of the day, which are not read"
-        if not (lasts > 0 and _RATES[0] <= steps / lasts <= _RATES[1]):
+        if not (lasts > 0 and RATES[0] <= steps / lasts <= RATES[1]):
             return Clock(None, None, np.nan, (what,))
         rate = _nice(steps / lasts)
         return Clock(None, None, rate, (f"{what}; their mean rate is {rate:g} kHz",))
@@ -135,46 +129,3 @@ def _wall_clock(layout: Layout) -> Clock | None:
 def _seconds(time: re.Match) -> float:
     """Seconds of the day."""
     return 3600 * int(time[1]) + 60 * int(time[2]) + float(time[3].replace(",", "."))
-
-
-def stated_rates(preamble: Sequence[str]) -> list[float]:
-    """Return the rates, kHz, that lines of text state as such or as the time of a step.
-
-    >>> stated_rates(["Sampling: 10000 Hz", "Mains 50 Hz"]), stated_rates(["dt;0,1;ms"])
-    ([10.0], [10.0])
-    >>> stated_rates(["Filter 2 kHz", "Sample rate [Hz],20,000"])
-    [20.0]
-    """
-    named, other = set(), set()
-    for line in (text[: _LOOKED_AT[1]].lower() for text in preamble[: _LOOKED_AT[0]]):
-        of_rate, of_step = _RATE_WORDS.search(line), _STEP_WORDS.search(line)
-        pairs = _AFTER.findall(line) + [(n, u) for u, n in _BEFORE.findall(line)]
-        if not pairs and (of_rate or of_step):
-            pairs = [(n, "") for n in _BARE.findall(line)]
-        for number, unit in pairs:
-            rates = {_rate(each, unit, bool(of_step)) for each in _readings(number)}
-            rates = {r for r in rates if r and _RATES[0] <= r <= _RATES[1]}
-            if of_rate or of_step:
-                named |= rates
-            elif "hz" in unit and not _FILTER_WORDS.search(line):
-                other |= rates
-    return sorted(named or other)
-
-
-def _readings(number: str) -> set[float]:
-    """What a number may mean whose comma or point separates decimals or thousands."""
-    texts = {number.replace(",", ".")}
-    if re.fullmatch(r"\d{1,3}(?:[.,]\d{3})+", number):
-        texts.add(re.sub("[.,]", "", number))
-    return {float(text) for text in texts if text.count(".") < 2}
-
-
-def _rate(number: float, unit: str, of_step: bool) -> float | None:
-    """The rate, kHz, of a number with a unit; None if it is none."""
-    unit = unit.removesuffix("ec").replace("µ", "u").replace("μ", "u")
-    if unit in TO_MS:
-        return 1.0 / (number * TO_MS[unit]) if of_step and number > 0 else None
-    if not unit:
-        rates = [1.0 / (number * ms) for ms in TO_MS.values() if number > 0] if of_step else []
-        return next((r for r in rates if _RATES[0] <= r <= _RATES[1]), 1e-3 * number)
-    return number * {"k": 1.0, "m": 1e3}.get(unit[0], 1e-3)

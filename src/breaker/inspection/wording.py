@@ -9,6 +9,7 @@ import numpy as np
 import yaml
 
 from breaker.files import FORMAT
+from breaker.inspection.printed_results import stated_remarks
 from breaker.inspection.proposals import NOT_READ, InspectedMotion, Proposal
 
 __all__ = ["alike", "bullet", "overlay_of", "report_of"]
@@ -48,8 +49,11 @@ def _yaml(value: object) -> str:
 
 def report_of(proposal: Proposal) -> str:
     """Return what was found in a file, and whether it can be read with the proposal."""
-    parts = [f"{proposal.file}\n  {_text(proposal)}\n  {_time(proposal)}", _table(proposal)]
-    said = [*proposal.remarks, *_said_of(proposal)]
+    parts = [f"{proposal.file}\n  {_text(proposal)}\n  {_time(proposal)}", *_stated(proposal)]
+    parts += [_table(proposal), *_compared(proposal)]
+    unit = {**FORMAT, **proposal.settings}["travel_unit"]
+    about = stated_remarks(proposal.layout.stated, unit, proposal.compared)
+    said = [*proposal.remarks, *about, *_said_of(proposal)]
     if said:
         parts.append("\n".join(["To look at:", *map(bullet, said)]))
     if proposal.lacking:
@@ -62,12 +66,16 @@ def report_of(proposal: Proposal) -> str:
 
 def _said_of(proposal: Proposal) -> list[str]:
     """What there is to say of single motions; once, where several differ in numbers only."""
-    said = [(each.motion, str(each.column), each.said) for each in proposal.motions if each.said]
+    said = [
+        (str(proposal.file), f"{each.motion}, {each.column}", text)
+        for each in proposal.motions
+        for text in each.said
+    ]
     lines = []
-    for members in alike(said):
-        motion, column, text = members[0]
-        more = f" and {len(members) - 1} more" if len(members) > 1 else ""
-        lines.append(f"{motion}, {column}{more}: {text}")
+    for members in alike((file, file, text) for file, _, text in said):
+        of = [where for file, where, text in said if (file, file, text) in members]
+        more = f" and {len(of) - 1} more" if len(of) > 1 else ""
+        lines.append(f"{of[0]}{more}: {members[0][2]}")
     return lines
 
 
@@ -113,8 +121,53 @@ def _time(proposal: Proposal) -> str:
         column = proposal.layout.column(clock.place)
         return f"time: column {column!r} in {clock.unit}, {clock.rate:.4g} kHz, {lasts}"
     if np.isnan(clock.rate):
-        return "time: no column, and no rate is stated"
+        why = "the rate is doubtful" if proposal.layout.stated.rate_doubt else "no rate is stated"
+        return f"time: no column, and {why}"
     return f"time: no column, {clock.rate:g} kHz, {lasts}"
+
+
+def _stated(proposal: Proposal) -> list[str]:
+    """What the text above the samples says of the breaker, the test and the settings."""
+    stated = proposal.layout.stated
+    phases = (f"{number or 'all'} {name}" for number, name in sorted(stated.phases.items()))
+    given = {
+        "breaker": ", ".join(filter(None, [stated.station, stated.bay, stated.type])),
+        "serial number": stated.serial,
+        "test": stated.date or " or ".join(stated.dates),
+        "operation": stated.operation,
+        "rate": "" if np.isnan(stated.rate) else f"{stated.rate:g} kHz",
+        "length": "" if np.isnan(stated.length) else f"{stated.length:g} ms",
+        "linkage ratio": "" if np.isnan(stated.ratio) else f"{stated.ratio:g}",
+        "travel unit": stated.travel_unit,
+        "phases": ", ".join(phases),
+        "points of speed": ", ".join(
+            f"{pair.name} {pair.text} {pair.number()[1]}".strip() for pair in stated.speed_points
+        ),
+    }
+    lines = [
+        f"  {name + ':':<16} " + ("\n" + " " * 19).join(_lines(value, _WIDTH - 19))
+        for name, value in given.items()
+        if value
+    ]
+    return ["\n".join(["  stated above the samples", *lines])] if lines else []
+
+
+def _compared(proposal: Proposal) -> list[str]:
+    """Results of the analyser beside those measured here; a mark where they differ."""
+    if not (compared := proposal.compared):
+        return []
+    form = "  {:<12}  {:<8}  {:<16}  {:>9}  {:>9}  {:<6}  {}"
+    heads = ("column", "motion", "quantity", "printed", "measured", "unit", "differs")
+    lines = ["  results of the analyser, and those measured here", form.format(*heads)]
+    for each in compared:
+        quantity, _, channel, value, unit, _ = each.printed
+        there = np.isfinite(each.measured)
+        differs = f"{each.difference:+.1%}{'  <' if each.differs else ''}" if there else each.reason
+        shown = f"{each.measured:.4g}" if there else ""
+        where = str(each.column) or channel
+        cells = where, each.motion, quantity.replace("_", " "), f"{value:.4g}", shown, unit
+        lines.append(form.format(*cells, differs).rstrip())
+    return ["\n".join(lines)]
 
 
 _COLUMNS = (
@@ -140,10 +193,12 @@ def _table(proposal: Proposal) -> str:
 
 
 def _row(each: InspectedMotion) -> Sequence[str]:
-    place = [str(each.column), each.motion]
+    column = str(each.column)
+    named = not each.phase or each.phase in column.split()
+    place = [column if named else f"{column} {each.phase}", each.motion]
     record = each.record
     if record is None:
-        end = "not read" if each.said == NOT_READ else "REJECTED"
+        end = "not read" if each.said == (NOT_READ,) else "REJECTED"
         return [*place, f"{each.begins:.1f}", f"{each.arrives:.1f}", *[""] * 5, end]
     return [
         *place,

@@ -1,0 +1,101 @@
+"""What is seen in the files of a folder, and what they say of one another."""
+
+import hashlib
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from breaker.files.preamble import Preamble
+
+__all__ = ["Description", "Part", "descriptions"]
+
+
+class Part(NamedTuple):
+    """A motion of a channel that is seen in a file.
+
+    Attributes:
+        motion: "closing" or "opening".
+        channel: Column of the travel.
+        phase: Its phase, empty if nothing says it.
+        begin, end: Part of the record in which the motion is, ms; NaN for its beginning and end.
+        ratio: Stated mm for one unit of the reading; NaN where that is a length, or none is stated.
+    """
+
+    motion: str
+    channel: str
+    phase: str
+    begin: float
+    end: float
+    ratio: float
+
+
+class Description(NamedTuple):
+    """What is seen in a file: what the text above its samples says, and the motions below."""
+
+    preamble: Preamble = Preamble()
+    parts: tuple[Part, ...] = ()
+
+
+def descriptions(
+    folder: Path, paths: Sequence[str], look: Callable[[Path], Description]
+) -> tuple[dict[str, Description], list[str]]:
+    """Return what is seen in each file but those that have the content of another, and remarks.
+
+    Where day and month of a date may be either, other files tell which is first.
+
+    Args:
+        folder: Folder of the files.
+        paths: Their paths from there.
+        look: Says what is seen in a file.
+    """
+    copies = _copies(folder, paths)
+    remarks = [f"left out: {path} has the content of {first}" for path, first in copies.items()]
+    found = {path: look(folder / path) for path in paths if path not in copies}
+    orders = {each.preamble.day_first for each in found.values()} - {None}
+    either = [path for path, each in found.items() if len(each.preamble.dates) > 1]
+    if either and len(orders) == 1:
+        (day_first,) = orders
+        for path in either:
+            dated = found[path].preamble.with_days(first=day_first)
+            found[path] = found[path]._replace(preamble=dated)
+        order = "before" if day_first else "after"
+        remarks.append(f"dates of {len(either)} files have the day {order} the month, as others do")
+    elif either:
+        remarks.append(
+            f"the date of {len(either)} files, first {either[0]}, is left empty: day and month may "
+            "be either, and no other file tells"
+        )
+    return found, remarks + _differences(found)
+
+
+def _copies(folder: Path, paths: Sequence[str]) -> dict[str, str]:
+    """Files that have the content of an earlier one, and which."""
+    sizes = {path: os.path.getsize(folder / path) for path in paths}
+    alike = Counter(sizes.values())
+    first: dict[bytes, str] = {}
+    found = {}
+    for path, size in sizes.items():
+        if size and alike[size] > 1 and (folder / path).is_file():
+            with open(folder / path, "rb") as content:
+                digest = hashlib.file_digest(content, "sha256").digest()
+            if (other := first.setdefault(digest, path)) != path:
+                found[path] = other
+    return found
+
+
+def _differences(found: Mapping[str, Description]) -> list[str]:
+    """What to check of the rates and ratios that files state."""
+    doubts = {path: each.preamble.rate_doubt for path, each in found.items()}
+    doubts = {path: doubt for path, doubt in doubts.items() if doubt}
+    said = []
+    for path, doubt in list(doubts.items())[:1]:
+        said.append(f"the rate of {len(doubts)} files is doubtful, first {path}: {doubt}")
+    for what, unit in (("rate", " kHz"), ("ratio", "")):
+        stated = (getattr(each.preamble, what) for each in found.values())
+        values = sorted({value for value in stated if value > 0})
+        if len(values) > 1:
+            listed = ", ".join(f"{value:g}{unit}" for value in values)
+            said.append(f"files differ in the stated {what}: {listed}")
+    return said

@@ -1,0 +1,286 @@
+"""What the text above the samples says: the rate, the breaker, the test, and its results.
+
+Nothing is guessed: what is not stated is missing, and what contradicts itself is a doubt.
+"""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from breaker.files.dates import clock_of, dates_of
+from breaker.files.names import unit_of
+from breaker.files.pairs import Pair, numbers_of, pairs_of
+from breaker.files.printed import Printed, phase_in, printed_of
+from breaker.files.rates import StatedRate, rate_of
+from breaker.files.settings import TO_MS, complete
+from breaker.files.sources import is_other_kind, understood
+from breaker.files.text import text_above
+from breaker.files.workbooks import workbook_above
+
+__all__ = ["Preamble", "preamble_of", "read_preamble"]
+
+_NAN = math.nan
+_SHORTEST = 20.0  # ms, of a record whose length has no unit
+_MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at
+_AGREE = 0.02  # share by which a length may differ from that of the samples: a trigger, a last one
+_NAMES = {
+    "station": r"\b(?:sub)?station\b|umspannwerk|schaltanlage|\bposte\b"
+    r"|subestaci|\bs/s\b|变电站",
+    "bay": r"\bbay\b|\bfeeder\b|\bfeld\b|abzweig|\btravée\b|\bbah[ií]a\b|\bvano\b|间隔",
+    "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
+    r"(?:typ|type|model|modell|tipo|型号)(?: designation)?$|schaltertyp",
+    "serial": r"\bserial\b|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
+    r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|n\S* de s[ée]rie|出厂编号",
+}
+_OTHER_THING = re.compile(
+    r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive|antrieb|test|report"
+    r"|software|firmware|battery|relay|channel"
+)
+_DATE = re.compile(r"\bdate\b|datum|\bfecha\b|日期")
+_OTHER_DATE = re.compile(
+    r"manufact|install|commission|print|calib|next|due|export|overhaul|service|maint|herstell|\bbuilt"
+)
+_TEST = re.compile(r"test|measur|record|prüf|mess|essai|ensayo|prueba|试验")
+_TIME = re.compile(
+    r"^(?:test|measurement|record(?:ing)?|start|prüf|mess)?\W*(?:time|uhrzeit|zeit|heure|hora|时间)"
+    r"(?: of (?:test|day|measurement))?$"
+)
+_LENGTH = re.compile(
+    r"(?:plot|record(?:ing)?|test|trace|measurement|sampling|measuring)\W*"
+    r"(?:length|duration|window|span)|^duration|(?:mess|aufzeichnungs|aufnahme)-?dauer"
+)
+_RATIO = re.compile(
+    r"linkage|(?:transfer|conversion|transducer|travel|lever)\W*ratio|^ratio$|übersetz"
+)
+_UNIT = re.compile(
+    r"(?:travel|stroke|hub|weg|displacement)\W*(?:unit|einheit)|unit of (?:travel|stroke)"
+)
+_KIND = re.compile(
+    r"^(?:kind of |type of |test |cb )?(?:operation|operating sequence|sequence|duty"
+    r"|schaltfolge|manoeuvre|schaltung)(?: (?:type|mode|sequence|kind))?$"
+    r"|^(?:test|operation) (?:type|mode|sequence)$"
+)
+_MOVES = re.compile(
+    r"(c(?:los(?:e|ing))?|ein(?:schaltung)?|合)|(o(?:pen(?:ing)?)?|t(?:rip(?:ping)?)?|aus(?:schaltung)?|分)"
+)
+_CHANNEL = re.compile(
+    r"^(?:phase(?: name)? (?:of )?)?(?:ch|channel|kanal|travel|transducer|pole|trans)\W*(\d+)"
+    r"(?:\W*(?:phase|name|label))*$"
+)
+_POINT = re.compile(
+    r"(?:veloc|speed|geschw|vitesse|veloci).*(?:point|punkt|\bpt|range|from|\bto\b|upper|lower|zone|def)"
+    r"|(?:point|punkt|zone)\w*.*(?:veloc|speed|geschw|vitesse)"
+)
+
+
+@dataclass(frozen=True)
+class Preamble:
+    """What the text above the samples says; empty, NaN or None where it says nothing.
+
+    Attributes:
+        pairs: All names and values, in the order of the file.
+        rate: kHz, NaN if it is not stated or doubtful.
+        rate_doubt: Why it is; empty if there is a rate.
+        length: Of the record or its plot, ms.
+        ratio: Of the linkage, as stated: whether the samples are multiplied by it, no file says.
+        travel_unit: As it stands in the file.
+        dates: Of the test, with its time if that is stated, as ISO 8601: with the day before the
+            month, and after it. They are alike where nothing is open.
+        day_first: Whether dates of the text have the day before the month; None if that is open.
+        station, bay, type, serial: Of the breaker.
+        operation: Its motions, such as ``"C-O"``.
+        phases: Names of phases by number of the channel, from 1; by 0 that of all.
+        speed_points: The points between which speeds are taken.
+        results: What the analyser found.
+        doubts: What contradicts itself or can be read in two ways, in words.
+    """
+
+    pairs: tuple[Pair, ...] = ()
+    rate: float = _NAN
+    rate_doubt: str = ""
+    length: float = _NAN
+    ratio: float = _NAN
+    travel_unit: str = ""
+    dates: tuple[str, ...] = ()
+    day_first: bool | None = None
+    station: str = ""
+    bay: str = ""
+    type: str = ""
+    serial: str = ""
+    operation: str = ""
+    phases: Mapping[int, str] = field(default_factory=dict)
+    speed_points: tuple[Pair, ...] = ()
+    results: tuple[Printed, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def date(self) -> str:
+        """Date of the test as ISO 8601; empty if none is stated, or day and month may be either."""
+        return self.dates[0] if len({*self.dates}) == 1 else ""
+
+    def with_days(self, *, first: bool) -> "Preamble":
+        """Return the same with the day before the month, or after it, as other files have it."""
+        return replace(self, dates=self.dates[:1] if first else self.dates[-1:])
+
+
+def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int = 0) -> Preamble:
+    """Return what lines above samples say.
+
+    Args:
+        rows: Cells of each line; blank cells are kept.
+        decimal: Sign of numbers.
+        samples: Number of samples below, 0 if it is not known: a length that contradicts it with
+            the rate makes that doubtful.
+
+    >>> rows = [["Sampling Speed (kC) :", "10", "", "Range :", "8000"], ["Serial No: 17"]]
+    >>> found = preamble_of(rows)
+    >>> found.rate, found.serial
+    (10.0, '17')
+    """
+    rows = [[cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]]]
+    pairs = pairs_of(rows)
+    named = {key: _named(pairs, words) for key, words in _NAMES.items()}
+    named["station"] = named["station"] or _named(pairs, r"\bsite\b|\blocation\b")
+    stated, length = rate_of(pairs, decimal), _length(pairs, decimal, samples)
+    rate, doubt = _checked(stated, length, samples)
+    ratio, unsure = _ratio(pairs, decimal)
+    dates, day_first = _dates(pairs)
+    if len({*dates}) > 1:
+        unsure = (*unsure, f"the date of the test is {dates[0]} or {dates[1]}")
+    units = (p.text for p in pairs if _UNIT.search(p.name.lower()))
+    points = (p for p in pairs if _POINT.search(p.name.lower()))
+    return Preamble(
+        pairs=tuple(pairs),
+        rate=rate,
+        rate_doubt=doubt,
+        length=length,
+        ratio=ratio,
+        travel_unit=next(units, ""),
+        dates=dates,
+        day_first=day_first,
+        operation=_operation(pairs),
+        phases=_phases(pairs),
+        speed_points=tuple(points),
+        results=printed_of(rows, pairs, decimal),
+        doubts=unsure,
+        **named,
+    )
+
+
+def read_preamble(file: str | Path, settings: Mapping) -> Preamble:
+    """Read what stands above the samples of a file.
+
+    Args:
+        file: File of one record; of a kind that has no text above its samples, nothing is stated.
+        settings: The section ``endurance.format``; what it lacks has its default.
+
+    Raises:
+        RejectedCurveError: If the file cannot be read.
+    """
+    settings = complete(settings)
+    if not is_other_kind(file):
+        rows, samples = text_above(file, settings)
+    elif Path(file).suffix.lower() in (".xlsx", ".xlsm"):
+        with understood(file):
+            rows, samples = workbook_above(file, settings)
+    else:
+        return Preamble()
+    return preamble_of(rows, settings["decimal"], samples)
+
+
+def _named(pairs: Sequence[Pair], words: str) -> str:
+    """The first value of a name; not of the analyser, or a part of the breaker."""
+    for pair in pairs:
+        name = pair.name.lower()
+        if pair.text and re.search(words, name) and not _OTHER_THING.search(name):
+            return pair.text
+    return ""
+
+
+def _length(pairs: Sequence[Pair], decimal: str, samples: int) -> float:
+    """Length of the record or its plot, ms; a number without a unit may be that of samples."""
+    for pair in pairs:
+        number, unit = pair.number(decimal)
+        if _LENGTH.search(pair.name.lower()) and number > 0:
+            bare = "ms" if number >= _SHORTEST and abs(number - samples) > 1 else ""
+            return number * TO_MS.get(unit_of(unit) if unit else bare, _NAN)
+    return _NAN
+
+
+def _checked(stated: StatedRate, length: float, samples: int) -> tuple[float, str]:
+    """The rate, kHz, and why there is none."""
+    by_length = samples / length if samples and length > 0 else _NAN
+    likely = stated.likely if math.isnan(stated.rate) else stated.rate
+    agrees = abs(likely / by_length - 1.0) <= _AGREE
+    lasting = f"{samples} samples in a length of {length:g} ms are {by_length:.4g} kHz"
+    if math.isnan(likely):
+        return _NAN, stated.doubt or ("" if math.isnan(by_length) else f"not stated; {lasting}")
+    if agrees or (stated.rate > 0 and math.isnan(by_length)):
+        return likely, ""
+    if math.isnan(stated.rate):
+        return _NAN, stated.doubt if math.isnan(by_length) else f"{stated.doubt}; {lasting}"
+    return _NAN, f"{stated.text!r} is {likely:g} kHz, but {lasting}"
+
+
+def _ratio(pairs: Sequence[Pair], decimal: str) -> tuple[float, tuple[str, ...]]:
+    """The ratio of the linkage, and a doubt where channels differ in it."""
+    for pair in pairs:
+        if not _RATIO.search(pair.name.lower()) or not pair.values:
+            continue
+        texts = [re.sub(r"^\s*1\s*:\s*|\s*:\s*1\s*$", "", value) for value in pair.values]
+        numbers = [n for n in numbers_of(texts, decimal)[0] if n > 0]
+        if numbers and len({*numbers}) == 1:
+            return numbers[0], ()
+        if numbers:
+            said = " and ".join(f"{n:g}" for n in dict.fromkeys(numbers))
+            return _NAN, (f"channels differ in {pair.name!r}: {said}",)
+    return _NAN, ()
+
+
+def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
+    """The date of the test in both orders of day and month, or in that of all dates if any tells,
+    and which that is.
+    """
+    every = [(pair, dates_of(pair.text)) for pair in pairs if _DATE.search(pair.name.lower())]
+    own = [each for each in every if each[1] and not _OTHER_DATE.search(each[0].name.lower())]
+    own.sort(key=lambda each: not _TEST.search(each[0].name.lower()))
+    if not own:
+        return (), None
+    pair, found = own[0]
+    # A 14th month decides for the other dates, too.
+    orders = {first for _, each in every if len(each) == 1 for first in each}
+    if len(orders) == 1 and orders <= {*found}:
+        found = {first: found[first] for first in orders}
+    clocks = (clock_of(p.text) for p in pairs if _TIME.search(p.name.lower()))
+    clock = clock_of(" ".join(pair.values)) or next(filter(None, clocks), "")
+    dates = tuple(dict.fromkeys(found[first] + clock for first in sorted(found, reverse=True)))
+    return dates, orders.pop() if len(orders) == 1 else None
+
+
+def _operation(pairs: Sequence[Pair]) -> str:
+    """The motions of the operation, such as ``"C-O"``."""
+    for pair in pairs:
+        if pair.text and _KIND.search(pair.name.lower()):
+            words = re.split(r"[\s\-–/+_,.]+|\d*\.?\d+\s*m?s", pair.text.lower())
+            words = [w for word in words for w in (list(word) if {*word} <= {*"co"} else [word])]
+            moves = [_MOVES.fullmatch(word) for word in words if word]
+            if said := ["C" if move[1] else "O" for move in moves if move]:
+                return "-".join(said)
+    return ""
+
+
+def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
+    """Names of phases by number of the channel, from 1; by 0 that of all."""
+    found: dict[int, str] = {}
+    for pair in pairs:
+        name = pair.name.lower()
+        if (channel := _CHANNEL.fullmatch(name)) and (phase := phase_in(pair.text)):
+            found.setdefault(int(channel[1]), phase)
+        elif re.fullmatch(r"(?:phase|pole|pol)(?:s| names?)?", name) and pair.values:
+            values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)
+            phases = list(filter(None, map(phase_in, values)))
+            named = {0: phases[0]} if len(phases) == 1 else dict(enumerate(phases, start=1))
+            found = named | found
+    return found

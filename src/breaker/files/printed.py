@@ -1,0 +1,193 @@
+"""What an analyser prints of its own results: pairs, or a table of quantities by channels."""
+
+import math
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from breaker.files.pairs import Pair, numbers_of
+
+__all__ = ["Printed", "channel_of", "motion_of", "phase_in", "printed_of"]
+
+_QUANTITIES = {  # the first that a name has
+    "maximum_speed": r"\b(?:max|peak)\w*\W.*(?:veloc|speed|geschw)",
+    "maximum_travel": r"\b(?:max|peak)\w*\W.*(?:travel|stroke)",
+    "over_travel": r"over.?\s?(?:travel|stroke|shoot)|überhub|überschwing|sobre\w*carrera|超程",
+    "rebound": r"re.?bound|back.?\s?travel|rückprall|rebote|反弹",
+    "wipe": r"\bwipe\b|penetration|contact (?:travel|engagement)",
+    "damping_time": r"damp",
+    "speed": r"veloc|speed|geschw|vitesse|\bv\b|速度",
+    "travel_time": r"(?:travel|stroke|running|motion)\W*time|laufzeit",
+    "closing_time": r"clos\w*\W*time|einschalt\w*zeit|temps de fermeture|合闸时间",
+    "opening_time": r"(?:open|trip)\w*\W*time|ausschalt\w*zeit|temps d.ouverture|分闸时间",
+    "stroke": r"stroke|travel|\bhub\b|\bweg\b|schalthub|course|carrera|行程",
+}
+_LENGTHS = {"mm", "cm", "m", "um", "inch", "in", "deg", "°"}
+_SPEEDS = {"m/s", "mm/ms", "cm/s", "mm/s", "ft/s", "in/s", "rad/s", "deg/s"}
+_TIMES = {"ms", "s", "us"}
+_NO_RESULT = re.compile(
+    r"point|punkt|range|limit|\bmin|rated|nominal|toler|refer|soll|sampl|ratio|unit|transducer"
+    r"|sensor|gauge|scale|level|delay|length|\bto\b|\bfrom\b|type|resol|definition"
+)
+_NONE = r"(?<![^\W\d_])"
+_CHANNEL = re.compile(
+    rf"{_NONE}(?:ch|channel|kanal|travel|trans(?:ducer)?|tr?|pole|pol)[\W_]*(\d+)\b", re.I
+)
+_PHASE = re.compile(
+    rf"{_NONE}(?:(?:phase|pole|pol|leiter|ph)[\s_.:-]*(l?[123]|[a-cr-wy]|red|yellow|blue)(?![^\W_])"
+    rf"|(l[123]|[rybabcstuvw]|red|yellow|blue)[\W_]*(?:phase|pole|ph)?$)",
+    re.I,
+)
+_MOTIONS = {
+    "closing": r"\bclos|\bein|合|ferm|cierre|\bc\b",
+    "opening": r"\bopen|\btrip|\baus|分|ouvert|apert|\bo\b",
+}
+_HEADS = re.compile(
+    r"param|quantit|result|measur|value|mess|größe|grandeur|name|descr|item|channel|phase|pole|^$",
+    re.I,
+)
+
+
+class Printed(NamedTuple):
+    """A result of an analyser.
+
+    Attributes:
+        quantity: What it is, such as "stroke", "speed" or "closing_time".
+        motion: "closing" or "opening"; empty where the text does not say.
+        channel: As the text names it, such as "CH1", "R" or "2"; empty for one of all.
+        value: In its unit.
+        unit: As it stands in the text.
+        name: As it stands in the text.
+    """
+
+    quantity: str
+    motion: str
+    channel: str
+    value: float
+    unit: str
+    name: str
+
+
+def channel_of(text: str) -> int:
+    """Return the number of the channel that a text names, 0 where it names none."""
+    found = _CHANNEL.search(text) or re.fullmatch(r"\s*(\d{1,2})\s*()", text)
+    return int(found[1]) if found else 0
+
+
+def phase_in(text: str) -> str:
+    """Return the phase that a text names, empty where it names none.
+
+    >>> phase_in("Phase R"), phase_in("L2"), phase_in("Travel 1")
+    ('R', 'L2', '')
+    """
+    found = _PHASE.search(text.strip())
+    return next(filter(None, found.groups()), "").strip() if found else ""
+
+
+def quantity_of(name: str) -> str:
+    """Return the quantity that a name means, empty where it means none of an operation."""
+    low = name.lower()
+    if _NO_RESULT.search(low):
+        return ""
+    return next((q for q, words in _QUANTITIES.items() if re.search(words, low)), "")
+
+
+def motion_of(name: str) -> str:
+    """Return the motion that a name says, empty where it says none, or both."""
+    said = [motion for motion, words in _MOTIONS.items() if re.search(words, name.lower())]
+    return said[0] if len(said) == 1 else ""
+
+
+def printed_of(
+    rows: Sequence[Sequence[str]], pairs: Sequence[Pair], decimal: str
+) -> tuple[Printed, ...]:
+    """Return the results that lines state.
+
+    Args:
+        rows: Cells of each line.
+        pairs: Those of the lines.
+        decimal: Sign of numbers.
+
+    >>> rows = [["Parameter", "CH1", "CH2"], ["Stroke (mm)", "178.1", "178.4"]]
+    >>> [each[:5] for each in printed_of(rows, (), ".")]
+    [('stroke', '', 'CH1', 178.1, 'mm'), ('stroke', '', 'CH2', 178.4, 'mm')]
+    """
+    tables, taken = _tables(rows, decimal)
+    found = list(tables)
+    for pair in pairs:
+        if pair.row in taken or not (quantity := quantity_of(pair.name)):
+            continue
+        values = pair.values
+        numbers, unit = numbers_of(values, decimal)
+        label = next(filter(None, (m and m[0] for m in (_CHANNEL.search(pair.name),))), "")
+        label = label or phase_in(pair.name)
+        several = sum(map(math.isfinite, numbers)) > 1
+        beside = next((v for v, n in zip(values, numbers, strict=True) if math.isnan(n)), "")
+        for place, number in enumerate(numbers, start=1):
+            channel = str(place) if several else label
+            each = Printed(
+                quantity,
+                motion_of(pair.name),
+                channel,
+                number,
+                pair.unit or unit or beside,
+                pair.name,
+            )
+            if _fits(each):
+                found.append(each)
+    return tuple(dict.fromkeys(found))
+
+
+def _fits(each: Printed) -> bool:
+    """Whether a result is a number in a unit that its quantity may have."""
+    units = _TIMES if each.quantity.endswith("time") else _LENGTHS
+    units = _SPEEDS if each.quantity.endswith("speed") else units
+    return math.isfinite(each.value) and (not each.unit or each.unit.lower() in units)
+
+
+def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed], set[int]]:
+    """Results in tables, by quantities or by channels, and the lines that they take."""
+    found, taken, head, title = [], set(), None, ""
+    for place, row in enumerate(rows):
+        cells = [cell.strip() for cell in row]
+        while cells and not cells[-1]:
+            cells.pop()
+        numbers, _ = numbers_of(cells[1:], decimal)
+        if len(list(filter(None, cells))) == 1:
+            title, head = motion_of(cells[0]) if cells[0] else "", None
+        elif not cells or any(cell.endswith((":", "=")) for cell in cells):
+            head = None
+        elif len(cells) > 1 and not any(map(math.isfinite, numbers)):
+            head = cells if _is_head(cells) else None
+            taken |= {place} if head else set()
+        elif head:
+            # The names of channels may stand alone, with none of the column of quantities.
+            head = ["", *head] if len(head) == len(cells) - 1 else head
+            each = list(_row(head, cells, numbers, title))
+            found += filter(_fits, each)
+            taken |= {place} if each else set()
+    return found, taken
+
+
+def _is_head(cells: Sequence[str]) -> bool:
+    """Whether a line has names of channels, or of quantities, side by side."""
+    channels = [bool(channel_of(cell) or phase_in(cell)) for cell in cells]
+    quantities = [bool(quantity_of(cell)) for cell in cells[1:]]
+    named = _HEADS.search(cells[0]) and (any(channels[1:]) or any(quantities))
+    return bool(named) or all(channels)
+
+
+def _row(head: Sequence[str], cells: Sequence[str], numbers: Sequence[float], title: str):
+    """Results in a line of a table."""
+    unit = next(
+        (c for h, c in zip(head[1:], cells[1:], strict=False) if h.lower().startswith("unit")), ""
+    )
+    for label, number in zip(head[1:], numbers, strict=False):
+        name, channel = (
+            (label, cells[0]) if quantity_of(label) and not channel_of(label) else (cells[0], label)
+        )
+        if not (quantity := quantity_of(name)) or label.lower().startswith("unit"):
+            continue
+        inner = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]", name)
+        own = inner[1] if inner else unit
+        yield Printed(quantity, motion_of(name) or title, channel, number, own, name)

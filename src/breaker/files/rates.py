@@ -1,0 +1,121 @@
+"""The rate that a text states, as such or as the time from one sample to the next."""
+
+import math
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from breaker.files.names import unit_of
+from breaker.files.pairs import Pair
+from breaker.files.settings import TO_MS
+
+__all__ = ["RATES", "StatedRate", "rate_of"]
+
+RATES = (0.95, 105.0)
+"""The least and the largest rate, kHz, of recorders."""
+
+_UNIT = re.compile(
+    r"(k|kilo|m|mega)?(?:hz|hertz|sps|(?:s|sa|samples?|pts|points|1)/s(?:ec)?)|k(?:c|cs|cps|c/s)"
+    r"|(?P<ms>(?:s|sa|samples?|pts|points|1)?/ms)"
+)
+_PER = re.compile(r"(?:\bper |\bsamples? ?/) ?(m?s)(?:ec(?:ond)?s?)?\b")  # in the name
+_EACH = re.compile(r"([µμu]?\w+) ?(?:/|per) ?samples?")
+_SIZES = {None: 1e-3, "k": 1.0, "kilo": 1.0, "m": 1e3, "mega": 1e3}
+_RATE = re.compile(
+    r"sampl|abtast|messrate|\brate\b|scan|acquisition|échantillon|echantillon|muestr|campion|takt"
+    r"|дискрет|采样|采樣|サンプリング"
+)
+_FREQUENCY = re.compile(r"freq|fréq|频率|頻率")
+_STEP = re.compile(
+    r"interv|increm|period|delta|\bdt\b|time.?step|schritt|raster|resolution|auflös|间隔|周期"
+)
+_TEMPO = re.compile(r"rate|speed|freq|fréq|velocidad|频率|速率|周波数|takt")
+_OTHER = re.compile(
+    r"filter|bandw|cut.?off|grenz|low.?pass|tiefpass|滤波|rated"
+    r"|number|count|anzahl|no\b|baud|refresh|travel (?:res|speed)|veloc"
+)
+
+
+class StatedRate(NamedTuple):
+    """A rate, and what is doubtful about it.
+
+    Attributes:
+        rate: kHz, NaN if none is stated, or not for sure.
+        doubt: Why not, empty where there is a rate or nothing is stated.
+        likely: What it may be, kHz, if something else confirms it; NaN if there is none.
+        text: As it is stated.
+    """
+
+    rate: float = math.nan
+    doubt: str = ""
+    likely: float = math.nan
+    text: str = ""
+
+
+def rate_of(pairs: Iterable[Pair], decimal: str = ".") -> StatedRate:
+    """Return the rate that pairs state.
+
+    >>> rate_of([Pair("Sampling Speed", "kC", ("10",), 0)]).rate
+    10.0
+    >>> rate_of([Pair("dt", "", ("0,05", "ms"), 0)], ",").rate
+    20.0
+    >>> rate_of([Pair("Sampling rate", "", ("10",), 0)]).doubt
+    "'Sampling rate: 10' has no unit"
+    """
+    sure, unsure = {}, {}
+    for pair in pairs:
+        text = f"{pair.name}{f' ({pair.unit})' if pair.unit else ''}: {' '.join(pair.values[:2])}"
+        for rate, certain in _rates(pair, decimal):
+            found = sure if certain else unsure
+            found.setdefault(float(f"{rate:.9g}"), (text, pair.number(decimal)[1]))
+    if len(sure) == 1:
+        ((rate, (text, _)),) = sure.items()
+        return StatedRate(rate, text=text)
+    if sure:
+        several = " and ".join(f"{text!r} ({rate:g} kHz)" for rate, (text, _) in sure.items())
+        return StatedRate(doubt=f"several rates are stated: {several}")
+    if unsure:
+        rate, (text, unit) = next(iter(unsure.items()))
+        why = "does not say that it is of the samples" if unit else "has no unit"
+        return StatedRate(doubt=f"{text!r} {why}", likely=rate, text=text)
+    return StatedRate()
+
+
+def _per_ms(unit: str) -> float:
+    """Samples in a ms that one of a unit is; NaN if it is none of rates."""
+    if not (found := _UNIT.fullmatch(unit.lower().replace(" ", "").strip("[]()."))):
+        return math.nan
+    return 1.0 if found["ms"] or found[0].startswith("kc") else _SIZES[found[1]]
+
+
+def _rates(pair: Pair, decimal: str) -> list[tuple[float, bool]]:
+    """Rates of a recorder, kHz, that a pair states, and whether each is sure."""
+    name = pair.name.lower()
+    number, unit = pair.number(decimal)
+    if not number > 0:
+        return []
+    if (per := _PER.search(f"{name} {unit.lower()}")) and _RATE.search(name):
+        return _fit([number / TO_MS[per[1]]], sure=True)
+    if _OTHER.search(name):
+        return []
+    if (each := _EACH.fullmatch(unit.lower())) and each[1] in TO_MS:
+        return _fit([1.0 / (number * TO_MS[each[1]])], sure=True)
+    step, named = _STEP.search(name), _RATE.search(name)
+    if (ms := TO_MS.get(unit_of(unit))) is not None:
+        return _fit([1.0 / (number * ms)], sure=True) if step else []
+    if (per_ms := _per_ms(unit)) > 0:
+        sure = named or _FREQUENCY.search(name) or not re.search("hz|hertz", unit.lower())
+        return _fit([number * per_ms], sure=bool(sure))
+    if unit:
+        return []
+    if step and (named or "dt" in name):
+        return _fit([1.0 / (number * ms) for ms in TO_MS.values()], sure=False)
+    if not (named and _TEMPO.search(name)):
+        return []
+    # Thousands without a unit are Hz: no recorder takes as many in a ms.
+    in_hz = _fit([1e-3 * number], sure=True)
+    return in_hz or _fit([number], sure=False)
+
+
+def _fit(rates: Iterable[float], *, sure: bool) -> list[tuple[float, bool]]:
+    return [(rate, sure) for rate in rates if RATES[0] <= rate <= RATES[1]]

@@ -1,0 +1,168 @@
+"""What an analyser printed beside what is measured here of the same samples."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from breaker.files import TO_MM, Preamble, Printed, channel_of, motion_of, phase_in, unit_of
+from breaker.inspection.channels import Travel
+from breaker.inspection.layouts import Layout
+from breaker.mechanism import SPEEDS, Point, Speed
+
+__all__ = ["Compared", "compare_printed", "phase_of", "stated_remarks", "stated_speeds"]
+
+_DIFFERS = {"stroke": 0.01, "speed": 0.03}
+_CLOSE = 0.05  # share by which strokes may differ that tell whether samples are multiplied
+_TO_MM_PER_MS = {
+    "m/s": 1.0,
+    "mm/ms": 1.0,
+    "cm/s": 1e-2,
+    "mm/s": 1e-3,
+    "ft/s": 0.3048,
+    "in/s": 0.0254,
+}
+# Beyond the rest after the motion: the names of the house differ by motion.
+_MEASURED = {
+    "stroke": {"closing": "stroke", "opening": "stroke"},
+    "over_travel": {"closing": "over_travel", "opening": "rebound"},
+    "speed": {"closing": "closing_speed", "opening": "opening_speed"},
+}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A result of the analyser, and the same quantity measured here.
+
+    Attributes:
+        column: Of the travel; empty where the result is of no column of travel.
+        motion: "closing" or "opening"; empty where neither is known.
+        printed: The result.
+        measured: In the unit of the result; NaN where it is not measured.
+        reason: Why not; empty where it is.
+    """
+
+    column: str | int
+    motion: str
+    printed: Printed
+    measured: float = math.nan
+    reason: str = ""
+
+    @property
+    def difference(self) -> float:
+        """Share of the printed value by which the measured one differs; NaN without either."""
+        value = self.printed.value
+        return self.measured / value - 1.0 if value else math.nan
+
+    @property
+    def differs(self) -> bool:
+        """Whether it does by more than such values do."""
+        return abs(self.difference) > _DIFFERS.get(self.printed.quantity, math.inf)
+
+
+def stated_speeds(stated: Preamble) -> dict[str, Speed]:
+    """Return the speeds between the points that a text states in % of the stroke, by motion."""
+    found = {}
+    for motion in ("closing", "opening"):
+        amounts = [
+            pair.number()[0]
+            for pair in stated.speed_points
+            if motion_of(pair.name) in (motion, "") and pair.number()[1] == "%"
+        ]
+        if len(amounts) == 2 and 0 < amounts[0] < amounts[1] < 100:
+            points = (Point(amount, "%") for amount in amounts)
+            found[motion] = Speed(f"{motion}_speed", *points)
+    return found
+
+
+def phase_of(layout: Layout, place: int, order: int) -> str:
+    """Return the phase of a column of travel, empty where nothing says it.
+
+    Args:
+        layout: Of the file.
+        place: Of the column.
+        order: Of the column among those of travel, from 1.
+    """
+    phases, name = layout.stated.phases, layout.names[place]
+    return phase_in(name) or phases.get(channel_of(name) or order, phases.get(0, ""))
+
+
+def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence) -> list[Compared]:
+    """Set the results that a text states beside what is measured.
+
+    Args:
+        layout: Of the file.
+        travels: Its columns of travel.
+        motions: Every ``InspectedMotion``.
+    """
+    stated, found = layout.stated, []
+    speeds = stated_speeds(stated)
+    columns = _columns(layout, [travel.place for travel in travels])
+    measured: dict[int, dict] = {}
+    for printed in stated.results:
+        column = columns.get(printed.channel.casefold(), "")
+        own = [
+            m for m in motions if m.column == column and m.motion == (printed.motion or m.motion)
+        ]
+        if not own:
+            if printed.value:
+                found.append(Compared("", printed.motion, printed))
+            continue
+        motion = own[0]
+        if id(motion) not in measured:
+            speed = speeds.get(motion.motion)
+            used = (speed,) if speed else SPEEDS
+            measured[id(motion)] = motion.record.measured(used) if motion.record else {}
+        name = _MEASURED.get(printed.quantity, {}).get(motion.motion)
+        value, _, reason = measured[id(motion)].get(name, (math.nan, 0.0, ""))
+        if printed.quantity == "speed" and motion.motion not in speeds:
+            value, reason = math.nan, "between which points is not stated"
+        size = _size(printed)
+        found.append(Compared(column, motion.motion, printed, value / size, reason))
+    return found
+
+
+def _size(printed: Printed) -> float:
+    """Size of the unit of a result, mm or mm/ms; NaN where it is another."""
+    if printed.quantity == "speed":
+        return _TO_MM_PER_MS.get(printed.unit.lower() or "m/s", math.nan)
+    return TO_MM.get(unit_of(printed.unit or "mm") or "", math.nan)
+
+
+def _columns(layout: Layout, places: Sequence[int]) -> dict[str, str | int]:
+    """Columns of travel by what results call their channel."""
+    labels = list(dict.fromkeys(each.channel for each in layout.stated.results))
+    by_number, by_phase = {}, {}
+    for order, place in enumerate(places, start=1):
+        by_number[channel_of(layout.names[place]) or order] = place
+        by_phase.setdefault(phase_of(layout, place, order).casefold() or None, place)
+    found = {}
+    for label in labels:
+        place = by_number.get(channel_of(label), by_phase.get(phase_in(label).casefold()))
+        if place is not None:
+            found[label.casefold()] = layout.column(place)
+    if len(places) == 1 and "" in labels:
+        found[""] = layout.column(places[0])
+    if not found and len(labels) == len(places):
+        pairs = zip(labels, places, strict=True)
+        found = {label.casefold(): layout.column(place) for label, place in pairs}
+    return found
+
+
+def stated_remarks(stated: Preamble, unit: str, compared: Sequence[Compared]) -> list[str]:
+    """Return what is doubtful about a text, and what there is to say of a ratio it states."""
+    ratio = stated.ratio
+    if math.isnan(ratio) or ratio == 1.0 or unit not in TO_MM:
+        return [*stated.doubts]
+    said = (
+        f"the text states a linkage ratio of {ratio:g}, which is not applied, as samples are {unit}"
+    )
+    strokes = [1.0 + c.difference for c in compared if c.printed.quantity == "stroke"]
+    share = float(np.nanmedian(strokes)) if np.isfinite(strokes).any() else math.nan
+    why = "compare the stroke with the drive's; if it lacks the ratio, set endurance.format.ratio"
+    if abs(share - 1.0) <= _CLOSE:
+        why = "and have the printed stroke already"
+    elif abs(share * ratio - 1.0) <= _CLOSE:
+        why = f"times {ratio:g} they have the printed stroke: set endurance.format.ratio to it"
+    return [*stated.doubts, f"{said}: {why}"]

@@ -1,0 +1,107 @@
+"""Exports of an analyser: what they state is shown, proposed, and set beside what is measured."""
+
+import math
+
+import pytest
+import yaml
+
+from breaker.cli import main
+from breaker.inspection.proposals import inspect_file
+from breaker.inspection.wording import overlay_of, report_of
+from tests.exports import write
+
+SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
+
+
+def inspected(tmp_path, channel="", **given):
+    write(tmp_path / "export.csv", **given)
+    return inspect_file(tmp_path / "export.csv", SENSOR, channel)
+
+
+@pytest.mark.parametrize("rate", [5.0, 10.0, 20.0])
+@pytest.mark.parametrize("kind", ["C", "O", "CO", "OCO"])
+def test_the_rate_stated_reads_every_motion(tmp_path, rate, kind):
+    motions = ["closing" if sign == "C" else "opening" for sign in kind]
+    length = 150.0 * (len(motions) + 1)
+    proposal = inspected(tmp_path, rate=rate, motions=motions, length=length, channels=1)
+    settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
+    assert (settings["time_column"], settings["rate"]) == (None, rate)
+    assert [each.motion for each in proposal.motions] == motions
+    assert all(each.record for each in proposal.motions)
+    assert proposal.motions[0].record.moves == pytest.approx(55.0, abs=1.0)
+
+
+@pytest.mark.parametrize("plot", [200.0, 800.0])
+def test_a_length_that_contradicts_the_rate_leaves_it_to_fill_in(tmp_path, plot):
+    proposal = inspected(tmp_path, plot=plot)
+    assert list(proposal.lacking) == ["rate"]
+    said = f"is 10 kHz, but 4000 samples in a length of {plot:g} ms are {4000 / plot:g} kHz"
+    assert any(said in each for each in proposal.remarks)
+    assert "rate: null  # FILL IN" in overlay_of(proposal)
+    assert proposal.compared == []
+
+
+def test_a_time_column_that_contradicts_the_rate_is_said(tmp_path):
+    rows = [f"{i / 10:.1f},{178 / (1 + math.exp(20 - i / 20)):.2f}" for i in range(3000)]
+    file = tmp_path / "a.csv"
+    file.write_text("\n".join(["Sampling Rate (kHz),20", "Time (ms),Travel (mm)", *rows]))
+    proposal = inspect_file(file, SENSOR)
+    assert "the text states 20 kHz, but the times are those of 10 kHz" in proposal.remarks
+
+
+@pytest.mark.parametrize("unused", ["zeros", "cross"])
+def test_unused_channels_are_no_travels(tmp_path, unused):
+    proposal = inspected(tmp_path, unused=unused)
+    assert [travel.place for travel in proposal.travels] == [6, 7, 8]
+    assert proposal.settings["stroke"] == [160.0, 197.0]
+    assert ("'Travel 4', 'Travel 5', 'Travel 6'" in report_of(proposal)) == (unused == "cross")
+    if unused == "cross":
+        assert [t.place for t in inspected(tmp_path, "Travel 5", unused=unused).travels] == [10]
+
+
+def test_a_resistance_is_no_travel(tmp_path):
+    proposal = inspected(tmp_path)
+    assert proposal.layout.units[18] == "uOhm"
+    assert {str(each.column)[:6] for each in proposal.motions} == {"Travel"}
+
+
+def test_printed_results_stand_beside_measured_ones(tmp_path):
+    results = {"Stroke (mm)": [178.0, 182.0, 178.7], "Closing Velocity (m/s)": [4.1, 4.1, 4.4]}
+    proposal = inspected(tmp_path, results=results)
+    found = [(each.printed.quantity, str(each.column), each.differs) for each in proposal.compared]
+    assert found == [
+        ("stroke", "Travel 1", False),
+        ("stroke", "Travel 2", True),
+        ("stroke", "Travel 3", False),
+        ("speed", "Travel 1", False),
+        ("speed", "Travel 2", False),
+        ("speed", "Travel 3", True),
+    ]
+    assert proposal.compared[1].difference == pytest.approx(178.36 / 182.0 - 1.0, abs=1e-3)
+    text = report_of(proposal)
+    assert "HV-20417" in text
+    assert "2021-03-14T10:42:17" in text
+    assert "Travel 1 R" in text
+    assert text.count("  <") == 2
+
+
+@pytest.mark.parametrize(
+    ("printed", "said"),
+    [
+        ({"Stroke (mm)": [291.9, 292.5, 293.1]}, "have the printed stroke already"),
+        ({"Stroke (mm)": [478.7, 479.7, 480.6]}, "times 1.64 they have the printed stroke"),
+        (None, "compare the stroke with the drive's"),
+    ],
+)
+def test_a_ratio_is_shown_but_not_applied(tmp_path, printed, said):
+    proposal = inspected(tmp_path, ratio=1.64, results=printed)
+    assert "ratio" not in proposal.settings
+    assert said in " ".join(report_of(proposal).split())
+
+
+def test_remarks_that_differ_in_numbers_only_are_said_once(tmp_path, capsys):
+    write(tmp_path / "a.csv", motions=("closing", "opening"), unused="cross")
+    assert main(["inspect", str(tmp_path / "a.csv")]) == 0
+    said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  - ")]
+    assert len(said) <= 6
+    assert any(line.startswith("  - opening, Travel 1 and 2 more: the rest") for line in said)
