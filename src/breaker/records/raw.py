@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from tqdm import tqdm
 
-from breaker.files import Operation, RejectedCurveError, complete, read_columns
+from breaker.files import Operation, RejectedCurveError, complete, lacking, read_columns
 from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
@@ -36,7 +36,7 @@ class Raw:
 
     Attributes:
         operation, motion: What it is of.
-        settings: The section ``endurance.format``, complete.
+        settings: The section ``endurance.format``, complete, and what its row states over it.
         time: Times of the whole record, ``(n,)``, ms.
         whole: Its travel, ``(n,)``, mm towards closed, doubtful samples among them.
         doubts: Kind of each doubtful sample, ``(n,)`` of text; "" where nothing is doubtful.
@@ -179,16 +179,37 @@ def read_raws(
     Args:
         operations, settings, motion: As for ``read_curves``.
     """
-    settings = complete(settings)
-    scale = Scale.from_settings(settings)
+    alone = not any(operation.settings for operation in operations)
+    ready: dict[str, tuple[dict, Scale]] = {}  # a table of readings is read once
     raws: list[Raw | RejectedCurveError] = []
     few = {"disable": True} if len(operations) < _MANY else {}
     for operation in tqdm(operations, desc=f"read {motion}", mininterval=5, unit="file", **few):
         try:
-            raws.append(read_raw(operation, settings, scale, motion))
+            if (stated := repr(operation.settings)) not in ready:
+                ready[stated] = _settings_of(operation, settings, alone=alone)
+            raws.append(read_raw(operation, *ready[stated], motion))
         except RejectedCurveError as error:
             raws.append(error)
     return raws
+
+
+def _settings_of(operation: Operation, settings: Mapping, *, alone: bool) -> tuple[dict, Scale]:
+    """The settings of a record, those that its row states over the others, and its scale.
+
+    Raises:
+        ValueError: If they are wrong; RejectedCurveError unless they alone are of all records.
+    """
+    try:
+        laid = complete({**settings, **operation.settings})
+        if text := lacking(laid):
+            raise ValueError(text)
+        return laid, Scale.from_settings(laid)
+    except ValueError as error:
+        if alone:
+            raise
+        stated = ", ".join(operation.settings) or "nothing"
+        reason = f"with {stated} stated by its row in operations.csv: {error}"
+        raise RejectedCurveError(operation.file, reason) from error
 
 
 def _placed(column: np.ndarray, place: np.ndarray, time: np.ndarray) -> np.ndarray:
