@@ -4,7 +4,7 @@ All that a record shows without a model's grid; ``reader`` puts it there.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from tqdm import tqdm
@@ -15,7 +15,7 @@ from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, doubts_in_words
 from breaker.records.edges import LocatedMotion, events_of
-from breaker.records.errors import UnusableError
+from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
 from breaker.records.leaps import leap_remark
@@ -25,7 +25,7 @@ from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
-__all__ = ["Raw", "read_raw", "read_raws"]
+__all__ = ["Raw", "read_raw", "read_raws", "taken_apart"]
 
 _MANY = 100  # files, from which the progress is shown
 
@@ -191,6 +191,15 @@ def read_raws(
         except RejectedCurveError as error:
             raws.append(error)
     return raws
+
+
+def taken_apart(operation: Operation, raw: Raw | RejectedCurveError) -> list[Operation]:
+    """Return an operation once for each of its motions, where it was rejected for having several;
+    none if it was not.
+    """
+    why = getattr(raw, "__cause__", None)
+    parts = why.parts if isinstance(why, SeveralMotionsError) else ()
+    return [replace(operation, begin=begin, end=end) for begin, end in parts]
 
 
 def _settings_of(operation: Operation, settings: Mapping, *, alone: bool) -> tuple[dict, Scale]:
