@@ -216,9 +216,9 @@ def _settings_of(operation: Operation, settings: Mapping, *, alone: bool) -> tup
     except ValueError as error:
         if alone:
             raise
-        stated = ", ".join(operation.settings) or "nothing"
-        reason = f"with {stated} stated by its row in operations.csv: {error}"
-        raise RejectedCurveError(operation.file, reason) from error
+        stated = ", ".join(operation.settings)
+        said = f"with {stated} of its row in operations.csv: {error}" if stated else str(error)
+        raise RejectedCurveError(operation.file, said) from error
 
 
 def _placed(column: np.ndarray, place: np.ndarray, time: np.ndarray) -> np.ndarray:
