@@ -193,6 +193,7 @@ def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
     assert [each["operation"] for each in found["records"]] == [9]
     (folder / "second.yaml").write_text("endurance: {breaker: Q2}")
     assert answered(capsys, "own", "--config", "second.yaml") == found
+    assert len(answered(capsys, "own/a.csv", "--config", "second.yaml")["records"]) == 1
     message = failed(capsys, "own", "--breaker", "Q2", "--channel", "travel")
     assert "names the channels; leave --channel out" in message
 
