@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from breaker.cli import main
@@ -96,3 +97,62 @@ def test_a_share_that_is_none_is_refused(capsys, share):
     with pytest.raises(SystemExit):
         call("a.csv", "--today", "b.csv", "--beyond", share)
     assert "is not a percentage" in capsys.readouterr().err
+
+
+OTHER = "delimiter: ';', time_column: null, travel_column: way"
+
+
+@pytest.fixture
+def other_export(visits):
+    """The second visit as another analyser exports it: at twice the rate, falling, no times."""
+    time, travel = np.loadtxt(visits / "now/now.csv", delimiter=",", skiprows=6, unpack=True)
+    fine = np.linspace(time[0], time[-1], 2 * time.size - 1)
+    rows = (f"0;{x:.4f}" for x in -0.5 * np.interp(fine, time, travel))
+    (visits / "now/other.csv").write_text("\n".join(["coil;way", *rows]))
+    (visits / "other.yaml").write_text(f"endurance: {{format: {{{OTHER}}}}}\n")
+    (visits / "both.yaml").write_text(
+        f"endurance: {{format: {{{OTHER}, rate: 20, ratio: 2, sign: -1}}}}\n"
+    )
+    return visits
+
+
+def today(found):
+    """Measured values of the second visit."""
+    rows = [row for row in found["changes"] if row["kind"] == "measured"]
+    return np.array([row["today"] for row in rows if row["name"] in ("stroke", "travel_time")])
+
+
+def test_visits_may_differ_in_rate_and_layout(other_export, capsys):
+    assert call("then", "--today", "now/now.csv", "--json") == 0
+    expected = today(json.loads(capsys.readouterr().out))
+    other = ["then", "--today", "now/other.csv", "--json"]
+    assert call(*other, "--config-today", "both.yaml") == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert today(json.loads(out)) == pytest.approx(expected, rel=0.01)
+    assert call(*other, "--config-before", "both.yaml") == 1
+    assert "nothing can be compared" in capsys.readouterr().err
+    rows = [f"other.csv,{motion},1,20,2,-1" for motion in ("closing", "opening")]
+    table = "\n".join(["file,motion,operation,rate,ratio,sign", *rows])
+    (other_export / "now/operations.csv").write_text(table)
+    assert call("then", "--today", "now", "--json", "--config-today", "other.yaml") == 0
+    assert today(json.loads(capsys.readouterr().out)) == pytest.approx(expected, rel=0.01)
+
+
+def test_what_holds_for_both_visits_is_refused_for_one(visits, capsys):
+    (visits / "seed.yaml").write_text("seed: 7\n")
+    assert call("then", "--today", "now", "--config-today", "seed.yaml") == 1
+    assert "seed.yaml: seed holds for both visits; set it by --config" in capsys.readouterr().err
+
+
+def test_what_a_configuration_changes_of_another_is_told(visits, capsys):
+    (visits / "one.yaml").write_text("endurance: {format: {rate: 10, stroke: [10, 20]}}\n")
+    (visits / "two.yaml").write_text("seed: 2\nendurance: {format: {rate: 20, stroke: [10, 20]}}\n")
+    told = "note: two.yaml: endurance.format.rate is 20, in place of 10 of one.yaml\n"
+    both = [["--config", "one.yaml", "two.yaml"], ["--config", "one.yaml", "--config", "two.yaml"]]
+    for options in both:
+        assert call("then", "--today", "now", *options) == 1  # the records are of 10 kHz
+        assert capsys.readouterr().err.startswith(told)
+    assert call("then", "--today", "now", "--config", "two.yaml", "one.yaml", "--json") == 0
+    told = "note: one.yaml: endurance.format.rate is 10, in place of 20 of two.yaml\n"
+    assert capsys.readouterr().err == told

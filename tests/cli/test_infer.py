@@ -191,8 +191,9 @@ def test_a_folder_with_a_table_of_two_breakers(folder, capsys):
     assert found["records"][0]["date"] == "2024-11-20"
     found = answered(capsys, "own", "--breaker", "Q2")
     assert [each["operation"] for each in found["records"]] == [9]
-    (folder / "second.yaml").write_text("endurance: {breaker: Q2, curves: own}\nmotions: [closing]")
+    (folder / "second.yaml").write_text("endurance: {breaker: Q2}")
     assert answered(capsys, "own", "--config", "second.yaml") == found
+    assert len(answered(capsys, "own/a.csv", "--config", "second.yaml")["records"]) == 1
     message = failed(capsys, "own", "--breaker", "Q2", "--channel", "travel")
     assert "names the channels; leave --channel out" in message
 

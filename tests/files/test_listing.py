@@ -200,13 +200,14 @@ def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
     seen.add(fingerprint([replace(found, channel="A")]))
     seen.add(fingerprint([replace(found, begin=1.0)]))
     seen.add(fingerprint([replace(found, event="greased")]))
+    seen |= {fingerprint([replace(found, settings={"rate": rate})]) for rate in (10.0, 20.0)}
     os.utime(found.file, (1e9, 1e9 + 1))
     seen.add(fingerprint([found]))
     found.file.with_suffix(".dat").write_text("new")
     seen.add(fingerprint([found]))
     (tmp_path / "a/2.zarr/x/0").write_text("new")
     seen.add(fingerprint([store]))
-    assert len(seen) == 10
+    assert len(seen) == 12
     assert fingerprint([store]) == fingerprint([store])
 
 
@@ -244,6 +245,37 @@ def test_several_operations_of_one_file_are_read_by_their_rows(tmp_path):
     assert begins["opening", "L1"] - begins["closing", "L1"] == pytest.approx(200.0, abs=0.5)
     for motion in ("closing", "opening"):
         assert begins[motion, "L2"] - begins[motion, "L1"] == pytest.approx(10.0, abs=0.5)
+
+
+def test_each_record_is_read_with_what_its_row_states(tmp_path):
+    """A linkage in degrees and half its rate, without times; and rows that state too little."""
+    time = np.arange(0.0, 200.0, 0.1)
+    travel = 14.0 / (1.0 + np.exp(60.0 - time))
+    for name, reading in {"mm": travel, "deg": (90.0 - travel / 0.5)[::2]}.items():
+        np.savetxt(tmp_path / f"{name}.csv", reading, fmt="%.3f", header="travel", comments="")
+    rows = [
+        "mm.csv,closing,1,10,,,,13 to 15",
+        "deg.csv,closing,2,5,deg,0.5,-1,",
+        "mm.csv,closing,3,,,,,",
+        "deg.csv,closing,4,5,deg,,-1,",
+        "mm.csv,closing,5,10,,,,130 to 150",
+    ]
+    table(tmp_path, *rows, head="file,motion,operation,rate,travel_unit,ratio,sign,stroke")
+    settings = {"time_column": None, "zero": "rest"}
+    grid, listed = Grid(np.arange(-2.0, 58.0, 0.4)), list_operations(tmp_path, "closing")
+    curves = read_curves(listed, settings, grid, "closing")
+    assert curves.accepted.values.tolist() == [True, True, False, False, False]
+    assert curves.rate.values[:2] == pytest.approx([10.0, 5.0])
+    strokes = curves.measured.sel(quantity="stroke").values[:2]
+    assert strokes == pytest.approx([14.0, 14.0], abs=0.05)
+    for reason, said in zip(
+        curves.reason.values[2:],
+        ["column rate of operations.csv", "the column ratio of", "format.stroke allows"],
+        strict=True,
+    ):
+        assert said in reason
+    with pytest.raises(ValueError, match="rate is needed"):  # of a folder that states nothing
+        read_curves([Operation(1, tmp_path / "mm.csv")], settings, grid, "closing")
 
 
 def test_what_is_known_of_operations_of_any_motion(tmp_path):

@@ -8,6 +8,7 @@ import pytest
 
 from breaker.files.cells import EVENTS, READ
 from breaker.files.manifest import read_manifest
+from breaker.files.settings import FORMAT
 from breaker.mechanism.parameters import PARAMETERS
 
 HEAD = "file,motion,operation"
@@ -50,9 +51,30 @@ def test_times_of_contacts_are_those_of_their_motion(tmp_path):
         "a.csv,closing,1,44.1,,0.2,12\na.csv,opening,1,,231.9,,\na.csv,closing,2,,,,\n",
     )
     closing, opening, none = (operation for _, operation in found)
-    assert (closing.switching, closing.timing_sd, closing.trigger) == (44.1, 0.2, 12.0)
+    assert (closing.switching, closing.settings, closing.trigger) == (
+        44.1,
+        {"timing_sd": 0.2},
+        12.0,
+    )
     assert opening.switching == 231.9
-    assert all(map(math.isnan, (opening.timing_sd, opening.trigger, none.switching)))
+    assert all(map(math.isnan, (opening.trigger, none.switching)))
+    assert opening.settings == none.settings == {}
+
+
+def test_a_row_states_settings_of_its_record(tmp_path):
+    rows = [
+        "file,motion,operation,rate,ratio,stroke,sign,zero,travel_unit,contact_column,time_column",
+        "a.csv,closing,1,10,1.64,160 to 197,-1,rest,deg,Contact 2,none",
+        'b.csv,closing,2,20,,"[160, 197.5]",,-3,,14,',
+        "c.csv,closing,3,,,160-197,,,,,1",
+        "d.csv,closing,4,,,,,,,,",
+    ]
+    settings = [each.settings for _, each in read(tmp_path, "\n".join(rows))]
+    deg = {"travel_unit": "deg", "ratio": 1.64, "zero": "rest", "sign": -1, "stroke": [160, 197]}
+    assert settings[0] == {"rate": 10, "time_column": None, "contact_column": "Contact 2", **deg}
+    assert settings[1] == {"rate": 20, "stroke": [160, 197.5], "zero": -3, "contact_column": 14}
+    assert settings[2:] == [{"stroke": [160, 197], "time_column": 1}, {}]
+    assert [type(each) for each in settings[0]["stroke"]] == [float, float]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
@@ -116,6 +138,17 @@ WRONG = [
     (f"{HEAD},part_time\na.csv,closing,1,9.5", "line 2, column part_time: is of opening; leave"),
     (f"{HEAD},touch_time\na.csv,closing,1,9:5", "column touch_time: '9:5' is no number"),
     (f"{HEAD},timing_sd\na.csv,closing,1,0", "column timing_sd: 0 is not between 0.01 and 10 ms"),
+    (f"{HEAD},rate\na.csv,closing,1,10000", "line 2, column rate: 10000 is not between 0.5 and 1"),
+    (f"{HEAD},ratio\na.csv,closing,1,0", "line 2, column ratio: 0 is not between 1e-06 and 1e"),
+    (f"{HEAD},ratio\na.csv,closing,1,1:2", "column ratio: '1:2' is no number; write it as 21.5"),
+    (f"{HEAD},stroke\na.csv,closing,1,178", "column stroke: '178' is no range; .* as 160 to 197"),
+    (f"{HEAD},stroke\na.csv,closing,1,197 to 160", "'197 to 160' does not rise; write the least"),
+    (f"{HEAD},stroke\na.csv,closing,1,0 to 160", "column stroke: 0 is not between 0.001 and 1000"),
+    (f"{HEAD},sign\na.csv,closing,1,down", "line 2, column sign: 'down' is none of 1, \\+1, -1"),
+    (f"{HEAD},zero\na.csv,closing,1,open", "line 2, column zero: 'open' is no number; write"),
+    (f"{HEAD},travel_unit\na.csv,closing,1,ft", "travel_unit: 'ft' is none of mm, cm, m, um, in"),
+    (f"{HEAD},contact_column\na.csv,closing,1,0", "0 is no number of a column, 1 to 1000"),
+    (f"{HEAD},time_column\na.csv,closing,1,{'9' * 30}", "is no number of a column, 1 to 1000"),
     (f"{HEAD},trigger\na.csv,closing,1,x", "column trigger: 'x' is no number"),
     (f"{HEAD},event\na.csv,closing,1,a\x1b[2J", r"column event: 'a\\x1b\[2J' has signs"),
     (f"{HEAD},event\na.csv,closing,1,{'x' * 201}", "column event: has 201 signs"),
@@ -151,7 +184,9 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
     found = read(tmp_path, example)
     numbers = [(motion, each.number) for motion, each in found]
     assert numbers == [("closing", 1), ("opening", 1), ("closing", 2)]
-    assert set(example.split("\n", 1)[0].split(",")) == set(READ)
+    assert set(example.split("\n", 1)[0].split(",")) == set(READ) - set(FORMAT) | {"rate"}
+    (row,) = re.findall(r"^\| (.*) \| .* in place of `endurance.format`", text, re.MULTILINE)
+    assert set(re.findall("`(.*?)`", row)) == set(READ) & set(FORMAT)
 
 
 @pytest.mark.parametrize("spring", ["opening spring", "contact spring"])

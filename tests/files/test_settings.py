@@ -4,18 +4,14 @@ import re
 
 import pytest
 
-from breaker.files.settings import FORMAT, complete
+from breaker.files.settings import FORMAT, complete, lacking
 
 REFUSED = {
     "an unknown unit of time": ({"time_unit": "min"}, "time_unit is 'min', but must be one of s"),
-    "an unknown unit": ({"travel_unit": "foot"}, "travel_unit is 'foot', not one of mm, cm"),
-    "degrees alone": ({"travel_unit": "deg"}, "ratio (mm for one of it) or table must be given"),
-    "volts alone": ({"travel_unit": "V"}, "ratio (mm for one of it) or table must be given"),
     "a ratio and a table": ({"ratio": 2.0, "table": "a.csv"}, "ratio and endurance.format.table"),
     "a zero beside a table": ({"table": "a.csv", "zero": 0.5}, "zero must be 0 or rest"),
     "a wrong zero": ({"zero": "start"}, "zero is 'start', but must be a number or rest"),
     "no range of strokes": ({"stroke": [60.0, 4.0]}, "stroke is [60.0, 4.0]"),
-    "no clock": ({"time_column": None}, "rate is needed: the samples in a ms (kHz)"),
     "an encoding": ({"encoding": "utf-9"}, "endurance.format.encoding: unknown encoding: utf-9"),
     **{
         name: ({"encoding": name}, f"endurance.format.encoding: {name} is no encoding of text")
@@ -31,6 +27,22 @@ def test_settings_that_fit_no_file_are_refused(name):
     settings, reason = REFUSED[name]
     with pytest.raises(ValueError, match=re.escape(reason)):
         complete(settings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"travel_unit": "foot"}, "travel_unit is 'foot', not one of mm, cm"),
+        ({"travel_unit": "deg"}, "ratio (mm for one of it) or table must be given"),
+        ({"travel_unit": "V"}, "ratio (mm for one of it) or table must be given"),
+        ({"time_column": None}, "rate is needed: the samples in a ms (kHz), or the column rate"),
+        ({"travel_unit": "deg", "ratio": 1.5, "time_column": None, "rate": 10.0}, ""),
+    ],
+)
+def test_what_a_row_of_the_table_may_still_state_is_lacking(settings, said):
+    found = lacking(complete(settings))
+    assert said in found
+    assert bool(said) == bool(found)
 
 
 def test_what_is_not_given_has_its_default():

@@ -89,7 +89,7 @@ def test_what_is_stated_goes_before_what_a_channel_shows():
     )
     assert found == (30.0, 0.1, 5.0)
     assert said == []
-    assert events({"switching": 30.0, "timing_sd": 0.4})[0].sd == 0.4
+    assert events({"switching": 30.0}, timing_sd=0.4)[0].sd == 0.4
     found, said = events({}, {"contact": signal}, contact_column="C", timing_sd=0.05)
     assert found.time == pytest.approx(TOUCH, abs=0.051)
     assert found.sd == pytest.approx(np.hypot(0.05, 0.1 / np.sqrt(12)))
@@ -130,9 +130,10 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
     lines += [f"{c},{x:.4f},{i},{t:.2f}" for t, x, c, i in rows]
     (tmp_path / "a.csv").write_text("\n".join(lines))
     settings = {"time_unit": "ms", "contact_column": "main", "trigger_column": "coil"}
+    own = {"timing_sd": 0.3}
     operations = [
         Operation(1, tmp_path / "a.csv"),
-        Operation(2, tmp_path / "a.csv", switching=switches + 1.0, timing_sd=0.3, trigger=2.0),
+        Operation(2, tmp_path / "a.csv", switching=switches + 1.0, trigger=2.0, settings=own),
         Operation(3, tmp_path / "a.csv", switching=3.0),
         Operation(4, tmp_path / "none.csv"),
     ]

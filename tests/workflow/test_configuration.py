@@ -421,6 +421,8 @@ rigs: {elements: {linkage: [0.0, 2.0]}}
     rigs.elements has linkage: [0, 2], times the strength 1, but a period must be 0 throughout
 sensor: {onset_sd: 1.0e-30}
     sensor.onset_sd is 1e-30, but must be 0 (off) or at least 0.001
+endurance: {format: {time_column: null}}
+    endurance.format cannot be used: endurance.format.time_column is null, so endurance.format.rate
 endurance: {format: {encoding: base64}}
     endurance.format cannot be used: endurance.format.encoding: base64 is no encoding of text
 sensor: {samples: 19}
@@ -542,6 +544,17 @@ def test_a_folder_of_curves_is_looked_into(complaint, tmp_path):
     assert load([DEFAULTS, one])["motions"] == ["closing"]
 
 
+def test_each_row_of_a_folder_states_the_rate_that_the_configuration_lacks(complaint, tmp_path):
+    (tmp_path / "1.csv").touch()
+    table, head = tmp_path / "operations.csv", "file,motion,operation,rate\n1.csv,closing,1,10\n"
+    table.write_text(head + "1.csv,closing,2,\n")
+    overlay = f"endurance: {{curves: {tmp_path}, format: {{time_column: null}}}}\n"
+    assert "endurance.format.rate is needed" in complaint(overlay + "motions: [closing]\n")
+    table.write_text(head)
+    (tmp_path / "my.yaml").write_text(overlay + "motions: [closing]\n")
+    assert load([DEFAULTS, tmp_path / "my.yaml"])
+
+
 def test_limits_on_records_without_a_trigger_or_contact_are_refused(complaint, tmp_path):
     (tmp_path / "1.csv").touch()
     table = tmp_path / "operations.csv"
@@ -553,6 +566,8 @@ def test_limits_on_records_without_a_trigger_or_contact_are_refused(complaint, t
     assert "endurance.format.contact_column, or state touch_time in operations.csv" in message
     table.write_text("file,motion,operation,trigger,touch_time\n1.csv,closing,1,12,44.1\n")
     (tmp_path / "both.yaml").write_text(overlay)
+    assert load([DEFAULTS, tmp_path / "both.yaml"])
+    table.write_text("file,motion,operation,trigger_column,contact_column\n1.csv,closing,1,0,2\n")
     assert load([DEFAULTS, tmp_path / "both.yaml"])
 
 

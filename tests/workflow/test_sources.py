@@ -55,6 +55,8 @@ def test_aliases_and_merges_as_they_are_meant_are_read(tmp_path):
         ("--profil mine -- all", "evil.yaml: is a template"),
         ("-n all --profile mine/profile.yaml", "evil.yaml: is a template"),
         ("--profile code", "code/config.yaml: is a template"),
+        ("all --configfile fine.yaml --configfile=fine.yaml", "--configfile is given twice"),
+        ("-C seed=2 --config seed=3 -- all", "--config is given twice, and Snakemake takes the l"),
         (
             "--configfile fine.yaml all",
             "Put what is to be made before it: snakemake -c2 all --conf",

@@ -66,6 +66,8 @@ def _record(answer: Answer, limits: Sequence[Mapping], known: Sequence[str]) -> 
     record = answer.record
     entry = {"file": printable(record.operation.file), "operation": record.operation.number}
     entry |= {name: _about(answer)[name] for name in known}
+    part = {"from": record.operation.begin, "to": record.operation.end}
+    entry |= {name: at for name, at in part.items() if at == at}
     entry |= {"motion": record.motion, "accepted": not record.reason}
     entry |= {"reason": record.reason or None, "remarks": [*answer.remarks]}
     if record.reason:

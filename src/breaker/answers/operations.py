@@ -1,14 +1,14 @@
 """The records of a drive, as networks of a family see them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from breaker.family import NormalisedRecords, normalise_record
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS
-from breaker.records import Raw, Shape, read_raws
+from breaker.records import Raw, Shape, read_raws, taken_apart
 
 __all__ = ["Record", "read_operations"]
 
@@ -52,19 +52,32 @@ def read_operations(
         settings: The section ``endurance.format`` of the configuration; what it lacks has its
             default.
         loose: Whether each file may hold either motion or both: then of files that hold one, the
-            other is left out, and a file of neither is there once.
+            other is left out, and a file of neither is there once. A motion that a file holds more
+            than once is there as often, with numbers beyond those of the operations.
     """
     found = {
         motion: [
-            _record(operation, motion, raw)
+            _records(operation, motion, raw, settings, beyond=len(each) if loose else 0)
             for operation, raw in zip(each, read_raws(each, settings, motion), strict=True)
         ]
         for motion, each in operations.items()
     }
     if loose and len(found) == len(MOTIONS):
         kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
-        found = {m: [each[k] for each in kept if each[k]] for k, m in enumerate(found)}
-    return [record for each in found.values() for record in each]
+        found = dict(zip(found, zip(*kept, strict=True), strict=True)) if kept else {}
+    return [record for each in found.values() for some in each for record in some]
+
+
+def _records(
+    operation: Operation, motion: str, raw: Raw | Exception, settings: Mapping, *, beyond: int
+) -> list[Record]:
+    """The records of a motion in a file: one, or each that it has where numbers go beyond."""
+    apart = taken_apart(operation, raw) if beyond else []
+    if not apart:
+        return [_record(operation, motion, raw)]
+    each = [replace(one, number=one.number + k * beyond) for k, one in enumerate(apart)]
+    raws = read_raws(each, settings, motion)
+    return [_record(one, motion, raw) for one, raw in zip(each, raws, strict=True)]
 
 
 def _record(operation: Operation, motion: str, raw: Raw | Exception) -> Record:
@@ -85,11 +98,11 @@ def _record(operation: Operation, motion: str, raw: Raw | Exception) -> Record:
     return Record(operation, motion, "", raw, shape, seen)
 
 
-def _kept(first: Record, second: Record) -> tuple[Record | None, Record | None]:
+def _kept(first: list[Record], second: list[Record]) -> tuple[list[Record], list[Record]]:
     """Of two readings of a file, those of a motion that it holds, or why it holds neither."""
-    lacks = [f"which is no {each.motion}" in each.reason for each in (first, second)]
-    same = bool(first.reason) and first.reason == second.reason
+    lacks = [f"which is no {some[0].motion}" in some[0].reason for some in (first, second)]
+    same = bool(first[0].reason) and first[0].reason == second[0].reason
     return (
-        None if lacks[0] and not lacks[1] else first,
-        None if lacks[1] or same else second,
+        [] if lacks[0] and not lacks[1] else first,
+        [] if lacks[1] or same else second,
     )

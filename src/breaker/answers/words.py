@@ -82,6 +82,8 @@ def _short(record: Mapping) -> list[str]:
 def _title(record: Mapping) -> str:
     about = [f"operation {record['operation']}"] if "phase" in record or "date" in record else []
     about += [str(record[name]) for name in ("breaker", "phase", "date") if record.get(name)]
+    part = [f"{name} {record[name]:.0f}" for name in ("from", "to") if name in record]
+    about += [f"{' '.join(part)} ms"] if part else []
     return ", ".join([f"{record['file']}: {record['motion']}", *about])
 
 

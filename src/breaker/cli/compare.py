@@ -4,6 +4,8 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
+from operator import getitem
 
 from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, whole
@@ -11,6 +13,8 @@ from breaker.cli.settings import settings_of
 
 __all__ = ["add"]
 
+_VISITS = ("before", "today")
+_SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
 _SHARE = 5.0  # percent, of a change
 # Beside those of the configuration: any record shows them, and where along the way a drive is slow.
 _SPEEDS = {
@@ -32,6 +36,10 @@ def add(commands) -> argparse.ArgumentParser:
     add_path(compare, "before", "BEFORE", "records of the first visit, or their folder", nargs="+")
     several = {"nargs": "+", "action": "extend", "required": True}
     add_path(compare, "--today", "TODAY", "those of the second visit", **several)
+    for visit in _VISITS:
+        what = f"configuration files of the visit {visit} alone, laid over the others"
+        more = {"nargs": "+", "action": "extend", "default": []}
+        add_path(compare, f"--config-{visit}", "YAML", what, **more)
     add_choice(compare)
     compare.add_argument(
         "--beyond",
@@ -57,15 +65,18 @@ def _percent(text: str) -> float:
 
 
 def _run(options: argparse.Namespace) -> int:
-    check_outputs([(options.plot, "picture")], [*options.before, *options.today, *options.config])
+    own = {visit: getattr(options, f"config_{visit}") for visit in _VISITS}
+    named = {visit: getattr(options, visit) for visit in _VISITS}
+    inputs = [*named.values(), options.config, *own.values()]
+    check_outputs([(options.plot, "picture")], [file for some in inputs for file in some])
     config = settings_of(options.config)
+    configs = {visit: _config_of(files, options.config, config) for visit, files in own.items()}
     if config["known"]:
         raise ValueError(
             f"known: {', '.join(config['known'])}: breaker compare takes no facts beside records; "
             "leave the section known out of the configuration"
         )
-    named = {"before": options.before, "today": options.today}
-    listed = {visit: operations_of(each, options, config) for visit, each in named.items()}
+    listed = {visit: operations_of(named[visit], options, configs[visit]) for visit in _VISITS}
     _check_visits([operations for operations, _ in listed.values()])
     # Imported here, so that --help and wrong options answer at once.
     from breaker.answers import (
@@ -79,9 +90,12 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.mechanism import speeds_of
     from breaker.model import generator
 
-    form = config["endurance"]["format"]
+    forms = {visit: each["endurance"]["format"] for visit, each in configs.items()}
     before, today, rejected = _usable(
-        {visit: read_operations(each, form, loose=loose) for visit, (each, loose) in listed.items()}
+        {
+            visit: read_operations(each, forms[visit], loose=loose)
+            for visit, (each, loose) in listed.items()
+        }
     )
     misfit = config["endurance"]["misfit_p_value"]
     rng = generator(config["seed"], "two visits")
@@ -103,6 +117,22 @@ def _run(options: argparse.Namespace) -> int:
     if options.plot:
         print(f"drawn in {options.plot}", file=sys.stderr if options.json else sys.stdout)
     return 0
+
+
+def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Mapping:
+    """The configuration of a visit: files of its own over those of both.
+
+    Raises:
+        ValueError: If they change what holds for both.
+    """
+    if not own:
+        return config
+    found = settings_of(shared, own)
+    for key in _SHARED:
+        here, both = (reduce(getitem, key.split("."), each) for each in (found, config))
+        if here != both:
+            raise ValueError(f"{' '.join(own)}: {key} holds for both visits; set it by --config")
+    return found
 
 
 def _networks() -> Iterator[tuple]:

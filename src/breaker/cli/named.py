@@ -43,7 +43,8 @@ def operations_of(
 
     Args:
         named: Files and folders.
-        options: Those of ``add_choice``; without a breaker or phase, those of the configuration.
+        options: Those of ``add_choice``; in a table, without a breaker or phase, those of the
+            configuration.
 
     Raises:
         FileNotFoundError: If a folder has no file of a record.
@@ -60,7 +61,7 @@ def operations_of(
         parts = [motion for motion in motions if (folder / motion).is_dir()]
         if os.path.lexists(folder / MANIFEST) or parts:
             return _listed(folder, motions, chosen, channel), False
-    if wrong := [f"--{key}" for key, value in chosen.items() if value]:
+    if wrong := [f"--{key}" for key in chosen if getattr(options, key)]:
         raise ValueError(
             f"{' and '.join(wrong)} can be chosen in one folder with a table {MANIFEST} only"
         )

@@ -30,7 +30,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "rates": ["RATES"],
         "proposal": ["propose_manifest"],
         "recorders": ["open_comtrade"],
-        "settings": ["FORMAT", "TO_MM", "TO_MS", "complete"],
+        "settings": ["FORMAT", "TO_MM", "TO_MS", "complete", "lacking"],
         "sources": ["OTHER_KINDS", "is_other_kind", "read_columns", "understood"],
         "workbooks": ["open_workbook", "rows_of"],
     },

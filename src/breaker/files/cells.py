@@ -4,11 +4,12 @@ Light to import.
 """
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from datetime import datetime
 from pathlib import PurePosixPath, PureWindowsPath
 
 from breaker.files.naming import LARGEST_COUNTER
+from breaker.files.settings import TO_MM, TO_MS
 
 __all__ = ["EVENTS", "MOTIONS", "READ", "event_reader", "event_words", "iso_date"]
 
@@ -27,6 +28,7 @@ EVENTS: dict[str, tuple[str, ...]] = {
 
 MOTIONS = ("closing", "opening")
 _LONGEST = 200  # signs of a text
+_MOST_COLUMNS = 1000
 _ISO = re.compile(
     r"[0-9]{4}-[0-9]{2}-[0-9]{2}"
     r"(?:[T ][0-9]{2}:[0-9]{2}(?::[0-9]{2}(?:\.[0-9]{1,6})?)?(?:Z|[+-][0-9]{2}:[0-9]{2})?)?"
@@ -81,6 +83,32 @@ def _motion(cell: str) -> str:
     return cell.lower()
 
 
+def _one_of(values: Mapping[str, str | int]) -> Callable[[str], str | int]:
+    """A reader of a few words, and what each stands for."""
+
+    def read(cell: str) -> str | int:
+        if cell not in values:
+            raise ValueError(f"{cell!r} is none of {', '.join(values)}")
+        return values[cell]
+
+    return read
+
+
+def _column(least: int) -> Callable[[str], str | int | None]:
+    """A reader of the name or number of a column; none is that there is no such column."""
+
+    def read(cell: str) -> str | int | None:
+        if cell.lower() == "none":
+            return None
+        if not re.fullmatch("[0-9]+", cell):
+            return _text(cell)
+        if len(cell) > 20 or not least <= int(cell) <= _MOST_COLUMNS:
+            raise ValueError(f"{cell} is no number of a column, {least} to {_MOST_COLUMNS}")
+        return int(cell)
+
+    return read
+
+
 def _counter(cell: str) -> int:
     if not re.fullmatch("[0-9]+", cell):
         raise ValueError(f"{cell!r} is no counter; write it with the digits 0 to 9 only")
@@ -104,6 +132,21 @@ def _number(least: float, most: float, unit: str) -> Callable[[str], float]:
         return value
 
     return read
+
+
+def _zero(cell: str) -> float | str:
+    return "rest" if cell.lower() == "rest" else _number(-1e6, 1e6, "units of the travel")(cell)
+
+
+def _stroke(cell: str) -> list[float]:
+    """The least and the largest stroke, mm."""
+    ends = re.split(r"\s+to\s+|\s*-\s*|\s*;\s*|\s*,\s+|\s+", cell.strip("[]() "))
+    if len(ends) != 2:
+        raise ValueError(f"{cell!r} is no range; write the least and the largest, as 160 to 197")
+    least, most = (_number(0.001, 1000.0, "mm")(end) for end in ends)
+    if not least < most:
+        raise ValueError(f"{cell!r} does not rise; write the least and the largest, as 160 to 197")
+    return [least, most]
 
 
 def _text(cell: str) -> str:
@@ -152,6 +195,17 @@ READ: dict[str, Callable] = {
     "to": _TIME,
     "touch_time": _TIME,
     "part_time": _TIME,
-    "timing_sd": _number(0.01, 10.0, "ms"),
     "trigger": _TIME,
+    # Of endurance.format, for this record alone.
+    "time_column": _column(1),
+    "time_unit": _one_of({unit: unit for unit in TO_MS}),
+    "rate": _number(0.5, 1000.0, "kHz"),
+    "travel_unit": _one_of({unit: unit for unit in (*TO_MM, "deg", "rad", "V", "counts", "%")}),
+    "ratio": _number(1e-6, 1e6, "mm for one unit of the reading"),
+    "zero": _zero,
+    "sign": _one_of({"1": 1, "+1": 1, "-1": -1}),
+    "stroke": _stroke,
+    "contact_column": _column(1),
+    "timing_sd": _number(0.01, 10.0, "ms"),
+    "trigger_column": _column(0),
 }

@@ -7,13 +7,14 @@ import csv
 import math
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from breaker.files.cells import READ, event_reader
 from breaker.files.guards import RejectedCurveError, printable, read_bytes
+from breaker.files.settings import FORMAT
 
 if TYPE_CHECKING:  # xarray takes longer to load than all of this
     import xarray as xr
@@ -50,8 +51,8 @@ class Operation:
         temperature: Of the drive, °C.
         event: What was done before this operation, since the one before it: see ``event_words``.
         switching: When the main contact touched or parted, ms of the file's time; nan if not given.
-        timing_sd: Its standard deviation, ms; that of ``endurance.format`` if nan.
         trigger: When the coil was energised, ms of the file's time; nan if not given.
+        settings: What the table states in place of keys of ``endurance.format``.
     """
 
     number: int
@@ -65,8 +66,8 @@ class Operation:
     temperature: float = math.nan
     event: str = ""
     switching: float = math.nan
-    timing_sd: float = math.nan
     trigger: float = math.nan
+    settings: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
 
 def metadata_names(data: "xr.Dataset") -> list[str]:
@@ -201,5 +202,6 @@ def _row(
     if mistakes:
         return None, mistakes
     file, motion, number = (read.pop(name) for name in _REQUIRED)
+    read["settings"] = {name: read.pop(name) for name in FORMAT if name in read}
     read |= {"begin": begin, "end": end, "switching": switching.get(motion, math.nan)}
     return (motion, Operation(number, folder / file, **read)), []

@@ -3,7 +3,7 @@
 import codecs
 from collections.abc import Mapping
 
-__all__ = ["FORMAT", "TO_MM", "TO_MS", "complete"]
+__all__ = ["FORMAT", "TO_MM", "TO_MS", "complete", "lacking"]
 
 # Encodings of names and of source code; some take hours for a file.
 _NO_FILES = {"idna", "punycode", "undefined", "unicode-escape", "raw-unicode-escape"}
@@ -38,6 +38,23 @@ FORMAT = {
 """The default of every setting; so is ``endurance.format`` in config/config.yaml."""
 
 
+def lacking(settings: Mapping) -> str:
+    """Say what complete settings lack for a record, which a row of its table may state; or ""."""
+    unit, known = settings["travel_unit"], settings["ratio"] or settings["table"]
+    if unit not in TO_MM and not known:
+        return (
+            f"endurance.format.travel_unit is {unit!r}, not one of {', '.join(TO_MM)}; "
+            "endurance.format.ratio (mm for one of it) or table must be given, or the column ratio "
+            "of operations.csv"
+        )
+    if settings["time_column"] is None and settings["rate"] is None:
+        return (
+            "endurance.format.time_column is null, so endurance.format.rate is needed: the samples "
+            "in a ms (kHz), or the column rate of operations.csv"
+        )
+    return ""
+
+
 def complete(settings: Mapping) -> dict:
     """Return settings with the defaults of those that are not given.
 
@@ -61,22 +78,12 @@ def complete(settings: Mapping) -> dict:
     for name, (is_fine, what) in fine.items():
         if not is_fine:
             raise ValueError(f"endurance.format.{name} is {settings[name]!r}, but must be {what}")
-    if settings["travel_unit"] not in TO_MM and not (settings["ratio"] or settings["table"]):
-        raise ValueError(
-            f"endurance.format.travel_unit is {settings['travel_unit']!r}, not one of "
-            f"{', '.join(TO_MM)}; endurance.format.ratio (mm for one of it) or table must be given"
-        )
     if settings["ratio"] is not None and settings["table"] is not None:
         raise ValueError("endurance.format.ratio and endurance.format.table exclude each other")
     if settings["table"] is not None and zero not in (0, "rest"):
         raise ValueError(
             "with endurance.format.table, which has the mm of each reading, endurance.format.zero "
             "must be 0 or rest"
-        )
-    if settings["time_column"] is None and settings["rate"] is None:
-        raise ValueError(
-            "endurance.format.time_column is null, so endurance.format.rate is needed: the samples "
-            "in a ms (kHz)"
         )
     try:
         codec = codecs.lookup(settings["encoding"])

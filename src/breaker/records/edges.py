@@ -63,8 +63,7 @@ def events_of(
     """
     motion, time, segment, moves = located
     inside, said = slice(segment.begin, segment.end), []
-    sd = settings["timing_sd"] if np.isnan(operation.timing_sd) else operation.timing_sd
-    switching, trigger = operation.switching, operation.trigger
+    switching, trigger, sd = operation.switching, operation.trigger, settings["timing_sd"]
     if not np.isnan(switching):
         _check_stated(SWITCHING[motion], switching, moves - _EARLY, time[inside][-1], moves)
     elif "contact" in channels:

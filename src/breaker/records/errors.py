@@ -1,6 +1,8 @@
 """Why a record cannot be used, said by the step that finds it; the reader adds the file's name."""
 
-__all__ = ["UnusableError"]
+from collections.abc import Sequence
+
+__all__ = ["SeveralMotionsError", "UnusableError"]
 
 
 class UnusableError(ValueError):
@@ -9,3 +11,11 @@ class UnusableError(ValueError):
     def __init__(self, reason: str, *, line: int | None = None) -> None:
         super().__init__(reason)
         self.line = line
+
+
+class SeveralMotionsError(UnusableError):
+    """A record with a motion more than once, and the parts that hold each of them, ms."""
+
+    def __init__(self, reason: str, parts: Sequence[tuple[float, float]]) -> None:
+        super().__init__(reason)
+        self.parts = parts

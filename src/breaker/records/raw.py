@@ -4,18 +4,18 @@ All that a record shows without a model's grid; ``reader`` puts it there.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from tqdm import tqdm
 
-from breaker.files import Operation, RejectedCurveError, complete, read_columns
+from breaker.files import Operation, RejectedCurveError, complete, lacking, read_columns
 from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, doubts_in_words
 from breaker.records.edges import LocatedMotion, events_of
-from breaker.records.errors import UnusableError
+from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
 from breaker.records.leaps import leap_remark
@@ -25,7 +25,7 @@ from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
-__all__ = ["Raw", "read_raw", "read_raws"]
+__all__ = ["Raw", "read_raw", "read_raws", "taken_apart"]
 
 _MANY = 100  # files, from which the progress is shown
 
@@ -36,7 +36,7 @@ class Raw:
 
     Attributes:
         operation, motion: What it is of.
-        settings: The section ``endurance.format``, complete.
+        settings: The section ``endurance.format``, complete, and what its row states over it.
         time: Times of the whole record, ``(n,)``, ms.
         whole: Its travel, ``(n,)``, mm towards closed, doubtful samples among them.
         doubts: Kind of each doubtful sample, ``(n,)`` of text; "" where nothing is doubtful.
@@ -179,16 +179,46 @@ def read_raws(
     Args:
         operations, settings, motion: As for ``read_curves``.
     """
-    settings = complete(settings)
-    scale = Scale.from_settings(settings)
+    alone = not any(operation.settings for operation in operations)
+    ready: dict[str, tuple[dict, Scale]] = {}  # a table of readings is read once
     raws: list[Raw | RejectedCurveError] = []
     few = {"disable": True} if len(operations) < _MANY else {}
     for operation in tqdm(operations, desc=f"read {motion}", mininterval=5, unit="file", **few):
         try:
-            raws.append(read_raw(operation, settings, scale, motion))
+            if (stated := repr(operation.settings)) not in ready:
+                ready[stated] = _settings_of(operation, settings, alone=alone)
+            raws.append(read_raw(operation, *ready[stated], motion))
         except RejectedCurveError as error:
             raws.append(error)
     return raws
+
+
+def taken_apart(operation: Operation, raw: Raw | RejectedCurveError) -> list[Operation]:
+    """Return an operation once for each of its motions, where it was rejected for having several;
+    none if it was not.
+    """
+    why = getattr(raw, "__cause__", None)
+    parts = why.parts if isinstance(why, SeveralMotionsError) else ()
+    return [replace(operation, begin=begin, end=end) for begin, end in parts]
+
+
+def _settings_of(operation: Operation, settings: Mapping, *, alone: bool) -> tuple[dict, Scale]:
+    """The settings of a record, those that its row states over the others, and its scale.
+
+    Raises:
+        ValueError: If they are wrong; RejectedCurveError unless they alone are of all records.
+    """
+    try:
+        laid = complete({**settings, **operation.settings})
+        if text := lacking(laid):
+            raise ValueError(text)
+        return laid, Scale.from_settings(laid)
+    except ValueError as error:
+        if alone:
+            raise
+        stated = ", ".join(operation.settings)
+        said = f"with {stated} of its row in operations.csv: {error}" if stated else str(error)
+        raise RejectedCurveError(operation.file, said) from error
 
 
 def _placed(column: np.ndarray, place: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from breaker.records.errors import UnusableError
+from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.running import filled, running_median
 
 __all__ = ["Course", "Segment", "find_segment", "white_noise"]
@@ -155,9 +155,10 @@ def find_segment(
         begin, end: Part of the record to look in, ms; nan for its beginning and end.
 
     Raises:
-        UnusableError: If nothing moves, the motion is not in the record or more than once, or the
-            record ends before the drive slows down. One that ends later is enough: the forces that
-            drive it have been seen up to the touch or the damper.
+        SeveralMotionsError: If the motion is in the record more than once.
+        UnusableError: If nothing moves, the motion is not in the record, or the record ends before
+            the drive slows down. One that ends later is enough: the forces that drive it have been
+            seen up to the touch or the damper.
     """
     first = 0 if np.isnan(begin) else int(np.searchsorted(time, begin))
     last = len(time) if np.isnan(end) else int(np.searchsorted(time, end, side="right"))
@@ -171,9 +172,13 @@ def find_segment(
             f"{course.noise:.2g} mm; is it the right column?"
         )
     forward = course.crossings[2]
-    if forward.sum() != 1:
-        smooth = sign * course.smooth
-        raise UnusableError(_none_or_several(time[course.middles], forward, smooth, motion))
+    if not forward.any():
+        raise UnusableError(
+            f"the travel goes from {sign * course.smooth[0]:.1f} to {sign * course.smooth[-1]:.1f} "
+            f"mm, which is no {motion}; is it in the wrong folder, or endurance.format.sign wrong?"
+        )
+    if forward.sum() > 1:
+        raise _several(time[course.middles], forward, motion, (begin, end))
     found = course.motion(int(forward.argmax()))
     if found.speed > _SLOW:
         moving = f"{time[-1]:.1f} ms and {found.speed:.0%} of the greatest speed"
@@ -182,17 +187,16 @@ def find_segment(
     return replace(found, **place, before=sign * found.before, after=sign * found.after)
 
 
-def _none_or_several(at: np.ndarray, forward: np.ndarray, travel: np.ndarray, motion: str) -> str:
-    """Why a motion is refused that is not in the record, or more than once."""
-    if not forward.any():
-        return (
-            f"the travel goes from {travel[0]:.1f} to {travel[-1]:.1f} mm, which is no {motion}; "
-            "is it in the wrong folder, or endurance.format.sign wrong?"
-        )
+def _several(
+    at: np.ndarray, forward: np.ndarray, motion: str, part: tuple[float, float]
+) -> SeveralMotionsError:
+    """Why a motion is refused that is in the part of a record more than once."""
+    between = [part[0], *(0.5 * (at[1:] + at[:-1])).tolist(), part[1]]
     times = ", ".join(f"{each:.0f}" for each in at[forward])
-    return (
+    return SeveralMotionsError(
         f"has {forward.sum()} motions of {motion}, at {times} ms; say which one is meant by from "
-        "and to in operations.csv"
+        "and to in operations.csv",
+        [(between[k], between[k + 1]) for k in np.flatnonzero(forward)],
     )
 
 

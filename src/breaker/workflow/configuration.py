@@ -20,11 +20,12 @@ __all__ = ["check", "chosen_network", "load", "merge", "read"]
 _SHOWN = 20  # problems that a message lists
 
 
-def load(paths: Sequence[str | Path]) -> dict[str, Any]:
+def load(paths: Sequence[str | Path], *, curves: bool = True) -> dict[str, Any]:
     """Read a configuration, each file laid over those before it, and check it.
 
     Args:
         paths: YAML files; the first ones hold the defaults.
+        curves: Whether ``endurance.curves`` is the folder in question: as of ``check``.
 
     Raises:
         ConfigurationError: If a file cannot be read or the configuration is wrong.
@@ -35,7 +36,7 @@ def load(paths: Sequence[str | Path]) -> dict[str, Any]:
         0.0
     """
     config = reduce(merge, map(read, paths), {})
-    check(config, files=tuple(reversed(paths)))
+    check(config, files=tuple(reversed(paths)), curves=curves)
     return config
 
 
@@ -88,13 +89,16 @@ def chosen_network(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[
     return chosen
 
 
-def check(config: Mapping[str, Any], *, files: Iterable[str | Path] = ()) -> None:
+def check(
+    config: Mapping[str, Any], *, files: Iterable[str | Path] = (), curves: bool = True
+) -> None:
     """Check a merged configuration: keys, types, ranges, and keys that must fit each other.
 
     Args:
         config: The merged configuration.
         files: Files it came from, the last overlay first. A message names the first one with the
             value in question. A key that stands twice in a file is a problem too: YAML drops one.
+        curves: Whether to look at the folder ``endurance.curves``, and what must fit it.
 
     Raises:
         ConfigurationError: If anything is wrong; the message lists all of it.
@@ -110,6 +114,8 @@ def check(config: Mapping[str, Any], *, files: Iterable[str | Path] = ()) -> Non
         lines.append(f"{place(config, [key], sources)}{dotted(key)} {text}")
         wrong.append(key)
     for names, complaint in RULES:
+        if not curves and "endurance.curves" in names:
+            continue
         keys = [tuple(name.split(".")) for name in names]
         if any(bad[: len(key)] == key[: len(bad)] for key in keys for bad in wrong):
             continue  # a rule is about keys that are right by themselves

@@ -6,11 +6,12 @@ would end in a traceback, without memory, or not at all.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cache, partial
 from typing import Any
 
-from breaker.files import complete
+from breaker.files import FORMAT, complete, lacking, list_operations
 from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
@@ -138,6 +139,23 @@ def refused(form: str, build: Callable, *given: Any, **more: Any) -> Iterator[st
         yield form.format(error)
 
 
+def _complete(
+    form: Mapping[str, Any],
+    curves: str | None,
+    motions: Sequence[str],
+    breaker: str | None,
+    phase: str | None,
+) -> Iterator[str]:
+    """What no record can do without, and neither the section nor the record's row states."""
+    stated: list[Mapping[str, Any]] = [] if curves else [{}]
+    for motion in motions if curves else ():
+        with suppress(OSError, ValueError):  # which another rule says
+            rows = list_operations(curves, motion, breaker=breaker, phase=phase)
+            stated += [each.settings for each in rows]
+    missing = filter(None, (lacking({**FORMAT, **form, **each}) for each in stated))
+    yield from (f"cannot be used: {text}." for text in dict.fromkeys(missing))
+
+
 _PRODUCTS = {
     ("bank.curves_per_shard", "bank.shards", "sensor.samples"): 1e9,
     ("rig.operations", "rig.sensor.rate", "rig.sensor.length"): 2e8,
@@ -156,4 +174,11 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     (("rig.elements.linkage",), partial(_off_or_above, _LINKAGE)),
     (("rigs.elements", "rigs.strength"), _linkages),
     (("endurance.format",), partial(refused, "cannot be used: {}", complete)),
+    (
+        (
+            *("endurance.format", "endurance.curves", "motions", "endurance.breaker"),
+            "endurance.phase",
+        ),
+        _complete,
+    ),
 )

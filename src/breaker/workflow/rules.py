@@ -224,10 +224,12 @@ class _RecordLimits:
     def _lacking(self, motion: str) -> dict[str, str]:
         """What no record shows, and the column of the table that could state it."""
         rows = list_operations(self.curves, motion, breaker=self.breaker, phase=self.phase)
+        contacts = (row.settings.get("contact_column", self.contact) for row in rows)
+        triggers = (row.settings.get("trigger_column", self.trigger) for row in rows)
         lacking = {}
-        if self.contact is None and all(isnan(row.switching) for row in rows):
+        if set(contacts) == {None} and all(isnan(row.switching) for row in rows):
             lacking["contact"] = SWITCHING[motion]
-        if self.trigger is None and all(isnan(row.trigger) for row in rows):
+        if set(triggers) == {None} and all(isnan(row.trigger) for row in rows):
             lacking["trigger"] = "trigger"
         return lacking
 

@@ -29,6 +29,7 @@ _ORDER = (
     "\n--configfile takes all names that follow it. Put what is to be made before it: "
     "snakemake -c2 all --configfile config/my.yaml"
 )
+_ONCE = ({"--config", "-C"}, {"--configfile", "--configfiles"})  # of a second, one would be lost
 _STARTS = (yaml.MappingStartEvent, yaml.SequenceStartEvent)
 _ENDS = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
 
@@ -57,6 +58,13 @@ def refuse(command: Sequence[str]) -> None:
     from snakemake.cli import get_argument_parser, get_profile_dir
 
     command = list(takewhile("--".__ne__, command))  # targets follow; profiles add to what precedes
+    given = [word.partition("=")[0] for word in command]
+    for names in _ONCE:
+        if len(twice := [word for word in given if word in names]) > 1:
+            raise SystemExit(
+                f"{twice[1]} is given twice, and Snakemake takes the last alone; write all that "
+                "follows them behind one"
+            )
     named = get_argument_parser().parse_args(command).profile or []
     files = [str(get_profile_dir(name)[1]) for name in named if name != "none"]
     profiles = [file for file in files if Path(file).resolve() != _OWN_PROFILE.resolve()]
