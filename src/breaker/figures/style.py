@@ -59,6 +59,9 @@ MODELLED = "two-spring model"  # of which drives simulated records are, if of no
 _SOURCES = {"closing": "Closing", "opening": "Opening", "both": "Both motions"}
 _NAMES = re.compile(rf"\b({'|'.join(OUTPUTS)})\b")
 _LETTERS = 8.2  # of a title, per inch of its figure
+_PANEL_LETTERS = 125.0  # of 1 pt, per inch
+_LONGEST = 46  # letters of a file's name in a title
+BAND = {"color": PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -131,6 +134,27 @@ def symbolic(text: object) -> str:
     'touch_time above 9.7 ms and $f$ below 0.765 mm/ms²'
     """
     return _NAMES.sub(lambda found: OUTPUTS[found.group()].symbol, literal(text))
+
+
+def file_name(path: object) -> str:
+    """Return the name of a file without its folder, of a long one the first and last letters.
+
+    >>> file_name("visits/North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul.csv")
+    'North_400_kV_Bay_4_cir…sing_after_overhaul.csv'
+    """
+    name = re.split(r"[/\\]", str(path))[-1]
+    half = _LONGEST // 2
+    return name if len(name) <= _LONGEST else f"{name[: half - 1]}…{name[-half:]}"
+
+
+def within(text: str, width: float, size: float = 11.0) -> str:
+    """Return a literal text in lines that are not wider than inches, its letters of so many pt."""
+    return fill(literal(text), max(10, int(_PANEL_LETTERS * width / size)))
+
+
+def title(figure: Figure, text: str, **look: object) -> Text:
+    """Write and return a title above a figure, in lines that are not wider than it."""
+    return figure.suptitle(fill(literal(text), int(_LETTERS * figure.get_figwidth())), **look)
 
 
 def new_figure(width: float, height: float) -> Figure:

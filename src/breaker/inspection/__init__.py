@@ -11,7 +11,13 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "acceptance": ["check_folder", "checked_text"],
         "bends": ["seen_touch", "speed_along"],
-        "proposals": ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"],
-        "wording": ["overlay_of", "report_of"],
+        "proposals": [
+            "InspectedMotion",
+            "InspectionError",
+            "Proposal",
+            "inspect_file",
+            "travel_columns",
+        ],
+        "wording": ["alike", "overlay_of", "report_of"],
     },
 )
