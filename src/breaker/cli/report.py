@@ -158,6 +158,10 @@ def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) ->
     for phase in dict.fromkeys(each.operation.phase for each in records):
         pair = {"before": before, "today": records}
         visits = {v: [e for e in rows if e.operation.phase == phase] for v, rows in pair.items()}
+        if not visits["before"]:
+            said = [*rejected, f"the visit before has no channel {phase}".rstrip()]
+            found[phase] = {"changes": [], "trust": said}
+            continue
         try:
             found[phase] = compared(visits, config)
         except ValueError as error:

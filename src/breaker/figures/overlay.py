@@ -10,6 +10,7 @@ from breaker.figures import style
 
 __all__ = ["difference", "overlay"]
 
+_LABELS = 0.9  # inches, left of a panel
 _PAGE = 3  # records beside each other
 
 
@@ -27,14 +28,14 @@ def overlay(overlays: Sequence[Overlay]) -> Figure:
             grid[2 * (k // columns) + 1, k % columns],
         )
         below.sharex(above)
-        _curves(above, each, figure.get_figwidth() / columns)
+        _curves(above, each, figure.get_figwidth() / columns - _LABELS)
         difference(below, [each], {each.phase: style.MEASURED}, {each.phase: 0.0})
         below.set_xlabel("time after the first motion (ms)")
     for spare in range(len(overlays), rows * columns):
         for row in (0, 1):
             grid[2 * (spare // columns) + row, spare % columns].remove()
     files = dict.fromkeys(style.file_name(each.good_file) for each in overlays)
-    style.title(figure, f"Over the reference {', '.join(files)}")
+    style.title(figure, style.literal(f"Over the reference {', '.join(files)}"))
     style.legend_below(figure, _keys())
     return figure
 

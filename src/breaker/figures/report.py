@@ -16,6 +16,7 @@ __all__ = ["curve_pages", "pages"]
 _WIDTH, _HEIGHT = 8.27, 11.69  # inches, A4
 _POINTS = 72.0  # in an inch
 _MARGIN = 40.0  # points
+_EDGE = _MARGIN / _POINTS  # inches
 _ROOM = _WIDTH * _POINTS - 2 * _MARGIN  # points
 _LETTER = 0.58  # width of one over its size, on average
 _SIZES = (5.2, 7.6)  # points, of letters in tables
@@ -26,7 +27,9 @@ _TONES = {"good": "#1B7837", "bad": style.WARNING, "doubt": "#B35806", "faint": 
 _CHANNELS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _PANELS = {False: 4, True: 3}  # on a page, without and with a reference
 _TALLEST = 3.6  # inches, of a panel
-_FOOT = 0.55  # inches, of the legend
+_NAME = 28  # letters of a channel's name
+_LEGEND = 0.19  # inches, of a line of the legend
+_KEYS_WIDE = 118  # letters in a line of the legend
 _KEYS = (
     "▼ first motion   ● touch or parting, measured   ○ by the model   ■ points of speeds   "
     "- - rests"
@@ -73,7 +76,7 @@ class _Sheet:
         self.paragraph(table.title, 9.0, weight="bold")
         if table.rows:
             size, places = _columns(table)
-            head = tuple(map(Cell, table.head))
+            head = tuple(Cell(_stacked(each)) for each in table.head)
             self._row(head, size, places, weight="bold")
             for row in table.rows:
                 before = len(self.pages)
@@ -97,6 +100,12 @@ class _Sheet:
         self.y += _height(row, size)
 
 
+def _stacked(text: str) -> str:
+    """A head of a column, a long one in lines."""
+    lines = (wrap(style.shortened(line, _NAME), _NAME // 2) for line in text.split("\n"))
+    return "\n".join(line for part in lines for line in part)
+
+
 def _height(row: Sequence[Cell], size: float) -> float:
     lines = max(cell.text.count("\n") + 1 for cell in row)
     return size * (_LEADING + _LINES * (lines - 1)) + (2.0 if lines > 1 else 0.0)
@@ -104,7 +113,10 @@ def _height(row: Sequence[Cell], size: float) -> float:
 
 def _columns(table: Table) -> tuple[float, list[float]]:
     """Size of letters, and where columns are: the first begins, the others end there."""
-    cells = [table.head, *([cell.text for cell in row] for row in table.rows)]
+    cells = [
+        [_stacked(each) for each in table.head],
+        *([cell.text for cell in row] for row in table.rows),
+    ]
     widths = [
         max(len(line) for text in column for line in text.split("\n"))
         for column in zip(*cells, strict=True)
@@ -181,25 +193,23 @@ def _written(texts: Sequence[_Written], foot: str) -> Figure:
 
 def _foot(figure: Figure, text: str) -> None:
     look = {"fontsize": 7.0, "color": _TONES["faint"], "ha": "center", "va": "bottom"}
-    figure.text(0.5, 0.5 * _MARGIN / (_HEIGHT * _POINTS), style.literal(text), **look)
+    short = style.literal(style.shortened(text, 100))
+    figure.text(0.5, 0.5 * _MARGIN / (_HEIGHT * _POINTS), short, **look)
 
 
 @style.styled
 def _curves(panels: Sequence[Panel], foot: str = "") -> Figure:
     """Draw panels below each other on a page, each with its marks and differences."""
-    below = any(each.overlays for each in panels)
-    free = (_HEIGHT - 2 * _MARGIN / _POINTS - _FOOT) / len(panels)
-    height = min(free, _TALLEST * (1.5 if below else 1.0))
     figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
-    edge = _MARGIN / _POINTS
-    used = height * len(panels) / _HEIGHT
-    box = (edge / _WIDTH, 1.0 - edge / _HEIGHT - used, 1.0 - 2 * edge / _WIDTH, used)
-    figure.get_layout_engine().set(rect=box)
-    rows = [[1.7, 1.0] if each.overlays else [2.7] for each in panels]
-    ratios = [ratio for each in rows for ratio in each]
-    axes = list(figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False).flat)
     phases = list(dict.fromkeys(each.phase for panel in panels for each in panel.curves))
     colours = {phase: _CHANNELS[k % len(_CHANNELS)] for k, phase in enumerate(phases)}
+    below = any(each.overlays for each in panels)
+    free = _HEIGHT - 2 * _EDGE - _legend(figure, colours, below)
+    used = min(free, _TALLEST * (1.5 if below else 1.0) * len(panels)) / _HEIGHT
+    box = (_EDGE / _WIDTH, 1.0 - _EDGE / _HEIGHT - used, 1.0 - 2 * _EDGE / _WIDTH, used)
+    figure.get_layout_engine().set(rect=box)
+    ratios = [r for each in panels for r in ([1.7, 1.0] if each.overlays else [2.7])]
+    axes = list(figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False).flat)
     left = iter(axes)
     for panel in panels:
         last = axis = next(left)
@@ -209,16 +219,23 @@ def _curves(panels: Sequence[Panel], foot: str = "") -> Figure:
             last.sharex(axis)
             _below(last, panel, colours)
         last.set_xlabel("time of the record (ms)", fontsize=8)
-    keys = [style.line_key(phase or "record", colour) for phase, colour in colours.items()]
-    keys += [style.line_key("reference", style.PRIOR, lw=2.4)] if below else []
     for axis in axes:
         axis.tick_params(labelsize=7.5)
         axis.yaxis.label.set_size(8.0)
-    foot_of = {"fontsize": 8.0, "loc": "lower center", "ncols": 7}
-    figure.legend(handles=keys, bbox_to_anchor=(0.5, 1.1 * edge / _HEIGHT), **foot_of)
-    figure.text(0.5, 0.95 * edge / _HEIGHT, _KEYS, fontsize=7.5, ha="center", va="bottom")
     _foot(figure, foot)
     return figure
+
+
+def _legend(figure: Figure, colours: dict[str, str], below: bool) -> float:
+    """Draw the legend at the foot of a page, and return its height, inches."""
+    names = [style.shortened(phase or "record", _NAME) for phase in colours]
+    keys = [style.line_key(*each) for each in zip(names, colours.values(), strict=True)]
+    keys += [style.line_key("reference", style.PRIOR, lw=2.4)] if below else []
+    columns = max(1, _KEYS_WIDE // (max(map(len, [*names, "reference"])) + 7))
+    look = {"fontsize": 8.0, "loc": "lower center", "ncols": columns}
+    figure.legend(handles=keys, bbox_to_anchor=(0.5, 1.1 * _EDGE / _HEIGHT), **look)
+    figure.text(0.5, 0.95 * _EDGE / _HEIGHT, _KEYS, fontsize=7.5, ha="center", va="bottom")
+    return _LEGEND * (2 - -len(keys) // columns)
 
 
 def _panel(axis: Axes, panel: Panel, colours: dict[str, str]) -> None:
