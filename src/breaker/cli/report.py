@@ -94,7 +94,7 @@ def _listed(named: Sequence[str], options: argparse.Namespace, config: Mapping) 
     number = 1
     for file in each_once(files):
         last = number
-        for channel, phase in _channels(file, options.channel):
+        for channel, phase in _channels(file, options.channel).items():
             whole = Operation(number, file, channel=channel, phase=phase)
             try:
                 parts = motions_in(whole, config["endurance"]["format"])
@@ -110,16 +110,17 @@ def _listed(named: Sequence[str], options: argparse.Namespace, config: Mapping) 
     return {motion: each for motion, each in found.items() if each}, rejected
 
 
-def _channels(file: Path, chosen: Sequence[str]) -> list[tuple[str, str]]:
-    """Columns of travel of a file, and names of its channels; empty where there is one alone."""
+def _channels(file: Path, chosen: Sequence[str]) -> dict[str, str]:
+    """Names of channels by columns of travel of a file; of one alone it is empty."""
     from breaker.files import RejectedCurveError
-    from breaker.inspection import travel_columns
+    from breaker.inspection import travel_channels
 
     try:
-        columns = [*chosen] or travel_columns(file)
+        names = travel_channels(file)
     except (ValueError, RejectedCurveError):
-        columns = [""]  # to be read as configured, or rejected with the reason
-    return [(each, each if len(columns) > 1 else "") for each in columns]
+        names = {}  # to be read as configured, or rejected with the reason
+    columns = [*chosen] or [*names] or [""]
+    return {each: names.get(each, each) if len(columns) > 1 else "" for each in columns}
 
 
 def _plate(records: Sequence) -> list[tuple[str, str]]:

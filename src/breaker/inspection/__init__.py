@@ -11,13 +11,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "acceptance": ["check_folder", "checked_text"],
         "bends": ["seen_touch", "speed_along"],
-        "proposals": [
-            "InspectedMotion",
-            "InspectionError",
-            "Proposal",
-            "inspect_file",
-            "travel_columns",
-        ],
+        "proposals": ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"],
+        "travelling": ["travel_channels"],
         "wording": ["alike", "overlay_of", "report_of"],
     },
 )

@@ -26,14 +26,7 @@ from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock, find_clock
 from breaker.records import Grid, Record, Scale, noise_remarks, read_record
 
-__all__ = [
-    "NOT_READ",
-    "InspectedMotion",
-    "InspectionError",
-    "Proposal",
-    "inspect_file",
-    "travel_columns",
-]
+__all__ = ["NOT_READ", "InspectedMotion", "InspectionError", "Proposal", "inspect_file"]
 
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
@@ -41,7 +34,6 @@ _STILL = 15.0  # ms at rest, at least, after which a motion is over; a slow rebo
 _NOISE = 1.25  # times the noise of the settings, from which another is proposed
 # Cells that are read, of a record once per motion, and those that a line counts for beside its own.
 _MOST, _LINE = 26_000_000, 17
-_HEARD = 0.25  # share of the largest stroke, up to which a column may hear another
 _STROKE = 15.0  # mm, that stands in for what is not known
 
 
@@ -149,21 +141,6 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         motions=motions,
         remarks=[remark for guess in guesses for remark in guess.remarks],
     )
-
-
-def travel_columns(file: str | Path) -> list[str]:
-    """Return the names of all columns of a file that move as a drive does.
-
-    Those that move by far less than the largest are left out: an unused input that hears another.
-
-    Raises:
-        InspectionError: If there is none.
-        LayoutError, RejectedCurveError: As for ``inspect_file``.
-    """
-    layout = look_into(Path(file))
-    travels = _chosen(Path(file), layout, find_clock(layout), "")
-    least = _HEARD * max(each.strokes.max() for each in travels)
-    return [str(layout.column(each.place)) for each in travels if each.strokes.max() > least]
 
 
 def _chosen(file: Path, layout: Layout, clock: Clock, channel: str) -> list[Travel]:
