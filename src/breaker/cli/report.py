@@ -12,6 +12,9 @@ from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
 
+# Beside those of the configuration, which may need the contact: any record shows them.
+_SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
+
 
 def add(commands) -> argparse.ArgumentParser:
     report = commands.add_parser(
@@ -57,7 +60,8 @@ def _run(options: argparse.Namespace) -> int:
     overlays = overlays_of(records, good, options)
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
     settings["seed"] = config["seed"]
-    answers = infer_drive(records, families(None), Given(), config["speeds"], settings)
+    points = {**_SPEEDS, **config["speeds"]}
+    answers = infer_drive(records, families(None), Given(), points, settings)
     speeds = next(each.speeds for each in answers if each.speeds)
     limits = from_list(limits, [*operations], speeds)
     beside = {
