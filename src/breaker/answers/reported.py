@@ -106,6 +106,8 @@ def _verdict(pairs: Sequence[tuple[Answer, Mapping]]) -> Cell:
         return Cell(f"pass: none of {len(names)} limits is exceeded", "good")
     said = []
     for verdict, (result, _) in RESULTS.items():
+        if verdict == "healthy":  # the others hold
+            break
         of = [
             name + (f" ({', '.join(where)})" if 0 < len(where) < len(phases) else "")
             for name, where in found.get(verdict, {}).items()

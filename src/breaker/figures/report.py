@@ -18,10 +18,10 @@ _POINTS = 72.0  # in an inch
 _MARGIN = 40.0  # points
 _EDGE = _MARGIN / _POINTS  # inches
 _ROOM = _WIDTH * _POINTS - 2 * _MARGIN  # points
-_LETTER = 0.58  # width of one over its size, on average
+_LETTER = 0.6  # width of one over its size, on average
 _SIZES = (5.2, 7.6)  # points, of letters in tables
 _GAP = 1.9  # letters between columns
-_LEADING = 1.5  # of lines, over the size of letters
+_LEADING = 1.42  # of lines, over the size of letters
 _LINES = 1.2  # the same within a cell
 _TONES = {"good": "#1B7837", "bad": style.WARNING, "doubt": "#B35806", "faint": "#777777"}
 _CHANNELS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -87,7 +87,7 @@ class _Sheet:
         self.y += 2.0
         for note in table.notes:
             self.paragraph(note, 6.2, color="#555555")
-        self.y += 9.0
+        self.y += 7.0
 
     def _row(self, row: Sequence[Cell], size: float, places: Sequence[float], **look) -> None:
         for k, (cell, at) in enumerate(zip(row, places, strict=True)):
