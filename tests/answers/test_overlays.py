@@ -1,145 +1,53 @@
-"""`breaker fit-prior` of few high-voltage breakers, in records of 400 ms."""
-
-from pathlib import Path
+"""Records over a good one."""
 
 import numpy as np
 import pytest
-import yaml
 
-from breaker.cli import main
-from breaker.files.listing import list_operations
-from breaker.mechanism.parameters import NAMES
-from breaker.records.grid import Grid
-from breaker.records.reader import read_curves
-from breaker.workflow.configuration import load
-from tests.conftest import DEFAULTS
+from breaker.answers import overlaid, read_operations
+from breaker.files import Operation
+from breaker.records.export import write_curve
 
-ROOT = Path(__file__).parents[2]
-
-LENGTH, BEGINS = 400.0, {"closing": 55.0, "opening": 205.0}  # ms, of a closing and opening
-REST = "endurance: {format: {zero: rest}}\n"
+DURATION = 20.0  # ms, of a good motion
 
 
-def smooth(time, over=0.06):
-    """Way over stroke at times over the duration: with over-travel, as of medium voltage."""
-    u = np.clip(time, 0.0, None)
-    after = np.clip(u - 0.93, 0.0, None)
-    swing = over * np.sin(2 * np.pi * after / 0.9) * np.exp(-after / 0.45)
-    return np.where(u < 1.0, u**2 * (3.0 - 2.0 * u), 1.0) + swing
-
-
-def late(time, power=2.0):
-    """The same of a drive whose force builds up, with a damper over the last third."""
-    u = np.clip(time, 0.0, 1.0)
-    damped = 0.85 + 0.15 * (1.0 - (1.0 - (u - 0.7) / 0.3) ** 2)
-    return np.where(u < 0.7, 0.85 * (u / 0.7) ** power, damped)
-
-
-def write(folder, stroke, durations, *, shape=smooth, count=1, rate=10.0, seed=1):
-    """Write records of closing and opening of one breaker, with their table."""
-    folder.mkdir(parents=True)
-    rng, time = np.random.default_rng(seed), np.arange(LENGTH * rate) / rate
-    rows = ["file,motion,operation"]
-    for number in range(1, count + 1):
-        closed, opened = (
-            shape((time - begins) / durations[motion]) for motion, begins in BEGINS.items()
-        )
-        travel = stroke * (closed - opened) + 0.1 * rng.standard_normal(time.size)
-        np.savetxt(
-            folder / f"{number}.csv",
-            np.column_stack([time / 1e3, travel]),
-            fmt=["%.5f", "%.2f"],
-            delimiter=",",
-            header="time,travel",
-            comments="",
-        )
-        rows += [f"{number}.csv,{motion},{number}" for motion in BEGINS]
-    (folder / "operations.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
-    return folder
+def record(file, *, duration=DURATION, begins=30.0, step=0.1, top=14.0):
+    """A closing, read as a command does."""
+    time = step * np.arange(round(200.0 / step))
+    share = np.clip((time - begins) / duration, 0.0, 1.0)
+    noise = 0.01 * np.random.default_rng(1).standard_normal(time.size)
+    travel = top * share**2 * (3.0 - 2.0 * share) + noise
+    write_curve(file, time, travel, motion="closing", operation=1)
+    return read_operations({"closing": [Operation(1, file)]}, {})
 
 
 @pytest.fixture
-def fit(tmp_path, capsys):
-    """Fit breakers; the overlay, the configuration with it, and what is said."""
-
-    def fit(*breakers):
-        rest, file = tmp_path / "rest.yaml", tmp_path / "type.yaml"
-        rest.write_text(REST, encoding="utf-8")
-        folders = [str(each) for each in breakers]
-        assert main(["fit-prior", *folders, "--config", str(rest), "--output", str(file)]) == 0
-        said = " ".join(capsys.readouterr().out.split())
-        overlay = yaml.safe_load(file.read_text(encoding="utf-8"))
-        return overlay, load([DEFAULTS, file]), said
-
-    return fit
+def good(tmp_path):
+    return record(tmp_path / "good.csv")
 
 
-def assert_read(folders, config):
-    """Both motions of every breaker are read with the proposed settings, and whole."""
-    for folder in folders:
-        for motion in BEGINS:
-            sensor = config["sensor"]
-            times = np.linspace(sensor["start"], sensor["stop"], sensor["samples"])
-            found = list_operations(folder, motion)
-            curves = read_curves(found, config["endurance"]["format"], Grid(times), motion)
-            assert curves.accepted.all(), curves.reason.values
-            assert curves.missing.max() == 0
+def test_a_record_over_one_like_it_stays_within(tmp_path, good):
+    """Its place in the file, and its rate, do not matter."""
+    (found,) = overlaid(record(tmp_path / "a.csv", begins=61.7, step=0.05), good)
+    assert found.leaves is None
+    assert abs(found.farthest[1]) < 0.25
+    assert found.band == pytest.approx(0.05 * 14.0, rel=0.01)
+    assert "stays within ±0.7" in found.words
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_whatever_is_written_is_accepted_and_reads_the_records(tmp_path, fit, seed):
-    """Few and odd breakers of a type that is none, whose spread is next to unknown."""
-    rng, folders = np.random.default_rng(seed), []
-    for number in range((1, 2, 3, 5)[seed]):
-        durations = {"closing": rng.uniform(40.0, 120.0), "opening": rng.uniform(30.0, 60.0)}
-        more = {"count": int(rng.integers(1, 4)), "rate": float(rng.choice([5.0, 10.0]))}
-        stroke, over = rng.uniform(140.0, 245.0), rng.uniform(0.0, 0.08)
-        folder = tmp_path / f"Q{number}"
-        write(folder, stroke, durations, shape=lambda t, o=over: smooth(t, o), **more)
-        folders.append(folder)
-    _, config, _ = fit(*folders)
-    assert_read(folders, config)
+def test_where_a_slow_record_leaves_the_band_is_told(tmp_path, good):
+    (found,) = overlaid(record(tmp_path / "slow.csv", duration=1.3 * DURATION), good, 0.1)
+    at, by = found.leaves
+    share = np.array([at / DURATION, at / (1.3 * DURATION)])
+    way = 14.0 * share**2 * (3.0 - 2.0 * share)
+    assert by == pytest.approx(-1.4, abs=0.1)
+    assert way[1] - way[0] == pytest.approx(by, abs=0.25)
+    assert found.words.startswith("LEAVES the band of ±1.4 mm (10 % of the stroke)")
+    assert set(found.values) >= {"leaves", "farthest", "band"}
 
 
-def test_a_spread_that_is_next_to_unknown_is_bounded_and_said(tmp_path, fit):
-    """One breaker by another's measure: the friction of their contacts ranges over anything."""
-    drives = [(178.0, 62.0, 0.06), (245.0, 120.0, 0.03), (140.0, 40.0, 0.0), (150.0, 90.0, 0.1)]
-    folders = [
-        write(
-            tmp_path / f"Q{k}",
-            stroke,
-            {"closing": closing, "opening": 40.0},
-            shape=lambda time, over=over: smooth(time, over),
-        )
-        for k, (stroke, closing, over) in enumerate(drives)
-    ]
-    _, config, said = fit(*folders)
-    widest = max(config["prior"][name]["log_sd"] for name in NAMES)
-    assert widest <= 1.0
-    assert f"are bounded to {widest:g}, the largest that the configuration takes" in said
-
-
-@pytest.mark.parametrize("power", [2.0, 2.5])
-def test_drives_of_another_family_are_fitted_by_it(tmp_path, fit, power):
-    durations = {"closing": 70.0, "opening": 40.0}
-    folder = write(tmp_path / "Q", 220.0, durations, shape=lambda time: late(time, power))
-    overlay, config, said = fit(folder)
-    assert config["family"]["name"] == "any"
-    anything = yaml.safe_load((ROOT / "config" / "any.yaml").read_text("utf-8"))
-    assert overlay["family"] == anything["family"]
-    assert "family any, as they do not fit medium_voltage: closing p = 0.0" in said
-    assert "main motion, " in said
-    # Breakers of a type are as alike as those of the default prior, whatever family they are in.
-    assert config["prior"]["L"]["log_sd"] < 0.3
-    assert_read([folder], config)
-
-
-@pytest.mark.parametrize("shape", [smooth, late])
-@pytest.mark.parametrize("stroke", [150.0, 200.0, 250.0])
-@pytest.mark.parametrize("closing", [60.0, 110.0])
-def test_standard_records_hold_the_proposed_grid(tmp_path, fit, shape, stroke, closing):
-    durations = {"closing": closing, "opening": 0.5 * closing}
-    folder = write(tmp_path / "Q", stroke, durations, shape=shape)
-    _, config, _ = fit(folder)
-    assert_read([folder], config)
-    assert config["sensor"]["stop"] > closing
+def test_a_motion_without_a_good_one_is_left_out(tmp_path, good):
+    time = 0.1 * np.arange(2000)
+    travel = 14.0 * np.clip(1.0 - (time - 30.0) / 10.0, 0.0, 1.0)
+    write_curve(tmp_path / "open.csv", time, travel, motion="opening", operation=1)
+    opening = read_operations({"opening": [Operation(1, tmp_path / "open.csv")]}, {})
+    assert overlaid(opening, good) == []

@@ -30,7 +30,15 @@ from tests.cli.conftest import written
 BATCH = 25  # lines in one folder
 RECORDS = ("a.csv", "b 2.csv", "both.csv", "pair.cfg", "drive/closing/op_1.csv")
 FOLDERS = ("drive", "listed", "link", ".")
-NEW = ("new.csv", "new.yaml", "new.png", "new.zarr", "made/new.csv", "drive/closing/op_3.csv")
+NEW = (
+    "new.csv",
+    "new.pdf",
+    "new.yaml",
+    "new.png",
+    "new.zarr",
+    "made/new.csv",
+    "drive/closing/op_3.csv",
+)
 PLACES = (
     *RECORDS,
     *("link.csv", "hard.csv", "link.png", "pair.dat", "listed/operations.csv", "few.yaml"),
@@ -104,17 +112,19 @@ def words_of(number: int, seed: int) -> tuple[str, ...]:
     def one(of):
         return str(rng.choice(of))
 
-    command = one(["infer", "infer", "inspect", "manifest", "compare", "fit-prior"])
+    command = one(["infer", "infer", "inspect", "manifest", "compare", "report", "fit-prior"])
     inputs = {
         "infer": lambda: [one([*RECORDS, *FOLDERS]) for _ in range(rng.integers(1, 3))],
         "inspect": lambda: [one([*RECORDS, "record.zarr"])],
         "manifest": lambda: [one(FOLDERS)],
         "compare": lambda: [one(RECORDS), "--today", one([*RECORDS, "b 2.csv"])],
+        "report": lambda: [one(RECORDS)],
         "fit-prior": lambda: [one(FOLDERS)],
     }[command]()
     outputs = {
         "infer": ("--output", "--plot", "--draws"),
         "manifest": ("--output",),
+        "report": ("--output",),
         "compare": ("--plot",),
     }.get(command, ("--output", "--plot"))
     words = [command, *inputs]

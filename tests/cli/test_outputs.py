@@ -24,10 +24,10 @@ def test_without_the_check_random_command_lines_would_change_inputs(monkeypatch)
     def refuse_nothing(*_):
         return None
 
-    for name in ("infer", "inspect", "manifest", "compare", "fit_prior"):
+    for name in ("infer", "inspect", "manifest", "compare", "report", "fit_prior"):
         monkeypatch.setattr(f"breaker.cli.{name}.check_outputs", refuse_nothing)
     here = os.getcwd()
-    lines = try_batch((range(12), SEED))
+    lines = try_batch((range(16), SEED))
     assert os.getcwd() == here
     assert sum(bool(line.changed) for line in lines) > 1
 

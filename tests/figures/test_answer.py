@@ -7,16 +7,17 @@ from matplotlib.text import Text
 from breaker.answers.drawn import Curve, Shown
 from breaker.figures.answer import answer
 from breaker.figures.style import WARNING
+from tests.figures.drawn import assert_nothing_overlaps
 
 MOTIONS = ["closing", "opening"]
 
 
-def data(motions=("closing",), *, good=True, inferred=True):
+def data(motions=("closing",), *, good=True, inferred=True, file="{}$.csv"):
     rng = np.random.default_rng(1)
     time, none = np.linspace(-2.0, 58.0, 31), np.empty(0)
     curves = {
         motion: Curve(
-            *(f"{motion}$.csv", "words of a fit", good),
+            *(file.format(motion), "words of a fit", good),
             *(time, rng.normal(size=31), time, rng.normal(size=31)),
             *(rng.normal(size=31), np.ones(31)),
             10.0 + rng.random(60) if inferred else none,
@@ -56,3 +57,8 @@ def test_where_nothing_is_inferred_the_records_are_drawn():
     figure = answer(data(good=False, inferred=False))
     assert not figure.axes[0].texts
     assert "not inferred" in [text.get_text() for text in figure.axes[-1].texts]
+
+
+def test_long_names_of_files_stay_above_their_panels():
+    name = "North_400_kV_Bay_4_circuit_breaker_Q0_after_overhaul_of_drive_and_linkage_{}.csv"
+    assert_nothing_overlaps(answer(data(MOTIONS, file=name)))

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from breaker import __version__
-from breaker.cli import check, compare, fit_prior, infer, inspect, manifest
+from breaker.cli import check, compare, fit_prior, infer, inspect, manifest, report
 from breaker.cli.named import add_path
 from breaker.cli.settings import PROJECT
 from breaker.workflow import ConfigurationError, missing_packages, set_threads
@@ -120,7 +120,15 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"breaker {__version__}")
     parser.set_defaults(smaller="name fewer files, or lower endurance.draws")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for each in (inspect, manifest, check, infer, compare, fit_prior):  # in the order of --help
+    for each in (
+        inspect,
+        manifest,
+        check,
+        infer,
+        compare,
+        report,
+        fit_prior,
+    ):  # in the order of --help
         what = f"configuration files, laid over {PROJECT} if there is one, or the defaults"
         several = {"nargs": "+", "action": "extend", "default": []}
         add_path(each.add(commands), "--config", "YAML", what, **several)

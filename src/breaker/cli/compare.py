@@ -7,15 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from operator import getitem
 
-from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of
+from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent
 from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import settings_of
 
-__all__ = ["add"]
+__all__ = ["add", "compared"]
 
 _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
-_SHARE = 5.0  # percent, of a change
+_BEYOND = 0.05  # share of a change that matters
 # Beside those of the configuration: any record shows them, and where along the way a drive is slow.
 _SPEEDS = {
     f"{motion}_speed_{begin}_{end}": [f"{begin} % of stroke", f"{end} % of stroke"]
@@ -43,25 +43,14 @@ def add(commands) -> argparse.ArgumentParser:
     add_choice(compare)
     compare.add_argument(
         "--beyond",
-        type=_percent,
-        default=_SHARE / 100.0,
+        type=percent,
+        default=_BEYOND,
         metavar="PERCENT",
         help="change that matters (default: 5)",
     )
     compare.add_argument("--json", action="store_true", help="print one JSON document")
     add_path(compare, "--plot", "PNG", "draw the comparison there")
     return compare
-
-
-def _percent(text: str) -> float:
-    """A share, from percent."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0.0 < value < 100.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a percentage above 0 and below 100")
-    return value / 100.0
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -79,34 +68,15 @@ def _run(options: argparse.Namespace) -> int:
     listed = {visit: operations_of(named[visit], options, configs[visit]) for visit in _VISITS}
     _check_visits([operations for operations, _ in listed.values()])
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import (
-        changes,
-        compare,
-        measured_changes,
-        read_operations,
-        visits_document,
-        visits_in_words,
-    )
-    from breaker.mechanism import speeds_of
-    from breaker.model import generator
+    from breaker.answers import read_operations, visits_in_words
 
-    forms = {visit: each["endurance"]["format"] for visit, each in configs.items()}
-    before, today, rejected = _usable(
+    document = compared(
         {
-            visit: read_operations(each, forms[visit], loose=loose)
+            visit: read_operations(each, configs[visit]["endurance"]["format"], loose=loose)
             for visit, (each, loose) in listed.items()
-        }
-    )
-    misfit = config["endurance"]["misfit_p_value"]
-    rng = generator(config["seed"], "two visits")
-    found = compare(before, today, _networks(), rng, misfit_p_value=misfit)
-    speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
-    document = visits_document(
-        found,
-        [*measured_changes(before, today, speeds, options.beyond), *changes(found, options.beyond)],
-        {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
-        rejected,
-        {"share": options.beyond, "seed": config["seed"], "misfit_p_value": misfit},
+        },
+        config,
+        options.beyond,
     )
     if options.plot:
         from breaker.figures import visits
@@ -133,6 +103,34 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
         if here != both:
             raise ValueError(f"{' '.join(own)}: {key} holds for both visits; set it by --config")
     return found
+
+
+def compared(visits: Mapping[str, Sequence], config: Mapping, beyond: float = _BEYOND) -> dict:
+    """Return the document of a comparison.
+
+    Args:
+        visits: Records "before" and "today", as ``read_operations`` returns them.
+        beyond: Share beyond which a change counts.
+
+    Raises:
+        ValueError: If no motion has a usable record in both visits.
+    """
+    from breaker.answers import changes, compare, measured_changes, visits_document
+    from breaker.mechanism import speeds_of
+    from breaker.model import generator
+
+    before, today, rejected = _usable(visits)
+    misfit = config["endurance"]["misfit_p_value"]
+    rng = generator(config["seed"], "two visits")
+    found = compare(before, today, _networks(), rng, misfit_p_value=misfit)
+    speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
+    return visits_document(
+        found,
+        [*measured_changes(before, today, speeds, beyond), *changes(found, beyond)],
+        {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
+        rejected,
+        {"share": beyond, "seed": config["seed"], "misfit_p_value": misfit},
+    )
 
 
 def _networks() -> Iterator[tuple]:

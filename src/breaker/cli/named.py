@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-__all__ = ["MOTIONS", "add_choice", "add_path", "each_once", "operations_of"]
+__all__ = ["MOTIONS", "add_choice", "add_path", "each_once", "operations_of", "percent"]
 
 MOTIONS = ("closing", "opening")
 """Those that records may be of; here, so that a command's options are known before its imports."""
@@ -17,6 +17,17 @@ def a_path(text: str) -> str:
     if not text:
         raise argparse.ArgumentTypeError("an empty text names no file or folder")
     return text
+
+
+def percent(text: str) -> float:
+    """A share, from percent."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < 100.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a percentage above 0 and below 100")
+    return value / 100.0
 
 
 def add_path(command: argparse.ArgumentParser, name: str, kind: str, what: str, **more) -> None:

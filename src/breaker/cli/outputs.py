@@ -15,6 +15,8 @@ from breaker.stores import whole
 __all__ = ["check_outputs", "whole", "write_lines"]
 
 _PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
+_REPORTS = (".pdf", ".html")
+_PAGE = b'content="breaker report"'  # in the head of a report that is a page
 _STARTS = (b"\x89PNG", b"%PDF", b"<?xml", b"\xff\xd8\xff")  # of the content of pictures
 _COLUMNS = {"motion", "operation", "output", "interval_95_lower"}  # of a table of answers
 
@@ -22,12 +24,13 @@ _COLUMNS = {"motion", "operation", "output", "interval_95_lower"}  # of a table 
 def check_outputs(wanted: Sequence[tuple[str | None, str]], read: Iterable[str]) -> None:
     """Refuse what cannot or must not be written, before any work is done.
 
-    A result replaces a result of its kind: a table of answers, a picture, a store of draws. Lines
-    that a user completes, such as a configuration or a table of operations, replace nothing.
+    A result replaces a result of its kind: a table of answers, a picture, a report, a store of
+    draws. Lines that a user completes, such as a configuration or a table of operations, replace
+    nothing.
 
     Args:
-        wanted: Name and kind of each output that a command has: "table", "picture", "store" or
-            "lines". No name where it is not asked for.
+        wanted: Name and kind of each output that a command has: "table", "picture", "report",
+            "store" or "lines". No name where it is not asked for.
         read: Files and folders that the command was given.
 
     Raises:
@@ -62,6 +65,8 @@ def _check_place(name: str, target: Path, kind: str) -> None:
         raise IsADirectoryError(f"{name} is a folder, and is not replaced; name another")
     if kind == "picture" and target.suffix.lower() not in _PICTURES:
         raise ValueError(f"{name} is no name of a picture; end it in {' or '.join(_PICTURES[:3])}")
+    if kind == "report" and target.suffix.lower() not in _REPORTS:
+        raise ValueError(f"{name} is no name of a report; end it in {' or '.join(_REPORTS)}")
     if kind == "store" and target.is_file():
         raise FileExistsError(f"{name} is a file, and a store is a folder; name another")
     if any(each.suffix.lower() == ".zarr" for each in target.parents):
@@ -116,7 +121,8 @@ def _check_own(name: str, target: Path, kind: str) -> None:
     if kind == "table":
         own = {*begins.partition(b"\n")[0].decode(errors="replace").split(",")} >= _COLUMNS
     else:
-        own = kind == "picture" and begins.startswith(_STARTS)
+        own = kind in ("picture", "report") and begins.startswith(_STARTS)
+        own |= kind == "report" and _PAGE in begins
     if begins and not own:
         raise FileExistsError(
             f"{name} is there already and may hold work of yours: it is not overwritten. Name "

@@ -20,6 +20,7 @@ _CORNER = {"closing": (0.97, 0.08, "bottom"), "opening": (0.97, 0.95, "top")}  #
 _POINTS = 200  # of a density
 _PRIOR = 1.0  # times the width of the posterior, to which the prior is shown on either side
 _COLUMNS = 4
+_LABELS = 0.9  # inches, left of a panel
 _BAND = {"color": style.PRIOR, "alpha": 0.35, "lw": 0}
 
 
@@ -36,7 +37,7 @@ def answer(data: Shown) -> Figure:
     size = {"height_ratios": [2, 1], "sharex": "col", "squeeze": False}
     grid = above.subplots(2, len(data.curves), **size)
     for (motion, curve), (record, left) in zip(data.curves.items(), grid.T, strict=True):
-        _record(record, curve, motion)
+        _record(record, curve, motion, figure.get_figwidth() / len(data.curves) - _LABELS)
         _left(left, curve)
     axes = below.subplots(-(-(len(PARAMETERS) + 1) // _COLUMNS), _COLUMNS).flat
     for k, (axis, each) in enumerate(zip(axes, PARAMETERS, strict=False)):
@@ -48,13 +49,13 @@ def answer(data: Shown) -> Figure:
     events = ", ".join(_SWITCHING[motion] for motion in data.curves)
     axes[len(PARAMETERS)].set_title(f"{events} of the contact", loc="left", fontsize=9)
     axes[len(PARAMETERS)].set_xlabel("time after the release (ms)")
-    figure.suptitle(style.literal(data.title))
+    style.title(figure, style.literal(data.title))
     style.legend_below(figure, _keys(data), columns=3)
     return figure
 
 
-def _record(axis: Axes, data: Curve, motion: str) -> None:
-    """A record, the nearest shape, and when the contact switches."""
+def _record(axis: Axes, data: Curve, motion: str, width: float) -> None:
+    """A record, the nearest shape, and when the contact switches; the panel is so many inches."""
     colour = _COLOURS[motion]
     if data.switching.size:
         low, middle, high = np.quantile(data.switching, [0.025, 0.5, 0.975])
@@ -69,7 +70,8 @@ def _record(axis: Axes, data: Curve, motion: str) -> None:
     axis.set_ylabel(style.TRAVEL)
     axis.margins(x=0)
     look = {"color": "black" if data.good else style.WARNING, "loc": "left"}
-    axis.set_title(f"{motion} in {style.literal(data.file)}: {data.words}", **look)
+    title = f"{motion} in {style.file_name(data.file)}: {data.words}"
+    axis.set_title(style.within(title, width), **look)
 
 
 def _left(axis: Axes, data: Curve) -> None:

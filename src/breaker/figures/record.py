@@ -13,6 +13,7 @@ __all__ = ["record"]
 
 _MOTIONS = {"closing": "#2166AC", "opening": "#D98C21"}
 _REST = (50.0, 1.0)  # ms before the first motion, of which the noise is shown
+_WIDTH = 11.0  # inches
 _MOST = 2  # first motions that are shown
 
 
@@ -29,7 +30,7 @@ def record(proposal: Proposal) -> Figure:
         return _raw(proposal)
     first = [each for each in read if each.column == read[0].column]
     shown = first[:_MOST]
-    figure = style.new_figure(11.0, 9.0)
+    figure = style.new_figure(_WIDTH, 9.0)
     grid = figure.add_gridspec(3, len(shown) + 1, height_ratios=[1.5, 0.9, 1.1])
     whole = figure.add_subplot(grid[0, :])
     speed = figure.add_subplot(grid[1, :], sharex=whole)
@@ -41,7 +42,7 @@ def record(proposal: Proposal) -> Figure:
     _noise(figure.add_subplot(grid[2, -1]), shown[0])
     masked = any((each.record.doubts != "").any() for each in read)
     touch = _touch(first) is not None
-    figure.suptitle(f"Record of {proposal.file.name}")
+    style.title(figure, style.literal(f"Record of {proposal.file.name}"))
     style.legend_below(figure, _keys(first, masked, touch))
     return figure
 
@@ -49,14 +50,14 @@ def record(proposal: Proposal) -> Figure:
 def _raw(proposal: Proposal) -> Figure:
     """The columns of travel as they are, where no motion could be read."""
     travel, layout = proposal.travels[0], proposal.layout
-    figure = style.new_figure(11.0, 4.0)
+    figure = style.new_figure(_WIDTH, 4.0)
     axis = figure.subplots()
     for each in proposal.travels:
         axis.plot(layout.columns[each.place], color=style.MEASURED, lw=0.8)
     axis.set(xlabel="sample", ylabel=f"{layout.column(travel.place)} ({travel.unit or 'no unit'})")
     axis.margins(x=0)
     words = f"Record of {proposal.file.name}: no motion could be read"
-    figure.suptitle(words, color=style.WARNING)
+    style.title(figure, style.literal(words), color=style.WARNING)
     return figure
 
 
@@ -80,7 +81,7 @@ def _whole(axis: Axes, read: Sequence[InspectedMotion], first: Sequence[Inspecte
     axis.set_ylabel(style.TRAVEL)
     axis.set_xlim(first[0].record.time[[0, -1]])
     others = f", {len(channels) - 1} other channels in grey" if len(channels) > 1 else ""
-    axis.set_title(f"{first[0].column}{others}", loc="left")
+    axis.set_title(style.within(f"{first[0].column}{others}", _WIDTH), loc="left")
 
 
 def _speed(axis: Axes, first: Sequence[InspectedMotion]) -> None:

@@ -59,6 +59,9 @@ MODELLED = "two-spring model"  # of which drives simulated records are, if of no
 _SOURCES = {"closing": "Closing", "opening": "Opening", "both": "Both motions"}
 _NAMES = re.compile(rf"\b({'|'.join(OUTPUTS)})\b")
 _LETTERS = 8.2  # of a title, per inch of its figure
+_PANEL_LETTERS = 125.0  # of 1 pt, per inch
+_LONGEST = 46  # letters of a file's name in a title
+BAND = {"color": PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances
 
 _SETTINGS = {
     "figure.dpi": 150,
@@ -133,6 +136,33 @@ def symbolic(text: object) -> str:
     return _NAMES.sub(lambda found: OUTPUTS[found.group()].symbol, literal(text))
 
 
+def file_name(path: object) -> str:
+    """Return the name of a file without its folder, of a long one the first and last letters.
+
+    >>> file_name("visits/North_400_kV_Bay_4_circuit_breaker_Q0_closing_after_overhaul.csv")
+    'North_400_kV_Bay_4_cir…sing_after_overhaul.csv'
+    """
+    return shortened(re.split(r"[/\\]", str(path))[-1], _LONGEST)
+
+
+def shortened(text: str, most: int) -> str:
+    """Return the first and last letters of a text that has more than so many."""
+    half = most // 2
+    return text if len(text) <= most else f"{text[: half - 1]}…{text[-half:]}"
+
+
+def within(text: str, width: float, size: float = 11.0) -> str:
+    """Return a literal text in lines that are not wider than inches, its letters of so many pt."""
+    return fill(literal(text), max(10, int(_PANEL_LETTERS * width / size)))
+
+
+def title(figure: Figure, text: str, **look: object) -> Text:
+    """Write and return a title above a figure, in lines that are not wider than it."""
+    width = int(_LETTERS * figure.get_figwidth())
+    lines = [fill(line, width) for line in text.splitlines()]
+    return figure.suptitle("\n".join(lines), **look)
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure, size in inches, that lays itself out without overlaps."""
     return Figure(figsize=(width, height), layout="constrained")
@@ -163,10 +193,7 @@ def heading(figure: Figure, source: str, text: str, outcome: str = "", *, of: st
     ``of`` says of which drives.
     """
     first = ", ".join(filter(None, [_SOURCES[source], of]))
-    lines = [f"{first}: {text}", *outcome.splitlines()]
-    width = int(_LETTERS * figure.get_figwidth())
-    title = "\n".join(fill(line, width) for line in lines)
-    return figure.suptitle(title)
+    return title(figure, "\n".join([f"{first}: {text}", outcome]).strip())
 
 
 def legend_below(figure: Figure, handles: Sequence, *, columns: int | None = None) -> None:
@@ -227,8 +254,8 @@ def limit_panels(
         count, columns=columns, width=width, height=height, sharex=True, sharey=sharey
     )
     for axis, limit, words in zip(axes, data["limit"].values, titles, strict=True):
-        title = fill(f"{literal(limit)}: {symbolic(words)}", int(width * 10.5))
-        axis.set_title(title, loc="left", pad=6.0 + 14.0 * above)
+        said = fill(f"{literal(limit)}: {symbolic(words)}", int(width * 10.5))
+        axis.set_title(said, loc="left", pad=6.0 + 14.0 * above)
         axis.margins(x=0.01)
     label_outer(axes, "operation")
     return figure, axes

@@ -1,0 +1,195 @@
+"""`breaker report`: a test report of a visit, to leave with the breaker."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from io import BytesIO
+from pathlib import Path
+
+from breaker.cli.named import MOTIONS, add_path, each_once
+from breaker.cli.outputs import check_outputs, whole, write_lines
+from breaker.cli.reference import add_reference, overlays_of
+from breaker.cli.settings import limits_of, settings_of
+
+__all__ = ["add"]
+
+# Beside those of the configuration, which may need the contact: any record shows them.
+_SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
+
+
+def add(commands) -> argparse.ArgumentParser:
+    report = commands.add_parser(
+        "report",
+        help="write a test report of a visit",
+        description="Write the report of a visit to one breaker: what is measured of each channel "
+        "and motion against limits, what poles differ by, what has changed since the visit before, "
+        "what the model adds, and the curves. A file may hold O, C, C-O or O-C-O, and several "
+        "channels, which are phases or poles. The status is 1 if no record could be used.",
+    )
+    report.set_defaults(run=_run)
+    add_path(report, "files", "FILE", "a record of the visit, or a folder of them", nargs="+")
+    add_path(report, "--output", "PDF|HTML", "write the report there", required=True)
+    several = {"nargs": "+", "action": "extend", "default": []}
+    add_path(report, "--before", "FILE", "records of the visit before", **several)
+    report.add_argument(
+        "--channel", help="columns of travel (default: all that move)", metavar="NAME", **several
+    )
+    add_reference(report)
+    return report
+
+
+def _run(options: argparse.Namespace) -> int:
+    read = [*options.files, *options.before, *filter(None, [options.reference]), *options.config]
+    check_outputs([(options.output, "report")], read)
+    config = settings_of(options.config)
+    limits = limits_of(config, options.config)
+    operations, rejected = _listed(options.files, options, config)
+    # Imported here, so that --help and wrong options answer at once.
+    from breaker.answers import Given, infer_drive, judged, read_operations, report_of
+    from breaker.cli.infer import families
+    from breaker.mechanism import from_list
+
+    form, endurance = config["endurance"]["format"], config["endurance"]
+    records = read_operations(operations, form)
+    if all(each.reason for each in records):
+        reasons = "\n  ".join([*rejected, *(each.reason for each in records)])
+        raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
+    good = []
+    if options.reference:
+        listed, wrong = _listed([options.reference], options, config)
+        good, rejected = read_operations(listed, form), [*rejected, *wrong]
+    overlays = overlays_of(records, good, options)
+    settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
+    settings["seed"] = config["seed"]
+    points = {**_SPEEDS, **config["speeds"]}
+    answers = infer_drive(records, families(None), Given(), points, settings)
+    speeds = next(each.speeds for each in answers if each.speeds)
+    limits = from_list(limits, [*operations], speeds)
+    beside = {
+        "plate": _plate(records),
+        "overlays": overlays,
+        "changes": _changes(records, options, config),
+        "rejected": rejected,
+    }
+    verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
+    found = report_of(answers, verdicts, limits, beside)
+    _write(found, options.output)
+    print(f"{found.verdict.text}\nreport written to {options.output}")
+    return 0
+
+
+def _listed(named: Sequence[str], options: argparse.Namespace, config: Mapping) -> tuple:
+    """Every motion of every channel of files, by motion, and why some have none.
+
+    A channel is the operation's phase. A folder's table says all of this itself.
+    """
+    from breaker.files import MANIFEST, Operation, RejectedCurveError, read_manifest, record_files
+    from breaker.records import motions_in
+
+    found: dict[str, list] = {motion: [] for motion in MOTIONS}
+    rejected, files = [], []
+    for each in map(Path, named):
+        if not (each.is_dir() and each.suffix.lower() != ".zarr"):
+            files.append(each)
+        elif (each / MANIFEST).exists():
+            for motion, operation in read_manifest(each / MANIFEST):
+                found[motion].append(operation)
+        else:
+            files += record_files(each)
+    number = 1
+    for file in each_once(files):
+        last = number
+        for channel, phase in _channels(file, options.channel).items():
+            whole = Operation(number, file, channel=channel, phase=phase)
+            try:
+                parts = motions_in(whole, config["endurance"]["format"])
+            except RejectedCurveError as error:
+                rejected.append(str(error))
+                continue
+            for motion, operation in parts:
+                found[motion].append(operation)
+                last = max(last, operation.number + 1)
+        number = last
+    if len(names := {each.breaker for rows in found.values() for each in rows}) > 1:
+        raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")
+    return {motion: each for motion, each in found.items() if each}, rejected
+
+
+def _channels(file: Path, chosen: Sequence[str]) -> dict[str, str]:
+    """Names of channels by columns of travel of a file; of one alone it is empty."""
+    from breaker.files import RejectedCurveError
+    from breaker.inspection import travel_channels
+
+    try:
+        names = travel_channels(file)
+    except (ValueError, RejectedCurveError):
+        names = {}  # to be read as configured, or rejected with the reason
+    columns = [*chosen] or [*names] or [""]
+    return {each: names.get(each, each) if len(columns) > 1 else "" for each in columns}
+
+
+def _plate(records: Sequence) -> list[tuple[str, str]]:
+    """Nameplate and test, as far as they are known: of the table of operations."""
+    from breaker.files import printable
+
+    operations = [each.operation for each in records]
+    names = [
+        printable(file).rpartition("/")[2] for file in dict.fromkeys(e.file for e in operations)
+    ]
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    warm = [
+        f"{each.temperature:g} °C" for each in operations if each.temperature == each.temperature
+    ]
+    known = {
+        "Breaker": [each.breaker for each in operations],
+        "Test date": [each.date for each in operations],
+        "Files": [names[0] + more],
+        "Temperature": warm,
+        "Channels": [each.phase for each in operations],
+        "Motions": [each.motion for each in records],
+    }
+    return [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
+
+
+def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) -> dict:
+    """The comparison with the visit before, by channel."""
+    if not options.before:
+        return {}
+    from breaker.answers import read_operations
+    from breaker.cli.compare import compared
+
+    listed, rejected = _listed(options.before, options, config)
+    before = read_operations(listed, config["endurance"]["format"])
+    found = {}
+    for phase in dict.fromkeys(each.operation.phase for each in records):
+        pair = {"before": before, "today": records}
+        visits = {v: [e for e in rows if e.operation.phase == phase] for v, rows in pair.items()}
+        if not visits["before"]:
+            said = [*rejected, f"the visit before has no channel {phase}".rstrip()]
+            found[phase] = {"changes": [], "trust": said}
+            continue
+        try:
+            found[phase] = compared(visits, config)
+        except ValueError as error:
+            found[phase] = {"changes": [], "trust": [*rejected, str(error).splitlines()[0]]}
+    return found
+
+
+def _write(report, output: str) -> None:
+    """Write a report as its name's ending says, without the time of writing."""
+    from breaker.figures import report as drawn
+
+    if output.lower().endswith(".pdf"):
+        from matplotlib.backends.backend_pdf import PdfPages
+
+        with whole(output) as part, PdfPages(part, metadata={"CreationDate": None}) as pdf:
+            for page in drawn.pages(report):
+                pdf.savefig(page)
+        return
+    from breaker.answers import report_page
+
+    pictures = []
+    for page in drawn.curve_pages(report):
+        picture = BytesIO()
+        page.savefig(picture, format="png")
+        pictures.append(picture.getvalue())
+    write_lines(output, report_page(report, pictures))

@@ -1,0 +1,279 @@
+"""Pages of a test report: first what is measured, in tables, then the curves of all channels."""
+
+from collections.abc import Iterator, Sequence
+from textwrap import wrap
+from typing import NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from breaker.answers import Cell, Marked, Panel, Report, Table
+from breaker.figures import style
+from breaker.figures.overlay import difference
+
+__all__ = ["curve_pages", "pages"]
+
+_WIDTH, _HEIGHT = 8.27, 11.69  # inches, A4
+_POINTS = 72.0  # in an inch
+_MARGIN = 40.0  # points
+_EDGE = _MARGIN / _POINTS  # inches
+_ROOM = _WIDTH * _POINTS - 2 * _MARGIN  # points
+_LETTER = 0.6  # width of one over its size, on average
+_SIZES = (5.2, 7.6)  # points, of letters in tables
+_GAP = 1.9  # letters between columns
+_LEADING = 1.42  # of lines, over the size of letters
+_LINES = 1.2  # the same within a cell
+_TONES = {"good": "#1B7837", "bad": style.WARNING, "doubt": "#B35806", "faint": "#777777"}
+_CHANNELS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_PANELS = {False: 4, True: 3}  # on a page, without and with a reference
+_TALLEST = 3.6  # inches, of a panel
+_NAME = 28  # letters of a channel's name
+_LEGEND = 0.19  # inches, of a line of the legend
+_KEYS_WIDE = 118  # letters in a line of the legend
+_KEYS = (
+    "▼ first motion   ● touch or parting, measured   ○ by the model   ■ points of speeds   "
+    "- - rests"
+)
+
+
+class _Written(NamedTuple):
+    """A text on a page, at points from its left and upper edge."""
+
+    x: float
+    y: float
+    text: str
+    look: dict
+
+
+class _Sheet:
+    """Pages that are written from above, each begun where the one before is full."""
+
+    def __init__(self) -> None:
+        self.pages: list[list[_Written]] = [[]]
+        self.y = _MARGIN
+
+    def room(self, height: float) -> None:
+        """Begin a page where a height, points, is not left on this one."""
+        if self.y + height > _HEIGHT * _POINTS - _MARGIN - 12.0:
+            self.pages.append([])
+            self.y = _MARGIN
+
+    def write(self, x: float, text: str, size: float, below: float = 0.0, **look: object) -> None:
+        """Write a text at a place of the line, or so many points below that."""
+        look = {"fontsize": size, "va": "top"} | look
+        self.pages[-1].append(_Written(x, self.y + below, style.literal(text), look))
+
+    def paragraph(self, text: str, size: float, **look: object) -> None:
+        """Write a text in lines, and go on below it."""
+        for line in wrap(text, int(_ROOM / (size * _LETTER))):
+            self.room(size * _LEADING)
+            self.write(_MARGIN, line, size, **look)
+            self.y += size * _LEADING
+
+    def table(self, table: Table) -> None:
+        """Write a table with its title and notes; its head again where a page ends in it."""
+        self.room(70.0)
+        self.paragraph(table.title, 9.0, weight="bold")
+        if table.rows:
+            size, places = _columns(table)
+            head = tuple(Cell(_stacked(each)) for each in table.head)
+            self._row(head, size, places, weight="bold")
+            for row in table.rows:
+                before = len(self.pages)
+                self.room(_height(row, size))
+                if len(self.pages) > before:
+                    self._row(head, size, places, weight="bold")
+                self._row(row, size, places)
+        self.y += 2.0
+        for note in table.notes:
+            self.paragraph(note, 6.2, color="#555555")
+        self.y += 7.0
+
+    def _row(self, row: Sequence[Cell], size: float, places: Sequence[float], **look) -> None:
+        for k, (cell, at) in enumerate(zip(row, places, strict=True)):
+            own = {"color": _TONES[cell.tone]} if cell.tone else {}
+            own |= {"weight": "bold"} if cell.tone == "bad" else {}
+            own |= {"ha": "left" if k == 0 else "right"}
+            for line, text in enumerate(cell.text.split("\n")):
+                below = size * (1.0 + _LINES * line)
+                self.write(at, text, size, below=below, va="baseline", **(look | own))
+        self.y += _height(row, size)
+
+
+def _stacked(text: str) -> str:
+    """A head of a column, a long one in lines."""
+    lines = (wrap(style.shortened(line, _NAME), _NAME // 2) for line in text.split("\n"))
+    return "\n".join(line for part in lines for line in part)
+
+
+def _height(row: Sequence[Cell], size: float) -> float:
+    lines = max(cell.text.count("\n") + 1 for cell in row)
+    return size * (_LEADING + _LINES * (lines - 1)) + (2.0 if lines > 1 else 0.0)
+
+
+def _columns(table: Table) -> tuple[float, list[float]]:
+    """Size of letters, and where columns are: the first begins, the others end there."""
+    cells = [
+        [_stacked(each) for each in table.head],
+        *([cell.text for cell in row] for row in table.rows),
+    ]
+    widths = [
+        max(len(line) for text in column for line in text.split("\n"))
+        for column in zip(*cells, strict=True)
+    ]
+    letters = sum(widths) + _GAP * (len(widths) - 1)
+    size = min(max(_ROOM / (letters * _LETTER), _SIZES[0]), _SIZES[1])
+    wide = [width * size * _LETTER for width in widths]
+    gap = (_ROOM - sum(wide)) / max(1, len(widths) - 1)
+    gap = min(max(gap, 0.0), 4.0 * _GAP * size * _LETTER)
+    places, end = [_MARGIN], _MARGIN + wide[0]
+    for each in wide[1:]:
+        end += gap + each
+        places.append(end)
+    return size, places
+
+
+def pages(report: Report) -> Iterator[Figure]:
+    """Draw the pages of a report, one after the other: A4, upright."""
+    sheet = _Sheet()
+    sheet.paragraph("Test report", 15.0, weight="bold")
+    sheet.y += 4.0
+    _plate(sheet, report.plate)
+    tone = report.verdict.tone
+    sheet.paragraph(report.verdict.text, 9.5, weight="bold", color=_TONES.get(tone, "black"))
+    sheet.y += 6.0
+    for table in report.tables:
+        sheet.table(table)
+    drawn = _parts(report.panels)
+    total = len(sheet.pages) + len(drawn)
+    name = ", ".join([value for _, value in report.plate if value][:2])  # whose it is
+    for number, texts in enumerate(sheet.pages, start=1):
+        yield _written(texts, f"{name} · page {number} of {total}")
+    for number, part in enumerate(drawn, start=len(sheet.pages) + 1):
+        yield _curves(part, f"{name} · page {number} of {total}")
+
+
+def _plate(sheet: _Sheet, plate: Sequence[tuple[str, str]]) -> None:
+    """The nameplate in two columns."""
+    half = -(-len(plate) // 2)
+    most = int(_ROOM / 2 / (8.0 * _LETTER)) - 18
+    for left, right in zip(plate[:half], [*plate[half:], ("", "")][:half], strict=True):
+        sheet.room(12.0)
+        for k, (name, value) in enumerate((left, right)):
+            x = _MARGIN + k * _ROOM / 2
+            value = value or "not stated" * bool(name)
+            short = value if len(value) <= most else f"{value[: most - 1]}…"
+            sheet.write(x, name, 8.0, color=_TONES["faint"])
+            sheet.write(x + 85.0, short, 8.0)
+        sheet.y += 12.0
+    sheet.y += 6.0
+
+
+def curve_pages(report: Report) -> Iterator[Figure]:
+    """Draw the pages of curves alone."""
+    for part in _parts(report.panels):
+        yield _curves(part)
+
+
+def _parts(panels: Sequence[Panel]) -> list[Sequence[Panel]]:
+    """Panels by page."""
+    most = _PANELS[any(each.overlays for each in panels)]
+    return [panels[k : k + most] for k in range(0, len(panels), most)]
+
+
+@style.styled
+def _written(texts: Sequence[_Written], foot: str) -> Figure:
+    figure = Figure(figsize=(_WIDTH, _HEIGHT))
+    for each in texts:
+        x, y = each.x / (_WIDTH * _POINTS), 1.0 - each.y / (_HEIGHT * _POINTS)
+        figure.text(x, y, each.text, **each.look)
+    _foot(figure, foot)
+    return figure
+
+
+def _foot(figure: Figure, text: str) -> None:
+    look = {"fontsize": 7.0, "color": _TONES["faint"], "ha": "center", "va": "bottom"}
+    short = style.literal(style.shortened(text, 100))
+    figure.text(0.5, 0.5 * _MARGIN / (_HEIGHT * _POINTS), short, **look)
+
+
+@style.styled
+def _curves(panels: Sequence[Panel], foot: str = "") -> Figure:
+    """Draw panels below each other on a page, each with its marks and differences."""
+    figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+    phases = list(dict.fromkeys(each.phase for panel in panels for each in panel.curves))
+    colours = {phase: _CHANNELS[k % len(_CHANNELS)] for k, phase in enumerate(phases)}
+    below = any(each.overlays for each in panels)
+    free = _HEIGHT - 2 * _EDGE - _legend(figure, colours, below)
+    used = min(free, _TALLEST * (1.5 if below else 1.0) * len(panels)) / _HEIGHT
+    box = (_EDGE / _WIDTH, 1.0 - _EDGE / _HEIGHT - used, 1.0 - 2 * _EDGE / _WIDTH, used)
+    figure.get_layout_engine().set(rect=box)
+    ratios = [r for each in panels for r in ([1.7, 1.0] if each.overlays else [2.7])]
+    axes = list(figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False).flat)
+    left = iter(axes)
+    for panel in panels:
+        last = axis = next(left)
+        _panel(axis, panel, colours)
+        if panel.overlays:
+            last = next(left)
+            last.sharex(axis)
+            _below(last, panel, colours)
+        last.set_xlabel("time of the record (ms)", fontsize=8)
+    for axis in axes:
+        axis.tick_params(labelsize=7.5)
+        axis.yaxis.label.set_size(8.0)
+    _foot(figure, foot)
+    return figure
+
+
+def _legend(figure: Figure, colours: dict[str, str], below: bool) -> float:
+    """Draw the legend at the foot of a page, and return its height, inches."""
+    names = [style.shortened(phase or "record", _NAME) for phase in colours]
+    keys = [style.line_key(*each) for each in zip(names, colours.values(), strict=True)]
+    keys += [style.line_key("reference", style.PRIOR, lw=2.4)] if below else []
+    columns = max(1, _KEYS_WIDE // (max(map(len, [*names, "reference"])) + 7))
+    look = {"fontsize": 8.0, "loc": "lower center", "ncols": columns}
+    figure.legend(handles=keys, bbox_to_anchor=(0.5, 1.1 * _EDGE / _HEIGHT), **look)
+    figure.text(0.5, 0.95 * _EDGE / _HEIGHT, _KEYS, fontsize=7.5, ha="center", va="bottom")
+    return _LEGEND * (2 - -len(keys) // columns)
+
+
+def _panel(axis: Axes, panel: Panel, colours: dict[str, str]) -> None:
+    for each in panel.overlays:
+        _reference(axis, panel, each)
+    for each in panel.curves:
+        _marked(axis, each, colours[each.phase])
+    axis.set_title(style.within(panel.title, _WIDTH - 1.0, 9.0), loc="left", fontsize=9)
+    axis.set_ylabel(style.TRAVEL)
+    axis.margins(x=0)
+
+
+def _reference(axis: Axes, panel: Panel, overlay) -> None:
+    """The good record where the channel's own would be."""
+    own = next(each for each in panel.curves if each.phase == overlay.phase)
+    sign = 1.0 if panel.motion == "closing" else -1.0
+    at, way = overlay.time + own.moves[0], own.rests[0] + sign * overlay.good
+    axis.plot(at, way, color=style.PRIOR, lw=2.4, zorder=1)
+
+
+def _marked(axis: Axes, data: Marked, colour: str) -> None:
+    axis.plot(data.time, data.travel, color=colour, lw=1.1)
+    look = {"color": colour, "ls": "", "zorder": 4}
+    axis.plot(*data.moves, marker="v", ms=6, **look)
+    filled = {} if data.timed else {"mfc": "white"}
+    axis.plot(*data.switching, marker="o", ms=5, **look, **filled)
+    if data.points:
+        axis.plot(*zip(*data.points, strict=True), marker="s", ms=3, **look)
+    for level in data.rests:
+        axis.axhline(level, color=colour, lw=0.6, ls="--", zorder=1)
+
+
+def _below(axis: Axes, panel: Panel, colours: dict[str, str]) -> None:
+    """Differences from the good record, and in words where they are too large."""
+    begins = {each.phase: each.moves[0] for each in panel.curves}
+    difference(axis, panel.overlays, colours, begins)
+    left = [each for each in panel.overlays if each.leaves]
+    first = min(left, key=lambda each: each.leaves[0]) if left else panel.overlays[0]
+    name = f"{first.phase}: " if first.phase and left else ""
+    look = {"color": style.WARNING if left else "black", "loc": "left", "fontsize": 8}
+    axis.set_title(style.within(name + first.words, _WIDTH - 1.0, 8.0), **look)
