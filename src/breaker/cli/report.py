@@ -12,6 +12,7 @@ from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
 
+_PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
 # Beside those of the configuration, which may need the contact: any record shows them.
 _SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
 
@@ -58,6 +59,7 @@ def _run(options: argparse.Namespace) -> int:
         listed, wrong = _listed([options.reference], options, config)
         good, rejected = read_operations(listed, form), [*rejected, *wrong]
     overlays = overlays_of(records, good, options)
+    stated = _stated(records, form)
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
     settings["seed"] = config["seed"]
     points = {**_SPEEDS, **config["speeds"]}
@@ -65,7 +67,8 @@ def _run(options: argparse.Namespace) -> int:
     speeds = next(each.speeds for each in answers if each.speeds)
     limits = from_list(limits, [*operations], speeds)
     beside = {
-        "plate": _plate(records),
+        "plate": _plate(records, stated),
+        "printed": _printed(stated, records),
         "overlays": overlays,
         "changes": _changes(records, options, config),
         "rejected": rejected,
@@ -127,8 +130,8 @@ def _channels(file: Path, chosen: Sequence[str]) -> dict[str, str]:
     return {each: names.get(each, each) if len(columns) > 1 else "" for each in columns}
 
 
-def _plate(records: Sequence) -> list[tuple[str, str]]:
-    """Nameplate and test, as far as they are known: of the table of operations."""
+def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
+    """Nameplate and test, as far as they are known: of the table of operations, and of files."""
     from breaker.files import printable
 
     operations = [each.operation for each in records]
@@ -141,13 +144,56 @@ def _plate(records: Sequence) -> list[tuple[str, str]]:
     ]
     known = {
         "Breaker": [each.breaker for each in operations],
-        "Test date": [each.date for each in operations],
+        "Test date": [each.date or stated[each.file].date for each in operations],
         "Files": [names[0] + more],
+        **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
         "Temperature": warm,
         "Channels": [each.phase for each in operations],
         "Motions": [each.motion for each in records],
     }
-    return [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
+    pairs = [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
+    return [(name, text) for name, text in pairs if text or name in ("Breaker", "Test date")]
+
+
+def _stated(records: Sequence, form: Mapping) -> dict:
+    """What stands above the samples of each file; nothing where that cannot be read."""
+    from breaker.files import Preamble, RejectedCurveError, read_preamble
+
+    found = {}
+    for file in dict.fromkeys(each.operation.file for each in records):
+        try:
+            found[file] = read_preamble(file, form)
+        except RejectedCurveError:
+            found[file] = Preamble()
+    return found
+
+
+def _printed(stated: Mapping, records: Sequence) -> dict:
+    """Strokes and over-travels that the analyser printed, by file, motion, channel and quantity.
+
+    A channel is meant by its phase, or else by its number among those of the file.
+    """
+    from breaker.files import TO_MM, channel_of, phase_in, printable, unit_of
+
+    found = {}
+    for file, preamble in stated.items():
+        own = [each for each in records if each.operation.file == file]
+        phases = list(dict.fromkeys(each.operation.phase for each in own))
+        motions = dict.fromkeys(each.motion for each in own)
+        for each in preamble.results:
+            size = TO_MM.get(unit_of(each.unit or "mm") or "")
+            place = channel_of(each.channel) - 1
+            phase = phase_in(each.channel) or each.channel
+            if phase not in phases and 0 <= place < len(phases):
+                phase = phases[place]
+            for motion in [each.motion] if each.motion else motions:
+                name = each.quantity
+                if name == "over_travel" and motion == "opening":
+                    name = "rebound"
+                if size and name in ("stroke", "over_travel", "rebound"):
+                    key = printable(file), motion, phase, name
+                    found.setdefault(key, each.value * size)
+    return found
 
 
 def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) -> dict:
