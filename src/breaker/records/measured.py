@@ -9,35 +9,32 @@ What a record does not show, such as touch where no contact was measured, is nan
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, quantities_of
+from breaker.records.doubtful import doubtful_samples
 from breaker.records.errors import UnusableError
 from breaker.records.landmarks import first_motion
 from breaker.records.noise import Noise, noise_at_rest, rest_before
+from breaker.records.rests import Rests
 from breaker.records.scale import seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.uncertain import NotShownError, Trace, Uncertain
 
 __all__ = ["Contact", "Measured", "Reading", "measure_curve", "variables"]
 
-_BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
-_AFTER = 8.0  # times that, farthest rest after it,
-_LAST = 1 / 3  # of which this share counts
+_AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
 _TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
-_SEEN = 3.0  # sd, from which a way beyond rest, or a drive still moving, is seen
+_SEEN = 4.5  # sd, from which a way beyond rest is seen
+_SWINGS = 3.0  # times the duration, farthest top after the arrival
 # Error of the first motion over the motion's duration: by the noise of a mean over it, in strokes;
 # and at least, as of a force that builds up, whose first motion is seen late. In noise it is early.
 _FIRST = (14.0, 0.012)
 _ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
-_PARTS = 4  # of the rest after a motion, whose means are compared
-_STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
-_TAIL = 0.7  # share of the time after the arrival from which its rest follows if it moves
 
 
 class Measured(NamedTuple):
@@ -98,11 +95,12 @@ def measure_curve(
         >>> found["closing_speed"].reason
         'no contact timing: the time of touch or parting is not known'
     """
+    quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
+    travel = np.where(doubtful_samples(travel, step, quantum) == "", travel, np.nan)
     segment = find_segment(time, travel, motion)
     inside = slice(segment.begin, segment.end)
-    time, travel, quantum = time[inside], travel[inside], seen_quantum(travel)
+    time, travel = time[inside], travel[inside]
     moves = first_motion(time, travel, motion)
-    step = float(time[1] - time[0])
     noise = noise_at_rest(rest_before(time, travel, moves), step, step, quantum)
     found = segment, moves, noise, quantum, contact, speeds
     return Reading(time, travel, motion, *found).quantities()
@@ -172,13 +170,14 @@ class Reading:
             raise UnusableError("the motion does not go on to 90 % of its stroke")
         self.arrival = float(time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * float(time[1] - time[0]))
-        first = moves - (_BEFORE[0] + 1.0) * self.duration
-        last = self.arrival + (_AFTER + 1.0) * self.duration
+        first = moves - _AROUND[0] * self.duration
+        last = self.arrival + _AROUND[1] * self.duration
         near = slice(*np.searchsorted(time, [first, last]))
         known = self.noise.process if np.isfinite(self.noise.sd) else (white_noise(forward), 0.0)
         errors = _ERRORS * (len(self.speeds) + _ERRORS)
         around = *known, self.quantum, self.duration, stroke, errors
         self.trace = Trace(time[near], forward[near], *around)
+        self._rests = Rests(self.trace, self.segment, moves, self.arrival)
 
     def quantities(self) -> dict[str, Measured]:
         """Return all of ``mechanism.quantities_of`` by name: the model's and those of records."""
@@ -202,32 +201,15 @@ class Reading:
             return Measured(np.nan, np.nan, str(error))
         return Measured(found.value, self.trace.sd(found), "")
 
-    @cached_property
+    @property
     def before(self) -> Uncertain:
         """Rest before the motion."""
-        begin, end = (self.moves - share * self.duration for share in _BEFORE)
-        return self.trace.rest(begin, end, "before")
+        return self._rests.before
 
-    @cached_property
+    @property
     def after(self) -> Uncertain:
-        """Rest after the motion; how far its halves differ is an error, as of a slow approach."""
-        if not self.segment.arrived:
-            raise NotShownError("the record ends before the drive rests")
-        end = min(self.trace.time[-1], self.arrival + _AFTER * self.duration)
-        begin = end - _LAST * (end - self.arrival)
-        mean = self.trace.rest(begin, end, "after")
-        settled = self.trace.settles(end - _TAIL * (end - self.arrival), end)
-        if settled is not None:
-            return settled
-        marks = np.linspace(begin, end, _PARTS + 1)
-        parts = [self.trace.rest(*part, "after") for part in pairwise(marks)]
-        off = [part - mean for part in parts]
-        square = sum((each.value / max(self.trace.sd(each), 1e-12)) ** 2 for each in off)
-        if square <= _STILL:
-            hidden = off[-1].value ** 2 - self.trace.sd(off[-1]) ** 2
-            return mean + self.trace.error(0.0, float(np.sqrt(max(hidden, 0.0))))
-        way = np.ptp([part.value for part in parts])
-        raise NotShownError(f"the drive still moves by {way:.2g} mm at the end")
+        """Rest after the motion."""
+        return self._rests.after
 
     def switching(self) -> Uncertain:
         """Time from the first motion to touch or parting, ms."""
@@ -255,11 +237,12 @@ class Reading:
 
     def beyond(self) -> Uncertain:
         """Largest way beyond the rest after the motion, mm."""
-        way = self.trace.top(self.arrival) - self.after
-        least = _SEEN * self.trace.sd(way)
-        if way.value < least:
-            raise NotShownError(f"no more than its noise, {least:.2g} mm")
-        return way
+        last = self.arrival + _SWINGS * self.duration
+        way = self.trace.top(self.arrival, last) - self.after
+        if way.value >= _SEEN * self.trace.sd(way):
+            return way
+        # The top of noise is above what it hides, and no way is negative.
+        return Uncertain(max(way.value, 0.0), way.slope) + self.trace.error(0.0, abs(way.value))
 
     def speed(self, speed: Speed) -> Uncertain:
         """Mean speed between two points, mm/ms."""
@@ -284,9 +267,11 @@ class Reading:
 
     def _place(self, point: Point) -> tuple[Uncertain, Uncertain]:
         """Time and travel of a point."""
-        if point.unit == "%":
-            level = self.before + (self.after - self.before) * (point.amount / 100.0)
-            return self.trace.reaches(level), level
+        if point.later:
+            at = self._place(replace(point, later=0.0))[0] + point.later
+            return at, self.trace.at(at)
+        if not point.of_event:
+            return self._between_rests(point)
         at = self._switching
         if point.unit == "ms":
             at = at + point.amount
@@ -297,3 +282,13 @@ class Reading:
         if point.amount > 0.0:
             return self.trace.reaches(level, at.value), level
         return at, level
+
+    def _between_rests(self, point: Point) -> tuple[Uncertain, Uncertain]:
+        """Time and travel of a point that is told from rests."""
+        if point.unit == "mm":
+            level = (self.after if point.amount < 0.0 else self.before) + point.amount
+        elif point.amount == 0.0:
+            return self._first_motion, self.before
+        else:
+            level = self.before + (self.after - self.before) * (point.amount / 100.0)
+        return self.trace.reaches(level, self.moves), level

@@ -114,7 +114,7 @@ class Raw:
         return [
             *self.said,
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
-            doubts_in_words(self.time, self.doubts),
+            doubts_in_words(self.time, self.whole, self.doubts),
             leap_remark(time, left, noise.sd, self.quantum, self.segment.stroke),
             *inconsistencies(time, left, self.moves, noise_sd or 0.0),
         ]
@@ -149,11 +149,14 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         RejectedCurveError: If the record cannot be used.
     """
     columns = read_columns(operation.file, settings, operation.channel)
+    without = ""
     try:
         time, place, uneven = even_times(columns.time, columns.lines, settings)
         whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
         whole[place], lines[place] = scale.travel(columns.travel), columns.lines
         doubts, quantum = _doubts(time, whole, lines, settings)
+        if words := doubts_in_words(time, whole, doubts):
+            without = f"; left out: {words}"
         left = np.where(doubts == "", whole, np.nan)
         part = {"begin": operation.begin, "end": operation.end}
         segment = find_segment(time, left, motion, **part)
@@ -165,7 +168,8 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         located = LocatedMotion(motion, time, segment, moves)
         events, odd = events_of(operation, settings, located, beside)
     except UnusableError as error:
-        raise RejectedCurveError(operation.file, str(error), line=error.line) from error
+        reason = f"{error}{without}"
+        raise RejectedCurveError(operation.file, reason, line=error.line) from error
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
     found = operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum
     return Raw(*found, *events, said)
@@ -213,5 +217,6 @@ def _doubts(
     doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
     found = np.flatnonzero(doubts)
     if found.size and settings["doubtful"] == "reject":
-        raise UnusableError(doubts_in_words(time, doubts), line=int(lines[found[0]]))
+        words = doubts_in_words(time, whole, doubts)
+        raise UnusableError(words, line=int(lines[found[0]]))
     return doubts, quantum
