@@ -15,7 +15,7 @@ from breaker.model.randomness import generator
 from breaker.records.export import write_curve
 from breaker.records.grid import Grid
 from breaker.records.landmarks import first_motion
-from breaker.records.measured import Contact, Reading, measure_curve, variables
+from breaker.records.measured import Contact, Reading, measure_curve
 from breaker.records.noise import noise_at_rest
 from breaker.records.reader import read_curves
 from breaker.records.segments import find_segment
@@ -143,6 +143,17 @@ def test_latch_time(reading):
     assert abs(found.value - 6.0) < 5.0 * found.sd
     assert 0.05 < found.sd < 0.5
     assert "no trigger" in replace(reading, contact=TIMING).quantities()["latch_time"].reason
+
+
+def test_times_from_the_trigger_and_of_bounces(reading):
+    timed = Contact(18.0, 0.1, 2.0, 21.5)
+    found = replace(reading, contact=timed).quantities()
+    assert found["closing_time"][:2] == pytest.approx((16.0, 0.1))
+    assert found["bounce_time"].value == pytest.approx(3.5)
+    assert 0.0 < found["bounce_time"].sd < 0.1
+    found = replace(reading, contact=TIMING).quantities()
+    assert "no trigger" in found["closing_time"].reason
+    assert "no contact channel" in found["bounce_time"].reason
 
 
 def test_a_record_that_ends_early(reading):
@@ -292,8 +303,8 @@ def test_dataset_of_files(prior, tmp_path):
     assert abs(error.sel(quantity="stroke").item()) < 5.0
     assert np.isnan(other.measured).all()
     assert set(other.measured_reason.values) == {"the record was rejected"}
-    nothing, where = variables([], "closing")
-    assert nothing["measured"][1].shape == (0, len(where["quantity"]))
+    nothing = read_curves([], {}, Grid(np.linspace(-2.0, 58.0, 151)), "closing")
+    assert nothing.measured.shape == (0, len(quantities_of("closing", of=SOURCES)))
 
 
 def test_an_outlier_before_the_motion_stops_nothing():

@@ -8,7 +8,7 @@ A scale of the sensor that is wrong is not seen.
 What a record does not show, such as touch where no contact was measured, is nan, with the reason.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -25,7 +25,7 @@ from breaker.records.scale import seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.uncertain import NotShownError, Trace, Uncertain
 
-__all__ = ["Contact", "Measured", "Reading", "measure_curve", "variables"]
+__all__ = ["Contact", "Measured", "Reading", "measure_curve"]
 
 _AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
 _TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
@@ -34,6 +34,7 @@ _SWINGS = 3.0  # times the duration, farthest top after the arrival
 # Error of the first motion over the motion's duration: by the noise of a mean over it, in strokes;
 # and at least, as of a force that builds up, whose first motion is seen late. In noise it is early.
 _FIRST = (14.0, 0.012)
+_EDGE = 0.41  # samples, error of the time between two edges
 _ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
 
 
@@ -58,11 +59,13 @@ class Contact(NamedTuple):
         time: Of the contact in the record, ms; nan if unknown.
         sd: Standard deviation of its error, ms.
         trigger: When the coil was energised, ms; nan if unknown.
+        settles: When the contact changes its state for the last time, ms; nan if unknown.
     """
 
     time: float = np.nan
     sd: float = np.nan
     trigger: float = np.nan
+    settles: float = np.nan
 
 
 _UNKNOWN = Contact()
@@ -104,34 +107,6 @@ def measure_curve(
     noise = noise_at_rest(rest_before(time, travel, moves), step, step, quantum)
     found = segment, moves, noise, quantum, contact, speeds
     return Reading(time, travel, motion, *found).quantities()
-
-
-def variables(
-    found: Sequence[Mapping[str, Measured] | None], motion: str, speeds: Sequence[Speed] = SPEEDS
-) -> tuple[dict, dict]:
-    """Return variables and coordinates of a dataset of what is measured of records.
-
-    Args:
-        found: What was measured of each operation, None where there is no record.
-        motion: "closing" or "opening".
-
-    Returns:
-        ``measured``, ``measured_sd`` and ``measured_reason`` over ``operation`` and ``quantity``,
-        and the coordinates ``quantity`` and ``quantity_unit``.
-    """
-    names = quantities_of(motion, speeds, SOURCES)
-    none = Measured(np.nan, np.nan, "the record was rejected")
-    rows = [[each[name] if each else none for name in names] for each in found]
-    over = ("operation", "quantity")
-    columns = {"measured": float, "measured_sd": float, "measured_reason": str}
-    shape = (len(rows), len(names))
-    return {
-        name: (over, np.array([[each[i] for each in row] for row in rows], kind).reshape(shape))
-        for i, (name, kind) in enumerate(columns.items())
-    }, {
-        "quantity": list(names),
-        "quantity_unit": ("quantity", [each.unit for each in names.values()]),
-    }
 
 
 @dataclass(eq=False)
@@ -188,6 +163,8 @@ class Reading:
             **dict.fromkeys(("over_travel", "rebound"), self.beyond),
             **dict.fromkeys(("touch_time", "part_time"), self.switching),
             "latch_time": self.latch,
+            **dict.fromkeys(("closing_time", "opening_time"), self.operating_time),
+            "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
         }
         names = quantities_of(self.motion, self.speeds, SOURCES)
@@ -217,9 +194,18 @@ class Reading:
 
     def latch(self) -> Uncertain:
         """Time from the trigger to the first motion, ms."""
-        if np.isfinite(self.contact.trigger):
-            return self._first_motion + -self.contact.trigger
-        raise NotShownError("no trigger: when the coil was energised is not known")
+        return self._first_motion + -self._trigger
+
+    def operating_time(self) -> Uncertain:
+        """Time from the trigger to touch or parting, ms."""
+        return self._switching + -self._trigger
+
+    def bounce_time(self) -> Uncertain:
+        """Time from the first touch to the last, ms."""
+        first, last = self.contact.time, self.contact.settles
+        if not np.isfinite(last):
+            raise NotShownError("no contact channel: whether the contact bounces is not known")
+        return self.trace.error(last - first, _EDGE * float(self.time[1] - self.time[0]))
 
     def stroke(self) -> Uncertain:
         """Way between the rests, mm."""
@@ -257,6 +243,13 @@ class Reading:
         noise = self.trace.noise_of_mean / self.segment.stroke
         sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
         return self.trace.error(self.moves, sd)
+
+    @property
+    def _trigger(self) -> float:
+        """Time at which the coil was energised, ms."""
+        if not np.isfinite(self.contact.trigger):
+            raise NotShownError("no trigger: when the coil was energised is not known")
+        return self.contact.trigger
 
     @cached_property
     def _switching(self) -> Uncertain:

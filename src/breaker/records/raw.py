@@ -47,6 +47,7 @@ class Raw:
         switching, switching_sd: When the main contact touched or parted and how well that is known,
             ms; nan where it is not.
         trigger: When the coil was energised, ms; nan where that is not known.
+        settles: When the contact last changed its state, ms; nan where that is not known.
         said: What is doubtful about the file, in words; "" is nothing.
     """
 
@@ -63,6 +64,7 @@ class Raw:
     switching: float
     switching_sd: float
     trigger: float
+    settles: float
     said: tuple[str, ...]
 
     @property
@@ -122,7 +124,7 @@ class Raw:
     @property
     def contact(self) -> Contact:
         """When the contact was seen to switch, and the trigger to come."""
-        return Contact(self.switching, self.switching_sd, self.trigger)
+        return Contact(self.switching, self.switching_sd, self.trigger, self.settles)
 
     def measured(
         self, speeds: Sequence[Speed], contact: Contact | None = None
