@@ -210,15 +210,9 @@ class Trace:
         return self._passes(level, self.time[below.size - 1 - int(below[::-1].argmax())])
 
     def top(self, begin: float, end: float) -> Uncertain:
-        """Return the largest travel between two times, as the top of a local fit.
-
-        Raises:
-            NotShownError: If there is hardly a sample.
-        """
-        # A fit has samples on both sides.
-        later = self._window(begin, min(end, float(self.known[-2])))
-        if not later.size:
-            raise NotShownError("the record ends before the drive is beyond its rest")
+        """Return the largest travel between two times, as the top of a local fit."""
+        stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
+        later = self._window(min(begin, stop), stop)
         peak = later[int(self.smooth[later].argmax())]
         fit = self._fit(self.time[peak])
         time = min(fit.solve(self.time[peak], 0.0, 1), float(self.known[-1]))
