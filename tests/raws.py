@@ -13,7 +13,7 @@ def raw_of(way, step, moves, motion="closing"):
     segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
     about = Operation(1, "a.csv"), motion, {}, time, whole, np.full(len(way), "")
-    return Raw(*about, segment, 0.0, moves, 0.0, np.nan, np.nan, np.nan, ())
+    return Raw(*about, segment, 0.0, moves, 0.0, *4 * (np.nan,), ())
 
 
 def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, until=60.0):

@@ -152,8 +152,8 @@ def test_measured_changes_are_those_of_means():
     before = {"closing": [smooth(rng, noise=2e-4)]}
     today = {"closing": [smooth(rng, stroke=stroke, noise=2e-4) for stroke in (74.0, 75.0)]}
     rows = {row["name"]: row for row in measured_changes(before, today, SPEEDS)}
-    # Nobody timed the contact, and nothing goes beyond its rest.
-    assert set(rows) == {"stroke", "travel_time", "closing_speed_mean"}
+    # Nobody timed the contact; that nothing goes beyond its rest is a value too.
+    assert set(rows) == {"stroke", "travel_time", "over_travel", "closing_speed_mean"}
     stroke = rows["stroke"]
     assert stroke["difference"] == pytest.approx(-5.5, abs=0.02)
     # Operations are known to scatter by 0.4 % as from four records, and two of today do by 0.5 mm.

@@ -1,5 +1,7 @@
 """Definitions of speeds, from texts to values on exact curves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,14 +17,28 @@ DEFINED = {
     "closing_speed_last": ["2.5 mm before touch", "1 mm after touch"],
     "closing_speed_mean": ["10 % of stroke", "90 % of stroke"],
     "closing_speed_mixed": ["20 % of stroke", "touch"],
+    "closing_speed_rests": ["3 mm from open", "2 mm from closed"],
+    "closing_speed_whole": ["0 % of stroke", "5 ms after 30 % from open"],
     "opening_speed": ["parting", "10 ms after parting"],
+    "opening_speed_rests": ["1 mm from closed", "30 % from open"],
+    "opening_speed_before": ["4 ms before 50 % of stroke", "50 % of stroke"],
     "opening_speed_mean": ["12.5 % of stroke", "75 % of stroke"],
     "opening_speed_first": ["0.5 mm before parting", "4 mm after parting"],
 }
 
 
 @pytest.mark.parametrize(
-    "text", ["touch", "6 mm before touch", "10 ms after touch", "5 % of stroke"]
+    "text",
+    [
+        *("touch", "6 mm before touch", "10 ms after touch", "5 % of stroke", "0 % of stroke"),
+        *(
+            "100 % of stroke",
+            "20 mm from open",
+            "15.5 mm from closed",
+            "5 ms before 50 % of stroke",
+        ),
+        *("10 ms after 20 mm from open", "3 ms after 6 mm before touch"),
+    ],
 )
 def test_texts_of_points(text):
     assert Point.read(text, "closing").text("closing") == text
@@ -33,7 +49,8 @@ def test_texts_of_points(text):
     "text",
     [
         *("", "6 mm", "6 cm before touch", "-6 mm before touch", "parting", "6 mm before parting"),
-        *("0 % of stroke", "100 % of stroke", "1e3 mm before touch", "touch touch", "5 % of way"),
+        *("101 % of stroke", "6 mm of stroke", "1e3 mm before touch", "touch touch", "5 % of way"),
+        *("5 mm from shut", "3 ms", "3 ms before", "3 ms before 4 ms after touch"),
     ],
 )
 def test_wrong_points(text):
@@ -48,6 +65,9 @@ def test_wrong_points(text):
         ("closing_speed", ["touch", "touch"], "not forward"),
         ("opening_speed", ["9 ms after parting", "8 ms after parting"], "not forward"),
         ("opening_speed", ["90 % of stroke", "10 % of stroke"], "not forward"),
+        ("opening_speed", ["10 % from open", "30 % from open"], "not forward"),
+        ("closing_speed", ["9 mm from open", "8 mm from open"], "not forward"),
+        ("closing_speed", ["50 % of stroke", "2 ms before 50 % of stroke"], "not forward"),
         ("closing_speed", ["touch"], "two points"),
         ("closing_speed_b", None, "closing_speed_b needs two points"),
     ],
@@ -60,6 +80,9 @@ def test_wrong_speeds(name, points, words):
 def brute_force(point, curve, switching, rests, motion):
     """Time and travel of a point of a dense curve (t,) at 1,000 points a ms."""
     sign = 1.0 if motion == "closing" else -1.0
+    if point.later:
+        at = brute_force(replace(point, later=0.0), curve, switching, rests, motion)[0]
+        return at + point.later, np.interp(at + point.later, TIMES, curve)
     at = np.interp(switching, TIMES, curve)
     if point.unit == "ms":
         return switching + point.amount, np.interp(switching + point.amount, TIMES, curve)
@@ -69,9 +92,13 @@ def brute_force(point, curve, switching, rests, motion):
     level = at + sign * point.amount
     if point.unit == "%":
         level = rests[0] + share * (rests[1] - rests[0])
+        if share == 0.0:
+            return 0.0, level
+    if point.rest:
+        level = rests[0 if point.amount > 0.0 else 1] + sign * point.amount
     beyond = sign * curve >= sign * level
     passed = TIMES[1:][~beyond[:-1] & beyond[1:]] - 0.5e-3
-    if point.unit == "mm":
+    if point.unit == "mm" and not point.rest:
         passed = passed[passed < switching][::-1] if share < 0 else passed[passed > switching]
     return passed[0] if passed.size else np.nan, level
 
@@ -118,6 +145,18 @@ def test_quantities_scale_with_the_drive(prior, motion, size):
     sized = tuple(each.sized(double) for each in SPEEDS)
     there = evaluate(names, theta * double.factors, motion, sized)
     np.testing.assert_array_equal(there, here * [double.factor(unit) for unit in units])
+
+
+def test_either_rest_counts():
+    """A share from a rest is one of the stroke; at the rest itself, a way is a share."""
+    for motion, texts in {
+        "closing": ["30 % of stroke", "30 % from open", "70 % from closed"],
+        "opening": ["30 % of stroke", "30 % from closed", "70 % from open"],
+    }.items():
+        assert {Point.read(text, motion) for text in texts} == {Point(30.0, "%")}
+    assert Point.read("0 mm from closed", "closing") == Point(100.0, "%")
+    sized = Point.read("4 ms after 6 mm from closed", "closing").sized(Size(2.0, 3.0))
+    assert sized.text("closing") == "12 ms after 12 mm from closed"
 
 
 def test_names_of_configured_speeds():

@@ -66,7 +66,7 @@ ODD = {
     ),
     "an overflow": (changed(759, 1e300), "the time is 1e+300 ms, which no clock shows", 766),
     "a negative overflow": (changed(0, -1e300), "the time is -1e+300 ms", 7),
-    "one far number": (changed(759, 1e12), "a gap of 1e+12 ms", 766),
+    "one far number": (changed(758, 1e12), "a gap of 1e+12 ms", 765),
     "a gap of 1e9 steps": (TIME + 1e8 * (TIME > 40), "a gap of 1e+08 ms", 408),
     "5 ms": (
         5.0 * np.arange(100),
@@ -121,3 +121,20 @@ def test_no_damage_to_times_ends_in_another_error():
             assert even.size <= 10 * time.size
             assert (np.diff(place) > 0).all()
     assert len(outcomes) > 5
+
+
+@pytest.mark.parametrize("end", [0, -1])
+@pytest.mark.parametrize("wrong", [0.0, 1e12, 40.0])
+def test_one_bad_time_at_an_end_is_told(end, wrong):
+    """A zero or a number that is none, as in a line that was cut off."""
+    start = 50.0
+    time, place, remark = even_times(
+        np.where(np.arange(760) == end % 760, wrong, TIME + start), LINES, MS
+    )
+    if (end, wrong) in ((0, 0.0), (0, 40.0)):  # a gap, as of samples that were not stored
+        assert remark == ""
+        return
+    np.testing.assert_allclose(time, TIME + start)
+    assert place.tolist() == list(range(760))
+    name = "first" if end == 0 else "last"
+    assert remark == f"the {name} time, {wrong:.6g} ms, does not follow: one even step does"

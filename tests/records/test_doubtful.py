@@ -155,8 +155,37 @@ def test_what_is_no_record_is_no_error(share):
 def test_doubts_are_told_with_their_times():
     kinds = np.full(100, "", dtype="U12")
     kinds[[7, 30, 31, 32, 50, 60, 70]] = "spike", *3 * ["jump"], *3 * ["spike"]
-    assert doubts_in_words(0.1 * np.arange(100), kinds) == (
-        "7 samples that no sensor of this stroke gives: spike at 0.7 ms, jump at 3 to 3.2 ms, "
-        "spike at 5 ms, spike at 6 ms, and 1 more places"
+    travel = np.where(kinds == "", 0.0, 3.4)
+    assert doubts_in_words(0.1 * np.arange(100), travel, kinds) == (
+        "7 samples that no sensor of this stroke gives: spike at 0.7 ms (3.4 mm, sample 8), "
+        "jump at 3 to 3.2 ms (3.4 mm, sample 31), spike at 5 ms (3.4 mm, sample 51), "
+        "spike at 6 ms (3.4 mm, sample 61), and 1 more places"
     )
-    assert doubts_in_words(np.arange(3.0), np.full(3, "")) == ""
+    assert doubts_in_words(np.arange(3.0), np.zeros(3), np.full(3, "")) == ""
+
+
+@pytest.mark.parametrize("rate", [2.0, 5.0, 10.0, 20.0])
+@pytest.mark.parametrize("where", [0, -1])
+def test_one_bad_sample_at_an_end_is_masked_alone(rate, where):
+    time = np.arange(0.0, 300.0, 1.0 / rate)
+    share = np.clip((time - 55.0) / 60.0, 0.0, 1.0)
+    record = 178.0 * share**2 * (3.0 - 2.0 * share)
+    record += 0.1 * np.random.default_rng(3).standard_normal(time.size)
+    for value in (-300.0, 90.0, 999.0, 32767.0):
+        record[where] = value
+        assert np.flatnonzero(doubtful_samples(record, 1.0 / rate, 0.0)).tolist() == [
+            where % time.size
+        ]
+
+
+@pytest.mark.parametrize("rate", [10.0, 20.0])
+def test_a_jump_behind_a_motion_leaves_the_motion(rate):
+    """Also where most samples are behind it."""
+    time = np.arange(0.0, 400.0, 1.0 / rate)
+    share = np.clip((time - 55.0) / 60.0, 0.0, 1.0)
+    record = 178.0 * share**2 * (3.0 - 2.0 * share) + 3.4 * (time > 130.0)
+    record += 0.1 * np.random.default_rng(3).standard_normal(time.size)
+    kinds = doubtful_samples(record, 1.0 / rate, 0.0)
+    assert (kinds[time <= 130.0] == "").all()
+    assert (kinds[time > 130.0] == "jump").all()
+    assert "jump at 130.1" in doubts_in_words(time, record, kinds)[:90] or rate == 20.0

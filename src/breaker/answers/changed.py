@@ -53,6 +53,7 @@ _OF_STROKE = {"over_travel", "rebound"}  # ways that may be 0: changes are in sh
 _WORSE = dict.fromkeys(("k_a", "k_b", "f"), -1) | dict.fromkeys(
     ("gamma_a", "gamma_b", "L", "travel_time", "latch_time", *SWITCHING.values(), *_OF_STROKE), 1
 )
+_WORSE |= dict.fromkeys(("closing_time", "opening_time", "bounce_time"), 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,6 @@ from breaker.answers.weights import contradicted, surprise_of, weights_of
 from breaker.family import LevelDraws, Levels, choose_family
 from breaker.mechanism import NAMES, Size, speeds_of
 from breaker.model import generator
-from breaker.records import Contact
 
 __all__ = ["infer_drive"]
 
@@ -132,7 +131,7 @@ def _measured(answer: Answer) -> Answer:
     if answer.draws is not None and not record.timed:
         switching = answer.draws.switching[record.motion]
         at = record.tenth + float(np.median(switching))
-        contact = Contact(at, float(switching.std()), contact.trigger)
+        contact = contact._replace(time=at, sd=float(switching.std()))
     remarks = [*filter(None, record.raw.remarks_on()), *answer.remarks]
     return replace(
         answer, measured=record.raw.measured(answer.speeds, contact), remarks=tuple(remarks)

@@ -104,13 +104,14 @@ _FIXED = (
         "largest travel beyond the open rest position",
         _OPENING,
     ),
-    Quantity(
-        "latch_time",
-        r"$t_\mathrm{latch}$",
-        "ms",
-        "from the trigger to the first motion",
-        MOTIONS,
-        _RECORD,
+    *(
+        Quantity(name, rf"$t_\mathrm{{{name[:-5]}}}$", "ms", meaning, motions, _RECORD)
+        for name, meaning, motions in (
+            ("latch_time", "from the trigger to the first motion", MOTIONS),
+            ("closing_time", "from the trigger to contact touch", _CLOSING),
+            ("opening_time", "from the trigger to contact parting", _OPENING),
+            ("bounce_time", "from the first contact touch to the last", _CLOSING),
+        )
     ),
 )
 _SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathrm{open}$"}

@@ -4,7 +4,7 @@ The curves are those of drives of about the size of the reference drive, sampled
 motion to 60 ms; between samples they are cubics.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -81,21 +81,30 @@ class Readings:
         """Time of a point, ``(n,)``, ms, and its travel, as that of a mark ``(n,)`` and the way
         from there, mm; nan where it is not reached.
         """
-        if point.unit == "%":
+        if point.later:
+            at = self._place(replace(point, later=0.0))[0] + point.later
+            return self._time_and_travel(at, np.isfinite(at))
+        if not point.of_event:
             start, end = self._forward_rests
             level = start + point.amount / 100.0 * (end - start)
+            if point.unit == "mm":
+                level = (end if point.amount < 0.0 else start) + point.amount
             level = np.where(self.pressed, level, np.nan)
-            return self._first_after(level, np.zeros(len(level))), level, 0.0
+            at = self._first_after(level, np.zeros(len(level)))
+            return np.where(level == start, 0.0, at), level, 0.0
         if point.unit == "ms":
-            at = self._at + point.amount
-            there = self._exists & (at <= TIMES[-1])
-            at = np.where(there, at, np.nan)
-            return at, self._travel(np.where(there, np.maximum(at, 0.0), 0.0)), 0.0
+            return self._time_and_travel(self._at + point.amount, self._exists)
         mark = np.where(self._exists, self._travel(self._at), np.nan)
         if point.amount == 0.0:
             return self._at, mark, 0.0
         search = self._last_before if point.amount < 0.0 else self._first_after
         return search(mark + point.amount, self._at), mark, point.amount
+
+    def _time_and_travel(self, at: np.ndarray, exists: np.ndarray) -> tuple:
+        """What ``_place`` returns of times ``(n,)``, ms, where they exist and are simulated."""
+        there = exists & (at <= TIMES[-1])
+        at = np.where(there, at, np.nan)
+        return at, self._travel(np.where(there, np.maximum(at, 0.0), 0.0)), 0.0
 
     def _travel(self, at: np.ndarray) -> np.ndarray:
         """Travel at times ``(n,)``, by cubics, ``(n,)``, mm."""

@@ -4,7 +4,10 @@ A point is written as engineers say it:
 
 - ``touch`` (of the contact, in a closing) or ``parting`` (in an opening);
 - a way or a time from there: ``6 mm before touch``, ``10 ms after parting``;
-- a share of the way between the rest positions: ``10 % of stroke``.
+- a share of the way between the rest positions, of which 0 % is the first motion:
+  ``10 % of stroke`` from where the motion begins, or ``10 % from closed`` in either motion;
+- a way from a rest position: ``20 mm from open``, ``15 mm from closed``;
+- a time before or after any of these: ``10 ms after 50 % of stroke``.
 
 The name of a speed begins with ``closing_speed`` or ``opening_speed``, and so says its motion.
 """
@@ -19,10 +22,11 @@ __all__ = ["SPEEDS", "Point", "Speed", "speeds_of"]
 
 EVENTS = {"closing": "touch", "opening": "parting"}
 _TEXT = re.compile(
-    r"(?P<event>touch|parting)"
-    r"|(?P<way>\d+(?:\.\d+)?) (?P<unit>mm|ms) (?P<side>before|after) (?P<of>touch|parting)"
-    r"|(?P<share>\d+(?:\.\d+)?) % of stroke"
+    r"(?:(?P<time>\d+(?:\.\d+)?) ?ms (?P<when>before|after) )?(?:"
+    r"(?:(?P<way>\d+(?:\.\d+)?) ?mm (?P<side>before|after) )?(?P<event>touch|parting)"
+    r"|(?P<amount>\d+(?:\.\d+)?) ?(?P<unit>%|mm(?= from)) (?P<of>of stroke|from open|from closed))"
 )
+_RESTS = {"closing": ("open", "closed"), "opening": ("closed", "open")}  # before and after
 _WAY = 6.0  # mm at size 1, over which a speed is taken that is not configured
 
 
@@ -31,18 +35,23 @@ class Point:
     """A point of a motion.
 
     Attributes:
-        amount: Way or time from touch or parting, negative before it, or percent of the stroke.
+        amount: Way or time from touch or parting or way from a rest, negative before it, or percent
+            of the stroke from where the motion begins.
         unit: "mm", "ms" or "%".
+        rest: "open" or "closed", from which a way counts; "" is touch or parting.
+        later: Time from where the travel is there to the point, ms; negative before it.
 
     Example:
         >>> Point.read("6 mm before touch", "closing")
-        Point(amount=-6.0, unit='mm')
-        >>> Point.read("10 % of stroke", "opening").text("opening")
-        '10 % of stroke'
+        Point(amount=-6.0, unit='mm', rest='', later=0.0)
+        >>> Point.read("10 ms after 30 % from open", "opening").text("opening")
+        '10 ms after 70 % of stroke'
     """
 
     amount: float
     unit: str
+    rest: str = ""
+    later: float = 0.0
 
     @classmethod
     def read(cls, text: str, motion: str) -> "Point":
@@ -53,36 +62,46 @@ class Point:
         """
         event = EVENTS[motion]
         found = _TEXT.fullmatch(" ".join(str(text).split()))
-        if not found or (event not in (found["event"], found["of"]) and not found["share"]):
+        if found is None or found["event"] not in (None, event):
             raise ValueError(
                 f"{text!r} is no point of {motion}; write {event}, such as 6 mm before {event}, "
-                f"10 ms after {event}, or 10 % of stroke"
+                f"10 ms after {event}, 10 % of stroke, 20 % from closed, 20 mm from open, or 10 ms "
+                "after 50 % of stroke"
             )
+        later = float(found["time"] or 0.0) * (-1.0 if found["when"] == "before" else 1.0)
         if found["event"]:
-            return cls(0.0, "mm")
-        if found["share"]:
-            if not 0 < float(found["share"]) < 100:
-                raise ValueError(f"{text!r} is no point: shares are between 0 and 100 %, neither")
-            return cls(float(found["share"]), "%")
-        sign = -1.0 if found["side"] == "before" else 1.0
-        return cls(sign * float(found["way"]), found["unit"])
+            way = float(found["way"] or 0.0) * (-1.0 if found["side"] == "before" else 1.0)
+            return cls(way, "mm", later=later) if way or not later else cls(later, "ms")
+        rest = found["of"].removeprefix("from ")
+        back = rest == _RESTS[motion][1]
+        amount = float(found["amount"])
+        if found["unit"] == "mm" and amount:
+            return cls(-amount if back else amount, "mm", rest, later)
+        if not amount <= 100:
+            raise ValueError(f"{text!r} is no point: shares are from 0 to 100 %")
+        return cls(100.0 - amount if back else amount, "%", later=later)  # 0 mm are 0 %
 
     @property
     def of_event(self) -> bool:
         """Whether it is known only where touch or parting is."""
-        return self.unit != "%"
+        return self.unit != "%" and not self.rest
 
     def text(self, motion: str) -> str:
         """Write the point as ``read`` takes it."""
-        if self.unit == "%":
-            return f"{self.amount:g} % of stroke"
         event = EVENTS[motion]
         side = "before" if self.amount < 0 else "after"
-        return f"{abs(self.amount):g} {self.unit} {side} {event}" if self.amount else event
+        place = f"{abs(self.amount):g} {self.unit} {side} {event}" if self.amount else event
+        if self.unit == "%":
+            place = f"{self.amount:g} % of stroke"
+        elif self.rest:
+            place = f"{abs(self.amount):g} mm from {self.rest}"
+        when = "before" if self.later < 0 else "after"
+        return f"{abs(self.later):g} ms {when} {place}" if self.later else place
 
     def sized(self, size: Size) -> "Point":
         """Return the point for a drive of another size."""
-        return replace(self, amount=self.amount * (size.factor(self.unit) if self.of_event else 1))
+        amount = self.amount * (1.0 if self.unit == "%" else size.factor(self.unit))
+        return replace(self, amount=amount, later=self.later * size.times)
 
 
 @dataclass(frozen=True)
@@ -105,10 +124,9 @@ class Speed:
 
     def __post_init__(self) -> None:
         start, end = self.start, self.end
-        comparable = start.of_event == end.of_event and (
-            start.unit == end.unit or 0 in (start.amount, end.amount)
-        )
-        if comparable and not start.amount < end.amount:
+        alike = start.unit == end.unit or (start.of_event and 0 in (start.amount, end.amount))
+        comparable = alike and start.rest == end.rest and start.of_event == end.of_event
+        if comparable and not (start.amount, start.later) < (end.amount, end.later):
             raise ValueError(f"{self.name} goes {self.words}, which is not forward; swap them")
 
     @classmethod

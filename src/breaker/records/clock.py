@@ -50,7 +50,7 @@ def even_times(
     if (late := np.flatnonzero(np.abs(time) > _LATEST / TO_MS[unit])).size:
         found = f"the time is {time[late[0]]:.4g} {unit}, which no clock shows"
         raise UnusableError(found, line=int(lines[late[0]]))
-    time = time * TO_MS[unit]
+    time, said = _without_odd_ends(time * TO_MS[unit])
     _check_increase(time, lines)
     steps = np.diff(time)
     _check_unit(float(time[-1] - time[0]), float(np.median(steps)), unit)
@@ -65,8 +65,20 @@ def even_times(
     off = np.abs(time - even[place])
     _check_even(steps - whole * step, off, step, lines)
     even[place] = time
-    remark = f"the times are off even steps of {step:.4g} ms by up to {off.max():.2g} ms"
-    return even, place, remark if off.max() > _PRINTED * step else ""
+    if off.max() > _PRINTED * step:
+        said.append(f"the times are off even steps of {step:.4g} ms by up to {off.max():.2g} ms")
+    return even, place, "; ".join(said)
+
+
+def _without_odd_ends(time: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Times, ms, whose first and last go on evenly where nothing else fits, and which did not."""
+    step, said, time = float(np.median(np.diff(time))), [], time.copy()
+    for name, end, near, sign in (("first", 0, 1, -1.0), ("last", -1, -2, 1.0)):
+        gap = sign * (time[end] - time[near])
+        if step > 0.0 and not 0.0 < gap < (_SPARSE - 1) * time.size * step:
+            said.append(f"the {name} time, {time[end]:.6g} ms, does not follow: one even step does")
+            time[end] = time[near] + sign * step
+    return time, said
 
 
 def _check_increase(time: np.ndarray, lines: np.ndarray) -> None:

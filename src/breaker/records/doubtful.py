@@ -14,6 +14,7 @@ __all__ = ["doubtful_samples", "doubts_in_words"]
 
 _ABSURD = 1e6  # mm, beyond every stroke: arithmetic with more may overflow
 _BLOCK = 0.5  # ms, whose median stands for it
+_ENDS = 3  # blocks at an end of a record, whose median stands for the outermost
 _BURST = 5.0  # ms, longest burst that leaves no trace in the running median
 _RANGE = 0.5  # strokes, by which travel may be beyond its rest positions
 _SPIKE = 7.0  # sd of the noise, from the median of five samples
@@ -26,6 +27,7 @@ _RAIL = 10  # equal samples at an end of the range, from which it may be clipped
 _NOISY = 5e-4  # strokes, at 10 kHz: noise at one end that a sensor should have at the other
 _PIECES = 400  # pieces that do not fit together, from which nothing is a record
 _LISTED = 4  # places in a remark
+_MOTION = 0.75  # strokes within a piece, which then holds the motion
 
 
 def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndarray:
@@ -58,20 +60,30 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     leave_out(_clipped(left, least, stroke), "clipped")
     coarse = _JUMP * noise + rounded
     leave_out(_stuck(left, coarse + 2.0 * speed * step), "stuck")
-    leave_out(_apart(left, coarse, min(_FASTER * speed, _FASTEST * stroke) * step), "jump")
+    fastest = min(_FASTER * speed, _FASTEST * stroke) * step
+    leave_out(_apart(left, coarse, fastest, _MOTION * stroke), "jump")
     return kinds
 
 
-def doubts_in_words(time: np.ndarray, kinds: np.ndarray) -> str:
-    """Say which samples are doubtful: how many, what they are and when; "" if none is."""
+def doubts_in_words(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray) -> str:
+    """Say which samples are doubtful: how many, what, when and by how much; "" if none is.
+
+    Args:
+        time, travel: Of the record, ``(n,)``, ms and mm.
+        kinds: Of its samples, ``(n,)``, from ``doubtful_samples``.
+    """
     if not kinds.any():
         return ""
+    kept = np.flatnonzero((kinds == "") & ~np.isnan(travel))
     begins = np.flatnonzero((kinds != "") & (kinds != np.append("", kinds[:-1])))
     places = []
     for first in begins[:_LISTED].tolist():
         last = first + int((np.append(kinds[first:], "") != kinds[first]).argmax()) - 1
         to = f" to {time[last]:.5g}" if last > first else ""
-        places.append(f"{kinds[first]} at {time[first]:.5g}{to} ms")
+        near = [(first, kept[kept < first][-1:]), (last, kept[kept > last][:1])]
+        ways = [abs(travel[edge] - travel[other[0]]) for edge, other in near if other.size]
+        size = f"{max(ways):.3g} mm, " if ways else ""
+        places.append(f"{kinds[first]} at {time[first]:.5g}{to} ms ({size}sample {first + 1})")
     more = f", and {begins.size - _LISTED} more places" if begins.size > _LISTED else ""
     count = int((kinds != "").sum())
     samples = "sample" if count == 1 else "samples"
@@ -87,6 +99,8 @@ def _smooth(travel: np.ndarray, step: float) -> tuple[np.ndarray, float]:
     line = filled(travel)
     whole = line[: line.size // block * block] if line.size >= block else line[:1]
     blocks = np.median(whole.reshape(-1, min(block, whole.size)), axis=1)
+    # Those at the ends stand for what is beyond: bad ones would fill half a window.
+    blocks[0], blocks[-1] = np.median(blocks[:_ENDS]), np.median(blocks[-_ENDS:])
     window = 2 * round(_BURST / (block * step)) + 1
     return running_median(blocks, window), block * step
 
@@ -124,20 +138,21 @@ def _stuck(travel: np.ndarray, limit: float) -> np.ndarray:
     stuck = np.zeros(travel.shape, dtype=bool)
     held = (last - first >= _STUCK) & (np.abs(after - travel[first]) > limit)
     for begin, end in zip(first[held], last[held], strict=True):
-        stuck[begin + 1 : end] = True
+        stuck[begin + (begin > 0) : end] = True  # no reading before the first was a true one
     return stuck
 
 
-def _apart(travel: np.ndarray, coarse: float, way: float) -> np.ndarray:
+def _apart(travel: np.ndarray, coarse: float, way: float, motion: float) -> np.ndarray:
     """Which samples do not fit to the others, because nothing moves so fast.
 
     The record falls into pieces where it jumps. Those are kept that fit together, one after the
-    other, and have most samples.
+    other, and hold most motions, then most samples.
 
     Args:
         travel: Travel, ``(t,)``, mm.
         coarse: Difference of two samples that noise and quantum make, mm.
         way: Longest way from one sample to the next, mm.
+        motion: Least range of a piece that holds a motion, mm.
     """
     there = np.flatnonzero(~np.isnan(travel))
     breaks = np.abs(np.diff(travel[there])) > coarse + way * np.diff(there)
@@ -146,7 +161,10 @@ def _apart(travel: np.ndarray, coarse: float, way: float) -> np.ndarray:
     kept = np.zeros(travel.shape, dtype=bool)
     if first.size > _PIECES:
         return ~np.isnan(travel)
-    size = np.diff(np.append(np.searchsorted(there, first), there.size))
+    starts = np.searchsorted(there, first)
+    size = np.diff(np.append(starts, there.size))
+    moves = [np.ptp(travel[there[a : a + n]]) >= motion for a, n in zip(starts, size, strict=True)]
+    size[moves] += there.size
     most, before = size.copy(), np.full(first.size, -1)
     for i in range(1, first.size):
         gap = np.abs(travel[first[i]] - travel[last[:i]]) - way * (first[i] - last[:i])

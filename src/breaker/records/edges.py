@@ -63,15 +63,16 @@ def events_of(
     """
     motion, time, segment, moves = located
     inside, said = slice(segment.begin, segment.end), []
-    switching, trigger, sd = operation.switching, operation.trigger, settings["timing_sd"]
+    switching, trigger, settles = operation.switching, operation.trigger, np.nan
+    sd = settings["timing_sd"]
     if not np.isnan(switching):
         _check_stated(SWITCHING[motion], switching, moves - _EARLY, time[inside][-1], moves)
     elif "contact" in channels:
-        switching = switching_of(time[inside], channels["contact"][inside], moves)
+        switching, settles = switching_of(time[inside], channels["contact"][inside], moves)
         sd = float(np.hypot(sd, (time[1] - time[0]) / np.sqrt(12.0)))  # it is between two samples
         if not switching >= moves - _EARLY:
             said.append(_not_seen("contact", settings, f"switch during the {motion}"))
-            switching = np.nan
+            switching = settles = np.nan
     if not np.isnan(trigger):
         _check_stated("trigger", trigger, -np.inf, moves, moves)
     elif "trigger" in channels:
@@ -80,7 +81,7 @@ def events_of(
             said.append(_not_seen("trigger", settings, f"rise before the {motion}"))
     elif settings["trigger_column"] == 0 and segment.begin == 0 and moves >= 0.0:
         trigger = 0.0
-    return Contact(switching, np.nan if np.isnan(switching) else sd, trigger), said
+    return Contact(switching, np.nan if np.isnan(switching) else sd, trigger, settles), said
 
 
 def _check_stated(name: str, stated: float, least: float, most: float, moves: float) -> None:
@@ -97,8 +98,9 @@ def _not_seen(kind: str, settings: Mapping, does: str) -> str:
     return f"{column} does not {does}: see endurance.format.{kind}_column"
 
 
-def switching_of(time: np.ndarray, contact: np.ndarray, moves: float) -> float:
-    """Return when the contact of a motion first leaves its state, ms; nan if that is not seen.
+def switching_of(time: np.ndarray, contact: np.ndarray, moves: float) -> tuple[float, float]:
+    """Return when the contact of a motion first leaves its state, and when it does so for the last
+    time, ms; nan if that is not seen.
 
     The contact keeps its state of before the first motion up to the switching, and has another one
     in the last quarter of the time after the first motion.
@@ -112,8 +114,10 @@ def switching_of(time: np.ndarray, contact: np.ndarray, moves: float) -> float:
     after = contact[time > moves + 0.75 * (time[-1] - moves)]
     (first, noise), (last, other) = _level(before), _level(after)
     if not abs(last - first) > _CLEAR * max(noise, other):
-        return np.nan
-    return _reaches(time, (contact - first) / (last - first), 0.5)
+        return np.nan, np.nan
+    share = (contact - first) / (last - first)
+    # Backwards, the channel leaves its last state where it last came to it.
+    return _reaches(time, share, 0.5), _reaches(time[::-1], 1.0 - share[::-1], 0.5)
 
 
 def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> float:
@@ -155,7 +159,7 @@ def _reaches(time: np.ndarray, share: np.ndarray, level: float) -> float:
     """
     there = ~np.isnan(share)
     time, share = time[there], share[there]
-    step = float(np.median(np.diff(time)))
+    step = float(np.median(np.abs(np.diff(time))))
     lasts = max(1, round(_LASTS / step))
     beyond = share >= level
     runs = np.lib.stride_tricks.sliding_window_view(beyond, lasts).all(axis=1)

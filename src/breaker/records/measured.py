@@ -8,36 +8,34 @@ A scale of the sensor that is wrong is not seen.
 What a record does not show, such as touch where no contact was measured, is nan, with the reason.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, quantities_of
+from breaker.records.doubtful import doubtful_samples
 from breaker.records.errors import UnusableError
 from breaker.records.landmarks import first_motion
 from breaker.records.noise import Noise, noise_at_rest, rest_before
+from breaker.records.rests import Rests
 from breaker.records.scale import seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
 from breaker.records.uncertain import NotShownError, Trace, Uncertain
 
-__all__ = ["Contact", "Measured", "Reading", "measure_curve", "variables"]
+__all__ = ["Contact", "Measured", "Reading", "measure_curve"]
 
-_BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
-_AFTER = 8.0  # times that, farthest rest after it,
-_LAST = 1 / 3  # of which this share counts
+_AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
 _TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
-_SEEN = 3.0  # sd, from which a way beyond rest, or a drive still moving, is seen
+_SEEN = 4.5  # sd, from which a way beyond rest is seen
+_SWINGS = 3.0  # times the duration, farthest top after the arrival
 # Error of the first motion over the motion's duration: by the noise of a mean over it, in strokes;
 # and at least, as of a force that builds up, whose first motion is seen late. In noise it is early.
 _FIRST = (14.0, 0.012)
+_EDGE = 0.41  # samples, error of the time between two edges
 _ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
-_PARTS = 4  # of the rest after a motion, whose means are compared
-_STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
-_TAIL = 0.7  # share of the time after the arrival from which its rest follows if it moves
 
 
 class Measured(NamedTuple):
@@ -61,11 +59,13 @@ class Contact(NamedTuple):
         time: Of the contact in the record, ms; nan if unknown.
         sd: Standard deviation of its error, ms.
         trigger: When the coil was energised, ms; nan if unknown.
+        settles: When the contact changes its state for the last time, ms; nan if unknown.
     """
 
     time: float = np.nan
     sd: float = np.nan
     trigger: float = np.nan
+    settles: float = np.nan
 
 
 _UNKNOWN = Contact()
@@ -98,42 +98,15 @@ def measure_curve(
         >>> found["closing_speed"].reason
         'no contact timing: the time of touch or parting is not known'
     """
+    quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
+    travel = np.where(doubtful_samples(travel, step, quantum) == "", travel, np.nan)
     segment = find_segment(time, travel, motion)
     inside = slice(segment.begin, segment.end)
-    time, travel, quantum = time[inside], travel[inside], seen_quantum(travel)
+    time, travel = time[inside], travel[inside]
     moves = first_motion(time, travel, motion)
-    step = float(time[1] - time[0])
     noise = noise_at_rest(rest_before(time, travel, moves), step, step, quantum)
     found = segment, moves, noise, quantum, contact, speeds
     return Reading(time, travel, motion, *found).quantities()
-
-
-def variables(
-    found: Sequence[Mapping[str, Measured] | None], motion: str, speeds: Sequence[Speed] = SPEEDS
-) -> tuple[dict, dict]:
-    """Return variables and coordinates of a dataset of what is measured of records.
-
-    Args:
-        found: What was measured of each operation, None where there is no record.
-        motion: "closing" or "opening".
-
-    Returns:
-        ``measured``, ``measured_sd`` and ``measured_reason`` over ``operation`` and ``quantity``,
-        and the coordinates ``quantity`` and ``quantity_unit``.
-    """
-    names = quantities_of(motion, speeds, SOURCES)
-    none = Measured(np.nan, np.nan, "the record was rejected")
-    rows = [[each[name] if each else none for name in names] for each in found]
-    over = ("operation", "quantity")
-    columns = {"measured": float, "measured_sd": float, "measured_reason": str}
-    shape = (len(rows), len(names))
-    return {
-        name: (over, np.array([[each[i] for each in row] for row in rows], kind).reshape(shape))
-        for i, (name, kind) in enumerate(columns.items())
-    }, {
-        "quantity": list(names),
-        "quantity_unit": ("quantity", [each.unit for each in names.values()]),
-    }
 
 
 @dataclass(eq=False)
@@ -172,13 +145,14 @@ class Reading:
             raise UnusableError("the motion does not go on to 90 % of its stroke")
         self.arrival = float(time[int(done.argmax())])
         self.duration = max(self.arrival - moves, 2.0 * float(time[1] - time[0]))
-        first = moves - (_BEFORE[0] + 1.0) * self.duration
-        last = self.arrival + (_AFTER + 1.0) * self.duration
+        first = moves - _AROUND[0] * self.duration
+        last = self.arrival + _AROUND[1] * self.duration
         near = slice(*np.searchsorted(time, [first, last]))
         known = self.noise.process if np.isfinite(self.noise.sd) else (white_noise(forward), 0.0)
         errors = _ERRORS * (len(self.speeds) + _ERRORS)
         around = *known, self.quantum, self.duration, stroke, errors
         self.trace = Trace(time[near], forward[near], *around)
+        self._rests = Rests(self.trace, self.segment, moves, self.arrival)
 
     def quantities(self) -> dict[str, Measured]:
         """Return all of ``mechanism.quantities_of`` by name: the model's and those of records."""
@@ -189,6 +163,8 @@ class Reading:
             **dict.fromkeys(("over_travel", "rebound"), self.beyond),
             **dict.fromkeys(("touch_time", "part_time"), self.switching),
             "latch_time": self.latch,
+            **dict.fromkeys(("closing_time", "opening_time"), self.operating_time),
+            "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
         }
         names = quantities_of(self.motion, self.speeds, SOURCES)
@@ -202,32 +178,15 @@ class Reading:
             return Measured(np.nan, np.nan, str(error))
         return Measured(found.value, self.trace.sd(found), "")
 
-    @cached_property
+    @property
     def before(self) -> Uncertain:
         """Rest before the motion."""
-        begin, end = (self.moves - share * self.duration for share in _BEFORE)
-        return self.trace.rest(begin, end, "before")
+        return self._rests.before
 
-    @cached_property
+    @property
     def after(self) -> Uncertain:
-        """Rest after the motion; how far its halves differ is an error, as of a slow approach."""
-        if not self.segment.arrived:
-            raise NotShownError("the record ends before the drive rests")
-        end = min(self.trace.time[-1], self.arrival + _AFTER * self.duration)
-        begin = end - _LAST * (end - self.arrival)
-        mean = self.trace.rest(begin, end, "after")
-        settled = self.trace.settles(end - _TAIL * (end - self.arrival), end)
-        if settled is not None:
-            return settled
-        marks = np.linspace(begin, end, _PARTS + 1)
-        parts = [self.trace.rest(*part, "after") for part in pairwise(marks)]
-        off = [part - mean for part in parts]
-        square = sum((each.value / max(self.trace.sd(each), 1e-12)) ** 2 for each in off)
-        if square <= _STILL:
-            hidden = off[-1].value ** 2 - self.trace.sd(off[-1]) ** 2
-            return mean + self.trace.error(0.0, float(np.sqrt(max(hidden, 0.0))))
-        way = np.ptp([part.value for part in parts])
-        raise NotShownError(f"the drive still moves by {way:.2g} mm at the end")
+        """Rest after the motion."""
+        return self._rests.after
 
     def switching(self) -> Uncertain:
         """Time from the first motion to touch or parting, ms."""
@@ -235,9 +194,18 @@ class Reading:
 
     def latch(self) -> Uncertain:
         """Time from the trigger to the first motion, ms."""
-        if np.isfinite(self.contact.trigger):
-            return self._first_motion + -self.contact.trigger
-        raise NotShownError("no trigger: when the coil was energised is not known")
+        return self._first_motion + -self._trigger
+
+    def operating_time(self) -> Uncertain:
+        """Time from the trigger to touch or parting, ms."""
+        return self._switching + -self._trigger
+
+    def bounce_time(self) -> Uncertain:
+        """Time from the first touch to the last, ms."""
+        first, last = self.contact.time, self.contact.settles
+        if not np.isfinite(last):
+            raise NotShownError("no contact channel: whether the contact bounces is not known")
+        return self.trace.error(last - first, _EDGE * float(self.time[1] - self.time[0]))
 
     def stroke(self) -> Uncertain:
         """Way between the rests, mm."""
@@ -255,11 +223,12 @@ class Reading:
 
     def beyond(self) -> Uncertain:
         """Largest way beyond the rest after the motion, mm."""
-        way = self.trace.top(self.arrival) - self.after
-        least = _SEEN * self.trace.sd(way)
-        if way.value < least:
-            raise NotShownError(f"no more than its noise, {least:.2g} mm")
-        return way
+        last = self.arrival + _SWINGS * self.duration
+        way = self.trace.top(self.arrival, last) - self.after
+        if way.value >= _SEEN * self.trace.sd(way):
+            return way
+        # The top of noise is above what it hides, and no way is negative.
+        return Uncertain(max(way.value, 0.0), way.slope) + self.trace.error(0.0, abs(way.value))
 
     def speed(self, speed: Speed) -> Uncertain:
         """Mean speed between two points, mm/ms."""
@@ -275,6 +244,13 @@ class Reading:
         sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
         return self.trace.error(self.moves, sd)
 
+    @property
+    def _trigger(self) -> float:
+        """Time at which the coil was energised, ms."""
+        if not np.isfinite(self.contact.trigger):
+            raise NotShownError("no trigger: when the coil was energised is not known")
+        return self.contact.trigger
+
     @cached_property
     def _switching(self) -> Uncertain:
         """Time of touch or parting, ms."""
@@ -284,9 +260,11 @@ class Reading:
 
     def _place(self, point: Point) -> tuple[Uncertain, Uncertain]:
         """Time and travel of a point."""
-        if point.unit == "%":
-            level = self.before + (self.after - self.before) * (point.amount / 100.0)
-            return self.trace.reaches(level), level
+        if point.later:
+            at = self._place(replace(point, later=0.0))[0] + point.later
+            return at, self.trace.at(at)
+        if not point.of_event:
+            return self._between_rests(point)
         at = self._switching
         if point.unit == "ms":
             at = at + point.amount
@@ -297,3 +275,13 @@ class Reading:
         if point.amount > 0.0:
             return self.trace.reaches(level, at.value), level
         return at, level
+
+    def _between_rests(self, point: Point) -> tuple[Uncertain, Uncertain]:
+        """Time and travel of a point that is told from rests."""
+        if point.unit == "mm":
+            level = (self.after if point.amount < 0.0 else self.before) + point.amount
+        elif point.amount == 0.0:
+            return self._first_motion, self.before
+        else:
+            level = self.before + (self.after - self.before) * (point.amount / 100.0)
+        return self.trace.reaches(level, self.moves), level

@@ -47,6 +47,7 @@ class Raw:
         switching, switching_sd: When the main contact touched or parted and how well that is known,
             ms; nan where it is not.
         trigger: When the coil was energised, ms; nan where that is not known.
+        settles: When the contact last changed its state, ms; nan where that is not known.
         said: What is doubtful about the file, in words; "" is nothing.
     """
 
@@ -63,6 +64,7 @@ class Raw:
     switching: float
     switching_sd: float
     trigger: float
+    settles: float
     said: tuple[str, ...]
 
     @property
@@ -114,7 +116,7 @@ class Raw:
         return [
             *self.said,
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
-            doubts_in_words(self.time, self.doubts),
+            doubts_in_words(self.time, self.whole, self.doubts),
             leap_remark(time, left, noise.sd, self.quantum, self.segment.stroke),
             *inconsistencies(time, left, self.moves, noise_sd or 0.0),
         ]
@@ -122,7 +124,7 @@ class Raw:
     @property
     def contact(self) -> Contact:
         """When the contact was seen to switch, and the trigger to come."""
-        return Contact(self.switching, self.switching_sd, self.trigger)
+        return Contact(self.switching, self.switching_sd, self.trigger, self.settles)
 
     def measured(
         self, speeds: Sequence[Speed], contact: Contact | None = None
@@ -149,11 +151,14 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         RejectedCurveError: If the record cannot be used.
     """
     columns = read_columns(operation.file, settings, operation.channel)
+    without = ""
     try:
         time, place, uneven = even_times(columns.time, columns.lines, settings)
         whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
         whole[place], lines[place] = scale.travel(columns.travel), columns.lines
         doubts, quantum = _doubts(time, whole, lines, settings)
+        if words := doubts_in_words(time, whole, doubts):
+            without = f"; left out: {words}"
         left = np.where(doubts == "", whole, np.nan)
         part = {"begin": operation.begin, "end": operation.end}
         segment = find_segment(time, left, motion, **part)
@@ -165,7 +170,8 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         located = LocatedMotion(motion, time, segment, moves)
         events, odd = events_of(operation, settings, located, beside)
     except UnusableError as error:
-        raise RejectedCurveError(operation.file, str(error), line=error.line) from error
+        reason = f"{error}{without}"
+        raise RejectedCurveError(operation.file, reason, line=error.line) from error
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
     found = operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum
     return Raw(*found, *events, said)
@@ -243,5 +249,6 @@ def _doubts(
     doubts = doubtful_samples(whole, float(time[-1] - time[0]) / (time.size - 1), quantum)
     found = np.flatnonzero(doubts)
     if found.size and settings["doubtful"] == "reject":
-        raise UnusableError(doubts_in_words(time, doubts), line=int(lines[found[0]]))
+        words = doubts_in_words(time, whole, doubts)
+        raise UnusableError(words, line=int(lines[found[0]]))
     return doubts, quantum

@@ -39,10 +39,10 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import ABOUT, Operation, RejectedCurveError, printable
-from breaker.mechanism import SPEEDS, Speed
+from breaker.mechanism import SOURCES, SPEEDS, Speed, quantities_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Grid, Gridded, check_missing, grid_remarks
-from breaker.records.measured import variables
+from breaker.records.measured import Measured
 from breaker.records.noise import Noise, noise_remarks
 from breaker.records.raw import Raw, read_raw, read_raws
 from breaker.records.scale import Scale
@@ -161,7 +161,7 @@ def _dataset(
         **{name: np.array(values, dtype=str) for name, values in texts.items()},
     }
     about = {name: np.array([getattr(each, name) for each in operations]) for name in ABOUT}
-    measured, quantities = variables(
+    measured, quantities = _variables(
         [each and each.measured(speeds) for each in read], motion, speeds
     )
     return xr.Dataset(
@@ -186,6 +186,30 @@ def _dataset(
         },
         attrs={"motion": motion},
     )
+
+
+def _variables(
+    found: Sequence[Mapping[str, Measured] | None], motion: str, speeds: Sequence[Speed]
+) -> tuple[dict, dict]:
+    """Variables and coordinates of a dataset of what is measured of records, None of a missing one.
+
+    Returns:
+        ``measured``, ``measured_sd`` and ``measured_reason`` over ``operation`` and ``quantity``,
+        and the coordinates ``quantity`` and ``quantity_unit``.
+    """
+    names = quantities_of(motion, speeds, SOURCES)
+    none = Measured(np.nan, np.nan, "the record was rejected")
+    rows = [[each[name] if each else none for name in names] for each in found]
+    over = ("operation", "quantity")
+    columns = {"measured": float, "measured_sd": float, "measured_reason": str}
+    shape = (len(rows), len(names))
+    return {
+        name: (over, np.array([[each[i] for each in row] for row in rows], kind).reshape(shape))
+        for i, (name, kind) in enumerate(columns.items())
+    }, {
+        "quantity": list(names),
+        "quantity_unit": ("quantity", [each.unit for each in names.values()]),
+    }
 
 
 def read_record(

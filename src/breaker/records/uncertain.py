@@ -7,6 +7,7 @@ made of several values, from windows that may overlap, have the right uncertaint
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -93,6 +94,15 @@ class Trace:
         """Time between two samples, ms."""
         return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
 
+    @cached_property
+    def known(self) -> np.ndarray:
+        """Times of samples that are there, ``(k,)``, ms."""
+        return self.time[self._there]
+
+    def _window(self, begin: float, end: float) -> np.ndarray:
+        """Samples between two times that are there."""
+        return np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
+
     @property
     def _alike(self) -> float:
         """Factor by which colour makes the variance of a mean of many samples larger."""
@@ -138,17 +148,24 @@ class Trace:
         """Return the mean travel between two times, at rest.
 
         Raises:
-            NotShownError: If there are hardly samples.
+            NotShownError: If there is no sample.
         """
-        window = np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
-        if window.size < _FEWEST:
+        window = self._window(begin, end)
+        if not window.size:
             raise NotShownError(f"too little rest {where} the motion")
         mean = self._of(float(self.travel[window].mean()), window, 1.0 / window.size)
         return mean + self.error(0.0, self._rounding(0.0))
 
+    def parts(self, begin: float, end: float, count: int) -> list[Uncertain]:
+        """Return the means of equal parts of a rest, none if a part has hardly samples."""
+        marks = np.linspace(begin, end, count + 1)
+        if min(self._window(*part).size for part in pairwise(marks)) < _FEWEST:
+            return []
+        return [self.rest(*part, "after") for part in pairwise(marks)]
+
     def settles(self, begin: float, end: float) -> Uncertain | None:
         """Return where travel that still moves between two times comes to rest, None if unseen."""
-        window = np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
+        window = self._window(begin, end)
         found = settling(self.time[window], self.travel[window]) if window.size > _LEAST else None
         if found is None:
             return None
@@ -192,12 +209,13 @@ class Trace:
             raise NotShownError("the drive does not travel as far")
         return self._passes(level, self.time[below.size - 1 - int(below[::-1].argmax())])
 
-    def top(self, after: float) -> Uncertain:
-        """Return the largest travel after a time, as the top of a local fit."""
-        later = np.flatnonzero(self.time >= after)
+    def top(self, begin: float, end: float) -> Uncertain:
+        """Return the largest travel between two times, as the top of a local fit."""
+        stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
+        later = self._window(min(begin, stop), stop)
         peak = later[int(self.smooth[later].argmax())]
         fit = self._fit(self.time[peak])
-        time = fit.solve(self.time[peak], 0.0, 1)
+        time = min(fit.solve(self.time[peak], 0.0, 1), float(self.known[-1]))
         travel = self._of(fit.value(time), fit.window, fit.weights(time))
         # The top of a noisy curve is higher than that of its mean, by half its slope's variance
         # over its bend.
@@ -235,12 +253,15 @@ class Trace:
 
     def _fit(self, near: float) -> Fit:
         """Polynomial through the samples about the sample next to a time."""
-        half, step, n = self.half, self.step, self.time.size
+        step, n = self.step, self.time.size
         centre = min(max(round((near - float(self.time[0])) / step), 0), n - 1)
-        reach = int(half / step + 1e-6)
-        begin, end = max(centre - reach, 0), min(centre + reach + 1, n)
-        window = begin + np.flatnonzero(self._there[begin:end])
-        if window.size < _FEWEST - 1 or not window[0] < centre < window[-1]:
+        for half in (self.half, 2.0 * self.half):  # wider where samples are missing
+            reach = int(half / step + 1e-6)
+            begin, end = max(centre - reach, 0), min(centre + reach + 1, n)
+            window = begin + np.flatnonzero(self._there[begin:end])
+            if window.size >= _FEWEST - 1 and window[0] < centre < window[-1]:
+                break
+        else:
             raise NotShownError("samples are missing at the point")
         inverse = weights_of((window - centre) * step / half)
         travel = self.travel[window]

@@ -29,7 +29,11 @@ _OUTLIER = 5.0  # times the median of squared distances
 _EXPLAINS = 12  # coordinates of a curve that say something of what is measured
 _RIDGE = 2.0
 _MOVES = 30.0  # what wear may do to the rest of a measured quantity, in its scatter
-_APART = {"latch_time", "touch_time", "part_time"}  # of which the curve says nothing
+# Of which the curve says nothing.
+_APART = {
+    *("latch_time", "touch_time", "part_time"),
+    *("closing_time", "opening_time", "bounce_time"),
+}
 _FEWEST = 10  # readings of a quantity that is followed
 _LEAST = 1e-12
 

@@ -205,7 +205,9 @@ class _RecordLimits:
             return
         defined = speeds_of(self.speeds)
         timed = [each.name for each in defined if each.of_event]
-        needs = dict.fromkeys((*timed, *SWITCHING.values()), "contact") | {"latch_time": "trigger"}
+        needs = dict.fromkeys((*timed, *SWITCHING.values(), "bounce_time"), ("contact",))
+        needs |= dict.fromkeys(("closing_time", "opening_time"), ("contact", "trigger"))
+        needs["latch_time"] = ("trigger",)
         wrong = []
         for limit in from_list(self.entries, self.motions, defined, of=["record"]):
             try:
@@ -213,10 +215,11 @@ class _RecordLimits:
             except (OSError, ValueError):
                 return  # which another rule says
             wrong += [
-                f"{limit.name}: no record shows {name} without the {needs[name]}. Set endurance."
-                f"format.{needs[name]}_column, or state {lacking[needs[name]]} in operations.csv."
+                f"{limit.name}: no record shows {name} without the {need}. Set endurance."
+                f"format.{need}_column, or state {lacking[need]} in operations.csv."
                 for name in limit.quantities
-                if needs.get(name) in lacking
+                for need in needs.get(name, ())
+                if need in lacking
             ]
         if wrong:
             yield f"cannot be used. {' '.join(wrong)}"
