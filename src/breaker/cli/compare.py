@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, whole
-from breaker.cli.settings import settings_of
+from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
 
@@ -59,11 +59,7 @@ def _percent(text: str) -> float:
 def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.plot, "picture")], [*options.before, *options.today, *options.config])
     config = settings_of(options.config)
-    if config["known"]:
-        raise ValueError(
-            f"known: {', '.join(config['known'])}: breaker compare takes no facts beside records; "
-            "leave the section known out of the configuration"
-        )
+    _check_no_facts(config["known"])
     named = {"before": options.before, "today": options.today}
     listed = {visit: operations_of(each, options, config) for visit, each in named.items()}
     _check_visits([operations for operations, _ in listed.values()])
@@ -71,12 +67,14 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.answers import (
         changes,
         compare,
+        judged_today,
         measured_changes,
         read_operations,
+        unlike,
         visits_document,
         visits_in_words,
     )
-    from breaker.mechanism import speeds_of
+    from breaker.mechanism import from_list, speeds_of
     from breaker.model import generator
 
     form = config["endurance"]["format"]
@@ -87,9 +85,16 @@ def _run(options: argparse.Namespace) -> int:
     rng = generator(config["seed"], "two visits")
     found = compare(before, today, _networks(), rng, misfit_p_value=misfit)
     speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
+    measured = measured_changes(before, today, speeds, options.beyond)
+    ratios = {visit: _ratio(operations) for visit, (operations, _) in listed.items()}
+    limits = from_list(limits_of(config, options.config), [*before], speeds)
     document = visits_document(
         found,
-        [*measured_changes(before, today, speeds, options.beyond), *changes(found, options.beyond)],
+        {
+            "differences": unlike(measured, found.strokes, ratios),
+            "changes": [*measured, *changes(found, options.beyond)],
+            "limits": judged_today(found, today, limits, speeds, config["seed"]),
+        },
         {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
         rejected,
         {"share": options.beyond, "seed": config["seed"], "misfit_p_value": misfit},
@@ -105,6 +110,11 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _ratio(operations: Mapping[str, Sequence]) -> float | None:
+    """Ratio of the linkage that the files of a visit state; None, as no preamble is read yet."""
+    return None
+
+
 def _networks() -> Iterator[tuple]:
     """The networks of each family that ships, opened one by one."""
     from breaker.family import open_network
@@ -112,6 +122,14 @@ def _networks() -> Iterator[tuple]:
 
     for family in FAMILIES:
         yield tuple(open_network(model_file(family, kind)) for kind in KINDS)
+
+
+def _check_no_facts(known: Mapping) -> None:
+    if known:
+        raise ValueError(
+            f"known: {', '.join(known)}: breaker compare takes no facts beside records; leave the "
+            "section known out of the configuration"
+        )
 
 
 def _check_visits(visits: Sequence[Mapping]) -> None:
