@@ -149,7 +149,8 @@ def test_visits_that_were_measured_differently_are_warned_of_first():
     assert "linkage ratio was 1 and is 1.64" in found["warnings"][0]
     (other,) = unlike([], {"opening": {"before": 178.0, "today": 190.0}}, {})
     assert other["what"] == "inferred stroke"
-    for same in (records(stroke=81.6), records()):
+    assert document(family(), today=records(stroke=84.8))["warnings"]
+    for same in (records(stroke=81.6), records(stroke=84.8, slow=1.1)):
         assert (
             document(family(), today=same, ratios={"before": 1.0, "today": None})["warnings"] == []
         )

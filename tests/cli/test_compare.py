@@ -10,9 +10,9 @@ from tests.cli.conftest import written
 
 @pytest.fixture
 def visits(folder, prior):
-    """Two visits to the reference drive, whose friction has grown by 40 %."""
-    stiffer = type(prior)(prior.medians * [1, 1, 1, 1.4, 1, 1, 1], prior.log_sds)
-    for name, drive in (("then", prior), ("now", stiffer)):
+    """Two visits to the reference drive, whose force has fallen by 15 %."""
+    weaker = type(prior)(prior.medians * [1, 1, 1, 1, 1, 0.85, 1], prior.log_sds)
+    for name, drive in (("then", prior), ("now", weaker)):
         (folder / name).mkdir()
         written(folder / name / f"{name}.csv", drive, "closing", "opening")
     return folder
@@ -22,7 +22,7 @@ def call(*arguments):
     return main(["compare", *arguments])
 
 
-def test_more_friction_is_measured_noticed_and_drawn(visits, capsys):
+def test_a_weaker_force_is_measured_noticed_and_drawn(visits, capsys):
     assert call("then", "--today", "now", "--json", "--plot", "visits.png") == 0
     found = json.loads(capsys.readouterr().out)
     motions = ["closing", "opening"]
@@ -33,10 +33,10 @@ def test_more_friction_is_measured_noticed_and_drawn(visits, capsys):
         assert rows[name, "closing"]["verdict"] == "changed"
     stroke, way = rows["stroke", "opening"], rows["rebound", "opening"]
     assert way["change"][1] == pytest.approx(100.0 * way["difference"] / stroke["before"], rel=1e-4)
-    friction = rows["gamma_a", ""]
-    assert friction["verdict"] == "changed"
-    low, _, high = friction["change"]  # 90 %: false alarm below 1e-3 at three times its half
-    assert low - (high - low) < 40.0 < high + (high - low)
+    force = rows["f", ""]
+    assert force["verdict"] == "changed"
+    low, _, high = force["change"]  # 90 %: false alarm below 1e-3 at three times its half
+    assert low - (high - low) < -15.0 < high + (high - low)
     assert rows["touch_time", "closing"]["more"] > 0.95
     assert (visits / "visits.png").stat().st_size > 10_000
 

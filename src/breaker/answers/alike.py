@@ -11,7 +11,9 @@ from breaker.records import Raw
 
 __all__ = ["judged_today", "unlike"]
 
-_FEW = 0.03  # share of a stroke beyond which no drive changes, or is hardly measured alike
+# Shares of a stroke: by more than the first a worn drive differs only if its time does, too, as a
+# ratio scales ways alone; by more than the second, no wear of the family of drives does.
+_FEW, _MOST = 0.03, 0.1
 _SAME = 1e-6  # share to which two stated ratios are one
 
 
@@ -29,7 +31,8 @@ def unlike(
 
     Returns:
         Rows of ``what`` differs, its ``unit`` and ``motion``, and its value ``before`` and
-        ``today``: the ratio, or a stroke by more than its uncertainty and 3 %.
+        ``today``: the ratio, or a stroke by more than its uncertainty and 3 %, or 10 % where a
+        travel time differs, too.
 
     Example:
         >>> unlike([], {"closing": {"before": 178.0, "today": 291.9}}, {})[0]["what"]
@@ -41,22 +44,22 @@ def unlike(
     if first and second and abs(second - first) > _SAME * first:
         about = {"what": "linkage ratio", "unit": "", "motion": ""}
         found.append(about | {"before": first, "today": second})
+    slower = any(row["name"] == "travel_time" and _apart(row, _FEW) for row in rows)
     measured = {row["motion"]: row for row in rows if row["name"] == "stroke"}
     for motion, seen in strokes.items():
         sd = np.sqrt(2.0) * usual_scatter("stroke", seen["before"], seen["before"])
         of = {"inferred": seen | {"sd": sd}, "measured": measured.get(motion)}
         for kind in ("measured", "inferred"):
-            if (each := of[kind]) and _apart(each):
+            if (each := of[kind]) and _apart(each, _MOST if slower else _FEW):
                 values = {visit: each[visit] for visit in ("before", "today")}
                 found.append({"what": f"{kind} stroke", "unit": "mm", "motion": motion} | values)
                 break
     return found
 
 
-def _apart(stroke: Mapping[str, float]) -> bool:
-    """Whether a stroke differs by more than its uncertainty and a few per cent."""
-    difference = abs(stroke["today"] - stroke["before"])
-    return difference > NORMAL[95] * stroke["sd"] + _FEW * stroke["before"]
+def _apart(row: Mapping[str, float], share: float) -> bool:
+    """Whether a quantity differs by more than its uncertainty and a share."""
+    return abs(row["today"] - row["before"]) > NORMAL[95] * row["sd"] + share * row["before"]
 
 
 def judged_today(

@@ -22,6 +22,7 @@ __all__ = ["Limit", "from_list"]
 
 _LEAST = 1e-12  # least error of a measured value, in its unit
 _DIGITS = 6  # of a bound in words
+_BAND = ("quantity", "reference", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -210,14 +211,14 @@ def from_list(
 
 def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[str, Any]]:
     """An entry of a reference and a tolerance as entries of upper and lower; another as it is."""
-    own = [key for key in ("quantity", "reference", "tolerance") if key in entry]
+    own = [key for key in _BAND if key in entry]
     if not own:
         return [entry]
     name = entry.get("name", entry.get("quantity", "a limit"))
-    if len(own) < 3 or {"upper", "lower"} & entry.keys():
+    if len(own) < len(_BAND) or {"upper", "lower"} & entry.keys():
         raise ValueError(
-            f"{name}: a limit has quantity, reference and tolerance, or else upper or lower. Leave "
-            "out what is of the other form."
+            f"{name}: a limit has all of {', '.join(_BAND)}, or else upper or lower. Add what is "
+            "missing, or leave out what is of the other form."
         )
     quantity = entry["quantity"]
     known = quantities(speeds).get(quantity)
