@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from breaker.answers.alike import judged_today, unlike
-from breaker.answers.changed import changes, compare, measured_changes, visit_error
+from breaker.answers.changed import changes, compare, measured_changes
+from breaker.answers.scatter import visit_error
 from breaker.answers.visited import visits_document, visits_in_words
 from breaker.family.changes import ChangeDraws
 from breaker.family.inputs import Basis

@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from breaker.answers.changed import Compared, usual_scatter, visit_error
+from breaker.answers.changed import Compared
 from breaker.answers.judgement import NORMAL, Told, judge
+from breaker.answers.scatter import usual_scatter, visit_error
 from breaker.mechanism import NAMES, Limit, Speed
 from breaker.records import Raw
 
@@ -58,8 +59,10 @@ def unlike(
 
 
 def _apart(row: Mapping[str, float], share: float) -> bool:
-    """Whether a quantity differs by more than its uncertainty and a share."""
-    return abs(row["today"] - row["before"]) > NORMAL[95] * row["sd"] + share * row["before"]
+    """Whether a quantity differs by more than a share and its uncertainty or repeatability."""
+    usual = row.get("repeatability", 0.0) / 100.0 * row["before"]
+    difference = abs(row["today"] - row["before"])
+    return difference > max(NORMAL[95] * row["sd"], usual) + share * row["before"]
 
 
 def judged_today(
