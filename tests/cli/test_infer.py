@@ -24,6 +24,7 @@ limits:
   - {name: untimed, motion: closing, of: record, upper: {touch_time: 5.0}}
   - {name: wide, motion: opening, upper: {L: 30.0}}
   - {name: short, motion: opening, of: record, lower: {stroke: 12.0}}
+  - {name: stiff, of: change, upper: {gamma_a: +15 %}}
 """
 
 
@@ -151,6 +152,7 @@ def test_limits_are_judged_where_there_are_any(folder, capsys):
     assert "FAIL: slow" in out
     assert "PASS: wide, short" in out
     assert "touch_time up to 5 ms" in out
+    assert "not judged, as of changes between visits: stiff" in out
 
 
 def test_a_network_of_another_family_may_be_named(folder, capsys):
