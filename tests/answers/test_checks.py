@@ -68,7 +68,7 @@ def test_records_out_of_the_family(fitted):
     checks = found(fitted, records=records, levels=levels)
     good, bad = checks["records in the family"]
     assert good.good
-    assert "Q0, closing: 2 records, median p 0.4" in good.text
+    assert "Q0, closing: 2 records, median p = 0.4" in good.text
     assert not bad.good
     assert "1 are out of the family" in bad.text
 

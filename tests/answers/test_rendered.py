@@ -17,9 +17,10 @@ from breaker.answers.words import in_words
 from breaker.family import PARTS
 from breaker.family.levels import LevelDraws
 from breaker.files import SWITCHING
-from breaker.mechanism.limits import Limit
-from breaker.mechanism.parameters import NAMES
-from breaker.records import SHAPE_TIMES
+from breaker.mechanism.limits import Limit, from_list
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.mechanism.quantities import QUANTITIES
+from breaker.records import SHAPE_TIMES, Measured
 
 
 def limit(name, value, of="model", *more):
@@ -39,14 +40,14 @@ def verdict(answers):
 
 def test_verdicts_follow_from_the_draws(answers, verdict):
     found = []
-    for above in (0.04, 0.05, 0.95):
-        theta = np.ones((100, len(NAMES)))
-        theta[: int(100 * above), -1] = 11.0
+    for above in (0.025, 0.975, 0.98):
+        theta = np.ones((200, len(NAMES)))
+        theta[: int(200 * above), -1] = 11.0
         answer = replace(answers[0], draws=LevelDraws(theta, {}, {}))
         found.append(verdict(limit("L", 10.0), answer))
-    assert found == list(VERDICTS[1:])
-    assert verdict(limit("L", 10.0), replace(answers[0], unresolved="few")) == "unknown"
-    assert verdict(limit("L", 10.0), replace(answers[0], draws=None)) == "unknown"
+    assert found == list(VERDICTS)
+    assert verdict(limit("L", 10.0), replace(answers[0], unresolved="few")) == "not shown"
+    assert verdict(limit("L", 10.0), replace(answers[0], draws=None)) == "not shown"
     assert judged(answers[3], [limit("L", 10.0)], seed=1) == []  # of the other motion
 
 
@@ -54,13 +55,13 @@ def test_measured_quantities_are_judged_as_measured(answers, infer, timed, verdi
     assert verdict(limit("stroke", 13.0, "record")) == VERDICTS[-1]
     assert verdict(limit("stroke", 13.0)) == VERDICTS[-1]
     out = replace(answers[0], draws=None, misfit=True)
-    assert verdict(limit("stroke", 14.5), out) == "healthy"
-    assert verdict(limit("touch_time", 5.0, "record")) == "unknown"  # no contact was timed
-    assert verdict(limit("touch_time", 5.0, "record", ("stroke", 13.0, True))) == "unknown"
+    assert verdict(limit("stroke", 14.5), out) == "pass"
+    assert verdict(limit("touch_time", 5.0, "record")) == "not shown"  # no contact was timed
+    assert verdict(limit("touch_time", 5.0, "record", ("stroke", 13.0, True))) == "not shown"
     assert verdict(limit("touch_time", 5.0)) == VERDICTS[-1]
     (measured,) = infer(some=[timed(20.09)])
     assert verdict(limit("touch_time", 5.0, "record"), measured) == VERDICTS[-1]
-    assert verdict(limit("latch_time", 5.0, "record")) == "unknown"
+    assert verdict(limit("latch_time", 5.0, "record")) == "not shown"
     fit = document([measured], [[]], {}, {})["records"][0]["fit"]
     assert fit["contact_time"] == pytest.approx(10.09, abs=0.5)  # after the first motion
 
@@ -81,7 +82,7 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
     low, median, high = np.quantile(answers[0].draws.theta[:, -1], [0.025, 0.5, 0.975])
     assert first["parameters"]["L"]["median"] == pytest.approx(median, rel=1e-5)
     assert first["parameters"]["L"]["interval_95"] == pytest.approx([low, high], rel=1e-5)
-    assert first["verdict"] == "not healthy"
+    assert first["verdict"] == "fail"
     assert first["quantities"]["wipe"]["meaning"] == "way still to go at touch"
     together = found["together"]
     assert set(together) == {"closing"}
@@ -90,7 +91,7 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
     assert mu["sd"] == pytest.approx(np.std([e["median"] for e in each], ddof=1), rel=1e-3)
     half = np.median([np.ptp(e["interval_95"]) for e in each]) / 2.0
     assert mu["half_interval_95"] == pytest.approx(half, rel=1e-3)
-    assert together["closing"]["limits"]["wide"]["not healthy"] == 2
+    assert together["closing"]["limits"]["wide"]["fail"] == 2
 
 
 def test_words_of_an_answer_that_is_not_one_name_the_remedies(answers):
@@ -114,7 +115,7 @@ def test_a_table_has_a_row_for_each_parameter_and_quantity(found):
     assert [*counts.values()] == [15, 15, 1, 14]
     touch = next(row for row in rows if row["output"] == "touch_time")
     assert (touch["kind"], touch["unit"], touch["source"]) == ("quantity", "ms", "inferred")
-    assert touch["verdict"] == "not healthy"
+    assert touch["verdict"] == "fail"
     assert float(touch["exceeded_wide"]) == 1.0
     assert {row["phase"] for row in rows} == {"L1"}
     fit = {"p_value", "misfit", "resolved", "part_main_motion"}
@@ -152,3 +153,58 @@ def test_a_tree_has_the_records_with_a_posterior(answers):
         assert (abs(np.log(ratio[name])) < 0.5).all(), name
     with pytest.raises(ValueError, match="no record has a posterior"):
         tree(answers[2:3], Given(), seed=1)
+
+
+def test_every_limit_has_a_row_whatever_is_known_of_its_quantity(answers, timed, infer):
+    """Every quantity that a limit can be about, of each source, with and without a trigger."""
+    entries = [
+        {"name": f"{name} {of} {motion} {side}", "motion": motion, "of": of, side: {name: 3.0}}
+        for motion in MOTIONS
+        for of in ("model", "record")
+        for name, each in QUANTITIES.items()
+        if motion in each.motions and of in each.of
+        for side in ("upper", "lower")
+    ]
+    limits = from_list(entries, MOTIONS, answers[0].speeds)
+    (touched,) = infer(some=[timed(20.09)])
+    latched = replace(touched, measured=touched.measured | {"latch_time": Measured(9.0, 0.1, "")})
+    out = replace(answers[0], misfit=True, draws=None)
+    for answer in (*answers, latched, out, replace(answers[3], unresolved="few draws")):
+        rows = judged(answer, limits, seed=1)
+        found = document([answer], [rows], {"words": []}, {})
+        text = in_words(found)
+        for row in [] if answer.record.reason else rows:
+            assert (row["verdict"] == "not shown") == bool(row["reason"])
+            assert f"  {row['name']} " in text
+    verdicts = {row["name"]: row["verdict"] for row in judged(latched, limits, seed=1)}
+    assert verdicts["latch_time record closing upper"] == "fail"
+    assert verdicts["touch_time record closing lower"] == "pass"
+
+
+def test_a_pair_is_one_row_with_both_bounds(answers):
+    entry = {"quantity": "stroke", "motion": "closing", "reference": 13.5, "tolerance": "5 %"}
+    (row,) = judged(answers[0], from_list([entry], MOTIONS), seed=1)
+    (part,) = row["parts"]
+    assert (row["name"], row["verdict"], row["probability"]) == ("stroke", "pass", 0.0)
+    assert part["bounds"] == pytest.approx([12.825, 14.175])
+    assert part["interval_95"][0] < part["value"] < part["interval_95"][1]
+    (row,) = judged(answers[0], from_list([entry | {"reference": 15}], MOTIONS), seed=1)
+    assert (row["verdict"], row["probability"]) == ("fail", 1.0)
+
+
+def test_measured_values_come_first_with_how_many_there_are_and_why_others_lack(answers):
+    """One record of three has a stroke and no touch, as it is out of the family."""
+    gone = Measured(np.nan, np.nan, "the record ends before the drive rests")
+    ended = replace(answers[0], measured=answers[0].measured | {"stroke": gone})
+    out = replace(answers[1], misfit=True, draws=None)
+    found = document([ended, answers[1], out], [[]] * 3, {"words": []}, {})
+    stroke = found["together"]["closing"]["quantities"]["stroke"]
+    assert (stroke["told"], stroke["of"], stroke["reasons"]) == (2, 3, {gone.reason: 1})
+    text = in_words(found)
+    assert f"  no stroke: {gone.reason}" in text
+    together = text[text.index("3 records of closing") :]
+    assert "2 of 3\n    1 without: the record ends before the drive rests" in together
+    assert together.index("stroke") < together.index("travel_time") < together.index("\ninferred")
+    assert together.index("\ninferred") < together.index("  gamma_a")
+    alone = in_words(document([ended], [[]], {"words": []}, {}))
+    assert alone.index(gone.reason) < alone.index("  gamma_a")

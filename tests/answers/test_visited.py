@@ -6,12 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers.changed import _error, changes, compare, measured_changes
+from breaker.answers.alike import judged_today, unlike
+from breaker.answers.changed import changes, compare, measured_changes
+from breaker.answers.scatter import visit_error
 from breaker.answers.visited import visits_document, visits_in_words
 from breaker.family.changes import ChangeDraws
 from breaker.family.inputs import Basis
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import PARTS, Match
+from breaker.mechanism.limits import from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.mechanism.speeds import speeds_of
 from breaker.records import SHAPE_TIMES
@@ -58,14 +61,19 @@ def family(name="any", fits=1.0, later=0.0, **factors):
     return levels, SimpleNamespace(change_bases=dict.fromkeys(MOTIONS, basis), draw=draw)
 
 
-def document(*families, before=None, today=None, beyond=0.05, rejected=()):
+def document(*families, before=None, today=None, beyond=0.05, rejected=(), **more):
     before = before or records()
     today = today or records(before)
     found = compare(before, today, families or [family()], np.random.default_rng(1))
-    rows = [*measured_changes(before, today, SPEEDS, beyond), *changes(found, beyond)]
+    measured = measured_changes(before, today, SPEEDS, beyond)
+    told = {
+        "differences": unlike(measured, found.strokes, more.get("ratios", {})),
+        "changes": [*measured, *changes(found, beyond)],
+        "limits": judged_today(found, today, more.get("limits", ()), SPEEDS, 1),
+    }
     counts = {m: {"before": len(before[m]), "today": len(today[m])} for m in before}
     settings = {"share": beyond, "misfit_p_value": 0.001, "seed": 1}
-    return visits_document(found, rows, counts, rejected, settings)
+    return visits_document(found, told, counts, rejected, settings)
 
 
 def inferred(found):
@@ -73,9 +81,10 @@ def inferred(found):
 
 
 def test_what_changed_is_in_the_headline_after_what_is_measured():
-    found = document(family(f=0.9, later=2.0, k_b=1.045))
+    slower = {"today": records(slow=1.15)}
+    found = document(family(f=0.9, later=2.0, k_b=1.045), **slower)
     measured, parameters = found["headline"].split("\n")
-    assert measured == "Measured: no change for sure beyond 5 %"
+    assert measured.startswith("Measured: travel_time (closing) +15 % (+1")
     assert parameters.startswith("Changed: f -10 % (-1")
     assert "touch_time +20 % (+20 to +20), part_time" in parameters
     assert parameters.endswith("cannot be told: k_b; not beyond 5 %: mu, k_a, gamma_a, gamma_b, L")
@@ -88,7 +97,12 @@ def test_what_changed_is_in_the_headline_after_what_is_measured():
     assert (rows["mu"]["worse"], rows["L"]["worse"]) == (None, 0.0)
     assert found["trust"][0].endswith("(least p = 0.5)")
     assert "closing and opening agree" in found["trust"][1]
-    other = document(family(f=0.9), beyond=0.2)
+    alone = document(family(f=0.9))
+    assert alone["headline"] == (
+        "Measured: no change beyond 5 %\n"
+        "No parameter is told: nothing measured has changed for sure beyond 5 %"
+    )
+    other = document(family(f=0.9), beyond=0.2, **slower)
     assert other["headline"].endswith(
         "No parameter changed for sure beyond 20 %; not beyond 20 %: all others"
     )
@@ -110,18 +124,57 @@ def test_the_first_family_that_fits_both_visits_answers():
 
 
 def test_parameters_of_a_drive_of_no_family_are_withheld():
-    before, today = records(), records(stroke=120.0)
-    found = document(family("one"), family("two", 1e-5), before=before, today=today)
+    longer = records(stroke=120.0)
+    found = document(family("one"), family("two", 1e-5), today=longer)
+    assert (found["parameters"], inferred(found)) == ("unlike", {})
+    (odd,) = found["trust"]
+    found = document(family("one"), family("two", 1e-5), before=longer, today=longer)
     assert (found["parameters"], inferred(found)) == ("withheld", {})
-    assert found["headline"].startswith("Measured: stroke (closing) +50 % (+49 to +51)")
     assert found["headline"].endswith(
         "Parameters are withheld: the drive is of no family that ships"
     )
-    same, odd = found["trust"]
-    assert "same drive and phase" in same
-    assert "the closing today (p = 0, most at its end), the opening today" in odd
+    assert "the closing today (p < 0.0001, most at its end), the opening today" in odd
     assert "the closing before" not in odd
     assert "--motion" in odd
+
+
+def test_visits_that_were_measured_differently_are_warned_of_first():
+    """By the stroke, measured or as networks see it, or by the ratio that files state."""
+    found = document(family(f=0.9), today=records(stroke=131.2))
+    text = " ".join(visits_in_words(found).split())
+    assert text.startswith("WARNING: the measured stroke of closing was 79.99 mm and is 131.2 mm; ")
+    assert "mm. The visits were measured differently" in text
+    assert found["headline"].startswith("No change of the drive is told")
+    assert (found["parameters"], inferred(found)) == ("unlike", {})
+    found = document(family(), ratios={"before": 1.0, "today": 1.64})
+    assert "linkage ratio was 1 and is 1.64" in found["warnings"][0]
+    (other,) = unlike([], {"opening": {"before": 178.0, "today": 190.0}}, {})
+    assert other["what"] == "inferred stroke"
+    assert document(family(), today=records(stroke=84.8))["warnings"]
+    for same in (records(stroke=81.6), records(stroke=84.8, slow=1.1)):
+        assert (
+            document(family(), today=same, ratios={"before": 1.0, "today": None})["warnings"] == []
+        )
+
+
+def test_limits_are_judged_by_the_second_visit():
+    entries = [
+        {"quantity": "stroke", "motion": "closing", "reference": 80, "tolerance": "5 %"},
+        {"quantity": "travel_time", "motion": "opening", "reference": 5, "tolerance": 1},
+        {"name": "late", "motion": "closing", "of": "record", "upper": {"touch_time": 5}},
+        {"name": "gap", "motion": "closing", "upper": {"L": 5}},
+        {"quantity": "f", "of": "change", "reference": 0, "tolerance": "5 %"},
+    ]
+    limits = from_list(entries, MOTIONS, SPEEDS)
+    found = document(family(f=0.9), today=records(stroke=80.8), limits=limits)
+    rows = {row["name"]: row for row in found["limits"]}
+    verdicts = {name: row["verdict"] for name, row in rows.items()}
+    none = dict.fromkeys(("late", "gap"), "not shown")
+    assert verdicts == {"stroke": "pass", "travel_time": "fail", **none, "f": "fail"}
+    (part,) = rows["stroke"]["parts"]
+    assert (part["value"], part["bounds"]) == (pytest.approx(80.8, abs=0.1), [76.0, 84.0])
+    assert rows["late"]["reason"].startswith("no contact timing")
+    assert "stroke 76 to 84 mm" in visits_in_words(found)
 
 
 def test_a_change_beyond_any_wear_is_not_told():
@@ -138,7 +191,7 @@ def test_motions_that_contradict_each_other_are_told_apart():
     assert found["agreement"] == {"p_value": pytest.approx(0.0), "parameter": "f"}
     assert "No parameter is told" in found["headline"]
     assert "Changed" not in found["headline"]
-    assert "contradict each other (f, p = 0)" in found["trust"][1]
+    assert "contradict each other (f, p < 0.0001)" in found["trust"][1]
     both = [row for row in found["changes"] if row["name"] == "f"]
     assert [row["motion"] for row in both] == list(MOTIONS)
     assert [row["verdict"] for row in both] == ["changed", "did not change"]
@@ -185,7 +238,7 @@ def test_a_way_that_may_be_nothing_changes_in_shares_of_the_stroke_and_a_late_to
 def test_means_are_known_no_better_than_their_readings():
     """However little 40 of them scatter: what is stated of each counts."""
     visit = np.tile([1.0, 0.3], (40, 1))
-    assert _error([visit, visit], 0.01) == pytest.approx(0.3 * np.sqrt(2 / 40))
+    assert visit_error([visit, visit], 0.01) == pytest.approx(0.3 * np.sqrt(2 / 40))
 
 
 def test_the_text_has_a_row_for_each_and_what_was_rejected():

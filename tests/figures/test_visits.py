@@ -23,6 +23,7 @@ def drawn(parameters="told"):
     ]
     return visits(
         {
+            "warnings": [],
             "headline": "Measured: no change\nChanged: $f$ a lot",
             "trust": ["drives look alike"],
             "parameters": parameters,

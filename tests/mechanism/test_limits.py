@@ -94,3 +94,68 @@ def test_probability_of_measured_values():
     between = norm.cdf(3.0) - norm.cdf(-2.0)
     np.testing.assert_allclose(found, [between * norm.cdf(0.5), NAN, 0.0], atol=1e-12)
     assert limit.measured_exceedance(values[0], np.zeros(3)) == 1.0
+
+
+# ---- a reference and a tolerance ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        (
+            {"quantity": "stroke", "reference": 178, "tolerance": 5},
+            [f"measured stroke {end}" for end in ("above 183 mm", "below 173 mm")] * 2,
+        ),
+        (
+            {"quantity": "closing_speed", "reference": 4.0, "tolerance": "± 2.5 %"},
+            [f"measured closing_speed {end} mm/ms" for end in ("above 4.1", "below 3.9")],
+        ),
+        (
+            {"quantity": "L", "motion": "opening", "reference": 10, "tolerance": "+-10%"},
+            ["L above 11 mm", "L below 9 mm"],
+        ),
+        (
+            {
+                "quantity": "f",
+                "of": "change",
+                "since": "event",
+                "reference": 0,
+                "tolerance": "15 %",
+            },
+            [f"change of f {end} % since the last event" for end in ("above +15", "below -15")],
+        ),
+    ],
+)
+def test_a_reference_is_two_limits_in_each_motion_that_has_the_quantity(entry, words):
+    limits = from_list([entry], ["closing", "opening"])
+    assert [limit.words for limit in limits] == words
+    assert len({limit.pair for limit in limits}) == len(limits) / 2
+    named = from_list([entry | {"name": "own"}], ["closing", "opening"])
+    assert {limit.name.split()[0] for limit in named} == {"own"}
+
+
+@pytest.mark.parametrize(
+    ("entry", "text"),
+    [
+        ({"quantity": "stroke", "reference": 178}, "stroke: a limit has all of quantity, ref"),
+        (
+            {"quantity": "stroke", "reference": 1, "tolerance": 1, "upper": {"stroke": 2}},
+            "leave out what is of the other form",
+        ),
+        (
+            {"quantity": "stroke", "reference": 0, "tolerance": "3 %"},
+            "the tolerance allows nothing",
+        ),
+        ({"quantity": "stroke", "reference": "3 %", "tolerance": 3}, "3 % is of no change"),
+        ({"quantity": "way", "reference": 1, "tolerance": 3}, "way is not a known quantity"),
+        ({"motion": "closing", "upper": {"stroke": 3}}, "a limit has no name"),
+        ({"name": "a", "motion": "closing", "upper": {"stroke": "3 %"}}, "a: 3 % is of no change"),
+        (
+            {"name": "a", "motion": "closing", "since": "event", "upper": {"stroke": 3}},
+            "since: event is of changes",
+        ),
+    ],
+)
+def test_what_is_no_limit_is_refused(entry, text):
+    with pytest.raises(ValueError, match=text):
+        from_list([entry], ["closing", "opening"])

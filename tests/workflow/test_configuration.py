@@ -322,7 +322,6 @@ limits: [{name: a; b, motion: closing, upper: {f: 1}}]
     limits[0].name is "a; b", but must be a text, not empty
     (Name of the limit on one line, without a semicolon
 limits: [{motion: closing, lower: {f: true, mu: .nan}, upper: 10}, 7]
-    limits[0].name is missing
     limits[0].lower.f is true
     limits[0].lower.mu is NaN
     limits[0].upper is 10, but must be a section with the keys mu,
@@ -515,7 +514,7 @@ def test_message_names_the_file_that_holds_the_value(complaint):
 
 def test_an_entry_that_lacks_a_key_is_named_by_its_line(complaint):
     message = complaint("limits:\n  - {motion: closing, lower: {f: 1}}\n")
-    assert "overlay_0.yaml, line 2: limits[0].name is missing; it must be a text" in message
+    assert "overlay_0.yaml, line 1: limits cannot be used. a limit has no name" in message
 
 
 def test_a_value_of_no_file_comes_from_the_command_line():

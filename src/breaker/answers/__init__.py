@@ -10,6 +10,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "alike": ["judged_today", "unlike"],
         "answer": ["FACTS", "Answer", "Given"],
         "inferred": ["infer_drive"],
         "judgement": ["judged"],

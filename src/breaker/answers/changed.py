@@ -5,7 +5,8 @@ the times of the contact, is inferred by networks of a family of drives, from th
 visit. They answer for drives of the family only, and closing and opening have to agree.
 
 A change is told by the probability that it is beyond a share, 5 % if not said otherwise: from 0.95
-on it *changed*, up to 0.05 it *did not*, and in between records cannot tell.
+on it *changed*, up to 0.05 it *did not*, and in between records cannot tell. What is measured
+has to differ by more than the share and the repeatability, by which operations of one visit do.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,7 +15,9 @@ from math import erfc
 
 import numpy as np
 
-from breaker.answers.documents import NORMAL, plainly
+from breaker.answers.documents import plainly
+from breaker.answers.judgement import NORMAL
+from breaker.answers.scatter import OF_STROKE, scattered, usual_scatter, visit_error
 from breaker.family import (
     LEAST_AGREEMENT,
     Changes,
@@ -39,19 +42,22 @@ from breaker.mechanism import (
 )
 from breaker.records import Raw
 
-__all__ = ["VERDICT_WORDS", "Compared", "changes", "compare", "measured_changes"]
+__all__ = [
+    "VERDICT_WORDS",
+    "Compared",
+    "changes",
+    "compare",
+    "measured_changes",
+]
 
 VERDICT_WORDS = ("changed", "not told", "did not change")
 
 _SURE = 0.95  # probability from which a change is beyond a share
 _QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 4000
-# Usual scatter of operations, and how well it is known, as from so many records more than one.
-_SCATTER, _KNOWN = 0.004, 4
-_OF_STROKE = {"over_travel", "rebound"}  # ways that may be 0: changes are in shares of the stroke
 # Whether more or less of it is the worse; less of a speed, and nothing else, is too.
 _WORSE = dict.fromkeys(("k_a", "k_b", "f"), -1) | dict.fromkeys(
-    ("gamma_a", "gamma_b", "L", "travel_time", "latch_time", *SWITCHING.values(), *_OF_STROKE), 1
+    ("gamma_a", "gamma_b", "L", "travel_time", "latch_time", *SWITCHING.values(), *OF_STROKE), 1
 )
 _WORSE |= dict.fromkeys(("closing_time", "opening_time", "bounce_time"), 1)
 
@@ -64,6 +70,7 @@ class Compared:
         family: Name of the drives they were trained on.
         size: Of the drive beside these, roughly.
         matches: How the mean of each visit fits these, by motion and visit.
+        strokes: What networks see of the stroke, by motion and visit, mm.
         fits: Whether all do; if not, there are no draws.
         ratios: Draws of the parameters over what they were, ``(d, p)``: of both motions together,
             or of each where they contradict each other; by the motions they are of. None, of
@@ -78,6 +85,7 @@ class Compared:
     family: str
     size: Size
     matches: Mapping[str, Mapping[str, Match]]
+    strokes: Mapping[str, Mapping[str, float]]
     fits: bool
     ratios: Mapping[tuple[str, ...], np.ndarray] = field(default_factory=dict)
     later: Mapping[str, np.ndarray] = field(default_factory=dict)
@@ -153,7 +161,11 @@ def _nearest(
         by[motion][visit] = match
     seen = next(iter(means.values()))["before"].seen
     size = Size(*(np.exp(-levels.usual[:, 0]) * [seen.stroke[0], seen.duration[0]]).tolist())
-    return Compared(levels.settings["family"], size, by, fits), levels, network
+    strokes = {
+        motion: {visit: float(mean.seen.stroke[0]) for visit, mean in visits.items()}
+        for motion, visits in means.items()
+    }
+    return Compared(levels.settings["family"], size, by, strokes, fits), levels, network
 
 
 def changes(found: Compared, beyond: float = 0.05) -> list[dict]:
@@ -192,11 +204,15 @@ def _inferred(
 
 
 def _row(of: Parameter, values: Mapping, more: float, less: float) -> dict[str, object]:
-    """Values of a quantity, and what the probabilities of more and of less of it say."""
+    """Values of a quantity, and what the probabilities of more and of less of it say.
+
+    Nothing has changed for sure by no more than the ``least`` change, where there is one.
+    """
     about = {key: getattr(of, key) for key in ("name", "unit", "meaning")} | dict(values)
     total, bad = more + less, -1 if "_speed" in of.name else _WORSE.get(of.name)
     about |= {"beyond": total, "more": more, "less": less, "worse": {1: more, -1: less}.get(bad)}
-    verdict = VERDICT_WORDS[0 if total >= _SURE else 2 if total <= 1.0 - _SURE else 1]
+    sure = total >= _SURE and abs(values["change"][1]) > values.get("least", 0.0)
+    verdict = VERDICT_WORDS[0 if sure else 2 if total <= 1.0 - _SURE else 1]
     return plainly(about | {"verdict": verdict})
 
 
@@ -218,8 +234,10 @@ def measured_changes(
 
     Returns:
         For each quantity of a motion that both visits show a row as of ``changes``, its ``kind``
-        "measured", with ``before``, ``today``, ``difference`` and its ``sd`` in its unit. Changes
-        of over-travel and rebound are in percent of the stroke.
+        "measured", with ``before``, ``today``, ``difference`` and its ``sd`` in its unit, and in
+        percent the ``repeatability``, which two operations of one visit keep in 95 % of cases, and
+        the ``least`` change that counts, this and the share. Changes of over-travel and rebound are
+        in percent of the stroke.
     """
     rows = []
     for motion in before:
@@ -232,34 +250,21 @@ def measured_changes(
                 continue
             first, second = (float(each[:, 0].mean()) for each in both)
             stroke = first if name == "stroke" else stroke
-            of = stroke if name in _OF_STROKE else abs(first)
+            of = stroke if name in OF_STROKE else abs(first)
             if not of > 0.0:
                 continue
-            change, sd = (second - first) / of, _error(both, _SCATTER * of) / of
+            usual = usual_scatter(name, first, stroke)
+            change, sd = (second - first) / of, visit_error(both, usual) / of
+            scatter = np.sqrt(scattered(both, usual, 0.0)) / of
             more, less = (_above(beyond, sign * change, sd) for sign in (1.0, -1.0))
             values = {"kind": "measured", "motion": motion}
             values |= {"before": first, "today": second, "difference": second - first}
             values |= {"sd": of * sd, "unchanged": None}
+            values["repeatability"] = 100.0 * NORMAL[95] * np.sqrt(2.0) * scatter
+            values["least"] = 100.0 * beyond + values["repeatability"]
             values["change"] = 100.0 * (change + NORMAL[90] * sd * np.array([-1.0, 0.0, 1.0]))
             rows.append(_row(quantity, values, more, less))
     return rows
-
-
-def _error(visits: Sequence[np.ndarray], usual: float) -> float:
-    """Standard deviation of the difference of two means of readings.
-
-    Args:
-        visits: Readings of each, and their sds, ``(n, 2)``.
-        usual: Scatter of operations that is usual.
-    """
-    seen = sum(len(each) - 1 for each in visits)
-    squares = sum(float(np.square(each[:, 0] - each[:, 0].mean()).sum()) for each in visits)
-    total = 0.0
-    for each in visits:
-        known = float(np.nan_to_num(np.square(each[:, 1])).mean())
-        scattered = (_KNOWN * (known + usual**2) + squares) / (_KNOWN + seen)
-        total += max(known, scattered) / len(each)
-    return float(np.sqrt(total))
 
 
 def _above(limit: float, mean: float, sd: float) -> float:

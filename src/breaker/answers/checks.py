@@ -10,7 +10,7 @@ import numpy as np
 
 from breaker.answers.fitted import FittedPrior
 from breaker.answers.recorded import Recorded
-from breaker.mechanism import NAMES, Limit
+from breaker.mechanism import NAMES, Limit, in_digits, in_p
 from breaker.model import generator
 from breaker.workflow import UNLIKE
 
@@ -98,8 +98,8 @@ def _far_limits(limits: Sequence[Limit], theta: np.ndarray) -> list[Finding]:
         for (name, value, _), column in zip(limit.parts, values.T, strict=True):
             low, middle, high = np.nanquantile(column, [0.16, 0.5, 0.84])
             off = (value - middle) / (high - middle if value > middle else middle - low)
-            text = f"{limit.name}: {name} {value:.4g} is {abs(off):.1f} sd of the prior"
-            text += f" {'above' if off > 0 else 'below'} its median, {middle:.4g}"
+            text = f"{limit.name}: {name} {in_digits(value, 4)} is {abs(off):.1f} sd of the prior"
+            text += f" {'above' if off > 0 else 'below'} its median, {in_digits(middle, 4)}"
             findings.append(_near(off, text, "it can hardly be exceeded; widen"))
     return findings
 
@@ -115,7 +115,7 @@ def _in_family(recorded: Recorded, least: float) -> list[Finding]:
         for motion, each in by_motion.items():
             p_values = np.array([recorded.levels.match(motion, seen).p_value for seen in each])
             out = int((p_values < least).sum())
-            text = f"{name}, {motion}: {len(each)} records, median p {np.median(p_values):.2g}"
+            text = f"{name}, {motion}: {len(each)} records, median {in_p(np.median(p_values))}"
             said = f"{text}; {out} are out of the family, and left out" if out else text
             findings.append(Finding(said, good=not out))
     return findings
@@ -145,7 +145,7 @@ def _near(off: float, text: str, warning: str) -> Finding:
 
 def _support(fitted: FittedPrior) -> Finding:
     share = float(np.exp(fitted.prior.log_support))
-    text = f"in {100 * share:.3g} % of the prior"
+    text = f"in {in_digits(100 * share, 3)} % of the prior"
     if share >= _LEAST_SUPPORT:
         return Finding(text)
     return Finding(f"{text}; what presses the contact is hardly known", good=False)

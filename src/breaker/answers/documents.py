@@ -3,6 +3,7 @@
 docs/usage.md explains its keys. A number that is not known is None.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from csv import DictWriter
 from io import StringIO
@@ -10,14 +11,11 @@ from io import StringIO
 import numpy as np
 
 from breaker.answers.answer import NOTHING, Answer
-from breaker.answers.judgement import VERDICTS
+from breaker.answers.judgement import NORMAL, VERDICTS
 from breaker.files import ABOUT, printable
 from breaker.mechanism import MOTIONS, PARAMETERS, SOURCES, quantities_of
 
-__all__ = ["NORMAL", "document", "plainly", "table_of"]
-
-NORMAL = {90: 1.645, 95: 1.96}
-"""Half of a central interval of a normal number, sds, by the percent that it holds."""
+__all__ = ["document", "plainly", "table_of"]
 
 _FEWEST = 2  # records that are summed up together
 _WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
@@ -157,6 +155,8 @@ def _together(motion: str, records: Sequence[Mapping]) -> dict:
         names = dict.fromkeys(name for each in there for name in each[group])
         rows = {name: [e[group][name] for e in there if name in e[group]] for name in names}
         found[group] = {n: {"unit": each[0]["unit"]} | _spread(each) for n, each in rows.items()}
+        for name, each in rows.items() if group == "quantities" else ():
+            found[group][name]["source"] = next((e["source"] for e in each if e["source"]), None)
     if "limits" in there[0]:
         found["limits"] = {
             limit["name"]: {
@@ -169,17 +169,19 @@ def _together(motion: str, records: Sequence[Mapping]) -> dict:
 
 
 def _spread(rows: Sequence[Mapping]) -> dict:
-    """Of a parameter or quantity in several records, as far as it is known."""
+    """Of a parameter or quantity in several records, how many tell it, and why others do not."""
     known = [row for row in rows if row["median"] is not None]
-    if len(known) < _FEWEST:
-        return dict.fromkeys(("median", "lowest", "highest", "sd", "half_interval_95"))
+    reasons = Counter(row.get("reason") or "not inferred" for row in rows if row["median"] is None)
+    found = {"told": len(known), "of": len(rows), "reasons": dict(reasons)}
+    if not known:
+        return found | dict.fromkeys(("median", "lowest", "highest", "sd", "half_interval_95"))
     medians = np.array([row["median"] for row in known])
     halves = [(row["interval_95"][1] - row["interval_95"][0]) / 2.0 for row in known]
-    return {
+    return found | {
         "median": np.median(medians),
         "lowest": medians.min(),
         "highest": medians.max(),
-        "sd": medians.std(ddof=1),
+        "sd": medians.std(ddof=1) if len(known) >= _FEWEST else np.nan,
         "half_interval_95": np.median(halves),
     }
 

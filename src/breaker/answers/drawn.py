@@ -9,6 +9,7 @@ import numpy as np
 from breaker.answers.answer import Answer, Given
 from breaker.family import PARTS
 from breaker.files import printable
+from breaker.mechanism import in_p
 from breaker.model import generator
 from breaker.records import SHAPE_TIMES
 
@@ -107,9 +108,9 @@ def _curve(answer: Answer) -> Curve:
             usual[part] = np.sqrt(np.nanmean(np.square(left[part]))) / ratio
     far = answer.far_from_prior and not answer.misfit
     found = "OUT OF the family" if answer.misfit else "fits the family"
-    words = f"{found}, p = {match.p_value:.2g}"
+    words = f"{found}, {in_p(match.p_value)}"
     if far:
-        words = f"does NOT fit the prior, p = {answer.prior_p_value:.2g}"
+        words = f"does NOT fit the prior, {in_p(answer.prior_p_value)}"
     none = np.empty(0)
     return Curve(
         file=_name(answer),

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from breaker.answers.documents import NORMAL
 from breaker.answers.fits import Fit, fit_breaker
+from breaker.answers.judgement import NORMAL
 from breaker.answers.recorded import Recorded
 from breaker.answers.spread import Spread, find_spread
 from breaker.mechanism import NAMES, PARAMETERS, powers

@@ -1,6 +1,7 @@
-"""Which limits are exceeded: how probably, by one record."""
+"""Which limits are kept: every limit has a row with what is known of its quantities."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,50 +9,122 @@ from breaker.answers.answer import NOTHING, Answer
 from breaker.mechanism import Limit
 from breaker.model import generator
 
-__all__ = ["VERDICTS", "judged"]
+__all__ = ["NORMAL", "VERDICTS", "Told", "judge", "judged"]
 
-VERDICTS = ("unknown", "healthy", "in doubt", "not healthy")
-"""Verdicts on a record, the worst last."""
+VERDICTS = ("pass", "not shown", "fail")
+"""Verdicts on a limit, the worst last."""
 
-_LEVELS = 0.05, 0.95  # probabilities, from which a limit is in doubt, and exceeded
+NORMAL = {90: 1.645, 95: 1.96}
+"""Half of a central interval of a normal number, sds, by the percent that it holds."""
+
+_ENDS = 0.025, 0.975  # of a 95 % interval
+
+
+class Told(NamedTuple):
+    """What is known of a quantity.
+
+    Attributes:
+        value, sd: Measured, in its unit; nan if it is not.
+        draws: Inferred, ``(d,)``; None if it is not.
+        reason: Why it is neither; empty if it is one.
+    """
+
+    value: float = np.nan
+    sd: float = np.nan
+    draws: np.ndarray | None = None
+    reason: str = ""
+
+    @property
+    def interval(self) -> tuple[float, np.ndarray]:
+        """Value, and the ends of its 95 % interval."""
+        if self.draws is None:
+            return self.value, self.value + NORMAL[95] * self.sd * np.array([-1.0, 1.0])
+        middle, *ends = np.quantile(self.draws, [0.5, *_ENDS])
+        return middle, np.array(ends)
+
+
+def judge(limits: Iterable[Limit], told: Callable[[Limit, str], Told], *key: object) -> list[dict]:
+    """Return a row for each limit, and one for both sides of a reference.
+
+    Args:
+        told: What is known of a quantity of a limit.
+        key: Of the generator of errors of what is measured, the seed first.
+
+    Returns:
+        Of each limit its ``name``, ``words``, ``probability`` that it is exceeded, nan if it is not
+        known, ``verdict``: "pass" and "fail" where the 95 % interval is on one side of each bound,
+        else "not shown" with the ``reason``; and ``parts``, of each quantity its ``value``,
+        ``interval_95``, ``unit`` and ``bounds``, least and largest that pass, None where all do.
+    """
+    groups: dict[str, list[Limit]] = {}
+    for limit in limits:
+        groups.setdefault(limit.pair or limit.name, []).append(limit)
+    return [_row(name, sides, told, key) for name, sides in groups.items()]
+
+
+def _row(
+    name: str, sides: Sequence[Limit], told: Callable[[Limit, str], Told], key: Sequence
+) -> dict:
+    known = [[told(limit, quantity) for quantity in limit.quantities] for limit in sides]
+    reasons = dict.fromkeys(each.reason for some in known for each in some if each.reason)
+    row = {"name": name, "words": " or ".join(limit.words for limit in sides)}
+    row |= {"probability": np.nan, "verdict": "not shown", "reason": "; ".join(reasons)}
+    if not reasons:
+        shares = [_exceedance(*both, key) for both in zip(sides, known, strict=True)]
+        row["probability"], most = min(sum(shares), 1.0), max(shares)
+        row["verdict"] = VERDICTS[sum(most > each for each in _ENDS)]
+        if row["verdict"] == "not shown":
+            row["reason"] = "the bound is within the 95 % interval"
+    row["parts"] = []
+    for limit, some in zip(sides, known, strict=True):
+        parts = zip(limit.parts, limit.units, some, strict=True)
+        for (quantity, bound, is_upper), unit, each in parts:
+            bounds = [None, bound] if is_upper else [bound, None]
+            if limit.pair and row["parts"]:  # the other side of the same quantity
+                row["parts"][0]["bounds"][0] = bound
+                continue
+            value, interval = each.interval
+            about = {"quantity": quantity, "unit": unit, "value": value}
+            row["parts"].append(about | {"interval_95": interval, "bounds": bounds})
+    return row
+
+
+def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
+    """Probability that a limit is exceeded, of quantities that are known."""
+    values, sds = np.array([(each.value, each.sd) for each in known]).T
+    drawn = [each.draws for each in known if each.draws is not None]
+    if not drawn:
+        return float(limit.measured_exceedance(values, sds))
+    rng = generator(*key[:1], "limit", limit.name, *key[1:])
+    draws = values + sds * rng.standard_normal((drawn[0].size, len(known)))
+    for k, each in enumerate(known):
+        if each.draws is not None:
+            draws[:, k] = each.draws
+    return float(limit.exceeded(draws).mean())
 
 
 def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[dict]:
-    """Return how probably a record exceeds each limit of its motion, and the verdict.
+    """Return what ``judge`` does of the limits of a record's motion; none of a rejected record.
 
     Parameters and the time of touch or parting are judged by their draws; all else as measured,
     with normal errors. A limit ``of: record`` takes only what the record shows by itself; one
-    ``of: change`` is of no single record. From 95 % on a limit is exceeded, from 5 % on in doubt.
+    ``of: change`` is of no single record.
     """
-    motion = answer.record.motion
-    limits = [each for each in limits if each.motion == motion and each.of != "change"]
-    if answer.record.reason or not limits:
+    record = answer.record
+    if record.reason:
         return []
-    rows = []
-    for limit in limits:
-        probability = _probability(answer, limit, seed)
-        verdict = VERDICTS[0]
-        if np.isfinite(probability):
-            verdict = VERDICTS[1 + sum(probability >= level for level in _LEVELS)]
-        row = {"name": limit.name, "words": limit.words}
-        rows.append(row | {"probability": probability, "verdict": verdict})
-    return rows
+    limits = [each for each in limits if each.motion == record.motion and each.of != "change"]
+    return judge(limits, lambda *of: _told(answer, *of), seed, record.operation.number)
 
 
-def _probability(answer: Answer, limit: Limit, seed: int) -> float:
-    """Probability that a limit is exceeded; nan where the record does not tell."""
-    names, alone = limit.quantities, limit.of == "record"
-    measured = [answer.measured.get(name, NOTHING) for name in names]
-    values, sds = np.array([(each.value, each.sd) for each in measured]).T
-    if (alone or answer.unresolved) and not all(map(answer.alone, names)):
-        return np.nan
-    if alone or not any(map(answer.is_inferred, names)):
-        return float(limit.measured_exceedance(values, sds))
+def _told(answer: Answer, limit: Limit, name: str) -> Told:
+    """What an answer tells of a quantity of a limit."""
+    alone, measured = limit.of == "record", answer.measured.get(name, NOTHING)
+    if (alone or answer.unresolved) and not answer.alone(name):
+        untimed = "no contact was timed, and of: model takes the inferred one"
+        return Told(reason=untimed if alone else answer.unresolved)
+    if alone or not answer.is_inferred(name):
+        return Told(measured.value, measured.sd, None, measured.reason)
     if answer.draws is None or answer.unresolved:
-        return np.nan
-    rng = generator(seed, "limit", limit.name, answer.record.operation.number)
-    draws = values + sds * rng.standard_normal((len(answer.draws.theta), len(names)))
-    for k, name in enumerate(names):
-        if answer.is_inferred(name):
-            draws[:, k] = answer.inferred(name)
-    return float(limit.exceeded(draws).mean()) if np.isfinite(draws).all() else np.nan
+        return Told(reason=answer.unresolved or "out of the family: nothing is inferred")
+    return Told(draws=answer.inferred(name))

@@ -7,15 +7,16 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.answers.changed import VERDICT_WORDS, Compared
 from breaker.answers.documents import plainly
-from breaker.answers.words import wrapped
+from breaker.answers.words import limit_lines, wrapped
+from breaker.mechanism import in_digits, in_p
 
 __all__ = ["visits_document", "visits_in_words"]
 
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
-_UNLIKE = 0.1  # share of the stroke, beyond any wear of the family of drives
 _GROUPS = {"measured": "measured", "parameter": "inferred"}  # titles, where one begins
 _NOT_TOLD = {
+    "unlike": "No change of the drive is told: the visits were measured differently",
     "withheld": "Parameters are withheld: the drive is of no family that ships",
     "beyond": "No parameter is told: no wear of a drive is as large as this change",
     "apart": "No parameter is told: closing and opening contradict each other",
@@ -24,7 +25,7 @@ _NOT_TOLD = {
 
 def visits_document(
     found: Compared,
-    rows: Sequence[Mapping],
+    told: Mapping[str, Sequence[Mapping]],
     records: Mapping[str, Mapping[str, int]],
     rejected: Sequence[Mapping],
     settings: Mapping,
@@ -33,7 +34,9 @@ def visits_document(
 
     Args:
         found: The comparison.
-        rows: What ``measured_changes`` returns, then what ``changes`` returns.
+        told: Rows of it: ``differences``, what ``unlike`` returns; ``changes``, what
+            ``measured_changes`` returns, then what ``changes`` returns, which is left out where
+            visits were measured differently; ``limits``, what ``judged_today`` returns.
         records: Number of records by motion and visit.
         rejected: ``file``, ``motion``, ``visit`` and ``reason`` of records that were not used.
         settings: What the comparison was made with: ``share``, ``misfit_p_value``, ``seed``.
@@ -41,6 +44,8 @@ def visits_document(
     state = "told" if found.fits else "withheld"
     state = "apart" if len(found.ratios) > 1 else state
     state = "beyond" if found.fits and not found.ratios else state
+    state = "unlike" if told["differences"] else state
+    rows = [row for row in told["changes"] if state != "unlike" or row["kind"] == "measured"]
     matches = {
         motion: {
             visit: {"p_value": match.p_value, "parts": match.parts} for visit, match in by.items()
@@ -55,27 +60,56 @@ def visits_document(
         "settings": dict(settings),
         "records": dict(records),
         "rejected": [dict(each) for each in rejected],
-        "changes": list(rows),
+        "differences": plainly(told["differences"]),
+        "changes": rows,
+        "limits": plainly(told["limits"]),
     }
-    return {"headline": _headline(document), "trust": _trust(document), **document}
+    said = {"warnings": _warnings(document), "headline": _headline(document)}
+    return said | {"trust": _trust(document)} | document
+
+
+def _warnings(document: Mapping) -> list[str]:
+    """What goes before anything else: how the visits were measured differently."""
+    if not document["differences"]:
+        return []
+    differ = [
+        f"the {each['what']}{' of' * bool(each['motion'])} {each['motion']}".rstrip()
+        + f" was {in_digits(each['before'], 4)} {each['unit']}".rstrip()
+        + f" and is {in_digits(each['today'], 4)} {each['unit']}".rstrip()
+        for each in document["differences"]
+    ]
+    return [
+        f"WARNING: {'; '.join(differ)}. The visits were measured differently, or are of different "
+        "drives or phases: check transducer, ratio and endurance.format of both. What follows "
+        "compares the records, not the drive"
+    ]
 
 
 def _headline(document: Mapping) -> str:
-    """What measured has changed, and which parameters have, have not, or cannot be told."""
+    """What measured has changed, and which parameters have, have not, or cannot be told.
+
+    Parameters are told as changed only beside a measured change: networks alone raise no alarm.
+    """
     beyond, rows = f"beyond {100 * document['settings']['share']:g} %", document["changes"]
-    sure, unsure, _ = _by_verdict(row for row in rows if row["kind"] == "measured")
-    measured = f"Measured: {sure or f'no change for sure {beyond}'}"
+    if document["differences"]:
+        return _NOT_TOLD[document["parameters"]]
+    measured = [row for row in rows if row["kind"] == "measured"]
+    sure, unsure, _ = _by_verdict(measured)
+    first = f"Measured: {sure or f'no change {beyond}'}"
     if unsure:
-        measured += f"; perhaps {beyond}: {unsure}"
+        first += f"; cannot be told: {unsure}"
     if document["parameters"] != "told":
-        return f"{measured}\n{_NOT_TOLD[document['parameters']]}"
-    sure, unsure, still = _by_verdict(row for row in rows if row["kind"] != "measured")
-    inferred = f"Changed: {sure}" if sure else f"No parameter changed for sure {beyond}"
+        return f"{first}\n{_NOT_TOLD[document['parameters']]}"
+    inferred = [row for row in rows if row["kind"] != "measured"]
+    sure, unsure, still = _by_verdict(inferred)
+    if sure and all(row["verdict"] != VERDICT_WORDS[0] for row in measured):
+        return f"{first}\nNo parameter is told: nothing measured has changed for sure {beyond}"
+    second = f"Changed: {sure}" if sure else f"No parameter changed for sure {beyond}"
     if unsure:
-        inferred += f"; cannot be told: {unsure}"
+        second += f"; cannot be told: {unsure}"
     if still:
-        inferred += f"; not {beyond}: {still if unsure else 'all others'}"
-    return f"{measured}\n{inferred}"
+        second += f"; not {beyond}: {still if unsure else 'all others'}"
+    return f"{first}\n{second}"
 
 
 def _by_verdict(rows: Iterable[Mapping]) -> list[str]:
@@ -83,7 +117,8 @@ def _by_verdict(rows: Iterable[Mapping]) -> list[str]:
     names: dict[str, list[str]] = {verdict: [] for verdict in VERDICT_WORDS}
     for row in rows:
         low, middle, high = row["change"]
-        percent = f" {middle:+.2g} % ({low:+.2g} to {high:+.2g})"
+        middle, low, high = (in_digits(each, 2, sign=True) for each in (middle, low, high))
+        percent = f" {middle} % ({low} to {high})"
         sure = row["verdict"] == VERDICT_WORDS[0]
         names[row["verdict"]].append(_label(row) + (percent if sure else ""))
     return [", ".join(each) for each in names.values()]
@@ -91,7 +126,7 @@ def _by_verdict(rows: Iterable[Mapping]) -> list[str]:
 
 def _trust(document: Mapping) -> list[str]:
     """How far a comparison can be trusted, in sentences."""
-    said = _unlike(document["changes"])
+    said = []
     odd = [
         (motion, visit, match)
         for motion, by in document["matches"].items()
@@ -99,7 +134,7 @@ def _trust(document: Mapping) -> list[str]:
         if match["p_value"] < document["settings"]["misfit_p_value"]
     ]
     family = f"the family {document['family']}"
-    if document["parameters"] == "withheld":
+    if document["parameters"] == "withheld" or (odd and document["differences"]):
         where = ", ".join(f"the {motion} {visit} {_place(match)}" for motion, visit, match in odd)
         said.append(
             f"WARNING: not of a drive of {family}, the nearest that ships: {where}. What is "
@@ -108,9 +143,9 @@ def _trust(document: Mapping) -> list[str]:
         )
         return said
     least = min(match["p_value"] for by in document["matches"].values() for match in by.values())
-    said.append(f"drives of {family} look like both visits (least p = {least:.2g})")
+    said.append(f"drives of {family} look like both visits (least {in_p(least)})")
     agreement = document["agreement"]
-    how = f"{agreement['parameter']}, p = {agreement['p_value']:.2g}"
+    how = f"{agreement['parameter']}, {in_p(agreement['p_value'])}"
     if document["parameters"] == "beyond":
         said.append(
             "WARNING: the change is larger than any that the networks know. Are both visits of the "
@@ -130,19 +165,7 @@ def _place(match: Mapping) -> str:
     """How a visit does not fit, and where most."""
     known = {part: size for part, size in match["parts"].items() if size is not None}
     where = max(known, key=known.get)
-    return f"(p = {match['p_value']:.1g}, most at its {where})"
-
-
-def _unlike(rows: Sequence[Mapping]) -> list[str]:
-    """A warning where the stroke of both visits is hardly that of one drive."""
-    for row in rows:
-        if row["name"] == "stroke" and abs(row["change"][1]) > 100.0 * _UNLIKE:
-            return [
-                f"WARNING: the stroke of {row['motion']} was {row['before']:.4g} mm and is "
-                f"{row['today']:.4g} mm today; no wear of one drive does that. Are both visits of "
-                "the same drive and phase, and is endurance.format right for both?"
-            ]
-    return []
+    return f"({in_p(match['p_value'])}, most at its {where})"
 
 
 def _label(row: Mapping) -> str:
@@ -158,7 +181,8 @@ def visits_in_words(document: Mapping) -> str:
         f"{motion} {each['before']} before, {each['today']} today"
         for motion, each in document["records"].items()
     ]
-    said = [*document["headline"].split("\n"), *document["trust"], f"records: {'; '.join(counts)}"]
+    said = [*document["warnings"], *document["headline"].split("\n"), *document["trust"]]
+    said.append(f"records: {'; '.join(counts)}")
     said += [
         f"rejected: {each['visit']}: {each['file']}: {each['reason']}"
         for each in document["rejected"]
@@ -174,12 +198,12 @@ def visits_in_words(document: Mapping) -> str:
             lines.append(_GROUPS[row["kind"]])
         kind = row["kind"]
         lines.append(_in_words(row))
-    return "\n".join(lines)
+    return "\n".join([*lines, *limit_lines(document["limits"])])
 
 
 def _in_words(row: Mapping) -> str:
     low, middle, high = row["change"]
-    values = [f"{row[visit]:.4g}" for visit in ("before", "today") if visit in row]
+    values = [in_digits(row[visit], 4) for visit in ("before", "today") if visit in row]
     name, alone = _label(row), row["kind"] == "parameter" and row["motion"]
     name += f" ({row['unit']})" if values else "" if alone else f": {row['meaning']}"
     known = [row[key] for key in ("unchanged", "beyond", "worse")]

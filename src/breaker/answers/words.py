@@ -1,22 +1,17 @@
 """An answer in words, for a terminal of 100 columns."""
 
 from collections.abc import Mapping, Sequence
-from textwrap import shorten, wrap
+from textwrap import wrap
 
 from breaker.answers.judgement import VERDICTS
+from breaker.mechanism import in_digits, in_p
 
-__all__ = ["in_words", "wrapped"]
+__all__ = ["in_words", "limit_lines", "wrapped"]
 
 _WIDTH = 98
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
-_LAST = 42  # letters of its last column
 _CELLS, _CELL = 3, 31  # of a line of a short block, and letters of each
-_SAID = {
-    "healthy": "healthy: no limit is exceeded",
-    "in doubt": "in doubt: {} may be exceeded",
-    "not healthy": "NOT healthy: {} exceeded",
-    "unknown": "unknown",
-}
+_LIMIT = "  {:<20} {:<9} {:>8}  {:<20} {}"
 
 
 def in_words(document: Mapping) -> str:
@@ -50,33 +45,69 @@ def _rejected(record: Mapping, of_file: Sequence[Mapping]) -> list[str]:
 
 
 def _long(record: Mapping) -> list[str]:
-    """A block with everything that is known of a record."""
-    both = "of both motions together" if len(record["fit"]["motions"]) > 1 else ""
-    lines = [_title(record), _ROW.format("", "median", "95 % interval", "", both).rstrip()]
-    for name, each in record["parameters"].items():
-        lines.append(_row(name, each, each["meaning"]))
-    for name, each in record["quantities"].items():
-        lines.append(_row(name, each, each["source"] or shorten(each["reason"], _LAST)))
-    if record.get("limits"):
-        lines.append(_ROW.format("limit", "exceeded", "", "", "").rstrip())
-        for each in record["limits"]:
-            number = "" if each["probability"] is None else f"{100 * each['probability']:.0f} %"
-            lines.append(f"  {each['name']:<14} {number:>9}  {each['words']}: {each['verdict']}")
-    return [*lines, *_ending(record)]
+    """A block with everything that is known of a record, what is measured first."""
+    lines = [_title(record), _ROW.format("", "value", "95 % interval", "", "").rstrip()]
+    measured, inferred = _both(record)
+    for name, each in measured.items():
+        lines += _row(name, each, each["source"] or each["reason"])
+    together = " of both motions together" if len(record["fit"]["motions"]) > 1 else ""
+    lines.append(f"inferred{together}")
+    for name, each in inferred.items():
+        lines += _row(name, each, each["meaning"])
+    return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
+
+
+def _both(found: Mapping) -> tuple[dict, dict]:
+    """What is measured of a record, or of several, or is not shown; and what is inferred."""
+    drawn = {n: each for n, each in found["quantities"].items() if each["source"] == "inferred"}
+    others = {n: each for n, each in found["quantities"].items() if n not in drawn}
+    alone = {n: each for n, each in others.items() if each["source"] in ("measured", None)}
+    return alone | others, found["parameters"] | drawn
 
 
 def _short(record: Mapping) -> list[str]:
-    """A block of a few lines."""
+    """A block of a few lines, what is measured first."""
     lines = [_title(record)]
-    cells = []
-    for name, each in (record["parameters"] | record["quantities"]).items():
-        if each["median"] is not None:
-            low, high = each["interval_95"]
-            cells.append(f"{name} {_number(each['median'])} ±{(high - low) / 2.0:.2g}")
-    for begin in range(0, len(cells), _CELLS):
-        row = "".join(f"{cell:<{_CELL}} " for cell in cells[begin : begin + _CELLS])
-        lines.append(f"  {row}".rstrip())
-    return [*lines, *_ending(record)]
+    for title, some in zip(("", "inferred"), _both(record), strict=True):
+        known = {n: each for n, each in some.items() if each["median"] is not None}
+        cells = [f"{name} {_number(e['median'])} ±{_half(e)}" for name, e in known.items()]
+        if cells and title:
+            lines.append(f"  {title}:")
+        for begin in range(0, len(cells), _CELLS):
+            row = "".join(f"{cell:<{_CELL}} " for cell in cells[begin : begin + _CELLS])
+            lines.append(f"  {row}".rstrip())
+        missing = {n: each["reason"] for n, each in some.items() if each.get("reason")}
+        lines += [line for n, each in missing.items() for line in wrapped(f"no {n}: {each}")]
+    return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
+
+
+def _half(each: Mapping) -> str:
+    low, high = each["interval_95"]
+    return in_digits((high - low) / 2.0, 2)
+
+
+def limit_lines(limits: Sequence[Mapping]) -> list[str]:
+    """Return the table of verdicts: a line for each limit, or for each quantity of it."""
+    lines = [_LIMIT.format("limit", "verdict", "value", "95 % interval", "passes").rstrip()]
+    for limit in limits:
+        first = limit["name"], limit["verdict"]
+        for part in limit["parts"]:
+            numbers = "-", ""
+            if part["value"] is not None:
+                numbers = _number(part["value"]), _interval(part["interval_95"])
+            lines.append(_LIMIT.format(*first, *numbers, _bounds(part)).rstrip())
+            first = "", ""
+        several = f"fails where {limit['words']}" if len(limit["parts"]) > 1 else ""
+        said = filter(None, (limit["reason"], several))
+        lines += [line for each in said for line in wrapped(each, " " * 23, " " * 23)]
+    return lines if limits else []
+
+
+def _bounds(part: Mapping) -> str:
+    """Which values of a quantity pass, with its name and unit."""
+    low, high = (None if each is None else _number(each) for each in part["bounds"])
+    ends = f"{low} to {high}" if low and high else f"up to {high}" if high else f"from {low}"
+    return f"{part['quantity']} {ends} {_unit(part)}"
 
 
 def _title(record: Mapping) -> str:
@@ -87,11 +118,12 @@ def _title(record: Mapping) -> str:
     return ", ".join([f"{record['file']}: {record['motion']}", *about])
 
 
-def _row(name: str, each: Mapping, last: str) -> str:
+def _row(name: str, each: Mapping, last: str) -> list[str]:
     numbers = "-", ""
     if each["median"] is not None:
         numbers = _number(each["median"]), _interval(each["interval_95"])
-    return _ROW.format(name, *numbers, _unit(each), last).rstrip()
+    line = _ROW.format(name, *numbers, _unit(each), "")
+    return [each.rstrip() for each in wrapped(last, line, " " * len(line))]
 
 
 def _unit(each: Mapping) -> str:
@@ -113,12 +145,12 @@ def _ending(record: Mapping) -> list[str]:
     said += [f"remark: {each}" for each in record["remarks"]]
     if record.get("verdict"):
         names = [e["name"] for e in record["limits"] if e["verdict"] == record["verdict"]]
-        said.append(_SAID[record["verdict"]].format(", ".join(names)))
+        said.append(f"{record['verdict'].upper()}: {', '.join(names)}")
     return [line for each in said for line in wrapped(each)]
 
 
 def _fit(fit: Mapping) -> str:
-    family = f"the family {fit['family']} (p = {fit['p_value']:.2g})"
+    family = f"the family {fit['family']} ({in_p(fit['p_value'])})"
     if not fit["misfit"]:
         return f"fits {family}"
     where = differs_in_words(fit["parts"])
@@ -133,7 +165,7 @@ def _fit(fit: Mapping) -> str:
 def differs_in_words(parts: Mapping[str, float | None]) -> str:
     """Say in which parts of a motion a record differs from a family; nothing where in none."""
     far = {name: each for name, each in parts.items() if each is not None and each > 1.0}
-    where = ", ".join(f"{name}, {each:.2g} times" for name, each in far.items())
+    where = ", ".join(f"{name}, {in_digits(each, 2)} times" for name, each in far.items())
     return f"it differs more than 99 % of its drives do in: {where}" if where else ""
 
 
@@ -142,7 +174,7 @@ def _far(record: Mapping) -> str:
     sds = {name: each["prior_sds"] for name, each in record["parameters"].items()}
     name = max(sds, key=lambda name: abs(sds[name]))
     return (
-        f"FAR from the prior (p = {record['fit']['prior_p_value']:.2g}): {name} is "
+        f"FAR from the prior ({in_p(record['fit']['prior_p_value'])}): {name} is "
         f"{sds[name]:+.1f} of its sds from its median. Check the size and the unit of each median, "
         "or widen the prior: breaker fit-prior fits one"
     )
@@ -150,17 +182,27 @@ def _far(record: Mapping) -> str:
 
 def _together(motion: str, found: Mapping) -> list[str]:
     """What several records have in common: their spread, beside the width of one."""
-    form = "  {:<14} {:>9}  {:<22} {:>9} {:>12}  {}"
+    form = "  {:<14} {:>9}  {:<22} {:>9} {:>12}  {:<7}{}"
     lines = [
         f"{found['records']} records of {motion}",
-        form.format("", "median", "lowest to highest", "sd", "95 % of one", "").rstrip(),
+        form.format("", "median", "lowest to highest", "sd", "95 % of one", "", "").rstrip(),
     ]
-    for name, each in (found["parameters"] | found["quantities"]).items():
-        if each["median"] is None:
-            continue
-        span = _interval([each["lowest"], each["highest"]])
-        sds = f"{each['sd']:.2g}", f"±{each['half_interval_95']:.2g}"
-        lines.append(form.format(name, _number(each["median"]), span, *sds, _unit(each)).rstrip())
+    for title, some in zip(("", "inferred"), _both(found), strict=True):
+        if title and any(each["told"] for each in some.values()):
+            lines.append(title)
+        for name, each in some.items():
+            numbers = ["-", "", "", ""]
+            if each["told"]:
+                sd = "" if each["sd"] is None else in_digits(each["sd"], 2)
+                half = f"±{in_digits(each['half_interval_95'], 2)}"
+                span = _interval([each["lowest"], each["highest"]])
+                numbers = [_number(each["median"]), span, sd, half]
+            elif title:
+                continue
+            count = f"{each['told']} of {each['of']}" if each["reasons"] else ""
+            lines.append(form.format(name, *numbers, _unit(each), count).rstrip())
+            said = (f"{n} without: {reason}" for reason, n in each["reasons"].items())
+            lines += [line for each in said for line in wrapped(each, " " * 4)]
     for name, counts in found.get("limits", {}).items():
         said = ", ".join(f"{counts[each]} {each}" for each in VERDICTS[::-1] if counts[each])
         lines.append(f"  limit {name}: {said}")
@@ -168,7 +210,7 @@ def _together(motion: str, found: Mapping) -> list[str]:
 
 
 def _number(value: float) -> str:
-    return f"{value:.4g}"
+    return in_digits(value, 4)
 
 
 def _interval(ends: Sequence[float]) -> str:

@@ -5,11 +5,13 @@ import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
+from math import isnan
 from operator import getitem
+from types import MappingProxyType
 
 from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent
 from breaker.cli.outputs import check_outputs, whole
-from breaker.cli.settings import settings_of
+from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add", "compared"]
 
@@ -60,23 +62,22 @@ def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.plot, "picture")], [file for some in inputs for file in some])
     config = settings_of(options.config)
     configs = {visit: _config_of(files, options.config, config) for visit, files in own.items()}
-    if config["known"]:
-        raise ValueError(
-            f"known: {', '.join(config['known'])}: breaker compare takes no facts beside records; "
-            "leave the section known out of the configuration"
-        )
+    _check_no_facts(config["known"])
     listed = {visit: operations_of(named[visit], options, configs[visit]) for visit in _VISITS}
     _check_visits([operations for operations, _ in listed.values()])
     # Imported here, so that --help and wrong options answer at once.
     from breaker.answers import read_operations, visits_in_words
 
+    forms = {visit: each["endurance"]["format"] for visit, each in configs.items()}
     document = compared(
         {
-            visit: read_operations(each, configs[visit]["endurance"]["format"], loose=loose)
+            visit: read_operations(each, forms[visit], loose=loose)
             for visit, (each, loose) in listed.items()
         },
         config,
-        options.beyond,
+        beyond=options.beyond,
+        ratios={visit: _ratio(each, forms[visit]) for visit, (each, _) in listed.items()},
+        limits=limits_of(config, options.config),
     )
     if options.plot:
         from breaker.figures import visits
@@ -105,18 +106,35 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
     return found
 
 
-def compared(visits: Mapping[str, Sequence], config: Mapping, beyond: float = _BEYOND) -> dict:
+def compared(
+    visits: Mapping[str, Sequence],
+    config: Mapping,
+    *,
+    beyond: float = _BEYOND,
+    ratios: Mapping[str, float | None] = MappingProxyType({}),
+    limits: Sequence[Mapping] = (),
+) -> dict:
     """Return the document of a comparison.
 
     Args:
         visits: Records "before" and "today", as ``read_operations`` returns them.
+        config: The configuration of both.
         beyond: Share beyond which a change counts.
+        ratios: Of the linkage, as the files of either visit state it; None where they do not.
+        limits: Entries of the section ``limits`` on which to judge today's visit.
 
     Raises:
         ValueError: If no motion has a usable record in both visits.
     """
-    from breaker.answers import changes, compare, measured_changes, visits_document
-    from breaker.mechanism import speeds_of
+    from breaker.answers import (
+        changes,
+        compare,
+        judged_today,
+        measured_changes,
+        unlike,
+        visits_document,
+    )
+    from breaker.mechanism import from_list, speeds_of
     from breaker.model import generator
 
     before, today, rejected = _usable(visits)
@@ -124,13 +142,33 @@ def compared(visits: Mapping[str, Sequence], config: Mapping, beyond: float = _B
     rng = generator(config["seed"], "two visits")
     found = compare(before, today, _networks(), rng, misfit_p_value=misfit)
     speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
+    measured = measured_changes(before, today, speeds, beyond)
+    entries = from_list(limits, [*before], speeds)
     return visits_document(
         found,
-        [*measured_changes(before, today, speeds, beyond), *changes(found, beyond)],
+        {
+            "differences": unlike(measured, found.strokes, ratios),
+            "changes": [*measured, *changes(found, beyond)],
+            "limits": judged_today(found, today, entries, speeds, config["seed"]),
+        },
         {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
         rejected,
         {"share": beyond, "seed": config["seed"], "misfit_p_value": misfit},
     )
+
+
+def _ratio(operations: Mapping[str, Sequence], form: Mapping) -> float | None:
+    """Ratio of the linkage that the files of a visit state; None where they differ or do not."""
+    from breaker.files import RejectedCurveError, read_preamble
+
+    found = set()
+    for each in (each for some in operations.values() for each in some):
+        try:
+            found.add(read_preamble(each.file, {**form, **each.settings}).ratio)
+        except RejectedCurveError:
+            continue  # which is said where the record is read
+    ratios = {ratio for ratio in found if ratio is not None and not isnan(ratio)}
+    return ratios.pop() if len(ratios) == 1 else None
 
 
 def _networks() -> Iterator[tuple]:
@@ -140,6 +178,14 @@ def _networks() -> Iterator[tuple]:
 
     for family in FAMILIES:
         yield tuple(open_network(model_file(family, kind)) for kind in KINDS)
+
+
+def _check_no_facts(known: Mapping) -> None:
+    if known:
+        raise ValueError(
+            f"known: {', '.join(known)}: breaker compare takes no facts beside records; leave the "
+            "section known out of the configuration"
+        )
 
 
 def _check_visits(visits: Sequence[Mapping]) -> None:

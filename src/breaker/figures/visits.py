@@ -37,8 +37,9 @@ def visits(document: Mapping) -> Figure:
     share, rows = 100.0 * document["settings"]["share"], document["changes"]
     first = sum(row["kind"] == "measured" for row in rows)
     places = {y + 1 + (y >= first): row for y, row in enumerate(rows)}
-    titles = {0: "measured", first + 1: _TITLES[document["parameters"]]}
-    headline = "\n".join(fill(style.literal(s), 112) for s in document["headline"].split("\n"))
+    titles = {0: "measured", first + 1: _TITLES.get(document["parameters"], "no parameter is told")}
+    said = [*document["warnings"], *document["headline"].split("\n")]
+    headline = "\n".join(fill(style.literal(each), 112) for each in said)
     about = [*document["trust"], _counted(document["records"])]
     trust = "\n".join(fill(style.literal(each), 145) for each in about)
     head = _LINE * (0.95 * headline.count("\n") + 0.8 * trust.count("\n") + 2.6)

@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "compiling": ["compiled"],
         "curves": ["Motion", "blocks", "rest_position", "sensitivity", "too_fast", "travel"],
         "limits": ["Limit", "from_list"],
+        "numerals": ["in_digits", "in_p"],
         "parameters": [
             "MOTIONS",
             "NAMES",

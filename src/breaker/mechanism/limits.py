@@ -2,7 +2,8 @@
 
 A limit has parts, each a quantity above or below a value; it is exceeded where all of them hold.
 Its quantities are those of the model at inferred parameters, or those read from the record itself.
-Measured quantities have normal errors, which are taken for independent of each other.
+An entry of a reference and a tolerance is two limits, one on either side. Measured quantities have
+normal errors, which are taken for independent of each other.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,12 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from breaker.mechanism.numerals import in_digits
+from breaker.mechanism.parameters import MOTIONS
 from breaker.mechanism.quantities import SOURCES, check_quantity, evaluate, quantities
 from breaker.mechanism.speeds import SPEEDS, Speed
 
 __all__ = ["Limit", "from_list"]
 
 _LEAST = 1e-12  # least error of a measured value, in its unit
+_DIGITS = 6  # of a bound in words
+_BAND = ("quantity", "reference", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,7 @@ class Limit:
         of: What its quantities are read from, one of ``SOURCES``: "model", inferred parameters,
             "record", the record itself, or "change", changes of parameters in percent.
         since: What changes are from: "new", or the last known "event".
+        pair: Name of the entry of which another limit is the other side; empty if there is none.
 
     Example:
         >>> entry = {"name": "slow", "motion": "closing", "upper": {"touch_time": 10}}
@@ -48,6 +54,7 @@ class Limit:
     speeds: tuple[Speed, ...] = SPEEDS
     of: str = "model"
     since: str = "new"
+    pair: str = ""
 
     def __post_init__(self) -> None:
         names = dict.fromkeys(self.quantities)
@@ -68,24 +75,28 @@ class Limit:
                 )
         if not names:
             wrong.append("it has no quantity. Name one under upper or lower, with a value.")
+        if self.since != "new" and self.of != "change":
+            wrong.append(f"since: {self.since} is of changes. Take of: change, or leave it out.")
         if wrong:
             raise ValueError(f"{self.name}: {' '.join(wrong)}")
 
     @classmethod
     def from_settings(cls, entry: Mapping[str, Any], speeds: tuple[Speed, ...] = SPEEDS) -> "Limit":
-        """Build a limit from an entry of the list ``limits`` of the configuration.
+        """Build a limit from an entry of upper and lower of the list ``limits``.
 
         Raises:
-            ValueError: If it has no quantity, one that its motion does not have, or one whose two
-                bounds exclude each other.
+            ValueError: If it has no name or no quantity, one that its motion does not have, one
+                whose two bounds exclude each other, or a percentage of what is no change.
         """
-        parts = (
-            (quantity, float(str(value).removesuffix("%")), side == "upper")
+        if "name" not in entry:
+            raise ValueError("a limit has no name. Give it one.")
+        parts = tuple(
+            (quantity, _amount(entry["name"], value, entry.get("of", "model")), side == "upper")
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        about = entry.get("of", "model"), entry.get("since", "new")
-        return cls(entry["name"], entry.get("motion", ""), tuple(parts), speeds, *about)
+        about = entry.get("of", "model"), entry.get("since", "new"), entry.get("pair", "")
+        return cls(entry["name"], entry.get("motion", ""), parts, speeds, *about)
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -114,9 +125,9 @@ class Limit:
     def words(self) -> str:
         """The condition in words: "touch_time above 10 ms", "measured stroke below 9 mm"."""
         read = {"record": "measured ", "change": "change of "}.get(self.of, "")
-        form = "+g" if self.of == "change" else "g"
         words = " and ".join(
-            f"{read}{name} {'above' if is_upper else 'below'} {value:{form}}"
+            f"{read}{name} {'above' if is_upper else 'below'} "
+            + in_digits(value, _DIGITS, sign=self.of == "change")
             + (f" {unit}" if unit != "1" else "")
             for (name, value, is_upper), unit in zip(self.parts, self.units, strict=True)
         )
@@ -178,10 +189,65 @@ def from_list(
 
     Args:
         of: What the quantities of these limits are read from, some of ``SOURCES``.
+
+    Raises:
+        ValueError: If an entry cannot be a limit.
+
+    Example:
+        >>> entry = {"quantity": "stroke", "motion": "closing", "reference": 178}
+        >>> for limit in from_list([entry | {"tolerance": "3 %"}], ["closing"]):
+        ...     print(limit.name, limit.words, sep=": ")
+        stroke high: measured stroke above 183.34 mm
+        stroke low: measured stroke below 172.66 mm
     """
+    sides = (side for entry in entries for side in _sides(entry, speeds))
     limits = (
-        Limit.from_settings(each, speeds)
-        for each in entries
-        if each.get("motion") in (*motions, None)
+        Limit.from_settings(side, speeds)
+        for side in sides
+        if side.get("motion") in (*motions, None)
     )
     return [limit for limit in limits if limit.of in of]
+
+
+def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[str, Any]]:
+    """An entry of a reference and a tolerance as entries of upper and lower; another as it is."""
+    own = [key for key in _BAND if key in entry]
+    if not own:
+        return [entry]
+    name = entry.get("name", entry.get("quantity", "a limit"))
+    if len(own) < len(_BAND) or {"upper", "lower"} & entry.keys():
+        raise ValueError(
+            f"{name}: a limit has all of {', '.join(_BAND)}, or else upper or lower. Add what is "
+            "missing, or leave out what is of the other form."
+        )
+    quantity = entry["quantity"]
+    known = quantities(speeds).get(quantity)
+    usual = "record" if known and "record" in known.of else "model"
+    of = entry.get("of", usual)
+    middle = _amount(name, entry["reference"], of)
+    text = str(entry["tolerance"]).lstrip("±+/- ")
+    share = abs(middle) / 100.0 if text.endswith("%") and of != "change" else 1.0
+    away = share * float(text.removesuffix("%"))
+    if not away > 0.0:
+        raise ValueError(f"{name}: the tolerance allows nothing. Write one above 0.")
+    motions = [entry["motion"]] if "motion" in entry else known.motions if known else MOTIONS
+    motions = [""] if of == "change" else motions
+    rows = []
+    for motion in motions:
+        pair = name if len(motions) == 1 else f"{name} {motion}"
+        about = {"of": of, "pair": pair} | ({"motion": motion} if motion else {})
+        about |= {"since": entry["since"]} if "since" in entry else {}
+        for side, key, end in (("high", "upper", away), ("low", "lower", -away)):
+            rows.append(about | {"name": f"{pair} {side}", key: {quantity: middle + end}})
+    return rows
+
+
+def _amount(name: str, value: float | str, of: str) -> float:
+    """A bound, which is in percent of changes alone."""
+    text = str(value)
+    if text.endswith("%") and of != "change":
+        raise ValueError(
+            f"{name}: {text} is of no change. Write the value in its unit, or reference and "
+            "tolerance."
+        )
+    return float(text.removesuffix("%"))

@@ -5,6 +5,7 @@ import math
 import pandas as pd
 import xarray as xr
 
+from breaker.mechanism import in_digits, in_p
 from breaker.wear.wording import about, and_so_on, in_percent, span
 
 __all__ = ["headline", "limit_words", "since_new", "trust"]
@@ -39,14 +40,14 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
         return "Since new: the change is larger than any wear that the networks know."
     sure = [name for name in names if row[f"{name}_unchanged"] < _SURE]
     sure.sort(key=lambda name: -abs(row[name]))
-    told = [f"{_USUAL[name]} {row[name]:+.2g} % ({_span(row, name)})" for name in sure]
+    told = [f"{_USUAL[name]} {_signed(row[name])} % ({_span(row, name)})" for name in sure]
     rest = [name for name in names if name not in sure]
     most = {name: max(abs(row[f"{name}_5"]), abs(row[f"{name}_95"])) for name in rest}
     may = sorted((name for name in rest if most[name] > _NOTED), key=lambda name: -most[name])
     words = ", ".join(told) if told else "nothing for sure"
     if may:
         perhaps = and_so_on([_USUAL[name] for name in may], _PERHAPS)
-        words += f"; perhaps {perhaps}, by up to {most[may[0]]:.2g} %"
+        words += f"; perhaps {perhaps}, by up to {in_digits(most[may[0]], 2)} %"
     if len(may) < len(rest):
         words += f"; nothing else beyond {_NOTED:g} %"
     return f"Since new: {words}."
@@ -54,7 +55,11 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
 
 def _span(row: pd.Series, name: str) -> str:
     """A 90 % interval, percent."""
-    return f"{row[f'{name}_5']:+.2g} to {row[f'{name}_95']:+.2g}"
+    return f"{_signed(row[f'{name}_5'])} to {_signed(row[f'{name}_95'])}"
+
+
+def _signed(value: float) -> str:
+    return in_digits(value, 2, sign=True)
 
 
 def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
@@ -99,20 +104,19 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
 
 def trust(life: xr.Dataset) -> str:
     """Say how far the answer can be trusted."""
-    least = f"{float(life.p_value.min()):.2g}" if life.sizes["motion"] else "unknown"
+    least = in_p(float(life.p_value.min())) if life.sizes["motion"] else "p unknown"
     if life.attrs["agreement"] < 1.0 and not life.attrs["family"]:
         return (
             "Trust: closing and opening contradict each other on what has changed "
-            f"(p = {life.attrs['agreement']:.2g}); only what is measured is told."
+            f"({in_p(life.attrs['agreement'])}); only what is measured is told."
         )
     if not life.attrs["family"]:
         return (
-            f"Trust: the drive is of no family that ships (p = {least}); only what is measured is "
-            "told."
+            f"Trust: the drive is of no family that ships ({least}); only what is measured is told."
         )
-    words = f"Trust: drives of the family {life.attrs['family']} look like this one (p = {least})"
+    words = f"Trust: drives of the family {life.attrs['family']} look like this one ({least})"
     if life.sizes["motion"] > 1:
-        words += f", and closing and opening agree (p = {life.attrs['agreement']:.2g})"
+        words += f", and closing and opening agree ({in_p(life.attrs['agreement'])})"
     return f"{words}."
 
 
@@ -136,9 +140,11 @@ def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
                 "limit": one.limit,
                 "state": one.state,
                 "quantity": f"{'change of ' if one.of == 'change' else ''}{one.quantity}",
-                "new": f"{one.new:.4g}",
-                "now (90 %)": f"{one.now:.4g} ({one.now_5:.4g} to {one.now_95:.4g})",
-                "at": f"{one.bound:.4g} {one.unit}",
+                "new": in_digits(one.new, 4),
+                "now (90 %)": "{} ({} to {})".format(
+                    *(in_digits(each, 4) for each in (one.now, one.now_5, one.now_95))
+                ),
+                "at": f"{in_digits(one.bound, 4)} {one.unit}",
                 "P": in_percent(one.probability) if one.probability == one.probability else "",
                 "operations left (90 %)": left,
             }

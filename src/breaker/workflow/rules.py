@@ -14,7 +14,6 @@ from breaker.files import SWITCHING, event_words, list_operations
 from breaker.mechanism import (
     MOTIONS,
     NAMES,
-    Limit,
     check_fact,
     check_quantity,
     from_list,
@@ -108,17 +107,22 @@ def _limits(
 ) -> Iterator[str]:
     if any(_speeds(speeds)):
         return
-    names, defined = [entry["name"] for entry in entries], speeds_of(speeds)
-    wrong = [
+    defined, limits, wrong = speeds_of(speeds), [], []
+    for entry in entries:
+        try:
+            limits += from_list([entry], MOTIONS, defined)
+        except ValueError as error:
+            wrong.append(str(error))
+    names = [entry["name"] for entry in entries if "name" in entry]
+    names += [limit.name for limit in limits if limit.pair]
+    wrong += [
         f"{name}: there are two limits of this name. Give one another name."
         for name in sorted({each for each in names if names.count(each) > 1})
     ]
-    for entry in entries:
-        wrong += refused("{}", Limit.from_settings, entry, defined)
     if wrong:
         yield f"cannot be used. {' '.join(wrong)}"
     # There may be limits of motions that are not worked on, but not only such.
-    elif not any(entry.get("motion") in (*motions, None) for entry in entries):
+    elif not any(limit.motion in (*motions, "") for limit in limits):
         yield f"has no limit of {' or '.join(motions)} (motions). Add one."
 
 
@@ -215,14 +219,14 @@ class _RecordLimits:
             except (OSError, ValueError):
                 return  # which another rule says
             wrong += [
-                f"{limit.name}: no record shows {name} without the {need}. Set endurance."
-                f"format.{need}_column, or state {lacking[need]} in operations.csv."
+                f"{limit.pair or limit.name}: no record shows {name} without the {need}. Set "
+                f"endurance.format.{need}_column, or state {lacking[need]} in operations.csv."
                 for name in limit.quantities
                 for need in needs.get(name, ())
                 if need in lacking
             ]
         if wrong:
-            yield f"cannot be used. {' '.join(wrong)}"
+            yield f"cannot be used. {' '.join(dict.fromkeys(wrong))}"
 
     def _lacking(self, motion: str) -> dict[str, str]:
         """What no record shows, and the column of the table that could state it."""

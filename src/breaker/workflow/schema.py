@@ -153,6 +153,8 @@ def _allowed(schema: _Schema) -> str:
     if "enum" in schema:
         values = ", ".join(map(str, schema["enum"]))
         return f"one of {values}" if len(schema["enum"]) > 1 else values
+    if "oneOf" in schema:
+        return " or ".join(map(_allowed, schema["oneOf"]))
     text = " or ".join(_KINDS[name] for name in _types(schema))
     bounds = [f"{words} {schema[bound]}" for bound, words in _BOUNDS.items() if bound in schema]
     text += ", " + " and ".join(bounds) if bounds else ""

@@ -1,0 +1,38 @@
+"""How far operations of one drive scatter, and what a mean of few of them is worth."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+__all__ = ["OF_STROKE", "scattered", "usual_scatter", "visit_error"]
+
+# Usual scatter of operations, and how well it is known, as from so many records more than one.
+_SCATTER, _KNOWN = 0.004, 4
+OF_STROKE = {"over_travel", "rebound"}
+"""Ways that may be 0, so that their changes are in shares of the stroke."""
+
+
+def usual_scatter(name: str, value: float, stroke: float) -> float:
+    """Return how far a quantity usually scatters from operation to operation, in its unit."""
+    return _SCATTER * (stroke if name in OF_STROKE else abs(value))
+
+
+def visit_error(visits: Sequence[np.ndarray], usual: float) -> float:
+    """Return the standard deviation of a mean of readings, or of the difference of two.
+
+    Args:
+        visits: Readings of each, and their sds, ``(n, 2)``.
+        usual: Scatter of operations that is usual.
+    """
+    total = 0.0
+    for each in visits:
+        known = float(np.nan_to_num(np.square(each[:, 1])).mean())
+        total += max(known, scattered(visits, usual, known)) / len(each)
+    return float(np.sqrt(total))
+
+
+def scattered(visits: Sequence[np.ndarray], usual: float, known: float) -> float:
+    """Return the variance of a reading: as seen in visits, beside what is usual and known of it."""
+    seen = sum(len(each) - 1 for each in visits)
+    squares = sum(float(np.square(each[:, 0] - each[:, 0].mean()).sum()) for each in visits)
+    return (_KNOWN * (known + usual**2) + squares) / (_KNOWN + seen)

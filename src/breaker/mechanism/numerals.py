@@ -1,0 +1,26 @@
+"""Numbers in words for people: rounded, and never with a power of ten."""
+
+import numpy as np
+
+__all__ = ["in_digits", "in_p"]
+
+_LEAST_P = 1e-4  # below which a p-value says no more by its digits
+
+
+def in_digits(value: float, digits: int, *, sign: bool = False) -> str:
+    """Write a number with so many significant digits, as people write it.
+
+    >>> in_digits(134.2, 2, sign=True), in_digits(0.000012345, 2), in_digits(178.0, 4)
+    ('+130', '0.000012', '178')
+    """
+    more = {"unique": False, "fractional": False, "trim": "-", "sign": sign}
+    return np.format_float_positional(value, precision=digits, **more)
+
+
+def in_p(value: float) -> str:
+    """Write a p-value.
+
+    >>> in_p(0.3812), in_p(3e-14)
+    ('p = 0.38', 'p < 0.0001')
+    """
+    return f"p < {_LEAST_P:.4f}" if value < _LEAST_P else f"p = {in_digits(value, 2)}"
