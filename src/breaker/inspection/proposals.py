@@ -15,6 +15,7 @@ from breaker.files import FORMAT, TO_MS, Operation, RejectedCurveError, complete
 from breaker.inspection.channels import Travel, find_travels, unused_among
 from breaker.inspection.contents import look_into
 from breaker.inspection.guesses import (
+    Guess,
     guess_direction,
     guess_grid,
     guess_rest,
@@ -143,10 +144,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         for order, travel in enumerate(travels, start=1)
         for each in motions_of(travel, file, layout, clock, sign)
     ]
-    longest = max(each.arrives - each.begins for each in found)
-    room = min(travel.room(k) for travel in travels for k in range(len(travel.rises)))
-    rate = clock.likely_rate
-    guesses.append(guess_grid(longest, room / rate, rate, sensor))
+    guesses.append(_grid(found, travels, clock.likely_rate, sensor))
     changed = guesses[-1].settings
     motions = _read(found, layout, tried, sensor | changed)
     if "ratio" in lacking:
@@ -212,6 +210,15 @@ def motions_of(
         motion = "closing" if closing[k] else "opening"
         found.append(InspectedMotion(layout.column(travel.place), operation, motion, *times[2:]))
     return found
+
+
+def _grid(
+    motions: Sequence[InspectedMotion], travels: Sequence[Travel], rate: float, sensor: Mapping
+) -> Guess:
+    """A grid that holds the longest motion, in the room that each has in its record."""
+    longest = max(each.arrives - each.begins for each in motions)
+    room = min(travel.room(k) for travel in travels for k in range(len(travel.rises)))
+    return guess_grid(longest, room / rate, rate, sensor)
 
 
 def _read(
