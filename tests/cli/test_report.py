@@ -1,6 +1,7 @@
 """`breaker report`, and records over a good one."""
 
 import json
+import re
 
 import pytest
 import yaml
@@ -12,7 +13,7 @@ from tests.exports import write
 EXPORT = {"endurance": {"draws": 50, "format": {"time_column": None, "rate": 5.0}}}
 LIMITS = [
     {"name": "slow", "motion": "closing", "of": "record", "upper": {"travel_time": 30.0}},
-    {"name": "short", "motion": "closing", "of": "record", "lower": {"stroke": 170.0}},
+    {"name": "short", "motion": "closing", "quantity": "stroke", "reference": 175, "tolerance": 5},
     {"name": "untimed", "motion": "closing", "of": "record", "upper": {"touch_time": 60.0}},
 ]
 
@@ -45,6 +46,7 @@ def test_a_report_has_every_channel_and_verdict(visit, capsys):
         "What the model adds",
     ):
         assert text in page
+    assert re.search("≤ 180, ≥ 170</td>.{,30}pass", page)
     assert "Travel 4" not in page
     assert page.count("data:image/png;base64,") == 1
 

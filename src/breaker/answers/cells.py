@@ -8,10 +8,9 @@ from breaker.inspection import alike
 __all__ = ["RESULTS", "Cell", "Table", "few", "named", "number"]
 
 RESULTS = {
-    "not healthy": ("FAIL", "bad"),
-    "in doubt": ("in doubt", "doubt"),
-    "unknown": ("not shown", "doubt"),
-    "healthy": ("pass", "good"),
+    "fail": ("FAIL", "bad"),
+    "not shown": ("not shown", "doubt"),
+    "pass": ("pass", "good"),
 }
 """Text and tone of verdicts, the worst first."""
 

@@ -104,7 +104,7 @@ def _row(name: str, by: Mapping, group: Group, limits: Sequence[Limit]) -> tuple
     cells.append(Cell(number(max(halves), 2) if halves else ""))
     if len(group.phases) > 1:
         cells.append(_spread([each["median"] for each in known]))
-    result = _result(group.channels, [each.name for each in limits])
+    result = _result(group.channels, [each.pair or each.name for each in limits])
     unit = next(iter(by.values()))["unit"]
     return (Cell(name), Cell(unit), *cells, Cell(_bounds(limits)), result)
 

@@ -89,8 +89,9 @@ def model_table(pairs: Sequence[tuple[Answer, Mapping]], limits: Sequence[Limit]
             where = by.setdefault(each["name"], {}).setdefault(RESULTS[each["verdict"]][0], [])
             where.append(entry.get("phase", "") or entry["motion"])
     for limit in parameters:
-        said = [f"{r} {', '.join(dict.fromkeys(p))}" for r, p in by.get(limit.name, {}).items()]
-        notes.append(f"limit {limit.name}, {limit.words}: {'; '.join(said) or 'not judged'}")
+        name = limit.pair or limit.name
+        said = [f"{r} {', '.join(dict.fromkeys(p))}" for r, p in by.get(name, {}).items()]
+        notes.append(f"limit {name}, {limit.words}: {'; '.join(said) or 'not judged'}")
     return Table("What the model adds", ("channel", "trust", *units), rows, notes)
 
 

@@ -102,11 +102,11 @@ def _verdict(pairs: Sequence[tuple[Answer, Mapping]]) -> Cell:
     if not names:
         return Cell("no limit is configured: values are stated, not judged", "faint")
     worst = next(verdict for verdict in RESULTS if verdict in found)
-    if worst == "healthy":
+    if worst == "pass":
         return Cell(f"pass: none of {len(names)} limits is exceeded", "good")
     said = []
     for verdict, (result, _) in RESULTS.items():
-        if verdict == "healthy":  # the others hold
+        if verdict == "pass":  # the others hold
             break
         of = [
             name + (f" ({', '.join(where)})" if 0 < len(where) < len(phases) else "")
