@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -88,6 +89,7 @@ def _listed(named: Sequence[str], options: argparse.Namespace, config: Mapping) 
     from breaker.files import MANIFEST, Operation, RejectedCurveError, read_manifest, record_files
     from breaker.records import motions_in
 
+    form = config["endurance"]["format"]
     found: dict[str, list] = {motion: [] for motion in MOTIONS}
     rejected, files = [], []
     for each in map(Path, named):
@@ -101,15 +103,16 @@ def _listed(named: Sequence[str], options: argparse.Namespace, config: Mapping) 
     number = 1
     for file in each_once(files):
         last = number
-        for channel, phase in _channels(file, options.channel).items():
+        for channel, (phase, beside) in _channels(file, options.channel).items():
             whole = Operation(number, file, channel=channel, phase=phase)
             try:
-                parts = motions_in(whole, config["endurance"]["format"])
+                parts = motions_in(whole, form)
             except RejectedCurveError as error:
                 rejected.append(str(error))
                 continue
             for motion, operation in parts:
-                found[motion].append(operation)
+                unset = {k: v for k, v in beside.get(motion, {}).items() if form[k] is None}
+                found[motion].append(replace(operation, settings=unset))
                 last = max(last, operation.number + 1)
         number = last
     if len(names := {each.breaker for rows in found.values() for each in rows}) > 1:
@@ -117,17 +120,20 @@ def _listed(named: Sequence[str], options: argparse.Namespace, config: Mapping) 
     return {motion: each for motion, each in found.items() if each}, rejected
 
 
-def _channels(file: Path, chosen: Sequence[str]) -> dict[str, str]:
-    """Names of channels by columns of travel of a file; of one alone it is empty."""
+def _channels(file: Path, chosen: Sequence[str]) -> dict[str, tuple[str, Mapping]]:
+    """Names of channels, and what goes with each, by columns of travel of a file; the name of one
+    alone is empty.
+    """
     from breaker.files import RejectedCurveError
     from breaker.inspection import travel_channels
 
     try:
-        names = travel_channels(file)
+        found = travel_channels(file)
     except (ValueError, RejectedCurveError):
-        names = {}  # to be read as configured, or rejected with the reason
-    columns = [*chosen] or [*names] or [""]
-    return {each: names.get(each, each) if len(columns) > 1 else "" for each in columns}
+        found = {}  # to be read as configured, or rejected with the reason
+    channels = {each: found.get(each, (each, {})) for each in [*chosen] or [*found] or [""]}
+    alone = len(channels) == 1
+    return {key: ("" if alone else name, beside) for key, (name, beside) in channels.items()}
 
 
 def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:

@@ -5,6 +5,7 @@ import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 from breaker.files.preamble import Preamble
@@ -21,6 +22,7 @@ class Part(NamedTuple):
         phase: Its phase, empty if nothing says it.
         begin, end: Part of the record in which the motion is, ms; NaN for its beginning and end.
         ratio: Stated mm for one unit of the reading; NaN where that is a length, or none is stated.
+        beside: Columns that go with it, by ``contact_column`` and ``trigger_column``.
     """
 
     motion: str
@@ -29,6 +31,7 @@ class Part(NamedTuple):
     begin: float
     end: float
     ratio: float
+    beside: Mapping[str, str | int] = MappingProxyType({})
 
 
 class Description(NamedTuple):

@@ -230,11 +230,13 @@ def _numbers(rows: Sequence[_Row]) -> tuple[list[int], str]:
 
 
 def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
-    """The table; with rates and ratios where files differ in them."""
+    """The table; with rates and ratios where files differ in them, and columns beside travels."""
     files = [row.file.seen for _, row in rows]
     rates = {seen.preamble.rate for seen in files if seen.preamble.rate > 0}
     ratios = {part.ratio for seen in files for part in seen.parts if part.ratio > 0}
     own = [name for name, found in (("rate", rates), ("ratio", ratios)) if len(found) > 1]
+    beside = {key for seen in files for part in seen.parts for key in part.beside}
+    own += sorted(beside)
     text = StringIO()
     table = csv.DictWriter(text, [*_COLUMNS, *own], lineterminator="\n", extrasaction="ignore")
     table.writeheader()
@@ -246,7 +248,7 @@ def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
         known |= {"breaker": file.breaker, "date": file.day, "rate": _cell(file.seen.preamble.rate)}
         parts = [{"channel": channel, "phase": channel} for channel in channels] or [
             {"channel": part.channel, "phase": part.phase, "from": _cell(part.begin)}
-            | {"to": _cell(part.end), "ratio": _cell(part.ratio)}
+            | {"to": _cell(part.end), "ratio": _cell(part.ratio), **part.beside}
             for part in row.parts
         ]
         for part in parts or [{}]:

@@ -13,7 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "bends": ["seen_touch", "speed_along"],
         "describing": ["describe_file"],
         "proposals": ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"],
-        "travelling": ["travel_channels"],
+        "travelling": ["Channel", "travel_channels"],
         "wording": ["alike", "overlay_of", "report_of"],
     },
 )

@@ -11,6 +11,7 @@ from breaker.inspection.layouts import Layout, LayoutError
 from breaker.inspection.printed_results import phase_of
 from breaker.inspection.proposals import InspectionError, chosen_travels, motions_of
 from breaker.inspection.timing import find_clock
+from breaker.inspection.wiring import columns_beside
 
 __all__ = ["describe_file"]
 
@@ -46,5 +47,6 @@ def _parts(file: Path, layout: Layout) -> list[Part]:
         for each in motions_of(travel, file, layout, clock, sign):
             found = each.operation
             at = (np.nan, np.nan) if np.isnan(clock.rate) else (found.begin, found.end)
-            parts.append(Part(each.motion, str(each.column), phase, *at, ratio))
+            beside = columns_beside(layout, travel.place, each.motion)
+            parts.append(Part(each.motion, str(each.column), phase, *at, ratio, beside))
     return parts

@@ -17,7 +17,15 @@ from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
 
-__all__ = ["Guess", "guess_direction", "guess_grid", "guess_rest", "guess_time", "guess_unit"]
+__all__ = [
+    "Guess",
+    "guess_direction",
+    "guess_grid",
+    "guess_rest",
+    "guess_time",
+    "guess_unit",
+    "motion_in",
+]
 
 _MARGIN = 0.1  # share of the strokes seen that is allowed beyond them, so that a false gain shows
 _AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0
@@ -94,7 +102,9 @@ def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Gu
         file.absolute().parent.name,
         "\n".join(" ".join(row) for row in layout.preamble),
     )
-    said = _FIRST.get(layout.stated.operation[:1]) or next(filter(None, map(_said, texts)), None)
+    said = _FIRST.get(layout.stated.operation[:1]) or next(
+        filter(None, map(motion_in, texts)), None
+    )
     before, after = np.abs(travel.rests[0]) / travel.strokes[0]
     seen = None
     if min(before, after) <= _NEAR_ZERO < max(before, after):
@@ -116,8 +126,8 @@ def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Gu
     return Guess({"sign": sign}, remarks=tuple(remarks))
 
 
-def _said(text: str) -> str | None:
-    """Which of the motions a text names, if it is one alone."""
+def motion_in(text: str) -> str | None:
+    """Return which of the motions a text names, None unless it is one alone."""
     closes, opens = (bool(words.search(text.lower())) for words in (_CLOSES, _OPENS))
     return None if closes == opens else "closing" if closes else "opening"
 

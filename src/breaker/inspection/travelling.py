@@ -1,17 +1,33 @@
-"""Which columns of a file travel, and what their channels are called: phases, poles, or columns."""
+"""Which columns of a file travel, what their channels are called, and what goes with each."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from breaker.inspection.contents import look_into
 from breaker.inspection.printed_results import phase_of
 from breaker.inspection.proposals import chosen_travels
 from breaker.inspection.timing import find_clock
+from breaker.inspection.wiring import columns_beside
+from breaker.mechanism import MOTIONS
 
-__all__ = ["travel_channels"]
+__all__ = ["Channel", "travel_channels"]
 
 
-def travel_channels(file: str | Path) -> dict[str, str]:
-    """Return the names of channels by the columns of a file that move as a drive does.
+class Channel(NamedTuple):
+    """A column that travels.
+
+    Attributes:
+        name: Its phase, or else the column.
+        beside: By motion, the settings that name its contact and its coil: see ``columns_beside``.
+    """
+
+    name: str
+    beside: Mapping[str, Mapping[str, str | int]]
+
+
+def travel_channels(file: str | Path) -> dict[str, Channel]:
+    """Return the channels of a file by those columns that move as a drive does.
 
     A channel is called by its phase, where the file states it and no other channel has the same;
     else by its column. What moves by far less than the others is left out, as by cross-talk.
@@ -25,5 +41,6 @@ def travel_channels(file: str | Path) -> dict[str, str]:
     travels, _ = chosen_travels(Path(file), layout, find_clock(layout), "")
     columns = [str(layout.column(each.place)) for each in travels]
     phases = [phase_of(layout, each.place, k) for k, each in enumerate(travels, start=1)]
-    told = all(phases) and len({*phases}) == len(phases)
-    return dict(zip(columns, phases if told else columns, strict=True))
+    names = phases if all(phases) and len({*phases}) == len(phases) else columns
+    beside = ({of: columns_beside(layout, each.place, of) for of in MOTIONS} for each in travels)
+    return dict(zip(columns, map(Channel, names, beside), strict=True))
