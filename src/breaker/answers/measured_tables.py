@@ -68,7 +68,7 @@ def measured_table(
         printed: What the analyser printed, by file, motion, channel and quantity.
     """
     limits = [each for each in limits if each.motion == group.motion]
-    entries = [entry["quantities"] for _, entry in group.channels.values()]
+    entries = [_known(entry) for _, entry in group.channels.values()]
     found: dict[str, dict[str, Mapping]] = {}
     for phase, quantities in zip(group.channels, entries, strict=True):
         for name, each in quantities.items():
@@ -89,6 +89,18 @@ def measured_table(
     )
     rows = [(*row, *[Cell("")] * len(head))[: len(head)] for row in rows]
     return Table(group.title, tuple(head), rows, _notes(group.channels, group.motion))
+
+
+def _known(entry: Mapping) -> dict[str, Mapping]:
+    """Quantities of a channel; no value that rests on the network where its draws are too few."""
+    few = "hardly a draw of the network is left: see what the model adds"
+    withheld = {"median": None, "source": None, "reason": few}
+    if not entry["fit"]["why_unresolved"]:
+        return entry["quantities"]
+    return {
+        name: each if each["source"] in ("measured", None) else {**each, **withheld}
+        for name, each in entry["quantities"].items()
+    }
 
 
 def _starred(by: Mapping[str, Mapping]) -> bool:
@@ -163,7 +175,7 @@ def _notes(by: Mapping, motion: str) -> list[str]:
     said = []
     starred = False
     for phase, (_, entry) in by.items():
-        for name, each in entry["quantities"].items():
+        for name, each in _known(entry).items():
             starred |= bool(each["source"]) and each["source"] != "measured"
             if each["reason"]:
                 said.append((phase, f"– {name}: {each['reason']}"))

@@ -60,21 +60,27 @@ def model_table(pairs: Sequence[tuple[Answer, Mapping]], limits: Sequence[Limit]
     first: dict[tuple, tuple[Answer, Mapping]] = {}
     for answer, entry in pairs:
         first.setdefault((entry.get("phase", ""), *answer.motions), (answer, entry))
-    rows, notes, names = [], [], {}
+    rows, few, names = [], [], {}
     for (phase, *_), (_, entry) in first.items():
         fit, names = entry["fit"], entry["parameters"]
+        of = " and ".join(fit["motions"] or [entry["motion"]])
         name = fit["family"].replace("_", " ")
         trust = Cell(f"fits {name}\np = {fit['p_value']:.2g}")
         if fit["misfit"]:
             trust = Cell(f"OUT OF {name}\np = {fit['p_value']:.1g}", "bad")
         elif fit["why_unresolved"]:
             trust = Cell("not resolved", "doubt")
-        cells = [_posterior(each) for each in entry["parameters"].values()]
-        of = " and ".join(fit["motions"] or [entry["motion"]])
+            said = "prior, facts or the contact's time leave hardly a draw of the network"
+            few.append((phase, f"{said}, so none is shown: {fit['why_unresolved']}"))
+        cells = [
+            Cell("–", "faint") if fit["why_unresolved"] else _posterior(each)
+            for each in entry["parameters"].values()
+        ]
         rows.append((Cell(f"{phase}\n{of}" if phase else of), trust, *cells))
     units = (
         f"{name}\n{'' if each['unit'] == '1' else each['unit']}" for name, each in names.items()
     )
+    notes = named(few, len(first))
     notes += ["; ".join(f"{name}: {each['meaning']}" for name, each in names.items())]
     notes += ["medians, and below them 95 % intervals, of the first operation of each channel"]
     if any(entry["fit"]["misfit"] for _, entry in first.values()):
