@@ -234,7 +234,7 @@ def test_currents_and_contacts_are_no_travel(put, closing):
     """None has a unit or a telling name: a coil that is switched, a sine, a contact, the travel."""
     time, travel = closing
     on, off = np.clip(time - 2, 0, 28), np.clip(time - 30, 0, None)
-    coil = 3.0 * (1 - np.exp(-on / 6)) * np.exp(-off / 6)
+    coil = 9.0 * (1 - np.exp(-on / 6)) * np.exp(-off / 6)
     columns = (time / 1e3, coil, 10 * np.sin(time), 24.0 * (time > 18), travel)
     proposal = inspect_file(put("t,a,b,c,d", *rows(*(cells(c, 5) for c in columns))), SENSOR)
     assert proposal.settings["travel_column"] == "d"
