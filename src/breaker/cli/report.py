@@ -148,9 +148,10 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     warm = [
         f"{each.temperature:g} °C" for each in operations if each.temperature == each.temperature
     ]
+    dates = {file: " or ".join(dict.fromkeys(each.dates)) for file, each in stated.items()}
     known = {
         "Breaker": [each.breaker for each in operations],
-        "Test date": [each.date or stated[each.file].date for each in operations],
+        "Test date": [each.date or dates[each.file] for each in operations],
         "Files": [names[0] + more],
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
         "Temperature": warm,
