@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 
-def way(time, begin, duration, *, over=0.06, rebound=0.03):
+def way(time, begin, duration, *, over=0.06):
     """Share of the stroke (0 to 1) at times, ms: a smooth rise, over-travel, a damped return."""
     u = np.clip((time - begin) / duration, 0, None)
     rise = np.where(u < 1, u**2 * (3 - 2 * u), 1.0)

@@ -13,6 +13,7 @@ from breaker.records.grid import Grid
 from breaker.records.reader import read_curves
 from breaker.workflow.configuration import load
 from tests.conftest import DEFAULTS
+from tests.exports import way
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,10 +23,7 @@ REST = "endurance: {format: {zero: rest}}\n"
 
 def smooth(time, over=0.06):
     """Way over stroke at times over the duration: with over-travel, as of medium voltage."""
-    u = np.clip(time, 0.0, None)
-    after = np.clip(u - 0.93, 0.0, None)
-    swing = over * np.sin(2 * np.pi * after / 0.9) * np.exp(-after / 0.45)
-    return np.where(u < 1.0, u**2 * (3.0 - 2.0 * u), 1.0) + swing
+    return way(time, 0.0, 1.0, over=over)
 
 
 def late(time, power=2.0):

@@ -11,6 +11,7 @@ from breaker.files.manifest import Operation
 from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of
 from breaker.workflow.configuration import merge
+from tests.exports import way
 
 MADE = [*product(["C", "O", "CO", "OCO", "COCO"], [5.0, 10.0, 20.0])]
 PARTS = {"C": "closing", "O": "opening"}
@@ -19,14 +20,6 @@ LAYOUTS = {  # ways of a stroke, mm; where the open breaker rests; 1 if the read
     "falling, off zero": (210.0, 12.0, -1),
     "by a longer linkage": (292.0, 5.0, 1),
 }
-
-
-def moved(time, begin, duration):
-    """Shares of a stroke: a smooth rise, over-travel and a damped return."""
-    u = np.clip((time - begin) / duration, 0.0, None)
-    after = np.clip(u - 0.93, 0.0, None)
-    rise = np.where(u < 1.0, u**2 * (3.0 - 2.0 * u), 1.0)
-    return rise + 0.06 * np.sin(2.0 * np.pi * after / 0.9) * np.exp(-after / 0.45)
 
 
 @pytest.fixture
@@ -39,8 +32,8 @@ def export(tmp_path):
         rng = np.random.default_rng(len(motions))
         coil, position = np.zeros(time.size), np.full(time.size, float(motions[0] == "O"))
         for k, motion in enumerate(motions):
-            way = moved(time, 55.0 + 150.0 * k, 62.0 if motion == "C" else 38.0)
-            position += way if motion == "C" else -way
+            moved = way(time, 55.0 + 150.0 * k, 62.0 if motion == "C" else 38.0)
+            position += moved if motion == "C" else -moved
             coil += 4.0 * ((time > 30.0 + 150.0 * k) & (time < 90.0 + 150.0 * k))
         mm = [sign * stroke * (1.0 + 0.002 * i) * position + zero for i in range(3)]
         mm = [each + 0.1 * rng.standard_normal(time.size) for each in mm]

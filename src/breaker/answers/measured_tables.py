@@ -1,5 +1,6 @@
 """What is measured of one motion of an operation, against limits: a column for each channel."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -46,11 +47,8 @@ class Group(NamedTuple):
         """Which motion it is: when, of several in a file; of which operation, where that counts."""
         record = self.first.record
         of = record.operation
-        said = [
-            f"{record.motion} at {record.raw.moves:.0f} ms"
-            if of.begin == of.begin
-            else record.motion
-        ]
+        whole = math.isnan(of.begin) and math.isnan(of.end)
+        said = [record.motion if whole else f"{record.motion} at {record.raw.moves:.0f} ms"]
         said += [f"operation {of.number}"] if of.breaker or of.date else []
         return f"{', '.join(said)}: {self.file.rpartition('/')[2]}"
 

@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -44,21 +43,17 @@ def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "report")], read)
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
-    operations, rejected = _listed(options.files, options, config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import Given, infer_drive, judged, read_operations, report_of
+    from breaker.answers import Given, infer_drive, judged, report_of
     from breaker.cli.infer import families
     from breaker.mechanism import from_list
 
     form, endurance = config["endurance"]["format"], config["endurance"]
-    records = read_operations(operations, form)
+    records = _read(options.files, options, form)
     if all(each.reason for each in records):
-        reasons = "\n  ".join([*rejected, *(each.reason for each in records)])
+        reasons = "\n  ".join(each.reason for each in records)
         raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
-    good = []
-    if options.reference:
-        listed, wrong = _listed([options.reference], options, config)
-        good, rejected = read_operations(listed, form), [*rejected, *wrong]
+    good = _read([options.reference], options, form) if options.reference else []
     overlays = overlays_of(records, good, options)
     stated = _stated(records, form)
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
@@ -66,13 +61,15 @@ def _run(options: argparse.Namespace) -> int:
     points = {**_SPEEDS, **config["speeds"]}
     answers = infer_drive(records, families(None), Given(), points, settings)
     speeds = next(each.speeds for each in answers if each.speeds)
-    limits = from_list(limits, [*operations], speeds)
+    limits = from_list(
+        limits, [m for m in MOTIONS if any(m == each.motion for each in records)], speeds
+    )
     beside = {
         "plate": _plate(records, stated),
         "printed": _printed(stated, records),
         "overlays": overlays,
         "changes": _changes(records, options, config),
-        "rejected": rejected,
+        "rejected": [each.reason for each in good if each.reason],
     }
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     found = report_of(answers, verdicts, limits, beside)
@@ -81,43 +78,33 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _listed(named: Sequence[str], options: argparse.Namespace, config: Mapping) -> tuple:
-    """Every motion of every channel of files, by motion, and why some have none.
+def _read(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> list:
+    """Records of every motion of every channel of files.
 
     A channel is the operation's phase. A folder's table says all of this itself.
     """
-    from breaker.files import MANIFEST, Operation, RejectedCurveError, read_manifest, record_files
-    from breaker.records import motions_in
+    from breaker.answers import read_operations
+    from breaker.files import MANIFEST, Operation, read_manifest, record_files
 
-    form = config["endurance"]["format"]
-    found: dict[str, list] = {motion: [] for motion in MOTIONS}
-    rejected, files = [], []
+    rows: dict[str, list] = {motion: [] for motion in MOTIONS}
+    files: list[Path] = []
     for each in map(Path, named):
         if not (each.is_dir() and each.suffix.lower() != ".zarr"):
             files.append(each)
         elif (each / MANIFEST).exists():
             for motion, operation in read_manifest(each / MANIFEST):
-                found[motion].append(operation)
+                rows[motion].append(operation)
         else:
             files += record_files(each)
-    number = 1
-    for file in each_once(files):
-        last = number
-        for channel, (phase, beside) in _channels(file, options.channel).items():
-            whole = Operation(number, file, channel=channel, phase=phase)
-            try:
-                parts = motions_in(whole, form)
-            except RejectedCurveError as error:
-                rejected.append(str(error))
-                continue
-            for motion, operation in parts:
-                unset = {k: v for k, v in beside.get(motion, {}).items() if form[k] is None}
-                found[motion].append(replace(operation, settings=unset))
-                last = max(last, operation.number + 1)
-        number = last
-    if len(names := {each.breaker for rows in found.values() for each in rows}) > 1:
+    if len(names := {each.breaker for some in rows.values() for each in some}) > 1:
         raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")
-    return {motion: each for motion, each in found.items() if each}, rejected
+    whole: dict[str, list] = {motion: [] for motion in MOTIONS}
+    for number, file in enumerate(each_once(files), start=1):
+        for channel, (phase, beside) in _channels(file, options.channel).items():
+            for motion, each in whole.items():
+                unset = {k: v for k, v in beside.get(motion, {}).items() if form[k] is None}
+                each.append(Operation(number, file, channel, phase=phase, settings=unset))
+    return [*read_operations(rows, form), *read_operations(whole, form, loose=True)]
 
 
 def _channels(file: Path, chosen: Sequence[str]) -> dict[str, tuple[str, Mapping]]:
@@ -142,7 +129,8 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
 
     operations = [each.operation for each in records]
     names = [
-        printable(file).rpartition("/")[2] for file in dict.fromkeys(e.file for e in operations)
+        printable(file).rpartition("/")[2]
+        for file in dict.fromkeys(each.operation.file for each in records if not each.reason)
     ]
     more = f" and {len(names) - 1} more" if len(names) > 1 else ""
     warm = [
@@ -207,11 +195,10 @@ def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) ->
     """The comparison with the visit before, by channel."""
     if not options.before:
         return {}
-    from breaker.answers import read_operations
     from breaker.cli.compare import compared
 
-    listed, rejected = _listed(options.before, options, config)
-    before = read_operations(listed, config["endurance"]["format"])
+    before = _read(options.before, options, config["endurance"]["format"])
+    rejected = [each.reason for each in before if each.reason]
     found = {}
     for phase in dict.fromkeys(each.operation.phase for each in records):
         pair = {"before": before, "today": records}

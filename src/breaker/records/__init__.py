@@ -15,7 +15,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "measured": ["Contact", "Measured", "measure_curve"],
         "noise": ["noise_remarks"],
         "opened": ["open_curves"],
-        "parts": ["motions_in"],
         "raw": ["Raw", "read_raws", "taken_apart"],
         "reader": ["Record", "read_curves", "read_record"],
         "running": ["filled"],

@@ -1,0 +1,46 @@
+"""Every motion of a record."""
+
+import numpy as np
+
+from breaker.answers import read_operations
+from breaker.files import Operation
+from breaker.mechanism import MOTIONS
+from breaker.records.export import write_curve
+
+TIME = 0.1 * np.arange(6000)  # ms
+BEGINS = {"opening": (50.0, 400.0), "closing": (200.0,)}
+
+
+def written(file, *, still=False):
+    way = [14.0 * np.clip((TIME - at) / 10.0, 0.0, 1.0) for each in BEGINS.values() for at in each]
+    travel = 14.0 - way[0] - way[1] + way[2]
+    travel = np.full_like(TIME, 14.0) if still else travel
+    travel = travel + 0.01 * np.random.default_rng(1).standard_normal(TIME.size)
+    write_curve(file, TIME, travel, motion="opening", operation=1)
+    return Operation(4, file, phase="R")
+
+
+def read(operation):
+    return read_operations({motion: [operation] for motion in MOTIONS}, {}, loose=True)
+
+
+def test_an_oco_has_three_motions_and_says_where_the_openings_are(tmp_path):
+    found = read(written(tmp_path / "oco.csv"))
+    found.sort(key=lambda each: each.raw.moves)
+    assert [(each.motion, each.operation.number) for each in found] == [
+        ("opening", 4),
+        ("closing", 4),
+        ("opening", 5),
+    ]
+    for each, begin in zip(found[::2], BEGINS["opening"], strict=True):
+        assert not each.operation.begin >= begin
+        assert not each.operation.end <= begin + 10.0
+        assert each.operation.phase == "R"
+    assert found[0].operation.end < BEGINS["opening"][1]
+    assert found[2].operation.begin > BEGINS["opening"][0] + 10.0
+    assert np.isnan(found[1].operation.begin)
+
+
+def test_where_nothing_moves_there_is_a_reason(tmp_path):
+    (found,) = read(written(tmp_path / "still.csv", still=True))
+    assert "nothing moves" in found.reason
