@@ -123,7 +123,7 @@ def read_settings() -> dict:
 
 def read_bank(folder: Path, settings: dict) -> xr.Dataset:
     """Read the bank of a folder and check that it was made with the settings' prior and grid."""
-    bank = open_bank(sorted(folder.glob("shard_*.zarr")))
+    bank = open_bank(sorted(folder.glob("shard_*.zarr")))[:]
     made = json.loads(bank.attrs["settings"])
     sensor = settings["sensor"]
     grid = {key: sensor[key] for key in ("start", "stop", "samples")}

@@ -64,7 +64,8 @@ class Breaker:
         made_from = {key: self.configuration[key] for key in ("prior", "sensor")}
         made_from |= {"motion": motion, "network": network, "training": training, "seed": seed}
         counts = training["validation_curves"], training["held_out_curves"]
-        rows, validation, self.unseen = split(bank, *counts)
+        parts = (bank.isel(curve=part) for part in split(bank.sizes["curve"], *counts))
+        rows, validation, self.unseen = parts
         self.posterior = Posterior(made_from, seed=seed)
         freeze_inputs(self.posterior, rows, generator(seed, "components", motion))
         device = torch.device("cpu")

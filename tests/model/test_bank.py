@@ -96,8 +96,11 @@ def test_shards_differ_and_keep_their_order(shard, tmp_path):
     for each, path in zip(shards, paths, strict=True):
         save(each, path)
     for order in ([0, 1, 2], [2, 0]):
-        bank = open_bank([paths[number] for number in order])
-        assert bank.sizes["curve"] == 64 * len(order)
+        whole = open_bank([paths[number] for number in order])
+        assert len(whole) == 64 * len(order)
+        bank = whole[:]
+        some = slice(60, 70)
+        assert whole[some].identical(bank.isel(curve=some))
         for variable in ("travel", "parameters", "onset", "switching_time", "reopening"):
             expected = np.concatenate([shards[number][variable] for number in order])
             np.testing.assert_array_equal(bank[variable], expected)
@@ -157,4 +160,4 @@ def test_a_shard_with_numbers_that_are_not_finite_is_named(shard, tmp_path, name
     paths = [tmp_path / number for number in "021"]
     message = r"2: 2 of 64 .* not finite, the first is number 5; delete it and simulate it anew"
     with pytest.raises(ValueError, match=message):
-        open_bank(paths)
+        open_bank(paths)[:]

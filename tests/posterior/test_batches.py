@@ -1,13 +1,17 @@
 """Batches: rows set apart, fresh zero and noise of the right covariance, frozen inputs."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import torch
-from scipy.stats import hypergeom
+from scipy.stats import hypergeom, ks_2samp
 
+from breaker.model.bank import open_bank
 from breaker.model.randomness import generator
-from breaker.posterior.batches import Rows, freeze_inputs, split, truth
+from breaker.posterior.batches import OnlineRows, Rows, StreamedRows, freeze_inputs, split, truth
 from breaker.posterior.estimator import Posterior
+from breaker.stores.store import describe, save
 from tests.model.laws import covariance, covariance_p_value
 from tests.networks_fixtures import MARKS, SENSOR, bank_of, settings
 
@@ -24,20 +28,16 @@ def bank(posterior):
     return bank_of(posterior, 2048)
 
 
-def test_split_takes_parts_from_the_end(bank):
-    rows, validation, unseen = split(bank, 100, 48)
-    assert [part.sizes["curve"] for part in (rows, validation, unseen)] == [1900, 100, 48]
-    joined = np.concatenate([part.onset.values for part in (rows, validation, unseen)])
-    np.testing.assert_array_equal(joined, bank.onset.values)
-    assert split(bank)[0].sizes["curve"] == 2048
-    assert [part.sizes["curve"] for part in split(bank, 2047)] == [1, 2047]
+def test_split_takes_parts_from_the_end():
+    assert split(2048, 100, 48) == [slice(0, 1900), slice(1900, 2000), slice(2000, 2048)]
+    assert split(2048) == [slice(0, 2048)]
 
 
-def test_split_that_leaves_nothing_raises(bank):
+def test_split_that_leaves_nothing_raises():
     with pytest.raises(
         ValueError, match=r"2048 curves, and 2048 are set aside: .* raise bank.shards"
     ):
-        split(bank, 2000, 48)
+        split(2048, 2000, 48)
 
 
 @pytest.mark.parametrize("onset", [True, False])
@@ -123,3 +123,53 @@ def test_distance_says_which_records_are_unlike_the_bank(bank):
     bump = 3 * np.exp(-np.square((posterior.sensor.times - 20) / 4))
     assert (posterior.distance(3 * fresh) > 1).mean() > 0.9
     assert (posterior.distance(records + bump) > 1).mean() > 0.9
+
+
+@pytest.fixture
+def stored(bank, tmp_path):
+    """The bank in three shards of different lengths."""
+    parts = {"a": slice(0, 700), "b": slice(700, 705), "c": slice(705, 2048)}
+    for name, part in parts.items():
+        save(describe(bank.isel(curve=part), "test"), tmp_path / name)
+    return open_bank([tmp_path / name for name in parts])
+
+
+def test_a_streamed_bank_passes_through_memory_once(stored, posterior):
+    """Any row of it comes up, no other does, and a training that goes on has the same rows."""
+    part, steps = slice(8, 2000), 60
+
+    def streamed():
+        return StreamedRows(
+            stored, part, partial(Rows.of, posterior=posterior), resident=320, steps=steps
+        )
+
+    rows, of_all = streamed(), Rows.of(stored[part], posterior)
+    place = {travel.numpy().tobytes(): number for number, travel in enumerate(of_all.travel)}
+    seen, rng = [], torch.Generator().manual_seed(1)
+    for step in range(steps):
+        rows.batch(step, 8, rng)
+        here = [place[travel.numpy().tobytes()] for travel in rows.kept.travel]
+        assert len(here) == 320
+        assert max(here) - min(here) < 320 + 20  # neighbours
+        seen.append(set(here))
+    assert seen[0] == set(range(320))
+    assert set.union(*seen) == set(range(len(of_all)))
+    later = streamed()
+    state = rng.get_state()
+    one = rows.batch(steps - 1, 8, rng)
+    for again, other in zip(later.batch(steps - 1, 8, rng.set_state(state)), one, strict=True):
+        torch.testing.assert_close(again, other, rtol=0, atol=0)
+
+
+def test_online_rows_are_new_operations_of_the_prior(posterior):
+    """Kolmogorov-Smirnov of each parameter, false alarm 1e-3 in all; other rows at each step."""
+    rows, rng = OnlineRows(posterior), torch.Generator().manual_seed(1)
+    z = [rows.batch(step, 500, rng).z for step in range(4)]
+    again = rows.batch(0, 500, torch.Generator().manual_seed(1)).z
+    assert torch.equal(again, z[0])
+    known = Rows.of(bank_of(posterior, 20000), posterior).z
+    together = torch.cat(z)
+    assert together.unique(dim=0).shape == together.shape
+    for one, other in zip(together.T, known.T, strict=True):
+        assert ks_2samp(one, other).pvalue > 1e-3 / together.shape[1]
+    assert ks_2samp(1.5 * together[:, 0], known[:, 0]).pvalue < 1e-6

@@ -28,6 +28,8 @@ rule train:
         network=lambda wildcards: configuration.chosen_network(config["network"][wildcards.motion]),
         training=lambda wildcards: config["training"][wildcards.motion],
         solver=config["solver"],
+        resident=config["bank"]["resident"],
+        online=config["bank"]["online"],
         bank_curves=config["bank"]["shards"] * config["bank"]["curves_per_shard"],
         checkpoint="checkpoints/{motion}.pt",
     script:

@@ -1,12 +1,15 @@
 """Train the posterior of one motion on its bank."""
 
+from functools import partial
 from pathlib import Path
 
 from breaker.model import generator, open_bank
 from breaker.posterior import (
     Checkpoint,
+    OnlineRows,
     Posterior,
     Rows,
+    StreamedRows,
     Trainer,
     choose_device,
     convergence,
@@ -26,23 +29,35 @@ made_from = {
     **{key: params[key] for key in ("seed", "prior", "sensor", "network", "training", "solver")},
     "motion": motion,
     "bank_curves": params.bank_curves,
+    "online": params.online,
 }
 
 bank = open_bank(snakemake.input.shards)
-rows, validation, unseen = split(bank, training["validation_curves"], training["held_out_curves"])
+counts = training["validation_curves"], training["held_out_curves"]
+part, validation, unseen = split(len(bank), *counts)
+first = bank[: min(part.stop, params.resident)]
 device = choose_device(training["device"])
 posterior = Posterior(made_from, seed=seed)
-freeze_inputs(posterior, rows, generator(seed, "components", motion))
+freeze_inputs(posterior, first, generator(seed, "components", motion))
+take = partial(Rows.of, posterior=posterior.to(device), device=device)
+if params.online:
+    rows = OnlineRows(posterior, device)
+elif first.sizes["curve"] == part.stop:
+    rows = take(first)
+else:
+    rows = StreamedRows(bank, part, take, resident=params.resident, steps=training["steps"])
+del first
 trainer = Trainer(
-    posterior=posterior.to(device),
-    rows=Rows.of(rows, posterior, device),
-    validation=Rows.of(validation, posterior, device),
+    posterior=posterior,
+    rows=rows,
+    validation=take(bank[validation]),
     settings=training,
     seed=seed,
     checkpoint=Checkpoint(Path(params.checkpoint), fingerprint(made_from, snakemake.input.code)),
 )
 history = trainer.run()
 
+unseen = bank[unseen]
 measured = records(posterior.eval(), unseen, seed)
 solver = convergence(posterior, measured, params.solver, seed)
 density, error = held_out_log_density(posterior, measured, unseen)

@@ -9,7 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "bank": ["open_bank", "simulate"],
+        "bank": ["Bank", "open_bank", "simulate"],
         "contact": ["Contact"],
         "facts": ["Facts"],
         "fisher": ["limit_over_prior", "linearise", "linearise_auxiliary"],

@@ -6,6 +6,7 @@ job; its content depends on the seed, the motion and its number alone.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from breaker.mechanism import NAMES, PARAMETERS, Motion, blocks, travel
 from breaker.model.joint import Model
 from breaker.stores import open_store
 
-__all__ = ["open_bank", "simulate"]
+__all__ = ["Bank", "open_bank", "simulate"]
 
 _TRAVEL_DTYPE = np.float32  # 1e-6 mm, a hundred-thousandth of the noise
 
@@ -64,12 +65,44 @@ def simulate(model: Model, n: int, rng: np.random.Generator) -> xr.Dataset:
     )
 
 
-def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
-    """Read the shards of a bank, in the order given, as one dataset in memory.
+@dataclass(frozen=True)
+class Bank:
+    """Shards of a bank in their order, whose rows are read when they are asked for.
+
+    Args:
+        paths: Stores of the shards.
+        shards: What is in them, ``(curve, time)``, not in memory.
+    """
+
+    paths: Sequence[str | Path]
+    shards: Sequence[xr.Dataset]
+
+    def __len__(self) -> int:
+        return sum(shard.sizes["curve"] for shard in self.shards)
+
+    def __getitem__(self, rows: slice) -> xr.Dataset:
+        """Read neighbouring rows, as one dataset in memory.
+
+        Raises:
+            ValueError: If numbers among them are not finite.
+        """
+        first, last, _ = rows.indices(len(self))
+        parts = []
+        for path, shard in zip(self.paths, self.shards, strict=True):
+            n = shard.sizes["curve"]
+            part = slice(max(0, first), max(0, min(n, last)))
+            first, last = first - n, last - n
+            if part.start < part.stop:
+                parts.append(shard.isel(curve=part).load())
+                _check_finite(path, parts[-1], part.start)
+        return xr.concat(parts, dim="curve", join="exact", combine_attrs="override")
+
+
+def open_bank(shards: Sequence[str | Path]) -> Bank:
+    """Open the shards of a bank, in the order given.
 
     Raises:
-        ValueError: If there is no shard, if two shards differ in motion, grid or settings, or if
-            numbers in one are not finite.
+        ValueError: If there is no shard, or if two shards differ in motion, grid or settings.
     """
     if not shards:
         raise ValueError("a bank needs at least one shard")
@@ -81,15 +114,21 @@ def open_bank(shards: Sequence[str | Path]) -> xr.Dataset:
                     f"{shard} does not fit {shards[0]}: its {key} is {part.attrs[key]}, not "
                     f"{parts[0].attrs[key]}; simulate the bank anew"
                 )
-    bank = xr.concat(parts, dim="curve", join="exact", combine_attrs="override").load()
-    finite = np.ones(bank.sizes["curve"], dtype=bool)
-    for name in ("travel", "parameters", "onset"):
-        finite &= np.isfinite(bank[name].values).reshape(finite.size, -1).all(axis=1)
-    ends = np.cumsum([part.sizes["curve"] for part in parts])
-    for shard, sound in zip(shards, np.split(finite, ends[:-1]), strict=True):
-        if not sound.all():
+        if not part.time.equals(parts[0].time):
             raise ValueError(
-                f"{shard}: {np.count_nonzero(~sound)} of {sound.size} simulated operations are not "
-                f"finite, the first is number {sound.argmin()}; delete it and simulate it anew"
+                f"{shard} does not fit {shards[0]}: its time is another; simulate the bank anew"
             )
-    return bank
+    return Bank(shards, parts)
+
+
+def _check_finite(path: str | Path, rows: xr.Dataset, before: int) -> None:
+    """Refuse rows of a shard, behind so many others, that are not finite."""
+    finite = np.ones(rows.sizes["curve"], dtype=bool)
+    for name in ("travel", "parameters", "onset"):
+        finite &= np.isfinite(rows[name].values).reshape(finite.size, -1).all(axis=1)
+    if not finite.all():
+        raise ValueError(
+            f"{path}: {np.count_nonzero(~finite)} of {finite.size} simulated operations are not "
+            f"finite, the first is number {before + finite.argmin()}; delete it and simulate it "
+            "anew"
+        )

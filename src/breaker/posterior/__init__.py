@@ -9,7 +9,7 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
-        "batches": ["Rows", "freeze_inputs", "split"],
+        "batches": ["OnlineRows", "Rows", "StreamedRows", "freeze_inputs", "split"],
         "corrections": ["Corrected", "correct"],
         "estimator": ["Posterior"],
         "exactness": ["correct_operations", "correct_validation", "judge"],

@@ -3,7 +3,8 @@
 For a summary network that takes them, samples are also missing at random.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +12,21 @@ import torch
 import xarray as xr
 from torch import Tensor
 
-from breaker.model import distance, excess, principal_components
+from breaker.model import Bank, distance, excess, principal_components, simulate
 from breaker.posterior.estimator import Posterior
 
-__all__ = ["Batch", "Rows", "freeze_inputs", "split", "truth"]
+__all__ = [
+    "Batch",
+    "Drawn",
+    "OnlineRows",
+    "Rows",
+    "StreamedRows",
+    "freeze_inputs",
+    "split",
+    "truth",
+]
 
+_BLOCKS = 16  # of the rows of a streamed bank that are in memory
 _ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
 
 
@@ -27,20 +38,19 @@ def truth(bank: xr.Dataset, posterior: Posterior) -> np.ndarray:
     return values
 
 
-def split(bank: xr.Dataset, *counts: int) -> list[xr.Dataset]:
-    """Split a bank into its first rows and, from its end, parts of the sizes given.
+def split(curves: int, *counts: int) -> list[slice]:
+    """Split the rows of a bank into the first ones and, from the end, parts of the sizes given.
 
     Raises:
         ValueError: If that leaves no rows to train on.
     """
-    n = bank.sizes["curve"]
-    ends = np.cumsum([n - sum(counts), *counts])
+    ends = np.cumsum([curves - sum(counts), *counts]).tolist()
     if ends[0] <= 0:
         raise ValueError(
-            f"the bank has {n} curves, and {sum(counts)} are set aside: none is left to train on; "
-            "raise bank.shards or bank.curves_per_shard"
+            f"the bank has {curves} curves, and {sum(counts)} are set aside: none is left to train "
+            "on; raise bank.shards or bank.curves_per_shard"
         )
-    return [bank.isel(curve=slice(i, j)) for i, j in zip([0, *ends[:-1]], ends, strict=True)]
+    return [slice(i, j) for i, j in zip([0, *ends[:-1]], ends, strict=True)]
 
 
 class Batch(NamedTuple):
@@ -58,8 +68,17 @@ class Batch(NamedTuple):
     time: Tensor
 
 
+class Drawn:
+    """Rows of which a batch takes any, with replacement, by ``draw(rows, rng)``."""
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> Sequence[Tensor]:
+        """Return the batch of ``n`` rows of a step of a training."""
+        del step  # any row at any time
+        return self.draw(torch.randint(len(self), (n,), generator=rng, device=rng.device), rng)
+
+
 @dataclass
-class Rows:
+class Rows(Drawn):
     """Rows of a bank, on the device of a training.
 
     Attributes:
@@ -108,6 +127,70 @@ class Rows:
             lost = torch.rand(travel.shape, generator=rng, device=device) < share
             measured = measured.masked_fill(lost, torch.nan)
         return Batch(measured, self.z[rows], noise, time)
+
+
+class StreamedRows:
+    """Rows of a bank larger than memory: some of it at a time, all of it in the end.
+
+    A bank's order is as random as its rows are: those in memory are neighbours, a batch takes any
+    of them, and as the training goes on blocks of them give way to the next. Which ones are there
+    follows from the step, so that a training goes on where it was.
+
+    Args:
+        bank: The bank.
+        part: Its rows to train on.
+        resident: How many of them are in memory.
+        steps: Of the training.
+        take: Makes ``Rows`` of a dataset's.
+    """
+
+    def __init__(
+        self, bank: Bank, part: slice, take: Callable[..., Rows], *, resident: int, steps: int
+    ) -> None:
+        self.bank, self.take, self.steps = bank, take, steps
+        self.size = -(-resident // _BLOCKS)
+        starts = [*range(part.start, part.stop - self.size, self.size), part.stop - self.size]
+        self.starts, self.kept, self.next = starts, None, 0
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> Batch:
+        """Return the batch of ``n`` rows of a step of a training."""
+        more = max(0, len(self.starts) - _BLOCKS)
+        first = more * step // max(1, self.steps - 1)
+        for block in range(max(first, self.next), min(first + _BLOCKS, len(self.starts))):
+            start = self.starts[block]
+            self._put(block % _BLOCKS, self.take(self.bank[start : start + self.size]))
+        self.next = min(first + _BLOCKS, len(self.starts))
+        return self.kept.batch(step, n, rng)
+
+    def _put(self, place: int, rows: Rows) -> None:
+        here = slice(place * self.size, (place + 1) * self.size)
+        if self.kept is None:
+            n = self.size * min(_BLOCKS, len(self.starts))
+            empty = {name: getattr(rows, name) for name in ("travel", "z")}
+            empty = {name: x.new_empty(n, x.shape[1]) for name, x in empty.items()}
+            self.kept = replace(rows, **empty)
+        self.kept.travel[here], self.kept.z[here] = rows.travel, rows.z
+
+
+@dataclass
+class OnlineRows:
+    """Rows that are simulated for the batch that takes them: no row is seen twice.
+
+    Attributes:
+        posterior: What is trained.
+        device: Of the training.
+    """
+
+    posterior: Posterior
+    device: torch.device | str = "cpu"
+
+    def batch(self, step: int, n: int, rng: torch.Generator) -> Batch:
+        """Return the batch of ``n`` rows of any step of a training."""
+        del step
+        seed = torch.randint(2**62, (), generator=rng, device=rng.device).item()
+        bank = simulate(self.posterior.model, n, np.random.default_rng(seed))
+        rows = Rows.of(bank, self.posterior, self.device)
+        return rows.draw(torch.arange(n, device=rng.device), rng)
 
 
 def freeze_inputs(posterior: Posterior, rows: xr.Dataset, rng: np.random.Generator) -> None:

@@ -9,6 +9,7 @@ from torch import Tensor, nn
 
 from breaker.model import seed_integer
 from breaker.networks import AutoregressiveMixture, ResidualMLP
+from breaker.posterior.batches import Drawn
 
 __all__ = ["FamilyNetwork", "FamilyRows"]
 
@@ -51,7 +52,7 @@ class FamilyNetwork(nn.Module):
 
 
 @dataclass
-class FamilyRows:
+class FamilyRows(Drawn):
     """Rows of a family's bank, whose records are made anew for each batch.
 
     Attributes:

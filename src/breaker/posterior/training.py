@@ -27,7 +27,7 @@ from torch import Tensor
 from tqdm import tqdm
 
 from breaker.model import seed_integer
-from breaker.posterior.batches import Rows
+from breaker.posterior.batches import OnlineRows, Rows, StreamedRows
 from breaker.posterior.estimator import Posterior
 from breaker.posterior.family_network import FamilyNetwork, FamilyRows
 
@@ -74,7 +74,7 @@ class Trainer:
     Args:
         posterior: The network, a ``Posterior`` or a ``FamilyNetwork``, on its device; its weights
             are the best EMA weights at the end.
-        rows: Rows to train on, with ``draw(rows, rng)``, a batch of its losses.
+        rows: Rows to train on, with ``batch(step, n, rng)``.
         validation: Rows to judge on, not among ``rows``.
         settings: The section ``training`` of the configuration, for this motion.
         seed: Seed of the configuration.
@@ -83,7 +83,7 @@ class Trainer:
     """
 
     posterior: Posterior | FamilyNetwork
-    rows: Rows | FamilyRows
+    rows: Rows | StreamedRows | OnlineRows | FamilyRows
     validation: Rows | FamilyRows
     settings: Mapping
     seed: int
@@ -145,13 +145,7 @@ class Trainer:
         return self.settings["learning_rate"] * min(1.0, (step + 1) / warm_up) * cosine
 
     def _advance(self) -> None:
-        rows = torch.randint(
-            len(self.rows),
-            (self.settings["batch"],),
-            generator=self.rng,
-            device=self.weights[0].device,
-        )
-        batch = self.rows.draw(rows, self.rng)
+        batch = self.rows.batch(self.step, self.settings["batch"], self.rng)
         loss = self.posterior.loss(*batch).mean()
         self.losses.append(loss.item())
         self._check("loss", self.losses[-1])
