@@ -22,7 +22,7 @@ use rule train as train_network with:
         network=network_of,
         training=training_of,
         solver=config["solver"],
-        bank_curves=config["bank"]["shards"] * config["bank"]["curves_per_shard"],
+        bank=config["bank"],
         checkpoint="checkpoints/{network}_{motion}.pt",
 
 

@@ -28,9 +28,7 @@ rule train:
         network=lambda wildcards: configuration.chosen_network(config["network"][wildcards.motion]),
         training=lambda wildcards: config["training"][wildcards.motion],
         solver=config["solver"],
-        resident=config["bank"]["resident"],
-        online=config["bank"]["online"],
-        bank_curves=config["bank"]["shards"] * config["bank"]["curves_per_shard"],
+        bank=config["bank"],
         checkpoint="checkpoints/{motion}.pt",
     script:
         "../scripts/train.py"

@@ -25,27 +25,24 @@ from breaker.workflow import start
 log = start(snakemake)
 params, motion, output = snakemake.params, snakemake.wildcards.motion, snakemake.output
 training, seed = params.training, params.seed
-made_from = {
-    **{key: params[key] for key in ("seed", "prior", "sensor", "network", "training", "solver")},
-    "motion": motion,
-    "bank_curves": params.bank_curves,
-    "online": params.online,
-}
+settings = ("seed", "prior", "sensor", "network", "training", "solver", "bank")
+made_from = {key: params[key] for key in settings} | {"motion": motion}
 
 bank = open_bank(snakemake.input.shards)
 counts = training["validation_curves"], training["held_out_curves"]
 part, validation, unseen = split(len(bank), *counts)
-first = bank[: min(part.stop, params.resident)]
+first = bank[: min(part.stop, params.bank["resident"])]
 device = choose_device(training["device"])
 posterior = Posterior(made_from, seed=seed)
 freeze_inputs(posterior, first, generator(seed, "components", motion))
 take = partial(Rows.of, posterior=posterior.to(device), device=device)
-if params.online:
+if params.bank["online"]:
     rows = OnlineRows(posterior, device)
 elif first.sizes["curve"] == part.stop:
     rows = take(first)
 else:
-    rows = StreamedRows(bank, part, take, resident=params.resident, steps=training["steps"])
+    steps, resident = training["steps"], params.bank["resident"]
+    rows = StreamedRows(bank, part, take, resident=resident, steps=steps)
 del first
 trainer = Trainer(
     posterior=posterior,

@@ -157,7 +157,7 @@ def _complete(
 
 
 _PRODUCTS = {
-    ("bank.curves_per_shard", "bank.shards", "sensor.samples"): 1e9,
+    ("bank.curves_per_shard", "bank.shards", "sensor.samples"): 1e10,
     ("rig.operations", "rig.sensor.rate", "rig.sensor.length"): 2e8,
     ("validation.draws", "validation.curves"): 2e7,
     ("endurance.draws", "endurance.operations_per_job"): 2e7,
