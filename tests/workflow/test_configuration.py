@@ -238,7 +238,7 @@ sensor: {noise: 0.1}
 shards: 3
     shards is not a known key. Did you mean family.shards or bank.shards?
 bank: {zzz: 3}
-    bank.zzz is not a known key. Known here: shards, curves_per_shard
+    bank.zzz is not a known key. Known here: shards, curves_per_shard, resident, online
 # networks
 network: {closing: {summary: {kind: lstm}}}
     kind is "lstm", but must be one of time_series, deep_set
@@ -256,7 +256,7 @@ bank: {shards: 2.0}
 bank: {shards: true}
     bank.shards is true, but must be a whole number
 bank:
-    bank is empty, but must be a section with the keys shards, curves_per_shard
+    bank is empty, but must be a section with the keys shards, curves_per_shard, resident, online
 sensor: {stop: .inf}
     sensor.stop is Infinity, but must be a number, at least 1 and at most 10000
 sensor: {zero_sd: .nan}
@@ -402,7 +402,7 @@ rig: {parameters: {gamma_b: 386.0}}
     rig has a rate of 1.24e+03 / ms in new condition, too fast to follow. Lower mu, k_b, gamma_a
 bank: {shards: 1000, curves_per_shard: 10000000}
     bank.curves_per_shard is 1e+07, which makes 1.51e+12 times bank.shards (1000) times
-    sensor.samples (151): more than 1e+09
+    sensor.samples (151): more than 1e+10
 validation: {draws: 100000}
     validation.draws is 100000, which makes 1e+08 times validation.curves (1000): more than 2e+07
 rig: {operations: 90000}
