@@ -132,15 +132,22 @@ def training_rows():
 
 
 def new_trainer(
-    folder, *, kind=Trainer, seed=1, mark="this one", motion="closing", network=NETWORK, **changes
+    folder,
+    *,
+    kind=Trainer,
+    seed=1,
+    mark="this one",
+    motion="closing",
+    network=NETWORK,
+    device="cpu",
+    **changes,
 ):
     """A small training with its checkpoint in a folder, as a new process would set it up."""
     posterior = Posterior(settings(motion=motion, network=network), seed=seed)
     rows, validation = training_rows()
     freeze_inputs(posterior, rows, generator(seed, "components"))
-    device = torch.device("cpu")
     return kind(
-        posterior=posterior,
+        posterior=posterior.to(device),
         rows=Rows.of(rows, posterior, device),
         validation=Rows.of(validation, posterior, device),
         settings=TRAINING | changes,
