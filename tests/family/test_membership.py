@@ -23,6 +23,8 @@ def matched(family):
     [
         ((0.2, 0.1), (0.9, 0.9), "first", True),
         ((0.2, 1e-5), (0.01, 0.01), "second", True),
+        ((0.2, 0.01), (0.9, 0.05), "second", True),  # at the edge of the first: foreign to it
+        ((0.2, 0.01), (0.9, 1e-3), "first", True),
         ((1e-4, 0.9), (1e-5, 0.9), "first", False),
         ((1e-4, 1e-5), (1e-5, 1e-5), "first", False),
     ],

@@ -19,6 +19,7 @@ __all__ = ["PARTS", "Match", "Membership", "choose_family", "distances"]
 
 T = TypeVar("T")
 
+_USUAL = 0.02  # p-value from which records are usual of a family
 _FREE = 4.0  # variance of what a record's own rests and times leave open: next to nothing known
 
 PARTS = {"start": (-np.inf, 0.0), "main motion": (0.0, 2.0), "end": (2.0, np.inf)}
@@ -128,12 +129,14 @@ def _free(mean: np.ndarray) -> np.ndarray:
 def choose_family(
     families: Iterable[T], match: Callable[[T], Sequence[tuple[Hashable, Match]]], least: float
 ) -> tuple[T, list[tuple[Hashable, Match]], bool]:
-    """Return the first family that records fit, or that which they fit best.
+    """Return the first family of which records are usual, or that which they fit best.
 
-    A group of records fits as well as the median of them, and all have to.
+    A group of records fits as well as the median of them, and all have to. A foreign drive is
+    often just within the first family, at its edge, and answers for it are wrong; a wider one tells
+    less of it, and that is true.
 
     Args:
-        families: What answers for each; the next is opened only where the records do not fit.
+        families: What answers for each; the next is opened only where the records are unusual.
         match: Returns how each record fits, with the group that it is in.
         least: p-value below which a group does not fit.
 
@@ -147,8 +150,9 @@ def choose_family(
         for group, each in matches:
             groups.setdefault(group, []).append(each.p_value)
         fits = min(float(np.median(each)) for each in groups.values())
-        if fits >= least:
+        if fits >= max(_USUAL, least):
             return family, matches, True
         off = max(np.nanmax([*each.parts.values()]) for _, each in matches)
         tried.append((fits, -off, family, matches))
-    return *max(tried, key=lambda each: each[:2])[2:], False
+    fits, _, family, matches = max(tried, key=lambda each: each[:2])
+    return family, matches, fits >= least
