@@ -277,7 +277,7 @@ def test_numbers_are_those_of_python(decimal):
 
 def test_several_bad_samples_are_counted(file):
     put(file, ["time,travel", *damaged(20, "2.0,?"), "4.0,?"])
-    assert rejection(file).endswith("begins with # (2 such samples)")
+    assert rejection(file).endswith("is to be deleted (2 such samples)")
 
 
 @pytest.mark.parametrize("cell", ["", "NaN", "#N/A", "-", "---", "  "])

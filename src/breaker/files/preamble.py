@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from breaker.files.dates import clock_of, dates_of
+from breaker.files.motions import sequence_of
 from breaker.files.names import unit_of
 from breaker.files.pairs import Pair, numbers_of, pairs_of
 from breaker.files.printed import Printed, phase_in, printed_of
@@ -18,6 +19,7 @@ from breaker.files.settings import TO_MS, complete
 from breaker.files.sources import is_other_kind, understood
 from breaker.files.text import text_above
 from breaker.files.workbooks import workbook_above
+from breaker.mechanism import in_digits
 
 __all__ = ["Preamble", "preamble_of", "read_preamble"]
 
@@ -27,18 +29,18 @@ _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are loo
 _AGREE = 0.02  # share by which a length may differ from that of the samples: a trigger, a last one
 _NAMES = {
     "station": r"\b(?:sub)?station\b|umspannwerk|schaltanlage|\bposte\b"
-    r"|subestaci|\bs/s\b|变电站",
+    r"|subesta[cç]|stazione|подстанц|\bs/s\b|变电站",
     "bay": r"\bbay\b|\bfeeder\b|\bfeld\b|abzweig|\btravée\b|\bbah[ií]a\b|\bvano\b|间隔",
     "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
     r"(?:typ|type|model|modell|tipo|型号)(?: designation)?$|schaltertyp",
-    "serial": r"\bserial\b|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
-    r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|n\S* de s[ée]rie|出厂编号",
+    "serial": r"\bserial|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
+    r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|matr[ií]c|заводск|n\S* de s[ée]rie|出厂编号",
 }
 _OTHER_THING = re.compile(
     r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive|antrieb|test|report"
     r"|software|firmware|battery|relay|channel"
 )
-_DATE = re.compile(r"\bdate\b|datum|\bfecha\b|日期")
+_DATE = re.compile(r"\bdat[ea]\b|datum|\bfecha\b|дата|日期")
 _OTHER_DATE = re.compile(
     r"manufact|install|commission|print|calib|next|due|export|overhaul|service|maint|herstell|\bbuilt"
 )
@@ -59,11 +61,9 @@ _UNIT = re.compile(
 )
 _KIND = re.compile(
     r"^(?:kind of |type of |test |cb )?(?:operation|operating sequence|sequence|duty"
-    r"|schaltfolge|manoeuvre|schaltung)(?: (?:type|mode|sequence|kind))?$"
+    r"|schaltfolge|man\w{1,2}uvre|schaltung|operaci[oó]n|maniobra|manovra|операция|操作)"
+    r"(?: (?:type|mode|sequence|kind))?$"
     r"|^(?:test|operation) (?:type|mode|sequence)$"
-)
-_MOVES = re.compile(
-    r"(c(?:los(?:e|ing))?|ein(?:schaltung)?|合)|(o(?:pen(?:ing)?)?|t(?:rip(?:ping)?)?|aus(?:schaltung)?|分)"
 )
 _CHANNEL = re.compile(
     r"^(?:phase(?: name)? (?:of )?)?(?:ch|channel|kanal|travel|transducer|pole|trans)\W*(\d+)"
@@ -150,6 +150,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     if len({*dates}) > 1:
         unsure = (*unsure, f"the date of the test is {dates[0]} or {dates[1]}")
     units = (p.text for p in pairs if _UNIT.search(p.name.lower()))
+    kinds = (sequence_of(p.text) for p in pairs if _KIND.search(p.name.lower()))
     points = (p for p in pairs if _POINT.search(p.name.lower()))
     return Preamble(
         pairs=tuple(pairs),
@@ -160,7 +161,7 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
         travel_unit=next(units, ""),
         dates=dates,
         day_first=day_first,
-        operation=_operation(pairs),
+        operation=next(filter(None, kinds), ""),
         phases=_phases(pairs),
         speed_points=tuple(points),
         results=printed_of(rows, pairs, decimal),
@@ -214,14 +215,15 @@ def _checked(stated: StatedRate, length: float, samples: int) -> tuple[float, st
     by_length = samples / length if samples and length > 0 else _NAN
     likely = stated.likely if math.isnan(stated.rate) else stated.rate
     agrees = abs(likely / by_length - 1.0) <= _AGREE
-    lasting = f"{samples} samples in a length of {length:g} ms are {by_length:.4g} kHz"
+    lasting = f"{samples} samples in a length of {in_digits(length, 6)} ms are "
+    lasting += f"{in_digits(by_length, 4)} kHz"
     if math.isnan(likely):
         return _NAN, stated.doubt or ("" if math.isnan(by_length) else f"not stated; {lasting}")
     if agrees or (stated.rate > 0 and math.isnan(by_length)):
         return likely, ""
     if math.isnan(stated.rate):
         return _NAN, stated.doubt if math.isnan(by_length) else f"{stated.doubt}; {lasting}"
-    return _NAN, f"{stated.text!r} is {likely:g} kHz, but {lasting}"
+    return _NAN, f"{stated.text!r} is {in_digits(likely, 6)} kHz, but {lasting}"
 
 
 def _ratio(pairs: Sequence[Pair], decimal: str) -> tuple[float, tuple[str, ...]]:
@@ -234,7 +236,7 @@ def _ratio(pairs: Sequence[Pair], decimal: str) -> tuple[float, tuple[str, ...]]
         if numbers and len({*numbers}) == 1:
             return numbers[0], ()
         if numbers:
-            said = " and ".join(f"{n:g}" for n in dict.fromkeys(numbers))
+            said = " and ".join(in_digits(n, 6) for n in dict.fromkeys(numbers))
             return _NAN, (f"channels differ in {pair.name!r}: {said}",)
     return _NAN, ()
 
@@ -259,18 +261,6 @@ def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
     return dates, orders.pop() if len(orders) == 1 else None
 
 
-def _operation(pairs: Sequence[Pair]) -> str:
-    """The motions of the operation, such as ``"C-O"``."""
-    for pair in pairs:
-        if pair.text and _KIND.search(pair.name.lower()):
-            words = re.split(r"[\s\-–/+_,.]+|\d*\.?\d+\s*m?s", pair.text.lower())
-            words = [w for word in words for w in (list(word) if {*word} <= {*"co"} else [word])]
-            moves = [_MOVES.fullmatch(word) for word in words if word]
-            if said := ["C" if move[1] else "O" for move in moves if move]:
-                return "-".join(said)
-    return ""
-
-
 def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
     """Names of phases by number of the channel, from 1; by 0 that of all."""
     found: dict[int, str] = {}
@@ -278,7 +268,7 @@ def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
         name = pair.name.lower()
         if (channel := _CHANNEL.fullmatch(name)) and (phase := phase_in(pair.text)):
             found.setdefault(int(channel[1]), phase)
-        elif re.fullmatch(r"(?:phase|pole|pol)(?:s| names?)?", name) and pair.values:
+        elif re.fullmatch(r"(?:phase|pole|pol|channel)(?:s| names?)?", name) and pair.values:
             values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)
             phases = list(filter(None, map(phase_in, values)))
             named = {0: phases[0]} if len(phases) == 1 else dict(enumerate(phases, start=1))

@@ -5,9 +5,11 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from breaker.files.motions import motion_of
+from breaker.files.names import split_unit
 from breaker.files.pairs import Pair, numbers_of
 
-__all__ = ["Printed", "channel_of", "motion_of", "phase_in", "printed_of"]
+__all__ = ["Printed", "channel_of", "phase_in", "printed_of"]
 
 _QUANTITIES = {  # the first that a name has
     "maximum_speed": r"\b(?:max|peak)\w*\W.*(?:veloc|speed|geschw)",
@@ -29,19 +31,15 @@ _NO_RESULT = re.compile(
     r"point|punkt|range|limit|\bmin|rated|nominal|toler|refer|soll|sampl|ratio|unit|transducer"
     r"|sensor|gauge|scale|level|delay|length|\bto\b|\bfrom\b|type|resol|definition"
 )
-_NONE = r"(?<![^\W\d_])"
+_NONE = r"(?:(?<![^\W\d_])|(?<=[\u4e00-\u9fff]))"
 _CHANNEL = re.compile(
     rf"{_NONE}(?:ch|channel|kanal|travel|trans(?:ducer)?|tr?|pole|pol)[\W_]*(\d+)\b", re.I
 )
 _PHASE = re.compile(
     rf"{_NONE}(?:(?:phase|pole|pol|leiter|ph)[\s_.:-]*(l?[123]|[a-cr-wy]|red|yellow|blue)(?![^\W_])"
-    rf"|(l[123]|[rybabcstuvw]|red|yellow|blue)[\W_]*(?:phase|pole|ph)?$)",
+    rf"|(l[123]|[rybabcstuvw]|red|yellow|blue)[\W_]*(?:phase|pole|ph|相)?$)",
     re.I,
 )
-_MOTIONS = {
-    "closing": r"\bclos|\bein|合|ferm|cierre|\bc\b",
-    "opening": r"\bopen|\btrip|\baus|分|ouvert|apert|\bo\b",
-}
 _HEADS = re.compile(
     r"param|quantit|result|measur|value|mess|größe|grandeur|name|descr|item|channel|phase|pole|^$",
     re.I,
@@ -80,7 +78,7 @@ def phase_in(text: str) -> str:
     >>> phase_in("Phase R"), phase_in("L2"), phase_in("Travel 1")
     ('R', 'L2', '')
     """
-    found = _PHASE.search(text.strip())
+    found = _PHASE.search(split_unit(text.strip())[0])
     return next(filter(None, found.groups()), "").strip() if found else ""
 
 
@@ -90,12 +88,6 @@ def quantity_of(name: str) -> str:
     if _NO_RESULT.search(low):
         return ""
     return next((q for q, words in _QUANTITIES.items() if re.search(words, low)), "")
-
-
-def motion_of(name: str) -> str:
-    """Return the motion that a name says, empty where it says none, or both."""
-    said = [motion for motion, words in _MOTIONS.items() if re.search(words, name.lower())]
-    return said[0] if len(said) == 1 else ""
 
 
 def printed_of(

@@ -41,12 +41,13 @@ def _parts(file: Path, layout: Layout) -> list[Part]:
     travels, _ = chosen_travels(file, layout, clock, "")
     sign = guess_direction(file, layout, travels).settings["sign"]
     parts = []
+    beside = columns_beside(layout, travels, sign)
     for order, travel in enumerate(travels, start=1):
         phase = phase_of(layout, travel.place, order)
         ratio = np.nan if travel.unit in (None, *TO_MM) else layout.stated.ratio
         for each in motions_of(travel, file, layout, clock, sign):
             found = each.operation
             at = (np.nan, np.nan) if np.isnan(clock.rate) else (found.begin, found.end)
-            beside = columns_beside(layout, travel.place, each.motion)
-            parts.append(Part(each.motion, str(each.column), phase, *at, ratio, beside))
+            own = beside[order - 1][each.motion]
+            parts.append(Part(each.motion, str(each.column), phase, *at, ratio, *own))
     return parts

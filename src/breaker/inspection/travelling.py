@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from breaker.inspection.contents import look_into
+from breaker.inspection.guesses import guess_direction
 from breaker.inspection.printed_results import phase_of
 from breaker.inspection.proposals import chosen_travels
 from breaker.inspection.timing import find_clock
-from breaker.inspection.wiring import columns_beside
-from breaker.mechanism import MOTIONS
+from breaker.inspection.wiring import Beside, columns_beside
 
 __all__ = ["Channel", "travel_channels"]
 
@@ -19,11 +19,11 @@ class Channel(NamedTuple):
 
     Attributes:
         name: Its phase, or else the column.
-        beside: By motion, the settings that name its contact and its coil: see ``columns_beside``.
+        beside: By motion, what goes with it: see ``columns_beside``.
     """
 
     name: str
-    beside: Mapping[str, Mapping[str, str | int]]
+    beside: Mapping[str, Beside]
 
 
 def travel_channels(file: str | Path) -> dict[str, Channel]:
@@ -39,8 +39,9 @@ def travel_channels(file: str | Path) -> dict[str, Channel]:
     """
     layout = look_into(Path(file))
     travels, _ = chosen_travels(Path(file), layout, find_clock(layout), "")
+    sign = guess_direction(Path(file), layout, travels).settings["sign"]
     columns = [str(layout.column(each.place)) for each in travels]
     phases = [phase_of(layout, each.place, k) for k, each in enumerate(travels, start=1)]
     names = phases if all(phases) and len({*phases}) == len(phases) else columns
-    beside = ({of: columns_beside(layout, each.place, of) for of in MOTIONS} for each in travels)
+    beside = columns_beside(layout, travels, sign)
     return dict(zip(columns, map(Channel, names, beside), strict=True))
