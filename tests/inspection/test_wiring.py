@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from breaker.inspection.channels import Travel
+from breaker.inspection.describing import travel_channels
 from breaker.inspection.layouts import Layout
-from breaker.inspection.travelling import travel_channels
 from breaker.inspection.wiring import Beside, columns_beside
 from breaker.records import Course
 from tests.exports import way, write

@@ -55,7 +55,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
     good = _read([options.reference], options, form) if options.reference else []
     overlays = overlays_of(records, good, options)
-    stated = _stated(records, form)
+    stated = _stated(records)
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
     settings["seed"] = config["seed"]
     points = {**_SPEEDS, **config["speeds"]}
@@ -153,17 +153,11 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     return [(name, text) for name, text in pairs if text or name in ("Breaker", "Test date")]
 
 
-def _stated(records: Sequence, form: Mapping) -> dict:
+def _stated(records: Sequence) -> dict:
     """What stands above the samples of each file; nothing where that cannot be read."""
-    from breaker.files import Preamble, RejectedCurveError, read_preamble
+    from breaker.inspection import stated_in
 
-    found = {}
-    for file in dict.fromkeys(each.operation.file for each in records):
-        try:
-            found[file] = read_preamble(file, form)
-        except RejectedCurveError:
-            found[file] = Preamble()
-    return found
+    return {file: stated_in(file) for file in dict.fromkeys(e.operation.file for e in records)}
 
 
 def _printed(stated: Mapping, records: Sequence) -> dict:

@@ -26,7 +26,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "names": ["label_of", "split_unit", "unit_of"],
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
-        "preamble": ["Preamble", "preamble_of", "read_preamble"],
+        "preamble": ["Preamble", "preamble_of"],
         "printed": ["Printed", "channel_of", "phase_in"],
         "rates": ["RATES"],
         "proposal": ["propose_manifest"],

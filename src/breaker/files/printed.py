@@ -109,25 +109,16 @@ def printed_of(
     for pair in pairs:
         if pair.row in taken or not (quantity := quantity_of(pair.name)):
             continue
-        values = pair.values
-        numbers, unit = numbers_of(values, decimal)
-        label = next(filter(None, (m and m[0] for m in (_CHANNEL.search(pair.name),))), "")
-        label = label or phase_in(pair.name)
+        numbers, unit = numbers_of(pair.values, decimal)
+        channel = _CHANNEL.search(pair.name)
+        label = channel[0] if channel else phase_in(pair.name)
         several = sum(map(math.isfinite, numbers)) > 1
-        beside = next((v for v, n in zip(values, numbers, strict=True) if math.isnan(n)), "")
+        texts = (v for v, n in zip(pair.values, numbers, strict=True) if math.isnan(n))
+        unit, motion = pair.unit or unit or next(texts, ""), motion_of(pair.name)
         for place, number in enumerate(numbers, start=1):
             channel = str(place) if several else label
-            each = Printed(
-                quantity,
-                motion_of(pair.name),
-                channel,
-                number,
-                pair.unit or unit or beside,
-                pair.name,
-            )
-            if _fits(each):
-                found.append(each)
-    return tuple(dict.fromkeys(found))
+            found.append(Printed(quantity, motion, channel, number, unit, pair.name))
+    return tuple(dict.fromkeys(filter(_fits, found)))
 
 
 def _fits(each: Printed) -> bool:
@@ -155,8 +146,8 @@ def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed],
         elif head:
             # The names of channels may stand alone, with none of the column of quantities.
             head = ["", *head] if len(head) == len(cells) - 1 else head
-            each = list(_row(head, cells, numbers, title))
-            found += filter(_fits, each)
+            each = _row(head, cells, numbers, title)
+            found += each
             taken |= {place} if each else set()
     return found, taken
 
@@ -169,17 +160,17 @@ def _is_head(cells: Sequence[str]) -> bool:
     return bool(named) or all(channels)
 
 
-def _row(head: Sequence[str], cells: Sequence[str], numbers: Sequence[float], title: str):
+def _row(
+    head: Sequence[str], cells: Sequence[str], numbers: Sequence[float], title: str
+) -> list[Printed]:
     """Results in a line of a table."""
-    unit = next(
-        (c for h, c in zip(head[1:], cells[1:], strict=False) if h.lower().startswith("unit")), ""
-    )
-    for label, number in zip(head[1:], numbers, strict=False):
-        name, channel = (
-            (label, cells[0]) if quantity_of(label) and not channel_of(label) else (cells[0], label)
-        )
-        if not (quantity := quantity_of(name)) or label.lower().startswith("unit"):
-            continue
-        inner = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]", name)
-        own = inner[1] if inner else unit
-        yield Printed(quantity, motion_of(name) or title, channel, number, own, name)
+    found, columns = [], list(zip(head[1:], cells[1:], numbers, strict=False))
+    unit = next((cell for label, cell, _ in columns if label.lower().startswith("unit")), "")
+    for label, _, number in columns:
+        heads = quantity_of(label) and not channel_of(label)
+        name, channel = (label, cells[0]) if heads else (cells[0], label)
+        if (quantity := quantity_of(name)) and not label.lower().startswith("unit"):
+            inner = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]", name)
+            own = inner[1] if inner else unit
+            found.append(Printed(quantity, motion_of(name) or title, channel, number, own, name))
+    return found

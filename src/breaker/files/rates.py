@@ -98,15 +98,14 @@ def _rates(pair: Pair, decimal: str) -> list[tuple[float, bool]]:
     number, unit = pair.number(decimal)
     if not number > 0:
         return []
-    if (per := _PER.search(f"{name} {unit.lower()}")) and _RATE.search(name):
+    step, named = _STEP.search(name), _RATE.search(name)
+    if named and (per := _PER.search(f"{name} {unit.lower()}")):
         return _fit([number / TO_MS[per[1]]], sure=True)
     if _OTHER.search(name):
         return []
-    if (each := _EACH.fullmatch(unit.lower())) and each[1] in TO_MS:
-        return _fit([1.0 / (number * TO_MS[each[1]])], sure=True)
-    step, named = _STEP.search(name), _RATE.search(name)
-    if (ms := TO_MS.get(unit_of(unit))) is not None:
-        return _fit([1.0 / (number * ms)], sure=True) if step else []
+    each = _EACH.fullmatch(unit.lower())
+    if (ms := TO_MS.get(unit_of(each[1] if each else unit))) is not None:
+        return _fit([1.0 / (number * ms)], sure=True) if step or each else []
     if (per_ms := _per_ms(unit)) > 0:
         sure = named or _FREQUENCY.search(name) or not re.search("hz|hertz|гц|k$", unit.lower())
         return _fit([number * per_ms], sure=bool(sure))

@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from breaker.files.columns import Columns, columns_of, rows_above
+from breaker.files.columns import Columns, columns_of
 from breaker.files.guards import RejectedCurveError, read_bytes
 
-__all__ = ["read_text", "text_above"]
+__all__ = ["read_text"]
 
 _BLOCK = 2**20  # characters that are split into cells at a time
 _LONGEST_LINE = 100_000  # characters
@@ -21,21 +21,6 @@ def read_text(file: str | Path, settings: Mapping, channel: str = "") -> Columns
     """Read the columns of a text: see ``sources.read_columns``."""
     text = _decode(file, read_bytes(file), settings["encoding"])
     return columns_of(file, _blocks(file, text, settings["delimiter"]), settings, channel)
-
-
-def text_above(file: str | Path, settings: Mapping) -> tuple[list[list[str]], int]:
-    """Return the cells of the lines above the samples of a text, and the number of samples.
-
-    Raises:
-        RejectedCurveError: If the file cannot be read, or has no columns as the settings say.
-    """
-    text = _decode(file, read_bytes(file), settings["encoding"])
-    blocks = _blocks(file, text, settings["delimiter"])
-    lines, above, samples = rows_above(file, blocks, settings)
-    if settings["delimiter"] == " ":  # those between the words of a text, too
-        whole = text[: text.find("\n", _BLOCK)].split("\n")
-        above = [[whole[line - 1]] for line in lines]
-    return above, samples
 
 
 def _decode(file: str | Path, content: bytes, encoding: str) -> str:

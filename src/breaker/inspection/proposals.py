@@ -175,7 +175,9 @@ def chosen_travels(
     """Return the columns of travel, or the one that is asked for, and what is left out of them."""
     if clock.place is not None:
         time = layout.columns[clock.place]
-        anew = (np.diff(time) < 0) & (np.abs(time[1:] - time[0]) <= 2 * np.nanmedian(np.diff(time)))
+        time = time[np.isfinite(time)]
+        steps = np.diff(time)
+        anew = (steps < 0) & (np.abs(time[1:] - time[0]) <= 2 * np.median(steps))
         if anew.any():
             raise InspectionError(
                 f"{file}: its time begins anew after {anew.argmax() + 1} samples, so channels or "
