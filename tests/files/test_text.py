@@ -48,6 +48,18 @@ def assert_read(columns, *, lines=None, remarks=()):
         assert columns.lines[0] == lines
 
 
+def test_a_rate_is_enough_where_there_is_no_column_of_the_time(file):
+    put(file, ["travel", *(f"{x:.3f}" for x in TRAVEL)])
+    columns = read(file, rate=10.0)
+    assert columns.time is None
+    assert_read(
+        columns, remarks=("there is no column 'time': times are those of the rate, 10 kHz",)
+    )
+    assert "no line has 'time'" in rejection(file)
+    put(file, ["time,travel", *ROWS])
+    assert_read(read(file, rate=10.0))
+
+
 def rejection(file, channel="", **settings):
     return told(file, lambda: read(file, channel, **settings))
 
