@@ -1,6 +1,7 @@
 """What a file states, which of its columns travel, and what goes with each; no record is read."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,22 +32,11 @@ class Channel(NamedTuple):
     beside: Mapping[str, Beside]
 
 
-class _Seen(NamedTuple):
-    """Columns of travel of a file, with the phase of each and what goes with it by motion."""
-
-    clock: Clock
-    travels: list[Travel]
-    sign: int
-    phases: list[str]
-    beside: list[dict[str, Beside]]
-
-
 def stated_in(file: str | Path) -> Preamble:
     """Return what a file states above its samples; nothing of one that cannot be read."""
-    try:
+    with suppress(LayoutError, RejectedCurveError):
         return look_into(file).stated
-    except (LayoutError, RejectedCurveError):
-        return Preamble()
+    return Preamble()
 
 
 def travel_channels(file: str | Path) -> dict[str, Channel]:
@@ -60,11 +50,12 @@ def travel_channels(file: str | Path) -> dict[str, Channel]:
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
-    seen = _seen(Path(file), layout := look_into(file))
-    columns = [str(layout.column(each.place)) for each in seen.travels]
-    named = all(seen.phases) and len({*seen.phases}) == len(columns)
-    channels = map(Channel, seen.phases if named else columns, seen.beside)
-    return dict(zip(columns, channels, strict=True))
+    layout = look_into(file)
+    travels, _, beside = _travels(Path(file), layout, find_clock(layout))
+    columns = [str(layout.column(each.place)) for each in travels]
+    phases = _phases(layout, travels)
+    names = phases if all(phases) and len({*phases}) == len(phases) else columns
+    return dict(zip(columns, map(Channel, names, beside), strict=True))
 
 
 def describe_file(file: str | Path) -> Description:
@@ -73,30 +64,31 @@ def describe_file(file: str | Path) -> Description:
     Motions are looked for where the text names the breaker or its bay, as an analyser does. Of a
     file that cannot be read nothing is seen.
     """
-    try:
-        layout = look_into(file)
-    except (LayoutError, RejectedCurveError):
-        return Description()
-    stated = layout.stated
-    if not (stated.serial or stated.bay):
-        return Description(stated)
-    try:
-        return Description(stated, tuple(_parts(Path(file), layout)))
-    except InspectionError:
-        return Description(stated)
+    stated = Preamble()
+    with suppress(LayoutError, RejectedCurveError, InspectionError):
+        stated = (layout := look_into(file)).stated
+        if stated.serial or stated.bay:
+            return Description(stated, tuple(_parts(Path(file), layout)))
+    return Description(stated)
 
 
-def _seen(file: Path, layout: Layout) -> _Seen:
-    travels, _ = chosen_travels(file, layout, clock := find_clock(layout), "")
+def _travels(
+    file: Path, layout: Layout, clock: Clock
+) -> tuple[list[Travel], int, list[dict[str, Beside]]]:
+    """Columns of travel, the sign of their reading, and what goes with each by motion."""
+    travels, _ = chosen_travels(file, layout, clock, "")
     sign = guess_direction(file, layout, travels).settings["sign"]
-    phases = [phase_of(layout, each.place, k) for k, each in enumerate(travels, start=1)]
-    return _Seen(clock, travels, sign, phases, columns_beside(layout, travels, sign))
+    return travels, sign, columns_beside(layout, travels, sign)
+
+
+def _phases(layout: Layout, travels: Sequence[Travel]) -> list[str]:
+    return [phase_of(layout, each.place, k) for k, each in enumerate(travels, start=1)]
 
 
 def _parts(file: Path, layout: Layout) -> Iterator[Part]:
     """The motions of all channels; where they are only if the times of samples are known."""
-    clock, travels, sign, phases, besides = _seen(file, layout)
-    for travel, phase, beside in zip(travels, phases, besides, strict=True):
+    travels, sign, besides = _travels(file, layout, clock := find_clock(layout))
+    for travel, phase, beside in zip(travels, _phases(layout, travels), besides, strict=True):
         ratio = np.nan if travel.unit in (None, *TO_MM) else layout.stated.ratio
         for each in motions_of(travel, file, layout, clock, sign):
             found = each.operation

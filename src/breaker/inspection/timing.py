@@ -65,10 +65,10 @@ def find_clock(layout: Layout) -> Clock:
 
 
 def _likely_time(layout: Layout, clock: Clock) -> tuple[bool, bool, bool]:
-    if clock.place is None:
-        return False, False, False
-    named = _TIME_NAMES.search(layout.names[clock.place])
-    return True, layout.units[clock.place] in TO_MS, named is not None
+    """Whether a clock is a column, has a unit, and has a name of the time: the more, the better."""
+    at = clock.place or 0
+    there, named = clock.place is not None, _TIME_NAMES.search(layout.names[at]) is not None
+    return there, there and layout.units[at] in TO_MS, there and named
 
 
 def _time_in(layout: Layout, place: int) -> Clock | None:
@@ -86,10 +86,12 @@ def _time_in(layout: Layout, place: int) -> Clock | None:
         if step == 1 and not timely:
             return None  # it counts the samples
         units = [unit] if unit else _units_of(step)
-        of = f"{in_digits(step, 4)} are those of {''.join(units)}"
-        how = f"the time's unit is not stated; steps of {of}"
-        remarks = () if unit else (how,)
-        return Clock(place, units[0], 1.0 / (step * TO_MS[units[0]]), remarks) if units else None
+        if not units:
+            return None
+        how = (
+            f"the time's unit is not stated; steps of {in_digits(step, 4)} are those of {units[0]}"
+        )
+        return Clock(place, units[0], 1.0 / (step * TO_MS[units[0]]), () if unit else (how,))
     digits = steps[steps > 0].min()
     mean, start = np.polyfit(np.arange(values.size), values, 1)
     even = start + mean * np.arange(values.size)
