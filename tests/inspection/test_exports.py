@@ -7,7 +7,9 @@ import pytest
 import yaml
 
 from breaker.cli import main
+from breaker.files import Printed
 from breaker.inspection.describing import stated_in
+from breaker.inspection.printed_results import measured_name
 from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of, report_of
 from tests.exports import preamble, write
@@ -138,3 +140,16 @@ def test_nothing_above_the_samples(tmp_path):
     file.write_text("\n".join(rows), encoding="utf-8")
     found = stated_in(file)
     assert (found.pairs, found.results, found.date, found.doubts) == ((), (), "", ())
+
+
+@pytest.mark.parametrize(
+    ("quantity", "closing", "opening"),
+    [
+        ("stroke", "stroke", "stroke"),
+        ("over_travel", "over_travel", "rebound"),
+        ("rebound", "", ""),  # the way back behind the rest
+    ],
+)
+def test_a_printed_result_is_of_what_is_measured_alike(quantity, closing, opening):
+    printed = Printed(quantity, "", "", 1.0, "mm", quantity)
+    assert [measured_name(printed, m) for m in ("closing", "opening")] == [closing, opening]

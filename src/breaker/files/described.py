@@ -104,11 +104,10 @@ def _differences(found: Mapping[str, Description]) -> list[str]:
         if len(values) > 1:
             listed = ", ".join(in_digits(value, 6) + unit for value in values)
             said.append(f"files differ in the stated {what}: {listed}")
-    for part in {(p.motion, p.channel): p for each in found.values() for p in each.parts}.values():
-        if part.others:
-            taken = repr(part.beside.get("contact_column", "none"))
-            others = ", ".join(map(repr, part.others))
-            said.append(
-                f"{part.motion} of {part.channel!r}: contact {taken} is taken, not {others}"
-            )
-    return said
+    left = (part for each in found.values() for part in each.parts if part.others)
+    return [*said, *dict.fromkeys(map(_left_out, left))]
+
+
+def _left_out(part: Part) -> str:
+    taken, others = part.beside.get("contact_column"), ", ".join(map(repr, part.others))
+    return f"{part.motion} of {part.channel!r}: contact {taken!r} is taken, not {others}"

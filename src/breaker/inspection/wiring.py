@@ -16,7 +16,7 @@ from breaker.mechanism import MOTIONS
 __all__ = ["Beside", "columns_beside"]
 
 _CONTACT = re.compile(
-    r"(?i)contact|kontakt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|^c(?=\d)|触头"
+    r"(?i)contact|kontakt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir|^c(?=\d)|触头"
 )
 _ARCING = re.compile(r"(?i)\barc|lichtbogen|abbrenn|弧")
 _BREAK = re.compile(r"(?i)\bbreak\b|chamber|kammer|interrupter")
