@@ -213,3 +213,9 @@ def test_no_such_day_and_time():
 )
 def test_operations(said, kind):
     assert preamble_of([["Operation :", said]]).operation == kind
+
+
+def test_an_inch_sign_is_no_quotation_mark():
+    (found,) = preamble_of([['Stroke : 7.02"']]).results
+    assert (found.value, found.unit) == (7.02, '"')
+    assert preamble_of([['"Serial": "7-7",']]).serial == "7-7"

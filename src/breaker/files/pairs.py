@@ -144,7 +144,8 @@ def _is_word(cell: str) -> bool:
 
 def _parts(cell: str) -> list[str]:
     """A cell, split where it is a line of other signs."""
-    cell = cell.replace('"', "").strip(" \t,").lstrip("#%! ")
+    quotes = '"' if cell.count('"') % 2 == 0 else r'^\s*"|(?<!\d)"\s*$'  # an odd one may be an inch
+    cell = re.sub(quotes, "", cell).strip(" \t,").lstrip("#%! ")
     if _COMMAS.search(cell):
         return [part.strip() for part in cell.split(",")]
     cell = re.sub(r"\s+(?=[:=：](?:\s|$))", "", cell)

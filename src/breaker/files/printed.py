@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from breaker.files.motions import motion_of
-from breaker.files.names import split_unit
+from breaker.files.names import split_unit, unit_of
 from breaker.files.pairs import Pair, numbers_of
 
 __all__ = ["Printed", "channel_of", "phase_in", "printed_of"]
@@ -125,7 +125,8 @@ def _fits(each: Printed) -> bool:
     """Whether a result is a number in a unit that its quantity may have."""
     units = _TIMES if each.quantity.endswith("time") else _LENGTHS
     units = _SPEEDS if each.quantity.endswith("speed") else units
-    return math.isfinite(each.value) and (not each.unit or each.unit.lower() in units)
+    known = unit_of(each.unit) or each.unit.lower()
+    return math.isfinite(each.value) and (not each.unit or known in units)
 
 
 def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed], set[int]]:
