@@ -19,7 +19,8 @@ ROOT = Path(__file__).resolve().parents[1]
 # From the ground up: a room uses those of lower floors only, and none beside it.
 FLOORS = [
     {"stores", "shipped"},
-    {"mechanism", "files", "networks"},
+    {"mechanism", "networks"},
+    {"files"},
     {"records"},
     {"model", "workflow", "inspection"},
     {"posterior", "family"},

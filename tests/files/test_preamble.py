@@ -2,13 +2,11 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from breaker.files.dates import clock_of, dates_of
-from breaker.files.guards import RejectedCurveError
-from breaker.files.preamble import preamble_of, read_preamble
-from tests.exports import preamble, write
+from breaker.files.preamble import preamble_of
+from tests.exports import preamble
 
 SETTINGS = {"time_column": None, "rate": 1.0, "travel_column": "Travel 1"}
 
@@ -217,36 +215,7 @@ def test_operations(said, kind):
     assert preamble_of([["Operation :", said]]).operation == kind
 
 
-def test_of_a_file(tmp_path):
-    file = tmp_path / "a.csv"
-    write(file, rate=20.0, results={"Stroke (mm)": [178.0, 178.4, 178.7]})
-    found = read_preamble(file, SETTINGS)
-    assert (found.rate, found.length, found.rate_doubt) == (20.0, 400.0, "")
-    assert len(found.results) == 3
-    write(file, rate=20.0, plot=200)
-    assert (
-        "but 8000 samples in a length of 200 ms are 40 kHz"
-        in read_preamble(file, SETTINGS).rate_doubt
-    )
-    write(file, serial="Münster 1")
-    assert read_preamble(file, SETTINGS | {"encoding": "latin-1"}).serial == "Münster 1"
-    with pytest.raises(RejectedCurveError, match="encoding"):
-        read_preamble(file, SETTINGS)
-
-
-def test_of_a_workbook(tmp_path):
-    book = pytest.importorskip("openpyxl").Workbook()
-    lines = preamble(rate=5.0, length=8.0)
-    for line in [*(line.split(",") for line in lines), ["Travel 1 (mm)"], *[[0.1]] * 40]:
-        book.active.append(line)
-    book.save(tmp_path / "a.xlsx")
-    found = read_preamble(tmp_path / "a.xlsx", SETTINGS)
-    assert (found.rate, found.serial, found.rate_doubt) == (5.0, "HV-20417", "")
-
-
-def test_nothing_above_the_samples(tmp_path):
-    file = tmp_path / "a.csv"
-    rows = [f"{t:.1f},{t:.2f}" for t in np.arange(0.0, 50.0, 0.1)]
-    file.write_text("\n".join(rows), encoding="utf-8")
-    found = read_preamble(file, {"time_column": 1, "travel_column": 2})
-    assert (found.pairs, found.results, found.date, found.doubts) == ((), (), "", ())
+def test_an_inch_sign_is_no_quotation_mark():
+    (found,) = preamble_of([['Stroke : 7.02"']]).results
+    assert (found.value, found.unit) == (7.02, '"')
+    assert preamble_of([['"Serial": "7-7",']]).serial == "7-7"

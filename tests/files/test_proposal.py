@@ -1,11 +1,13 @@
 """A table is proposed for any folder of records, says what to check, and can be read as it is."""
 
 import csv
+import math
 import os
 
 import pytest
 
 from breaker.cli import main
+from breaker.files.described import Description, Part
 from breaker.files.listing import list_operations
 from breaker.files.manifest import read_manifest
 from breaker.files.proposal import propose_manifest
@@ -218,3 +220,11 @@ def test_a_date_that_no_file_decides_is_left_empty(tmp_path, capsys):
     rows = analysers(tmp_path, ("a_03-02-2021.csv", {"date": "02/03/2021"}))
     assert {row["date"] for row in rows} == {""}
     assert "day and month may be either, and no other file tells" in capsys.readouterr().err
+
+
+def test_contacts_that_are_not_taken_are_named(tmp_path):
+    (tmp_path / "a.csv").touch()
+    part = Part("closing", "s", "", *[math.nan] * 3, {"contact_column": "b"}, ("c",))
+    text, remarks = propose_manifest(tmp_path, look=lambda _: Description(parts=(part,)))
+    assert text.endswith(",b\n")
+    assert "closing of 's': contact 'b' is taken, not 'c'" in remarks

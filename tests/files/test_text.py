@@ -48,6 +48,18 @@ def assert_read(columns, *, lines=None, remarks=()):
         assert columns.lines[0] == lines
 
 
+def test_a_rate_is_enough_where_there_is_no_column_of_the_time(file):
+    put(file, ["travel", *(f"{x:.3f}" for x in TRAVEL)])
+    columns = read(file, rate=10.0)
+    assert columns.time is None
+    assert_read(
+        columns, remarks=("there is no column 'time': times are those of the rate, 10 kHz",)
+    )
+    assert "no line has 'time'" in rejection(file)
+    put(file, ["time,travel", *ROWS])
+    assert_read(read(file, rate=10.0))
+
+
 def rejection(file, channel="", **settings):
     return told(file, lambda: read(file, channel, **settings))
 
@@ -277,7 +289,7 @@ def test_numbers_are_those_of_python(decimal):
 
 def test_several_bad_samples_are_counted(file):
     put(file, ["time,travel", *damaged(20, "2.0,?"), "4.0,?"])
-    assert rejection(file).endswith("begins with # (2 such samples)")
+    assert rejection(file).endswith("is to be deleted (2 such samples)")
 
 
 @pytest.mark.parametrize("cell", ["", "NaN", "#N/A", "-", "---", "  "])

@@ -2,13 +2,17 @@
 
 import math
 
+import numpy as np
 import pytest
 import yaml
 
 from breaker.cli import main
+from breaker.files import Printed
+from breaker.inspection.describing import stated_in
+from breaker.inspection.printed_results import measured_name
 from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of, report_of
-from tests.exports import write
+from tests.exports import preamble, write
 
 SENSOR = {"start": -2.0, "stop": 58.0, "samples": 151, "noise_sd": 0.1}
 
@@ -103,5 +107,49 @@ def test_remarks_that_differ_in_numbers_only_are_said_once(tmp_path, capsys):
     write(tmp_path / "a.csv", motions=("closing", "opening"), unused="cross")
     assert main(["inspect", str(tmp_path / "a.csv")]) == 0
     said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  - ")]
-    assert len(said) <= 6
+    assert len(said) <= 7
     assert any(line.startswith("  - opening, Travel 1 and 2 more: the rest") for line in said)
+
+
+def test_of_a_file(tmp_path):
+    file = tmp_path / "a.csv"
+    write(file, rate=20.0, results={"Stroke (mm)": [178.0, 178.4, 178.7]})
+    found = stated_in(file)
+    assert (found.rate, found.length, found.rate_doubt) == (20.0, 400.0, "")
+    assert len(found.results) == 3
+    write(file, rate=20.0, plot=200)
+    assert "but 8000 samples in a length of 200 ms are 40 kHz" in stated_in(file).rate_doubt
+    write(file, serial="Münster 1")
+    assert stated_in(file).serial == "Münster 1"
+    assert stated_in(tmp_path / "none.csv").pairs == ()
+
+
+def test_of_a_workbook(tmp_path):
+    book = pytest.importorskip("openpyxl").Workbook()
+    lines = preamble(rate=5.0, length=8.0)
+    for line in [*(line.split(",") for line in lines), ["Travel 1 (mm)"], *[[0.1]] * 40]:
+        book.active.append(line)
+    book.save(tmp_path / "a.xlsx")
+    found = stated_in(tmp_path / "a.xlsx")
+    assert (found.rate, found.serial, found.rate_doubt) == (5.0, "HV-20417", "")
+
+
+def test_nothing_above_the_samples(tmp_path):
+    file = tmp_path / "a.csv"
+    rows = [f"{t:.1f},{t:.2f}" for t in np.arange(0.0, 50.0, 0.1)]
+    file.write_text("\n".join(rows), encoding="utf-8")
+    found = stated_in(file)
+    assert (found.pairs, found.results, found.date, found.doubts) == ((), (), "", ())
+
+
+@pytest.mark.parametrize(
+    ("quantity", "closing", "opening"),
+    [
+        ("stroke", "stroke", "stroke"),
+        ("over_travel", "over_travel", "rebound"),
+        ("rebound", "", ""),  # the way back behind the rest
+    ],
+)
+def test_a_printed_result_is_of_what_is_measured_alike(quantity, closing, opening):
+    printed = Printed(quantity, "", "", 1.0, "mm", quantity)
+    assert [measured_name(printed, m) for m in ("closing", "opening")] == [closing, opening]

@@ -221,13 +221,25 @@ def test_a_rest_at_zero_tells_the_sign_where_no_name_does(put, closing):
     )
 
 
-@pytest.mark.parametrize(("unit", "mm"), [("m", 1e3), ("um", 1e-3)])
-def test_a_length_without_a_unit_is_told_by_its_size(put, closing, unit, mm):
+def test_a_length_without_a_unit_is_told_by_its_size(put, closing):
     time, travel = closing
-    lines = rows(cells(time / 1e3, 5), cells(travel / mm, 6))
+    lines = rows(cells(time / 1e3, 5), cells(travel / 1e3, 6))
     proposal = inspect_file(put("time [s],travel", *lines), SENSOR)
-    assert proposal.settings["travel_unit"] == unit
+    assert proposal.settings["travel_unit"] == "m"
     assert_read(proposal, closing)
+
+
+@pytest.mark.parametrize(
+    ("size", "digits", "unit", "lacking"),
+    [(18, 2, "mm", []), (18, 0, "counts", ["ratio"]), (60, 2, "counts", ["ratio"])],
+)
+def test_only_integers_and_what_is_no_length_are_counts(put, closing, size, digits, unit, lacking):
+    time, travel = closing
+    lines = rows(cells(time / 1e3, 5), cells(size * travel, digits))
+    proposal = inspect_file(put("time [s],travel", *lines), SENSOR)
+    assert {"travel_unit": "mm", **proposal.settings}["travel_unit"] == unit
+    assert [*proposal.lacking] == lacking
+    assert any("the unit of the travel is not stated" in each for each in proposal.remarks)
 
 
 def test_currents_and_contacts_are_no_travel(put, closing):

@@ -3,18 +3,25 @@
 import numpy as np
 import pytest
 
+from breaker.inspection.channels import Travel
+from breaker.inspection.describing import travel_channels
 from breaker.inspection.layouts import Layout
-from breaker.inspection.travelling import travel_channels
-from breaker.inspection.wiring import columns_beside
-from tests.exports import write
+from breaker.inspection.wiring import Beside, columns_beside
+from breaker.records import Course
+from tests.exports import way, write
 
-SIGNAL = np.repeat([0.0, 1.0], 50)
+TIME = np.arange(0.0, 400.0, 0.2)
+SIGNAL = (TIME > 80.0) & (TIME < 260.0)  # closes and opens
+LATE = (TIME > 85.0) & (TIME < 255.0)  # closes later, opens earlier
 
 
-def beside(*names, motion="closing", quiet=()):
-    """Settings beside the first of columns, of which some have no signal."""
-    columns = [SIGNAL * (name not in quiet) for name in names]
-    return columns_beside(Layout({}, [], list(names), [None] * len(names), columns), 0, motion)
+def beside(*names, motion="closing", quiet=(), late=()):
+    """What goes with the first of columns; some have no signal, some are closed for less time."""
+    columns = [np.where(name in late, LATE, SIGNAL) * 1.0 * (name not in quiet) for name in names]
+    columns[0] = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
+    layout = Layout({}, [], list(names), [None] * len(names), columns)
+    travels = [Travel(0, "mm", Course(TIME, columns[0]))]
+    return columns_beside(layout, travels)[0][motion]
 
 
 @pytest.mark.parametrize(
@@ -26,29 +33,49 @@ def beside(*names, motion="closing", quiet=()):
         (("Travel 1 (mm)", "Res 1 (uOhm)", "Contact"), "Contact"),
         (("Travel 1", "Res 1", "Res 2"), "Res 1"),
         (("Travel 1", "Contact 2", "Aux contact 1"), None),
-        (("Travel 1", "Contact 1 upper", "Contact 1 lower"), None),
         (("Travel", "Contact 1", "Contact 2"), None),
+        (("Travel A", "Main A", "Arcing A", "Main B", "Arcing B"), "Arcing A"),
+        (("Travel A", "Main A", "PIR A", "Resistor contact A"), "Main A"),
     ],
 )
 def test_a_contact_goes_with_the_travel_of_its_number_or_phase(names, contact):
-    assert beside(*names).get("contact_column") == contact
+    assert beside(*names).settings.get("contact_column") == contact
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Travel 1", "Contact 1 upper", "Contact 1 lower", "Contact 2 upper"),
+        ("Travel 1", "C1A", "C1B", "C2A", "C2B"),
+        ("Travel A", "C1A", "C2A", "C1B", "C2B"),
+        ("Travel A", "Main A 1", "Main A 2", "Main B 1"),
+        ("Travel A", "Break 1 A", "Break 2 A", "Break 1 B"),
+        ("Travel", "Break 1", "Break 2"),
+    ],
+)
+@pytest.mark.parametrize("last", [1, 2])
+@pytest.mark.parametrize("motion", ["closing", "opening"])
+def test_of_breaks_in_series_that_counts_which_touches_last_or_parts_first(names, last, motion):
+    found = beside(*names, motion=motion, late=[names[last]])
+    assert found.settings["contact_column"] == names[last]
+    assert found.others == (names[3 - last],)
 
 
 @pytest.mark.parametrize(("motion", "coil"), [("closing", "Close coil"), ("opening", "Trip coil")])
 def test_a_coil_goes_with_its_motion(motion, coil):
     found = beside("Travel 1", "Close coil", "Trip coil", "Motor current 1", motion=motion)
-    assert found == {"trigger_column": coil}
+    assert found == Beside({"trigger_column": coil})
 
 
 def test_a_channel_without_a_signal_is_none():
-    assert beside("Travel 1", "Contact 1", quiet=["Contact 1"]) == {}
+    assert beside("Travel 1", "Contact 1", quiet=["Contact 1"]) == Beside({})
 
 
 def test_channels_of_an_export(tmp_path):
     write(tmp_path / "a.csv", motions=("closing", "opening"))
     found = travel_channels(tmp_path / "a.csv")
     assert [each.name for each in found.values()] == ["R", "Y", "B"]
-    assert found["Travel 2"].beside["opening"] == {
+    assert found["Travel 2"].beside["opening"].settings == {
         "contact_column": "Contact 2",
         "trigger_column": "Coil 2 (A)",
     }

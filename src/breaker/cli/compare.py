@@ -76,7 +76,7 @@ def _run(options: argparse.Namespace) -> int:
         },
         config,
         beyond=options.beyond,
-        ratios={visit: _ratio(each, forms[visit]) for visit, (each, _) in listed.items()},
+        ratios={visit: _ratio(each) for visit, (each, _) in listed.items()},
         limits=limits_of(config, options.config),
     )
     if options.plot:
@@ -157,17 +157,12 @@ def compared(
     )
 
 
-def _ratio(operations: Mapping[str, Sequence], form: Mapping) -> float | None:
+def _ratio(operations: Mapping[str, Sequence]) -> float | None:
     """Ratio of the linkage that the files of a visit state; None where they differ or do not."""
-    from breaker.files import RejectedCurveError, read_preamble
+    from breaker.inspection import stated_in
 
-    found = set()
-    for each in (each for some in operations.values() for each in some):
-        try:
-            found.add(read_preamble(each.file, {**form, **each.settings}).ratio)
-        except RejectedCurveError:
-            continue  # which is said where the record is read
-    ratios = {ratio for ratio in found if ratio is not None and not isnan(ratio)}
+    files = {each.file for some in operations.values() for each in some}
+    ratios = {ratio for each in files if not isnan(ratio := stated_in(each).ratio)}
     return ratios.pop() if len(ratios) == 1 else None
 
 

@@ -55,7 +55,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
     good = _read([options.reference], options, form) if options.reference else []
     overlays = overlays_of(records, good, options)
-    stated = _stated(records, form)
+    stated = _stated(records)
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
     settings["seed"] = config["seed"]
     points = {**_SPEEDS, **config["speeds"]}
@@ -99,10 +99,12 @@ def _read(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> l
     if len(names := {each.breaker for some in rows.values() for each in some}) > 1:
         raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")
     whole: dict[str, list] = {motion: [] for motion in MOTIONS}
+    own = str(form["travel_column"])  # of which the configuration may name contact and coil
     for number, file in enumerate(each_once(files), start=1):
-        for channel, (phase, beside) in _channels(file, options.channel).items():
+        for channel, (phase, besides) in _channels(file, options.channel).items():
             for motion, each in whole.items():
-                unset = {k: v for k, v in beside.get(motion, {}).items() if form[k] is None}
+                beside = besides[motion].settings if motion in besides else {}
+                unset = {k: v for k, v in beside.items() if form[k] is None or channel != own}
                 each.append(Operation(number, file, channel, phase=phase, settings=unset))
     return [*read_operations(rows, form), *read_operations(whole, form, loose=True)]
 
@@ -144,23 +146,18 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
         "Temperature": warm,
         "Channels": [each.phase for each in operations],
+        "Contacts": [str(each.settings.get("contact_column") or "") for each in operations],
         "Motions": [each.motion for each in records],
     }
     pairs = [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
     return [(name, text) for name, text in pairs if text or name in ("Breaker", "Test date")]
 
 
-def _stated(records: Sequence, form: Mapping) -> dict:
+def _stated(records: Sequence) -> dict:
     """What stands above the samples of each file; nothing where that cannot be read."""
-    from breaker.files import Preamble, RejectedCurveError, read_preamble
+    from breaker.inspection import stated_in
 
-    found = {}
-    for file in dict.fromkeys(each.operation.file for each in records):
-        try:
-            found[file] = read_preamble(file, form)
-        except RejectedCurveError:
-            found[file] = Preamble()
-    return found
+    return {file: stated_in(file) for file in dict.fromkeys(e.operation.file for e in records)}
 
 
 def _printed(stated: Mapping, records: Sequence) -> dict:
@@ -169,6 +166,7 @@ def _printed(stated: Mapping, records: Sequence) -> dict:
     A channel is meant by its phase, or else by its number among those of the file.
     """
     from breaker.files import TO_MM, channel_of, phase_in, printable, unit_of
+    from breaker.inspection import measured_name
 
     found = {}
     for file, preamble in stated.items():
@@ -182,10 +180,8 @@ def _printed(stated: Mapping, records: Sequence) -> dict:
             if phase not in phases and 0 <= place < len(phases):
                 phase = phases[place]
             for motion in [each.motion] if each.motion else motions:
-                name = each.quantity
-                if name == "over_travel" and motion == "opening":
-                    name = "rebound"
-                if size and name in ("stroke", "over_travel", "rebound"):
+                name = measured_name(each, motion)
+                if size and name and each.quantity != "speed":
                     key = printable(file), motion, phase, name
                     found.setdefault(key, each.value * size)
     return found

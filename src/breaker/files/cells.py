@@ -10,8 +10,9 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 from breaker.files.naming import LARGEST_COUNTER
 from breaker.files.settings import TO_MM, TO_MS
+from breaker.mechanism import MOTIONS, in_digits
 
-__all__ = ["EVENTS", "MOTIONS", "READ", "event_reader", "event_words", "iso_date"]
+__all__ = ["EVENTS", "READ", "event_reader", "event_words", "iso_date"]
 
 _FRICTION = ("gamma_a", "gamma_b")
 EVENTS: dict[str, tuple[str, ...]] = {
@@ -26,7 +27,6 @@ EVENTS: dict[str, tuple[str, ...]] = {
 }
 """Usual events, and what starts anew: parameters, all of them, or what the transducer shows."""
 
-MOTIONS = ("closing", "opening")
 _LONGEST = 200  # signs of a text
 _MOST_COLUMNS = 1000
 _ISO = re.compile(
@@ -128,7 +128,9 @@ def _number(least: float, most: float, unit: str) -> Callable[[str], float]:
             raise ValueError(f"{cell!r} is no number; write it as 21.5 or -3")
         value = float(cell)
         if not least <= value <= most:
-            raise ValueError(f"{cell} is not between {least:g} and {most:g} {unit}")
+            raise ValueError(
+                f"{cell} is not between {in_digits(least, 9)} and {in_digits(most, 9)} {unit}"
+            )
         return value
 
     return read

@@ -12,7 +12,7 @@ from breaker.files.head import Head, Row, Table, find_head, is_remark
 from breaker.files.names import BESIDE
 from breaker.files.numbers import LARGEST_NUMBER, strict_numbers, why_none
 
-__all__ = ["Columns", "columns_of", "rows_above"]
+__all__ = ["Columns", "columns_of"]
 
 
 @dataclass(frozen=True)
@@ -75,24 +75,6 @@ def columns_of(
     time = columns["time"][kept] if "time" in columns else None
     beside = {kind: columns[kind][kept] for kind in BESIDE if kind in columns}
     return Columns(time, travel[kept], lines[kept], head.remarks, beside)
-
-
-def rows_above(
-    file: str | Path, blocks: Iterable[tuple[list[int], list[list[str]]]], settings: Mapping
-) -> tuple[list[int], list[list[str]], int]:
-    """Return lines and cells of what stands above the samples, and the number of samples.
-
-    Args:
-        file, blocks, settings: As of ``columns_of``.
-
-    Raises:
-        RejectedCurveError: If there are no columns as the settings say.
-    """
-    blocks = iter(blocks)
-    lines, rows = next(blocks, ([], []))
-    first = find_head(Table(file, lines, rows, settings), "").first
-    samples = len(rows) - first + sum(len(each) for each, _ in blocks)
-    return lines[:first], rows[:first], samples
 
 
 def _part(head: Head, lines: Sequence[int], rows: Sequence[Row]) -> dict[str, np.ndarray]:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from breaker.files.preamble import Preamble
+from breaker.mechanism import in_digits
 
 __all__ = ["Description", "Part", "descriptions"]
 
@@ -23,6 +24,7 @@ class Part(NamedTuple):
         begin, end: Part of the record in which the motion is, ms; NaN for its beginning and end.
         ratio: Stated mm for one unit of the reading; NaN where that is a length, or none is stated.
         beside: Columns that go with it, by ``contact_column`` and ``trigger_column``.
+        others: Columns of contacts that are not taken.
     """
 
     motion: str
@@ -32,6 +34,7 @@ class Part(NamedTuple):
     end: float
     ratio: float
     beside: Mapping[str, str | int] = MappingProxyType({})
+    others: tuple[str | int, ...] = ()
 
 
 class Description(NamedTuple):
@@ -89,7 +92,7 @@ def _copies(folder: Path, paths: Sequence[str]) -> dict[str, str]:
 
 
 def _differences(found: Mapping[str, Description]) -> list[str]:
-    """What to check of the rates and ratios that files state."""
+    """What to check of the rates and ratios that files state, and of contacts left out."""
     doubts = {path: each.preamble.rate_doubt for path, each in found.items()}
     doubts = {path: doubt for path, doubt in doubts.items() if doubt}
     said = []
@@ -99,6 +102,12 @@ def _differences(found: Mapping[str, Description]) -> list[str]:
         stated = (getattr(each.preamble, what) for each in found.values())
         values = sorted({value for value in stated if value > 0})
         if len(values) > 1:
-            listed = ", ".join(f"{value:g}{unit}" for value in values)
+            listed = ", ".join(in_digits(value, 6) + unit for value in values)
             said.append(f"files differ in the stated {what}: {listed}")
-    return said
+    left = (part for each in found.values() for part in each.parts if part.others)
+    return [*said, *dict.fromkeys(map(_left_out, left))]
+
+
+def _left_out(part: Part) -> str:
+    taken, others = part.beside.get("contact_column"), ", ".join(map(repr, part.others))
+    return f"{part.motion} of {part.channel!r}: contact {taken!r} is taken, not {others}"

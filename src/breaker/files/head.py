@@ -24,6 +24,7 @@ from breaker.files.names import (
     wanted_columns,
 )
 from breaker.files.numbers import MISSING, is_number
+from breaker.mechanism import in_digits
 
 __all__ = ["Head", "Table", "find_head", "is_remark"]
 
@@ -98,6 +99,9 @@ def find_head(table: Table, channel: str) -> Head:
     if not rows:
         raise RejectedCurveError(table.file, "is empty")
     wanted = wanted_columns(rows[:_LONGEST], table.settings, channel)
+    timeless = _is_timeless(table)
+    if timeless:
+        del wanted["time"]
     numbers = {kind: column - 1 for kind, column in wanted.items() if isinstance(column, int)}
     unnamed, skip = len(numbers) == len(wanted), table.settings["skip_rows"]
     names = None if skip is None else _explicit_row(table, skip)
@@ -116,6 +120,9 @@ def find_head(table: Table, channel: str) -> Head:
         raise RejectedCurveError(table.file, reason)
     labels = {kind: label_of(column) for kind, column in wanted.items()}
     remarks = _check_units(table, names, units, places, labels)
+    if timeless:
+        time, rate = table.settings["time_column"], in_digits(table.settings["rate"], 6)
+        remarks += (f"there is no column {time!r}: times are those of the rate, {rate} kHz",)
     return Head(table, first, places, labels, width, remarks)
 
 
@@ -123,6 +130,13 @@ def is_remark(row: Row) -> bool:
     """Say whether a row is a remark: it begins with `#`, `!`, `//` or, not for a unit, `%`."""
     cell = row[0].strip()
     return cell.startswith(("#", "!", "//")) or (cell.startswith("%") and cell != "%")
+
+
+def _is_timeless(table: Table) -> bool:
+    """Whether a rate stands for a column of the time that is in no row."""
+    time, rate = table.settings["time_column"], table.settings["rate"]
+    rows = table.rows[:_LONGEST] if rate and isinstance(time, str) else ()
+    return bool(rows) and not any(places_of(row, time) for row in rows)
 
 
 def _explicit_row(table: Table, skip: int) -> int:

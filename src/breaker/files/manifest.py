@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from breaker.files.cells import READ, event_reader
 from breaker.files.guards import RejectedCurveError, printable, read_bytes
 from breaker.files.settings import FORMAT
+from breaker.mechanism import in_digits
 
 if TYPE_CHECKING:  # xarray takes longer to load than all of this
     import xarray as xr
@@ -192,7 +193,7 @@ def _row(
             mistakes.append(f"column {name}: {error}")
     begin, end = read.pop("from", math.nan), read.pop("to", math.nan)
     if begin >= end:
-        mistakes.append(f"column to: {end:g} is not after from, {begin:g}")
+        mistakes.append(f"column to: {in_digits(end, 9)} is not after from, {in_digits(begin, 9)}")
     switching = {motion: read.pop(name) for motion, name in SWITCHING.items() if name in read}
     mistakes += [
         f"column {SWITCHING[of]}: is of {of}; leave it empty in a row of {read['motion']}"

@@ -30,10 +30,10 @@ BESIDE = ("contact", "trigger")
 """Columns that a record may have beside time and travel, in any unit."""
 
 _SPELLINGS = {
-    "s": "s sec secs second seconds sek sekunden",
-    "ms": "ms msec msecs msek millisec millisecs millisecond milliseconds millisekunden",
-    "us": "us µs μs usec µsec μsec microsec microsecs microsecond microseconds",
-    "mm": "mm millimeter millimeters millimetre millimetres",
+    "s": "s с sec secs second seconds sek sekunden",
+    "ms": "ms мс msec msecs msek millisec millisecs millisecond milliseconds millisekunden",
+    "us": "us мкс µs μs usec µsec μsec microsec microsecs microsecond microseconds",
+    "mm": "mm мм millimeter millimeters millimetre millimetres",
     "cm": "cm centimeter centimeters centimetre centimetres",
     "m": "m meter meters metre metres",
     "um": "um µm μm micron microns micrometer micrometers micrometre micrometres",
@@ -46,7 +46,7 @@ _SPELLINGS = {
 }
 # Known, but of no time or travel that the settings can have: they contradict any of these.
 _OTHERS = (
-    "ns min h dm km nm ft mil thou mrad gon A mA kA mV kV W N kN Pa bar Hz kHz Ω ohm °C "
+    "ns min h dm km nm ft mil thou mrad gon A mA kA mV kV W N kN Pa bar Hz kHz кГц Ω ohm °C "
     "uOhm µOhm μOhm mOhm kOhm uΩ µΩ μΩ mΩ kΩ "
     "m/s mm/s mm/ms cm/s ft/s in/s deg/s rad/s m/s² m/s2 g"
 )

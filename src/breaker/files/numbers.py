@@ -32,7 +32,10 @@ _HINTS = {
     ),
     r"[-+−﹣－]?[\d.,٫]+": "write it with the digits 0 to 9 and the sign -",
 }
-_REMEDY = "leave the cell empty where a sample is missing; a line of remarks begins with #"
+_REMEDY = (
+    "leave the cell empty where a sample is missing; a line of remarks begins with #, and what "
+    "stands below the samples is to be deleted"
+)
 
 
 def strict_numbers(

@@ -7,16 +7,20 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from breaker.files.names import split_unit
 from breaker.files.naming import moments
 
 __all__ = ["Pair", "numbers_of", "pairs_of"]
 
 _SIGN = re.compile(r"\s*(?:(?<!\d)[:=：]|[:=：](?!\d))\s*")
-_SPLIT = re.compile(r"[\t;|]|\s{2,}|,\s*(?=[^\W\d_][^,:=]{1,60}[:=](?!\d))")
-_COMMAS = re.compile(r"[:=]\"?\s*,|,\s*,")  # a line of commas in a file of other signs
+_SPLIT = re.compile(
+    r"[\t;|]|\s{2,}|,\s*(?!(?i:[kmuкм]?(?:hz|гц|s|с)|[kc]c|%)\s*[:=])"  # rather a unit than a name
+    r"(?=[^\W\d_][^,:=]{1,60}[:=](?!\d))"
+)
+_COMMAS = re.compile(r"[:=]\s*,|,\s*,")  # a line of commas in a file of other signs
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"({_NUMBER})\s*([^\d\s:,;]\S{{0,11}})?")
-_BEHIND = re.compile(rf"(.*?\D)[\s,]+({_NUMBER}\s*[^\d\s]{{0,11}})")
+_BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
 
@@ -101,8 +105,10 @@ def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
 
 def _pair(name: str, values: Sequence[str], row: int) -> Pair:
     unit = _UNIT.search(name)
-    bare = _UNIT.sub(" ", name).strip() if unit else name
-    return Pair(bare or name, unit[1].strip() if unit and bare else "", tuple(values), row)
+    bare, known = (_UNIT.sub(" ", name).strip(), unit[1].strip()) if unit else (name, "")
+    if not (unit or "/" in name):
+        bare, known = split_unit(name)
+    return Pair(bare or name, (known or "") if bare else "", tuple(values), row)
 
 
 def _tokens(row: Sequence[str]) -> list[tuple[str, bool]]:
@@ -138,7 +144,8 @@ def _is_word(cell: str) -> bool:
 
 def _parts(cell: str) -> list[str]:
     """A cell, split where it is a line of other signs."""
-    cell = cell.strip().strip('"').lstrip("#%! ")
+    quotes = '"' if cell.count('"') % 2 == 0 else r'^\s*"|(?<!\d)"\s*$'  # an odd one may be an inch
+    cell = re.sub(quotes, "", cell).strip(" \t,").lstrip("#%! ")
     if _COMMAS.search(cell):
         return [part.strip() for part in cell.split(",")]
     cell = re.sub(r"\s+(?=[:=：](?:\s|$))", "", cell)

@@ -7,19 +7,17 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 from breaker.files.dates import clock_of, dates_of
+from breaker.files.motions import sequence_of
 from breaker.files.names import unit_of
 from breaker.files.pairs import Pair, numbers_of, pairs_of
 from breaker.files.printed import Printed, phase_in, printed_of
 from breaker.files.rates import StatedRate, rate_of
-from breaker.files.settings import TO_MS, complete
-from breaker.files.sources import is_other_kind, understood
-from breaker.files.text import text_above
-from breaker.files.workbooks import workbook_above
+from breaker.files.settings import TO_MS
+from breaker.mechanism import in_digits
 
-__all__ = ["Preamble", "preamble_of", "read_preamble"]
+__all__ = ["Preamble", "preamble_of"]
 
 _NAN = math.nan
 _SHORTEST = 20.0  # ms, of a record whose length has no unit
@@ -27,18 +25,18 @@ _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are loo
 _AGREE = 0.02  # share by which a length may differ from that of the samples: a trigger, a last one
 _NAMES = {
     "station": r"\b(?:sub)?station\b|umspannwerk|schaltanlage|\bposte\b"
-    r"|subestaci|\bs/s\b|变电站",
+    r"|subesta[cç]|stazione|подстанц|\bs/s\b|变电站",
     "bay": r"\bbay\b|\bfeeder\b|\bfeld\b|abzweig|\btravée\b|\bbah[ií]a\b|\bvano\b|间隔",
     "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
     r"(?:typ|type|model|modell|tipo|型号)(?: designation)?$|schaltertyp",
-    "serial": r"\bserial\b|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
-    r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|n\S* de s[ée]rie|出厂编号",
+    "serial": r"\bserial|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
+    r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|matr[ií]c|заводск|n\S* de s[ée]rie|出厂编号",
 }
 _OTHER_THING = re.compile(
     r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive|antrieb|test|report"
     r"|software|firmware|battery|relay|channel"
 )
-_DATE = re.compile(r"\bdate\b|datum|\bfecha\b|日期")
+_DATE = re.compile(r"\bdat[ea]\b|datum|\bfecha\b|дата|日期")
 _OTHER_DATE = re.compile(
     r"manufact|install|commission|print|calib|next|due|export|overhaul|service|maint|herstell|\bbuilt"
 )
@@ -59,11 +57,9 @@ _UNIT = re.compile(
 )
 _KIND = re.compile(
     r"^(?:kind of |type of |test |cb )?(?:operation|operating sequence|sequence|duty"
-    r"|schaltfolge|manoeuvre|schaltung)(?: (?:type|mode|sequence|kind))?$"
+    r"|schaltfolge|man\w{1,2}uvre|schaltung|operaci[oó]n|maniobra|manovra|операция|操作)"
+    r"(?: (?:type|mode|sequence|kind))?$"
     r"|^(?:test|operation) (?:type|mode|sequence)$"
-)
-_MOVES = re.compile(
-    r"(c(?:los(?:e|ing))?|ein(?:schaltung)?|合)|(o(?:pen(?:ing)?)?|t(?:rip(?:ping)?)?|aus(?:schaltung)?|分)"
 )
 _CHANNEL = re.compile(
     r"^(?:phase(?: name)? (?:of )?)?(?:ch|channel|kanal|travel|transducer|pole|trans)\W*(\d+)"
@@ -143,67 +139,47 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     pairs = pairs_of(rows)
     named = {key: _named(pairs, words) for key, words in _NAMES.items()}
     named["station"] = named["station"] or _named(pairs, r"\bsite\b|\blocation\b")
+    operations = filter(None, (sequence_of(pair.text) for pair in _of(pairs, _KIND)))
     stated, length = rate_of(pairs, decimal), _length(pairs, decimal, samples)
     rate, doubt = _checked(stated, length, samples)
     ratio, unsure = _ratio(pairs, decimal)
     dates, day_first = _dates(pairs)
     if len({*dates}) > 1:
         unsure = (*unsure, f"the date of the test is {dates[0]} or {dates[1]}")
-    units = (p.text for p in pairs if _UNIT.search(p.name.lower()))
-    points = (p for p in pairs if _POINT.search(p.name.lower()))
     return Preamble(
         pairs=tuple(pairs),
         rate=rate,
         rate_doubt=doubt,
         length=length,
         ratio=ratio,
-        travel_unit=next(units, ""),
+        travel_unit=next((pair.text for pair in _of(pairs, _UNIT)), ""),
         dates=dates,
         day_first=day_first,
-        operation=_operation(pairs),
+        operation=next(operations, ""),
         phases=_phases(pairs),
-        speed_points=tuple(points),
+        speed_points=tuple(_of(pairs, _POINT)),
         results=printed_of(rows, pairs, decimal),
         doubts=unsure,
         **named,
     )
 
 
-def read_preamble(file: str | Path, settings: Mapping) -> Preamble:
-    """Read what stands above the samples of a file.
-
-    Args:
-        file: File of one record; of a kind that has no text above its samples, nothing is stated.
-        settings: The section ``endurance.format``; what it lacks has its default.
-
-    Raises:
-        RejectedCurveError: If the file cannot be read.
-    """
-    settings = complete(settings)
-    if not is_other_kind(file):
-        rows, samples = text_above(file, settings)
-    elif Path(file).suffix.lower() in (".xlsx", ".xlsm"):
-        with understood(file):
-            rows, samples = workbook_above(file, settings)
-    else:
-        return Preamble()
-    return preamble_of(rows, settings["decimal"], samples)
+def _of(pairs: Sequence[Pair], words: str | re.Pattern) -> list[Pair]:
+    """Those with a value whose name has some words."""
+    return [pair for pair in pairs if pair.values and re.search(words, pair.name.lower())]
 
 
 def _named(pairs: Sequence[Pair], words: str) -> str:
     """The first value of a name; not of the analyser, or a part of the breaker."""
-    for pair in pairs:
-        name = pair.name.lower()
-        if pair.text and re.search(words, name) and not _OTHER_THING.search(name):
-            return pair.text
-    return ""
+    own = (p.text for p in _of(pairs, words) if not _OTHER_THING.search(p.name.lower()))
+    return next(own, "")
 
 
 def _length(pairs: Sequence[Pair], decimal: str, samples: int) -> float:
     """Length of the record or its plot, ms; a number without a unit may be that of samples."""
-    for pair in pairs:
+    for pair in _of(pairs, _LENGTH):
         number, unit = pair.number(decimal)
-        if _LENGTH.search(pair.name.lower()) and number > 0:
+        if number > 0:
             bare = "ms" if number >= _SHORTEST and abs(number - samples) > 1 else ""
             return number * TO_MS.get(unit_of(unit) if unit else bare, _NAN)
     return _NAN
@@ -212,30 +188,28 @@ def _length(pairs: Sequence[Pair], decimal: str, samples: int) -> float:
 def _checked(stated: StatedRate, length: float, samples: int) -> tuple[float, str]:
     """The rate, kHz, and why there is none."""
     by_length = samples / length if samples and length > 0 else _NAN
+    if math.isnan(by_length):
+        return stated.rate, stated.doubt
     likely = stated.likely if math.isnan(stated.rate) else stated.rate
-    agrees = abs(likely / by_length - 1.0) <= _AGREE
-    lasting = f"{samples} samples in a length of {length:g} ms are {by_length:.4g} kHz"
-    if math.isnan(likely):
-        return _NAN, stated.doubt or ("" if math.isnan(by_length) else f"not stated; {lasting}")
-    if agrees or (stated.rate > 0 and math.isnan(by_length)):
+    if abs(likely / by_length - 1.0) <= _AGREE:
         return likely, ""
+    lasting = f"{samples} samples in a length of {in_digits(length, 6)} ms are "
+    lasting += f"{in_digits(by_length, 4)} kHz"
     if math.isnan(stated.rate):
-        return _NAN, stated.doubt if math.isnan(by_length) else f"{stated.doubt}; {lasting}"
-    return _NAN, f"{stated.text!r} is {likely:g} kHz, but {lasting}"
+        return _NAN, f"{stated.doubt or 'not stated'}; {lasting}"
+    return _NAN, f"{stated.text!r} is {in_digits(likely, 6)} kHz, but {lasting}"
 
 
 def _ratio(pairs: Sequence[Pair], decimal: str) -> tuple[float, tuple[str, ...]]:
     """The ratio of the linkage, and a doubt where channels differ in it."""
-    for pair in pairs:
-        if not _RATIO.search(pair.name.lower()) or not pair.values:
-            continue
+    for pair in _of(pairs, _RATIO):
         texts = [re.sub(r"^\s*1\s*:\s*|\s*:\s*1\s*$", "", value) for value in pair.values]
         numbers = [n for n in numbers_of(texts, decimal)[0] if n > 0]
-        if numbers and len({*numbers}) == 1:
-            return numbers[0], ()
+        several = [in_digits(n, 6) for n in dict.fromkeys(numbers)]
+        if len(several) > 1:
+            return _NAN, (f"channels differ in {pair.name!r}: {' and '.join(several)}",)
         if numbers:
-            said = " and ".join(f"{n:g}" for n in dict.fromkeys(numbers))
-            return _NAN, (f"channels differ in {pair.name!r}: {said}",)
+            return numbers[0], ()
     return _NAN, ()
 
 
@@ -243,7 +217,7 @@ def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
     """The date of the test in both orders of day and month, or in that of all dates if any tells,
     and which that is.
     """
-    every = [(pair, dates_of(pair.text)) for pair in pairs if _DATE.search(pair.name.lower())]
+    every = [(pair, dates_of(pair.text)) for pair in _of(pairs, _DATE)]
     own = [each for each in every if each[1] and not _OTHER_DATE.search(each[0].name.lower())]
     own.sort(key=lambda each: not _TEST.search(each[0].name.lower()))
     if not own:
@@ -253,22 +227,10 @@ def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
     orders = {first for _, each in every if len(each) == 1 for first in each}
     if len(orders) == 1 and orders <= {*found}:
         found = {first: found[first] for first in orders}
-    clocks = (clock_of(p.text) for p in pairs if _TIME.search(p.name.lower()))
+    clocks = (clock_of(each.text) for each in _of(pairs, _TIME))
     clock = clock_of(" ".join(pair.values)) or next(filter(None, clocks), "")
     dates = tuple(dict.fromkeys(found[first] + clock for first in sorted(found, reverse=True)))
     return dates, orders.pop() if len(orders) == 1 else None
-
-
-def _operation(pairs: Sequence[Pair]) -> str:
-    """The motions of the operation, such as ``"C-O"``."""
-    for pair in pairs:
-        if pair.text and _KIND.search(pair.name.lower()):
-            words = re.split(r"[\s\-–/+_,.]+|\d*\.?\d+\s*m?s", pair.text.lower())
-            words = [w for word in words for w in (list(word) if {*word} <= {*"co"} else [word])]
-            moves = [_MOVES.fullmatch(word) for word in words if word]
-            if said := ["C" if move[1] else "O" for move in moves if move]:
-                return "-".join(said)
-    return ""
 
 
 def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
@@ -278,7 +240,7 @@ def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
         name = pair.name.lower()
         if (channel := _CHANNEL.fullmatch(name)) and (phase := phase_in(pair.text)):
             found.setdefault(int(channel[1]), phase)
-        elif re.fullmatch(r"(?:phase|pole|pol)(?:s| names?)?", name) and pair.values:
+        elif re.fullmatch(r"(?:phase|pole|pol|channel)(?:s| names?)?", name) and pair.values:
             values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)
             phases = list(filter(None, map(phase_in, values)))
             named = {0: phases[0]} if len(phases) == 1 else dict(enumerate(phases, start=1))

@@ -5,9 +5,11 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from breaker.files.motions import motion_of
+from breaker.files.names import split_unit, unit_of
 from breaker.files.pairs import Pair, numbers_of
 
-__all__ = ["Printed", "channel_of", "motion_of", "phase_in", "printed_of"]
+__all__ = ["Printed", "channel_of", "phase_in", "printed_of"]
 
 _QUANTITIES = {  # the first that a name has
     "maximum_speed": r"\b(?:max|peak)\w*\W.*(?:veloc|speed|geschw)",
@@ -29,19 +31,15 @@ _NO_RESULT = re.compile(
     r"point|punkt|range|limit|\bmin|rated|nominal|toler|refer|soll|sampl|ratio|unit|transducer"
     r"|sensor|gauge|scale|level|delay|length|\bto\b|\bfrom\b|type|resol|definition"
 )
-_NONE = r"(?<![^\W\d_])"
+_NONE = r"(?:(?<![^\W\d_])|(?<=[\u4e00-\u9fff]))"
 _CHANNEL = re.compile(
     rf"{_NONE}(?:ch|channel|kanal|travel|trans(?:ducer)?|tr?|pole|pol)[\W_]*(\d+)\b", re.I
 )
 _PHASE = re.compile(
     rf"{_NONE}(?:(?:phase|pole|pol|leiter|ph)[\s_.:-]*(l?[123]|[a-cr-wy]|red|yellow|blue)(?![^\W_])"
-    rf"|(l[123]|[rybabcstuvw]|red|yellow|blue)[\W_]*(?:phase|pole|ph)?$)",
+    rf"|(l[123]|[rybabcstuvw]|red|yellow|blue)[\W_]*(?:phase|pole|ph|相)?$)",
     re.I,
 )
-_MOTIONS = {
-    "closing": r"\bclos|\bein|合|ferm|cierre|\bc\b",
-    "opening": r"\bopen|\btrip|\baus|分|ouvert|apert|\bo\b",
-}
 _HEADS = re.compile(
     r"param|quantit|result|measur|value|mess|größe|grandeur|name|descr|item|channel|phase|pole|^$",
     re.I,
@@ -80,7 +78,7 @@ def phase_in(text: str) -> str:
     >>> phase_in("Phase R"), phase_in("L2"), phase_in("Travel 1")
     ('R', 'L2', '')
     """
-    found = _PHASE.search(text.strip())
+    found = _PHASE.search(split_unit(text.strip())[0])
     return next(filter(None, found.groups()), "").strip() if found else ""
 
 
@@ -90,12 +88,6 @@ def quantity_of(name: str) -> str:
     if _NO_RESULT.search(low):
         return ""
     return next((q for q, words in _QUANTITIES.items() if re.search(words, low)), "")
-
-
-def motion_of(name: str) -> str:
-    """Return the motion that a name says, empty where it says none, or both."""
-    said = [motion for motion, words in _MOTIONS.items() if re.search(words, name.lower())]
-    return said[0] if len(said) == 1 else ""
 
 
 def printed_of(
@@ -117,32 +109,24 @@ def printed_of(
     for pair in pairs:
         if pair.row in taken or not (quantity := quantity_of(pair.name)):
             continue
-        values = pair.values
-        numbers, unit = numbers_of(values, decimal)
-        label = next(filter(None, (m and m[0] for m in (_CHANNEL.search(pair.name),))), "")
-        label = label or phase_in(pair.name)
+        numbers, unit = numbers_of(pair.values, decimal)
+        channel = _CHANNEL.search(pair.name)
+        label = channel[0] if channel else phase_in(pair.name)
         several = sum(map(math.isfinite, numbers)) > 1
-        beside = next((v for v, n in zip(values, numbers, strict=True) if math.isnan(n)), "")
+        texts = (v for v, n in zip(pair.values, numbers, strict=True) if math.isnan(n))
+        unit, motion = pair.unit or unit or next(texts, ""), motion_of(pair.name)
         for place, number in enumerate(numbers, start=1):
             channel = str(place) if several else label
-            each = Printed(
-                quantity,
-                motion_of(pair.name),
-                channel,
-                number,
-                pair.unit or unit or beside,
-                pair.name,
-            )
-            if _fits(each):
-                found.append(each)
-    return tuple(dict.fromkeys(found))
+            found.append(Printed(quantity, motion, channel, number, unit, pair.name))
+    return tuple(dict.fromkeys(filter(_fits, found)))
 
 
 def _fits(each: Printed) -> bool:
     """Whether a result is a number in a unit that its quantity may have."""
     units = _TIMES if each.quantity.endswith("time") else _LENGTHS
     units = _SPEEDS if each.quantity.endswith("speed") else units
-    return math.isfinite(each.value) and (not each.unit or each.unit.lower() in units)
+    known = unit_of(each.unit) or each.unit.lower()
+    return math.isfinite(each.value) and (not each.unit or known in units)
 
 
 def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed], set[int]]:
@@ -163,8 +147,8 @@ def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed],
         elif head:
             # The names of channels may stand alone, with none of the column of quantities.
             head = ["", *head] if len(head) == len(cells) - 1 else head
-            each = list(_row(head, cells, numbers, title))
-            found += filter(_fits, each)
+            each = _row(head, cells, numbers, title)
+            found += each
             taken |= {place} if each else set()
     return found, taken
 
@@ -177,17 +161,17 @@ def _is_head(cells: Sequence[str]) -> bool:
     return bool(named) or all(channels)
 
 
-def _row(head: Sequence[str], cells: Sequence[str], numbers: Sequence[float], title: str):
+def _row(
+    head: Sequence[str], cells: Sequence[str], numbers: Sequence[float], title: str
+) -> list[Printed]:
     """Results in a line of a table."""
-    unit = next(
-        (c for h, c in zip(head[1:], cells[1:], strict=False) if h.lower().startswith("unit")), ""
-    )
-    for label, number in zip(head[1:], numbers, strict=False):
-        name, channel = (
-            (label, cells[0]) if quantity_of(label) and not channel_of(label) else (cells[0], label)
-        )
-        if not (quantity := quantity_of(name)) or label.lower().startswith("unit"):
-            continue
-        inner = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]", name)
-        own = inner[1] if inner else unit
-        yield Printed(quantity, motion_of(name) or title, channel, number, own, name)
+    found, columns = [], list(zip(head[1:], cells[1:], numbers, strict=False))
+    unit = next((cell for label, cell, _ in columns if label.lower().startswith("unit")), "")
+    for label, _, number in columns:
+        heads = quantity_of(label) and not channel_of(label)
+        name, channel = (label, cells[0]) if heads else (cells[0], label)
+        if (quantity := quantity_of(name)) and not label.lower().startswith("unit"):
+            inner = re.search(r"[\[(]\s*([^\[\]()]+?)\s*[\])]", name)
+            own = inner[1] if inner else unit
+            found.append(Printed(quantity, motion_of(name) or title, channel, number, own, name))
+    return found

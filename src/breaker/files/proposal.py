@@ -6,28 +6,24 @@ Light to import.
 import csv
 import math
 import os
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
-from breaker.files.cells import MOTIONS
 from breaker.files.described import Description, Part, descriptions
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
 from breaker.files.manifest import ABOUT
+from breaker.files.motions import motions_in
 from breaker.files.naming import Moment, moments, natural, numbers_in
+from breaker.mechanism import MOTIONS
 
 __all__ = ["propose_manifest"]
 
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 _LONGEST = 200  # signs of a cell
-_WORDS = {
-    "closing": {"closing", "close", "closes", "ein"},
-    "opening": {"opening", "open", "opens", "trip", "tripping", "aus"},
-}
 
 
 class _File(NamedTuple):
@@ -192,9 +188,9 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 def _described(file: Path, path: str, top: str) -> _File:
     parts = path.split("/")[:-1]
-    spoken = [_motions(part) for part in parts]
+    spoken = [motions_in(part) for part in parts]
     # The folder that is nearest to the file goes first, then its name.
-    motions = next(filter(None, [*reversed(spoken), _motions(file.stem), _motions(top)]), ())
+    motions = next(filter(None, [*reversed(spoken), motions_in(file.stem), motions_in(top)]), ())
     return _File(
         path=path,
         stem=file.stem,
@@ -203,12 +199,6 @@ def _described(file: Path, path: str, top: str) -> _File:
         date=next((each for each in moments(file.stem) if each.when), None),
         written=os.stat(file).st_mtime,
     )
-
-
-def _motions(text: str) -> tuple[str, ...]:
-    """The motions that a name speaks of."""
-    words = set(re.findall("[a-z]+", text.lower()))
-    return tuple(motion for motion, its in _WORDS.items() if words & its)
 
 
 def _numbers(rows: Sequence[_Row]) -> tuple[list[int], str]:

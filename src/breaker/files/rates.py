@@ -8,6 +8,7 @@ from typing import NamedTuple
 from breaker.files.names import unit_of
 from breaker.files.pairs import Pair
 from breaker.files.settings import TO_MS
+from breaker.mechanism import in_digits
 
 __all__ = ["RATES", "StatedRate", "rate_of"]
 
@@ -15,21 +16,22 @@ RATES = (0.95, 105.0)
 """The least and the largest rate, kHz, of recorders."""
 
 _UNIT = re.compile(
-    r"(k|kilo|m|mega)?(?:hz|hertz|sps|(?:s|sa|samples?|pts|points|1)/s(?:ec)?)|k(?:c|cs|cps|c/s)"
+    r"(k|kilo|m|mega|к|м)?(?:hz|hertz|гц|sps|(?:s|sa|samples?|pts|points|1)/s(?:ec)?)|k(?:c|cs|cps|c/s)?"
     r"|(?P<ms>(?:s|sa|samples?|pts|points|1)?/ms)"
 )
 _PER = re.compile(r"(?:\bper |\bsamples? ?/) ?(m?s)(?:ec(?:ond)?s?)?\b")  # in the name
 _EACH = re.compile(r"([µμu]?\w+) ?(?:/|per) ?samples?")
-_SIZES = {None: 1e-3, "k": 1.0, "kilo": 1.0, "m": 1e3, "mega": 1e3}
+_SIZES = {None: 1e-3} | dict.fromkeys(("k", "kilo", "к"), 1.0) | dict.fromkeys("mм", 1e3)
+_SIZES["mega"] = 1e3
 _RATE = re.compile(
-    r"sampl|abtast|messrate|\brate\b|scan|acquisition|échantillon|echantillon|muestr|campion|takt"
+    r"sampl|\bfs\b|abtast|messrate|\brate\b|scan|acquisition|échantillon|echantillon|muestr|campion|takt"
     r"|дискрет|采样|采樣|サンプリング"
 )
 _FREQUENCY = re.compile(r"freq|fréq|频率|頻率")
 _STEP = re.compile(
     r"interv|increm|period|delta|\bdt\b|time.?step|schritt|raster|resolution|auflös|间隔|周期"
 )
-_TEMPO = re.compile(r"rate|speed|freq|fréq|velocidad|频率|速率|周波数|takt")
+_TEMPO = re.compile(r"rate|speed|\bfs\b|freq|fréq|velocidad|频率|速率|周波数|takt")
 _OTHER = re.compile(
     r"filter|bandw|cut.?off|grenz|low.?pass|tiefpass|滤波|rated"
     r"|number|count|anzahl|no\b|baud|refresh|travel (?:res|speed)|veloc"
@@ -72,7 +74,9 @@ def rate_of(pairs: Iterable[Pair], decimal: str = ".") -> StatedRate:
         ((rate, (text, _)),) = sure.items()
         return StatedRate(rate, text=text)
     if sure:
-        several = " and ".join(f"{text!r} ({rate:g} kHz)" for rate, (text, _) in sure.items())
+        several = " and ".join(
+            f"{text!r} ({in_digits(rate, 6)} kHz)" for rate, (text, _) in sure.items()
+        )
         return StatedRate(doubt=f"several rates are stated: {several}")
     if unsure:
         rate, (text, unit) = next(iter(unsure.items()))
@@ -85,7 +89,7 @@ def _per_ms(unit: str) -> float:
     """Samples in a ms that one of a unit is; NaN if it is none of rates."""
     if not (found := _UNIT.fullmatch(unit.lower().replace(" ", "").strip("[]()."))):
         return math.nan
-    return 1.0 if found["ms"] or found[0].startswith("kc") else _SIZES[found[1]]
+    return 1.0 if found["ms"] or found[0] == "k" or found[0].startswith("kc") else _SIZES[found[1]]
 
 
 def _rates(pair: Pair, decimal: str) -> list[tuple[float, bool]]:
@@ -94,17 +98,16 @@ def _rates(pair: Pair, decimal: str) -> list[tuple[float, bool]]:
     number, unit = pair.number(decimal)
     if not number > 0:
         return []
-    if (per := _PER.search(f"{name} {unit.lower()}")) and _RATE.search(name):
+    step, named = _STEP.search(name), _RATE.search(name)
+    if named and (per := _PER.search(f"{name} {unit.lower()}")):
         return _fit([number / TO_MS[per[1]]], sure=True)
     if _OTHER.search(name):
         return []
-    if (each := _EACH.fullmatch(unit.lower())) and each[1] in TO_MS:
-        return _fit([1.0 / (number * TO_MS[each[1]])], sure=True)
-    step, named = _STEP.search(name), _RATE.search(name)
-    if (ms := TO_MS.get(unit_of(unit))) is not None:
-        return _fit([1.0 / (number * ms)], sure=True) if step else []
+    each = _EACH.fullmatch(unit.lower())
+    if (ms := TO_MS.get(unit_of(each[1] if each else unit))) is not None:
+        return _fit([1.0 / (number * ms)], sure=True) if step or each else []
     if (per_ms := _per_ms(unit)) > 0:
-        sure = named or _FREQUENCY.search(name) or not re.search("hz|hertz", unit.lower())
+        sure = named or _FREQUENCY.search(name) or not re.search("hz|hertz|гц|k$", unit.lower())
         return _fit([number * per_ms], sure=bool(sure))
     if unit:
         return []

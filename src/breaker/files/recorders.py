@@ -14,6 +14,7 @@ from breaker.files.guards import RejectedCurveError, read_bytes
 from breaker.files.names import BESIDE, StatedUnit, check_unit, label_of, place_of, wanted_columns
 from breaker.files.numbers import are_readings
 from breaker.files.settings import TO_MS
+from breaker.mechanism import in_digits
 
 __all__ = ["open_comtrade", "read_comtrade"]
 
@@ -37,7 +38,7 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
     unit = StatedUnit("travel", label_of(column), described.uu)
     remarks = check_unit(file, unit, settings)
     if described.pors.upper() == "S" and described.primary != described.secondary:
-        ratio = f"{described.primary:g} : {described.secondary:g}"
+        ratio = " : ".join(in_digits(each, 6) for each in (described.primary, described.secondary))
         remarks += (f"{label_of(column)} is of the secondary side, with a ratio of {ratio}",)
     travel = np.asarray(record.analog[place])
     if not are_readings(travel, "travel"):

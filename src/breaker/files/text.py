@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from breaker.files.columns import Columns, columns_of, rows_above
+from breaker.files.columns import Columns, columns_of
 from breaker.files.guards import RejectedCurveError, read_bytes
 
-__all__ = ["read_text", "text_above"]
+__all__ = ["cells_of", "read_text"]
 
 _BLOCK = 2**20  # characters that are split into cells at a time
 _LONGEST_LINE = 100_000  # characters
@@ -21,21 +21,6 @@ def read_text(file: str | Path, settings: Mapping, channel: str = "") -> Columns
     """Read the columns of a text: see ``sources.read_columns``."""
     text = _decode(file, read_bytes(file), settings["encoding"])
     return columns_of(file, _blocks(file, text, settings["delimiter"]), settings, channel)
-
-
-def text_above(file: str | Path, settings: Mapping) -> tuple[list[list[str]], int]:
-    """Return the cells of the lines above the samples of a text, and the number of samples.
-
-    Raises:
-        RejectedCurveError: If the file cannot be read, or has no columns as the settings say.
-    """
-    text = _decode(file, read_bytes(file), settings["encoding"])
-    blocks = _blocks(file, text, settings["delimiter"])
-    lines, above, samples = rows_above(file, blocks, settings)
-    if settings["delimiter"] == " ":  # those between the words of a text, too
-        whole = text[: text.find("\n", _BLOCK)].split("\n")
-        above = [[whole[line - 1]] for line in lines]
-    return above, samples
 
 
 def _decode(file: str | Path, content: bytes, encoding: str) -> str:
@@ -74,25 +59,26 @@ def _blocks(
             raise RejectedCurveError(file, reason, line=line + long)
         kept = [i for i, one in enumerate(every) if one.strip(blank)]
         there = every if len(kept) == len(every) else [every[i] for i in kept]
-        yield [line + i for i in kept], _split(there, delimiter, quoted='"' in block)
+        plain = delimiter != " " and '"' not in block
+        split = str.split if plain else cells_of
+        yield [line + i for i in kept], [split(one, delimiter) for one in there]
         begin, line = end + 1, line + len(every)
 
 
-def _split(lines: list[str], delimiter: str, *, quoted: bool) -> list[list[str]]:
-    """Cells of each line. Each is split for itself: an odd quotation mark, such as that of an inch,
-    must not join lines, or their numbers shift.
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line; where " " is the delimiter, any blanks are one.
+
+    Each line is split for itself: an odd quotation mark, such as that of an inch, must not join
+    lines, or their numbers shift.
+
+    >>> cells_of('"1,5", 2', ","), cells_of("Travel (mm)  Time", " ")
+    (['1,5', '2'], ['Travel(mm)', 'Time'])
     """
-    plain = None if delimiter == " " else delimiter
-    if delimiter == " ":
-        lines = [
-            _BEFORE_UNIT.sub("", one).strip() if "(" in one or "[" in one else one.strip()
-            for one in lines
-        ]
-    if not quoted:
-        return [one.split(plain) for one in lines]
-    return [
-        next(csv.reader([one], delimiter=delimiter, skipinitialspace=True))
-        if '"' in one and one.count('"') % 2 == 0
-        else one.split(plain)
-        for one in lines
-    ]
+    line = line.strip() if delimiter == " " else line.rstrip("\n")
+    if delimiter == " " and ("(" in line or "[" in line):
+        line = _BEFORE_UNIT.sub("", line)
+    cells = line.split(None if delimiter == " " else delimiter)
+    if '"' in line and line.count('"') % 2 == 0:
+        reader = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+        cells = next(reader, [])
+    return [cell.strip() for cell in cells]

@@ -3,15 +3,14 @@
 import io
 import re
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 
-from breaker.files.columns import Columns, columns_of, rows_above
+from breaker.files.columns import Columns, columns_of
 from breaker.files.guards import LARGEST, RejectedCurveError, TooLargeError, read_bytes
 
-__all__ = ["open_workbook", "read_workbook", "rows_of", "workbook_above"]
+__all__ = ["open_workbook", "read_workbook", "rows_of"]
 
 _BLOCK = 20_000  # rows at a time
 _GAP = 1_000  # blank rows in a row that end a sheet
@@ -32,26 +31,11 @@ def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Col
     Raises:
         RejectedCurveError: Of the first sheet, if no sheet has the columns.
     """
-    return _of_a_sheet(file, settings, partial(columns_of, channel=channel))
-
-
-def workbook_above(file: str | Path, settings: Mapping) -> tuple[list[list[str]], int]:
-    """Return the cells of the rows above the samples of a workbook, and the number of samples.
-
-    Raises:
-        RejectedCurveError: Of the first sheet, if no sheet has the columns.
-    """
-    _, rows, samples = _of_a_sheet(file, settings, rows_above)
-    return rows, samples
-
-
-def _of_a_sheet(file: str | Path, settings: Mapping, read: Callable):
-    """What is read of the first sheet of which it can be."""
     book = open_workbook(file)
     settings, first = {**settings, "delimiter": "\t"}, None
     for sheet in book.worksheets:
         try:
-            return read(file, _blocks(sheet, settings["decimal"]), settings)
+            return columns_of(file, _blocks(sheet, settings["decimal"]), settings, channel)
         except RejectedCurveError as error:
             first = first or error
     raise first or RejectedCurveError(file, "has no sheet")

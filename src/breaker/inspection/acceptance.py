@@ -11,6 +11,7 @@ import xarray as xr
 
 from breaker.files import MANIFEST, Operation, list_operations, read_manifest
 from breaker.inspection.wording import alike, bullet
+from breaker.mechanism import in_digits
 from breaker.records import Grid, read_curves
 
 __all__ = ["Checked", "check_folder", "checked_text"]
@@ -142,7 +143,11 @@ def _table(checked: Sequence[Checked]) -> str:
 
 def _range(values: np.ndarray) -> str:
     values = values[np.isfinite(values)]
-    return f"{values.min():.3g} to {values.max():.3g}" if values.size else ""
+    return (
+        " to ".join(in_digits(end, 3) for end in (values.min(), values.max()))
+        if values.size
+        else ""
+    )
 
 
 def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
@@ -157,7 +162,7 @@ def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:
         spread = 1.4826 * float(np.median(np.abs(values[there] - middle)))
         apart = np.abs(values - middle) > max(_FAR * spread, _MATTERS * middle)
         for i in np.flatnonzero(there & apart):
-            far = f"{values[i]:.4g} {unit}, that of most {middle:.4g} {unit}"
+            far = f"{in_digits(values[i], 4)} {unit}, that of most {in_digits(middle, 4)} {unit}"
             found.append((str(curves.file.values[i]), f"its {name.replace('_', ' ')} is {far}"))
     return found
 

@@ -21,7 +21,7 @@ _OTHER_NAMES = re.compile(
     r"|resist|widerst|\bres\b|ohm|dcrm|press|druck|temp|aux|contact|kontakt|status|digital|trigger|\bI\d|\bI_?L\d|电流|速度|電流"
 )
 _TRAVEL_NAMES = re.compile(
-    r"(?i)travel|stroke|\bweg|hub|posit|displac|course|carrera|transduc|angle|winkel|motion|行程|位移"
+    r"(?i)travel|stroke|\bweg|hub|posit|displac|course|carrera|transduc|angle|winkel|motion|corsa|\bход|перемещ|行程|位移"
 )
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 

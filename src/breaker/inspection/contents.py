@@ -19,6 +19,7 @@ from breaker.files import (
     FORMAT,
     OTHER_KINDS,
     RejectedCurveError,
+    cells_of,
     is_other_kind,
     open_comtrade,
     open_grid,
@@ -32,7 +33,6 @@ from breaker.files import (
 from breaker.inspection.layouts import (
     Layout,
     LayoutError,
-    cells_of,
     check_size,
     kind_of,
     layout_of_lines,

@@ -1,19 +1,61 @@
-"""What is seen in a file for the table of its folder, without reading it as a record."""
+"""What a file states, which of its columns travel, and what goes with each; no record is read."""
 
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from breaker.files import TO_MM, Description, Part, RejectedCurveError
+from breaker.files import TO_MM, Description, Part, Preamble, RejectedCurveError
+from breaker.inspection.channels import Travel
 from breaker.inspection.contents import look_into
 from breaker.inspection.guesses import guess_direction
 from breaker.inspection.layouts import Layout, LayoutError
 from breaker.inspection.printed_results import phase_of
 from breaker.inspection.proposals import InspectionError, chosen_travels, motions_of
-from breaker.inspection.timing import find_clock
-from breaker.inspection.wiring import columns_beside
+from breaker.inspection.timing import Clock, find_clock
+from breaker.inspection.wiring import Beside, columns_beside
 
-__all__ = ["describe_file"]
+__all__ = ["Channel", "describe_file", "stated_in", "travel_channels"]
+
+
+class Channel(NamedTuple):
+    """A column that travels.
+
+    Attributes:
+        name: Its phase, or else the column.
+        beside: By motion, what goes with it: see ``columns_beside``.
+    """
+
+    name: str
+    beside: Mapping[str, Beside]
+
+
+def stated_in(file: str | Path) -> Preamble:
+    """Return what a file states above its samples; nothing of one that cannot be read."""
+    with suppress(LayoutError, RejectedCurveError):
+        return look_into(file).stated
+    return Preamble()
+
+
+def travel_channels(file: str | Path) -> dict[str, Channel]:
+    """Return the channels of a file by those columns that move as a drive does.
+
+    A channel is called by its phase, where the file states it and no other channel has the same;
+    else by its column. What moves by far less than the others is left out, as by cross-talk.
+
+    Raises:
+        InspectionError: If none moves.
+        LayoutError: If there are no columns of numbers.
+        RejectedCurveError: If the file cannot be read.
+    """
+    layout = look_into(file)
+    travels, _, beside = _travels(Path(file), layout, find_clock(layout))
+    columns = [str(layout.column(each.place)) for each in travels]
+    phases = _phases(layout, travels)
+    names = phases if all(phases) and len({*phases}) == len(phases) else columns
+    return dict(zip(columns, map(Channel, names, beside), strict=True))
 
 
 def describe_file(file: str | Path) -> Description:
@@ -22,31 +64,33 @@ def describe_file(file: str | Path) -> Description:
     Motions are looked for where the text names the breaker or its bay, as an analyser does. Of a
     file that cannot be read nothing is seen.
     """
-    try:
-        layout = look_into(file)
-    except (LayoutError, RejectedCurveError):
-        return Description()
-    stated = layout.stated
-    if not (stated.serial or stated.bay):
-        return Description(stated)
-    try:
-        return Description(stated, tuple(_parts(Path(file), layout)))
-    except InspectionError:
-        return Description(stated)
+    stated = Preamble()
+    with suppress(LayoutError, RejectedCurveError, InspectionError):
+        stated = (layout := look_into(file)).stated
+        if stated.serial or stated.bay:
+            return Description(stated, tuple(_parts(Path(file), layout)))
+    return Description(stated)
 
 
-def _parts(file: Path, layout: Layout) -> list[Part]:
-    """The motions of all channels; where they are only if the times of samples are known."""
-    clock = find_clock(layout)
+def _travels(
+    file: Path, layout: Layout, clock: Clock
+) -> tuple[list[Travel], int, list[dict[str, Beside]]]:
+    """Columns of travel, the sign of their reading, and what goes with each by motion."""
     travels, _ = chosen_travels(file, layout, clock, "")
     sign = guess_direction(file, layout, travels).settings["sign"]
-    parts = []
-    for order, travel in enumerate(travels, start=1):
-        phase = phase_of(layout, travel.place, order)
+    return travels, sign, columns_beside(layout, travels, sign)
+
+
+def _phases(layout: Layout, travels: Sequence[Travel]) -> list[str]:
+    return [phase_of(layout, each.place, k) for k, each in enumerate(travels, start=1)]
+
+
+def _parts(file: Path, layout: Layout) -> Iterator[Part]:
+    """The motions of all channels; where they are only if the times of samples are known."""
+    travels, sign, besides = _travels(file, layout, clock := find_clock(layout))
+    for travel, phase, beside in zip(travels, _phases(layout, travels), besides, strict=True):
         ratio = np.nan if travel.unit in (None, *TO_MM) else layout.stated.ratio
         for each in motions_of(travel, file, layout, clock, sign):
             found = each.operation
             at = (np.nan, np.nan) if np.isnan(clock.rate) else (found.begin, found.end)
-            beside = columns_beside(layout, travel.place, each.motion)
-            parts.append(Part(each.motion, str(each.column), phase, *at, ratio, beside))
-    return parts
+            yield Part(each.motion, str(each.column), phase, *at, ratio, *beside[each.motion])

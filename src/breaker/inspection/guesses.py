@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.files import TO_MM, unit_of
+from breaker.files import TO_MM, motions_in, unit_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
+from breaker.mechanism import in_digits
 
 __all__ = [
     "Guess",
@@ -24,7 +25,6 @@ __all__ = [
     "guess_rest",
     "guess_time",
     "guess_unit",
-    "motion_in",
 ]
 
 _MARGIN = 0.1  # share of the strokes seen that is allowed beyond them, so that a false gain shows
@@ -34,15 +34,9 @@ _ALIKE = 1.15  # ratio of strokes, from which motions differ
 _PRIOR = (5.0, 40.0)  # mm, strokes for which the default prior may do
 _WHOLE = 1e-6  # samples
 _LONGER = 1.05  # times the longest motion, that a grid shall hold
-_LENGTHS = {"mm": (4.0, 250.0), "m": (0.004, 0.25), "um": (4e3, 2.5e5)}  # strokes, by size
-_CLOSES = re.compile(
-    r"(?<![a-z])(?:clos\w*|einschalt\w*|ein|ferme\w*|cierre|c[-_ ]?o)(?![a-z])|合[闸閘]"
-)
-_OPENS = re.compile(
-    r"(?<![a-z])(?:open\w*|trip\w*|ausschalt\w*|aus|ouvert\w*|apert\w*|o[-_ ]?c)(?![a-z])|分[闸閘]"
-)
-
-_FIRST = {"C": "closing", "O": "opening"}
+_LENGTHS = {"mm": (4.0, 400.0), "m": (0.004, 0.4)}  # strokes, by size
+_FIRST = {"c": "closing", "o": "opening"}
+_SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
 
 
 @dataclass(frozen=True)
@@ -74,19 +68,30 @@ def guess_unit(layout: Layout, travels: Sequence[Travel]) -> Guess:
     if unit and said and unit != said:
         remarks.append(f"the column of travel is in {unit}, but the text above states {said}")
     if (unit := unit or said) is None:
-        sizes = (u for u, (low, high) in _LENGTHS.items() if low <= stroke <= high)
-        unit = next(sizes, "counts")
-        why = f"{unit} is a guess from the stroke of {stroke:.4g}"
+        unit, why = _unit_by_size(layout.columns[travels[0].place], stroke)
+        if layout.names[travels[0].place].endswith("(in)"):  # rather a direction elsewhere
+            unit, why = "inch", "(in) behind the name of a travel is taken for it"
         remarks.append(f"the unit of the travel is not stated; {why}")
     lacking = {}
     if unit not in TO_MM:
-        ratio = f"; stated is a ratio of {stated.ratio:g}" if stated.ratio > 0 else ""
-        lacking["ratio"] = f"mm for one {unit}; the stroke is {stroke:.4g} {unit}{ratio}"
+        ratio = f"; stated is a ratio of {in_digits(stated.ratio, 6)}" if stated.ratio > 0 else ""
+        lacking["ratio"] = f"mm for one {unit}; the stroke is {in_digits(stroke, 4)} {unit}{ratio}"
         remarks.append(f"a travel in {unit} needs the mm of one: endurance.format.ratio, or table")
     if len({travel.unit for travel in travels}) > 1:
         remarks.append("the columns of travel have different units: choose one by --channel")
     settings = {"travel_column": layout.column(travels[0].place), "travel_unit": unit}
     return Guess(settings, lacking, tuple(remarks))
+
+
+def _unit_by_size(readings: np.ndarray, stroke: float) -> tuple[str, str]:
+    """A unit for readings ``(t,)`` of a stroke in it, and why that."""
+    size = in_digits(stroke, 4)
+    if stroke > 1.0 and not np.mod(readings[np.isfinite(readings)], 1.0).any():
+        return "counts", f"counts is a guess, as all readings are integers, with a stroke of {size}"
+    units = (unit for unit, (low, high) in _LENGTHS.items() if low <= stroke <= high)
+    if unit := next(units, None):
+        return unit, f"{unit} is a guess from the stroke of {size}"
+    return "counts", f"a stroke of {size} is none in mm or m, so counts stands for any unit"
 
 
 def strokes_of(travels: Iterable[Travel]) -> np.ndarray:
@@ -102,8 +107,8 @@ def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Gu
         file.absolute().parent.name,
         "\n".join(" ".join(row) for row in layout.preamble),
     )
-    said = _FIRST.get(layout.stated.operation[:1]) or next(
-        filter(None, map(motion_in, texts)), None
+    said = _FIRST.get(layout.stated.operation[:1].lower()) or next(
+        filter(None, map(_first_in, texts)), ""
     )
     before, after = np.abs(travel.rests[0]) / travel.strokes[0]
     seen = None
@@ -126,10 +131,12 @@ def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Gu
     return Guess({"sign": sign}, remarks=tuple(remarks))
 
 
-def motion_in(text: str) -> str | None:
-    """Return which of the motions a text names, None unless it is one alone."""
-    closes, opens = (bool(words.search(text.lower())) for words in (_CLOSES, _OPENS))
-    return None if closes == opens else "closing" if closes else "opening"
+def _first_in(text: str) -> str:
+    """The motion with which a text says that a record begins, empty where it does not."""
+    if found := _SEQUENCE.search(text.lower()):
+        return _FIRST[found[1]]
+    said = motions_in(text)
+    return said[0] if len(said) == 1 else ""
 
 
 def of_default_size(strokes: np.ndarray) -> bool:
@@ -149,12 +156,14 @@ def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) 
     remarks, strokes = [], mm * strokes_of(travels)
     low, high = float(strokes.min()), float(strokes.max())
     if high > _ALIKE * low:
-        remarks.append(f"the strokes of the motions differ: {low:.4g} to {high:.4g} mm")
+        remarks.append(
+            f"the strokes of the motions differ: {in_digits(low, 4)} to {in_digits(high, 4)} mm"
+        )
     if known and not of_default_size(strokes):
         remarks.append(
-            f"a stroke of {np.median(strokes):.4g} mm is that of another size of breaker than "
-            "those of the default prior: breaker infer takes any size, the "
-            "workflow needs a prior and size of its own, which breaker fit-prior proposes"
+            f"a stroke of {in_digits(np.median(strokes), 4)} mm is that of another size of breaker "
+            "than those of the default prior: breaker infer takes any size, the workflow needs a "
+            "prior and size of its own, which breaker fit-prior proposes"
         )
     opens = mm * np.array([(sign * travel.rests).min() for travel in travels])
     settings = {

@@ -5,7 +5,6 @@ read with explicit settings only. The size of a table is bounded before its cell
 head is guessed from the first lines and some of the others: a file may hold anything.
 """
 
-import csv
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,6 +19,7 @@ from breaker.files import (
     MISSING,
     Preamble,
     RejectedCurveError,
+    cells_of,
     is_number,
     preamble_of,
     split_unit,
@@ -27,7 +27,7 @@ from breaker.files import (
     unit_of,
 )
 
-__all__ = ["Layout", "LayoutError", "cells_of", "check_size", "kind_of", "layout_of_lines"]
+__all__ = ["Layout", "LayoutError", "check_size", "kind_of", "layout_of_lines"]
 
 _SAMPLE = 1_000  # lines from which the kinds of columns are guessed
 _ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; reading looks there
@@ -149,15 +149,6 @@ def _numbers(
             values, _ = strict_numbers(cells, decimal, LARGEST_NUMBER["time"])
             columns[place, begin : begin + len(rows)] = values
     return list(columns)
-
-
-def cells_of(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line; where " " is the delimiter, any blanks are one."""
-    if delimiter == " ":
-        return line.split()
-    if '"' in line:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
-    return [cell.strip() for cell in line.split(delimiter)]
 
 
 def _filled(lines: Iterable[str], delimiter: str) -> list[str]:

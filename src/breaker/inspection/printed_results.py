@@ -9,9 +9,16 @@ import numpy as np
 from breaker.files import TO_MM, Preamble, Printed, channel_of, motion_of, phase_in, unit_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
-from breaker.mechanism import SPEEDS, Point, Speed
+from breaker.mechanism import SPEEDS, Point, Speed, in_digits
 
-__all__ = ["Compared", "compare_printed", "phase_of", "stated_remarks", "stated_speeds"]
+__all__ = [
+    "Compared",
+    "compare_printed",
+    "measured_name",
+    "phase_of",
+    "stated_remarks",
+    "stated_speeds",
+]
 
 _DIFFERS = {"stroke": 0.01, "speed": 0.03}
 _CLOSE = 0.05  # share by which strokes may differ that tell whether samples are multiplied
@@ -23,11 +30,13 @@ _TO_MM_PER_MS = {
     "ft/s": 0.3048,
     "in/s": 0.0254,
 }
-# Beyond the rest after the motion: the names of the house differ by motion.
 _MEASURED = {
-    "stroke": {"closing": "stroke", "opening": "stroke"},
-    "over_travel": {"closing": "over_travel", "opening": "rebound"},
-    "speed": {"closing": "closing_speed", "opening": "opening_speed"},
+    ("stroke", "closing"): "stroke",
+    ("stroke", "opening"): "stroke",
+    ("over_travel", "closing"): "over_travel",
+    ("over_travel", "opening"): "rebound",
+    ("speed", "closing"): "closing_speed",
+    ("speed", "opening"): "opening_speed",
 }
 
 
@@ -59,6 +68,15 @@ class Compared:
     def differs(self) -> bool:
         """Whether it does by more than such values do."""
         return abs(self.difference) > _DIFFERS.get(self.printed.quantity, math.inf)
+
+
+def measured_name(printed: Printed, motion: str) -> str:
+    """Return what the quantity of a result is called where it is measured; empty if it is not.
+
+    An over-travel is the way beyond the rest after the motion, in an opening called rebound. What
+    an analyser calls rebound is another: the way back behind that rest.
+    """
+    return _MEASURED.get((printed.quantity, motion), "")
 
 
 def stated_speeds(stated: Preamble) -> dict[str, Speed]:
@@ -114,7 +132,7 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
             speed = speeds.get(motion.motion)
             used = (speed,) if speed else SPEEDS
             measured[id(motion)] = motion.record.measured(used) if motion.record else {}
-        name = _MEASURED.get(printed.quantity, {}).get(motion.motion)
+        name = measured_name(printed, motion.motion)
         value, _, reason = measured[id(motion)].get(name, (math.nan, 0.0, ""))
         if printed.quantity == "speed" and motion.motion not in speeds:
             value, reason = math.nan, "between which points is not stated"
@@ -155,14 +173,13 @@ def stated_remarks(stated: Preamble, unit: str, compared: Sequence[Compared]) ->
     ratio = stated.ratio
     if math.isnan(ratio) or ratio == 1.0 or unit not in TO_MM:
         return [*stated.doubts]
-    said = (
-        f"the text states a linkage ratio of {ratio:g}, which is not applied, as samples are {unit}"
-    )
+    size = in_digits(ratio, 6)
+    said = f"the text states a linkage ratio of {size}, which is not applied, as samples are {unit}"
     strokes = [1.0 + c.difference for c in compared if c.printed.quantity == "stroke"]
     share = float(np.nanmedian(strokes)) if np.isfinite(strokes).any() else math.nan
     why = "compare the stroke with the drive's; if it lacks the ratio, set endurance.format.ratio"
     if abs(share - 1.0) <= _CLOSE:
         why = "and have the printed stroke already"
     elif abs(share * ratio - 1.0) <= _CLOSE:
-        why = f"times {ratio:g} they have the printed stroke: set endurance.format.ratio to it"
+        why = f"times {size} they have the printed stroke: set endurance.format.ratio to it"
     return [*stated.doubts, f"{said}: {why}"]

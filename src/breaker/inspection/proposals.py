@@ -27,6 +27,8 @@ from breaker.inspection.guesses import (
 from breaker.inspection.layouts import Layout
 from breaker.inspection.printed_results import Compared, compare_printed, phase_of
 from breaker.inspection.timing import Clock, find_clock
+from breaker.inspection.wiring import columns_beside
+from breaker.mechanism import in_digits
 from breaker.records import Grid, Record, Scale, noise_remarks, read_record
 
 __all__ = [
@@ -136,16 +138,17 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     tried = settings | {key: instead[key] for key in lacking}
     mm = abs(Scale.from_settings(tried).factor)
     sign = settings["sign"]
-    guesses.append(guess_rest(travels, mm, sign, known="ratio" not in lacking))
-    settings |= guesses[-1].settings
-    tried |= guesses[-1].settings
+    rest = guess_rest(travels, mm, sign, known="ratio" not in lacking)
     found = [
         replace(each, phase=phase_of(layout, travel.place, order))
         for order, travel in enumerate(travels, start=1)
         for each in motions_of(travel, file, layout, clock, sign)
     ]
-    guesses.append(_grid(found, travels, clock.likely_rate, sensor))
-    changed = guesses[-1].settings
+    beside = _beside(layout, travels, sign, found[0].motion)
+    grid = _grid(found, travels, clock.likely_rate, sensor)
+    guesses += [rest, beside, grid]
+    settings, tried = (each | rest.settings | beside.settings for each in (settings, tried))
+    changed = {**grid.settings}
     motions = _read(found, layout, tried, sensor | changed)
     if "ratio" in lacking:
         settings["stroke"] = FORMAT["stroke"]
@@ -170,6 +173,17 @@ def chosen_travels(
     file: Path, layout: Layout, clock: Clock, channel: str
 ) -> tuple[list[Travel], list[str]]:
     """Return the columns of travel, or the one that is asked for, and what is left out of them."""
+    if clock.place is not None:
+        time = layout.columns[clock.place]
+        time = time[np.isfinite(time)]
+        steps = np.diff(time)
+        anew = (steps < 0) & (np.abs(time[1:] - time[0]) <= 2 * np.median(steps))
+        if anew.any():
+            raise InspectionError(
+                f"{file}: its time begins anew after {anew.argmax() + 1} samples, so channels or "
+                "records stand one below the other; export a column for each channel, and a file "
+                "for each record"
+            )
     travels = find_travels(layout, clock)
     if not travels:
         raise InspectionError(
@@ -179,8 +193,9 @@ def chosen_travels(
     if not channel:
         unused = unused_among(travels)
         names = ", ".join(repr(layout.column(travel.place)) for travel in unused)
-        most = max((travel.strokes.max() for travel in unused), default=0.0)
-        way = f"{names} moved by at most {most:.3g} beside {strokes_of(travels).max():.4g}"
+        least = max((travel.strokes.max() for travel in unused), default=0.0)
+        most = in_digits(strokes_of(travels).max(), 4)
+        way = f"{names} moved by at most {in_digits(least, 3)} beside {most}"
         said = f"{way}: not used, as by cross-talk; if one is a travel, choose it by --channel"
         used = [each for each in travels if each.place not in {of.place for of in unused}]
         return used, [said] if unused else []
@@ -219,6 +234,26 @@ def _grid(
     longest = max(each.arrives - each.begins for each in motions)
     room = min(travel.room(k) for travel in travels for k in range(len(travel.rises)))
     return guess_grid(longest, room / rate, rate, sensor)
+
+
+def _beside(layout: Layout, travels: Sequence[Travel], sign: int, motion: str) -> Guess:
+    """The contact and the coil of the one column of travel; of several, what goes with each."""
+    every = [each[motion] for each in columns_beside(layout, travels, sign)]
+    remarks = []
+    if several := [k for k, each in enumerate(every) if each.others]:
+        taken, others = every[several[0]]
+        contact, left = taken.get("contact_column"), ", ".join(map(repr, others))
+        of = f"{motion} of {layout.column(travels[several[0]].place)!r}"
+        more = f" and {len(several) - 1} more" if several[1:] else ""
+        remarks.append(f"{of}{more}: contact {contact!r} is taken, not {left}")
+    if len(every) == 1:
+        return Guess(dict(every[0].settings), remarks=tuple(remarks))
+    if any(taken for taken, _ in every):
+        remarks.append(
+            "contacts and coils are proposed for one channel, by --channel; breaker report and "
+            "breaker manifest take those of each"
+        )
+    return Guess({}, remarks=tuple(remarks))
 
 
 def _read(

@@ -10,6 +10,7 @@ import numpy as np
 
 from breaker.files import RATES, TO_MS
 from breaker.inspection.layouts import Layout
+from breaker.mechanism import in_digits
 
 __all__ = ["Clock", "find_clock"]
 
@@ -18,7 +19,7 @@ _OFF = 0.02  # share by which a stated rate may differ from that of the times
 _NICE = 1e-3  # share by which a rate may be off a round number that it is then taken for
 
 _TIME_NAMES = re.compile(r"(?i)\b(time|zeit|temps|tiempo|tempo|t|ms|sec)\b|时间|時間|время|czas")
-_CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?!:)")
+_CLOCK = re.compile(r"(?<![\d:])(?:(\d{1,2}):)?(\d{1,2}):(\d{2}(?:[.,]\d+)?)(?!:)")
 
 
 @dataclass(frozen=True)
@@ -57,16 +58,17 @@ def find_clock(layout: Layout) -> Clock:
         # A mean of times that are not read is no better than what the text says.
         exact = clock.place is not None or np.isnan(stated.rate)
         return clock if exact else Clock(None, None, stated.rate, clock.remarks)
-    both = f"the text states {stated.rate:g} kHz, but the times are those of {clock.rate:g} kHz"
+    said, seen = (in_digits(rate, 6) for rate in (stated.rate, clock.rate))
+    both = f"the text states {said} kHz, but the times are those of {seen} kHz"
     rate = np.nan if clock.place is None else clock.rate
     return replace(clock, rate=rate, remarks=(*clock.remarks, both))
 
 
 def _likely_time(layout: Layout, clock: Clock) -> tuple[bool, bool, bool]:
-    if clock.place is None:
-        return False, False, False
-    named = _TIME_NAMES.search(layout.names[clock.place])
-    return True, layout.units[clock.place] in TO_MS, named is not None
+    """Whether a clock is a column, has a unit, and has a name of the time: the more, the better."""
+    at = clock.place or 0
+    there, named = clock.place is not None, _TIME_NAMES.search(layout.names[at]) is not None
+    return there, there and layout.units[at] in TO_MS, there and named
 
 
 def _time_in(layout: Layout, place: int) -> Clock | None:
@@ -84,9 +86,12 @@ def _time_in(layout: Layout, place: int) -> Clock | None:
         if step == 1 and not timely:
             return None  # it counts the samples
         units = [unit] if unit else _units_of(step)
-        how = f"the time's unit is not stated; steps of {step:.4g} are those of {''.join(units)}"
-        remarks = () if unit else (how,)
-        return Clock(place, units[0], 1.0 / (step * TO_MS[units[0]]), remarks) if units else None
+        if not units:
+            return None
+        how = (
+            f"the time's unit is not stated; steps of {in_digits(step, 4)} are those of {units[0]}"
+        )
+        return Clock(place, units[0], 1.0 / (step * TO_MS[units[0]]), () if unit else (how,))
     digits = steps[steps > 0].min()
     mean, start = np.polyfit(np.arange(values.size), values, 1)
     even = start + mean * np.arange(values.size)
@@ -94,8 +99,9 @@ def _time_in(layout: Layout, place: int) -> Clock | None:
     if not (timely and units and np.abs(values - even).max() <= 1.5 * digits):
         return None
     rate = _nice(1.0 / (mean * TO_MS[units[0]]))
-    how = f"the time is printed in steps of {digits:g} {units[0]}, too coarse to tell its samples "
-    return Clock(None, None, rate, (how + f"apart; the rate on average is {rate:g} kHz",))
+    how = f"the time is printed in steps of {in_digits(digits, 6)} {units[0]}, too coarse to tell "
+    how += f"its samples apart; the rate on average is {in_digits(rate, 6)} kHz"
+    return Clock(None, None, rate, (how,))
 
 
 def _units_of(step: float) -> list[str]:
@@ -122,10 +128,10 @@ def _wall_clock(layout: Layout) -> Clock | None:
         if not (lasts > 0 and RATES[0] <= steps / lasts <= RATES[1]):
             return Clock(None, None, np.nan, (what,))
         rate = _nice(steps / lasts)
-        return Clock(None, None, rate, (f"{what}; their mean rate is {rate:g} kHz",))
+        return Clock(None, None, rate, (f"{what}; their mean rate is {in_digits(rate, 6)} kHz",))
     return None
 
 
 def _seconds(time: re.Match) -> float:
     """Seconds of the day."""
-    return 3600 * int(time[1]) + 60 * int(time[2]) + float(time[3].replace(",", "."))
+    return 3600 * int(time[1] or 0) + 60 * int(time[2]) + float(time[3].replace(",", "."))

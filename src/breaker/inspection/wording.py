@@ -11,6 +11,7 @@ import yaml
 from breaker.files import FORMAT
 from breaker.inspection.printed_results import stated_remarks
 from breaker.inspection.proposals import NOT_READ, InspectedMotion, Proposal
+from breaker.mechanism import in_digits
 
 __all__ = ["alike", "bullet", "overlay_of", "report_of"]
 
@@ -119,11 +120,11 @@ def _time(proposal: Proposal) -> str:
     lasts = f"{proposal.layout.columns[0].size / clock.rate:.1f} ms"
     if clock.place is not None:
         column = proposal.layout.column(clock.place)
-        return f"time: column {column!r} in {clock.unit}, {clock.rate:.4g} kHz, {lasts}"
+        return f"time: column {column!r} in {clock.unit}, {in_digits(clock.rate, 4)} kHz, {lasts}"
     if np.isnan(clock.rate):
         why = "the rate is doubtful" if proposal.layout.stated.rate_doubt else "no rate is stated"
         return f"time: no column, and {why}"
-    return f"time: no column, {clock.rate:g} kHz, {lasts}"
+    return f"time: no column, {in_digits(clock.rate, 6)} kHz, {lasts}"
 
 
 def _stated(proposal: Proposal) -> list[str]:
@@ -135,9 +136,9 @@ def _stated(proposal: Proposal) -> list[str]:
         "serial number": stated.serial,
         "test": stated.date or " or ".join(stated.dates),
         "operation": stated.operation,
-        "rate": "" if np.isnan(stated.rate) else f"{stated.rate:g} kHz",
-        "length": "" if np.isnan(stated.length) else f"{stated.length:g} ms",
-        "linkage ratio": "" if np.isnan(stated.ratio) else f"{stated.ratio:g}",
+        "rate": "" if np.isnan(stated.rate) else f"{in_digits(stated.rate, 6)} kHz",
+        "length": "" if np.isnan(stated.length) else f"{in_digits(stated.length, 6)} ms",
+        "linkage ratio": "" if np.isnan(stated.ratio) else in_digits(stated.ratio, 6),
         "travel unit": stated.travel_unit,
         "phases": ", ".join(phases),
         "points of speed": ", ".join(
@@ -163,9 +164,9 @@ def _compared(proposal: Proposal) -> list[str]:
         quantity, _, channel, value, unit, _ = each.printed
         there = np.isfinite(each.measured)
         differs = f"{each.difference:+.1%}{'  <' if each.differs else ''}" if there else each.reason
-        shown = f"{each.measured:.4g}" if there else ""
+        shown = in_digits(each.measured, 4) if there else ""
         where = str(each.column) or channel
-        cells = where, each.motion, quantity.replace("_", " "), f"{value:.4g}", shown, unit
+        cells = where, each.motion, quantity.replace("_", " "), in_digits(value, 4), shown, unit
         lines.append(form.format(*cells, differs).rstrip())
     return ["\n".join(lines)]
 
@@ -204,10 +205,10 @@ def _row(each: InspectedMotion) -> Sequence[str]:
         *place,
         f"{record.moves:.1f}",
         f"{each.arrives:.1f}",
-        f"{record.segment.stroke:.4g}",
-        f"{record.noise.sd:.2g}",
+        in_digits(record.segment.stroke, 4),
+        in_digits(record.noise.sd, 2),
         f"{record.noise.colour:.2f}",
-        f"{record.quantum:.2g}" if record.quantum else "fine",
+        in_digits(record.quantum, 2) if record.quantum else "fine",
         str(record.numbers["masked"]),
         "accepted",
     ]
