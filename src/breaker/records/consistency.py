@@ -3,7 +3,7 @@
 Noise never repeats itself and is the same everywhere, and a drive gains its speed without delay.
 Where a record says otherwise, samples were sent twice, something disturbed the sensor, or
 the first motion is not that of the drive. Nothing can be masked, since it is not known which
-samples are right, so each finding is a remark. ``breaker.records.leaps`` finds leaps.
+samples are right, so each finding is a remark.
 """
 
 import numpy as np

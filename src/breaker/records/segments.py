@@ -206,7 +206,7 @@ def white_noise(travel: np.ndarray) -> float:
     Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
     """
     second = np.diff(travel[~np.isnan(travel)], n=2)
-    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0)))
+    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0))) if second.size else 0.0
 
 
 def _first(flags: np.ndarray, start: int) -> int:
