@@ -9,6 +9,8 @@ samples are right, so each finding is a remark.
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from breaker.mechanism import in_digits
+
 __all__ = ["inconsistencies"]
 
 _CALM = 12  # samples whose noise is compared
@@ -67,7 +69,7 @@ def _equal(time: np.ndarray, travel: np.ndarray) -> str:
     if same.size == 0:
         return ""
     again = same[order[same].argmin()]
-    first, second = (f"{time[order[again + i]]:.4g}" for i in (0, 1))
+    first, second = (in_digits(time[order[again + i]], 4) for i in (0, 1))
     return (
         f"the readings from {first} ms on come again from {second} ms on: were samples sent twice?"
     )
@@ -79,7 +81,10 @@ def _unrest(time: np.ndarray, third: np.ndarray, sd: float) -> str:
     most = int(local.argmax())
     if local[most] <= _UNREST * sd:
         return ""
-    return f"noise of {local[most]:.2g} mm at {time[most]:.4g} ms, far more than elsewhere"
+    return (
+        f"noise of {in_digits(local[most], 2)} mm at {in_digits(time[most], 4)} ms, far more "
+        "than elsewhere"
+    )
 
 
 def _wandering(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> str:
@@ -93,7 +98,10 @@ def _wandering(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) ->
     if parts[1] ** 2 + parts[2] ** 2 <= _WANDERS * sd**2:
         return ""
     way = float(np.ptp(basis[:, 1:] @ parts[1:]))
-    return f"the rest before the motion wanders by {way:.2g} mm: hum, creep, or an earlier motion?"
+    return (
+        f"the rest before the motion wanders by {in_digits(way, 2)} mm: hum, creep, or an "
+        "earlier motion?"
+    )
 
 
 def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
@@ -109,6 +117,7 @@ def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     if even - moves <= _EARLY * (high - low) + 0.5 * (time[1] - time[0]):
         return ""
     return (
-        f"the first motion, at {moves:.4g} ms, is {even - moves:.2g} ms earlier than the rise "
+        f"the first motion, at {in_digits(moves, 4)} ms, is {in_digits(even - moves, 2)} "
+        "ms earlier than the rise "
         "suggests: a gradual start, or a disturbance?"
     )

@@ -9,6 +9,7 @@ than any speed of the record allows, or stays where noise forbids it. Nothing is
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from breaker.mechanism import in_digits
 from breaker.records.jumps import fitting, jumps
 from breaker.records.running import filled, running_median
 from breaker.records.segments import white_noise
@@ -91,11 +92,13 @@ def doubts_in_words(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray) -> 
     places = []
     for first in begins[:_LISTED].tolist():
         last = first + int((np.append(kinds[first:], "") != kinds[first]).argmax()) - 1
-        to = f" to {time[last]:.5g}" if last > first else ""
+        to = f" to {in_digits(time[last], 5)}" if last > first else ""
         near = [(first, kept[kept < first][-1:]), (last, kept[kept > last][:1])]
         ways = [abs(travel[edge] - travel[other[0]]) for edge, other in near if other.size]
         size = f"{max(ways):.3g} mm, " if ways else ""
-        places.append(f"{kinds[first]} at {time[first]:.5g}{to} ms ({size}sample {first + 1})")
+        places.append(
+            f"{kinds[first]} at {in_digits(time[first], 5)}{to} ms ({size}sample {first + 1})"
+        )
     more = f", and {begins.size - _LISTED} more places" if begins.size > _LISTED else ""
     count = int((kinds != "").sum())
     samples = "sample" if count == 1 else "samples"

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from breaker.mechanism import in_digits
 from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.running import filled, running_median
 
@@ -168,8 +169,8 @@ def find_segment(
     course = Course(time, sign * travel[first:last])
     if not course.moves:
         raise UnusableError(
-            f"nothing moves: the travel ranges over {np.ptp(course.smooth):.3g} mm, with noise of "
-            f"{course.noise:.2g} mm; is it the right column?"
+            f"nothing moves: the travel ranges over {in_digits(np.ptp(course.smooth), 3)} mm, with "
+            f"noise of {in_digits(course.noise, 2)} mm; is it the right column?"
         )
     forward = course.crossings[2]
     if not forward.any():
