@@ -13,6 +13,7 @@ from breaker.mechanism import in_digits
 
 __all__ = ["inconsistencies"]
 
+_EXACT = 1e-9  # of the range: less is the arithmetic's
 _CALM = 12  # samples whose noise is compared
 _UNREST = 2.6  # times the noise of the record; so many samples exceed that once in 1,000 records
 _CHANCE = 1e-6  # probability that equal readings are chance
@@ -40,7 +41,7 @@ def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: floa
         return []
     time, travel = time[there], travel[there]
     third = np.diff(travel, n=3) / np.sqrt(20.0)
-    sd = max(sd, 1.4826 * float(np.median(np.abs(third))))
+    sd = max(sd, 1.4826 * float(np.median(np.abs(third))), _EXACT * float(np.ptp(travel)))
     found = [
         _equal(time, travel),
         _unrest(time, third, sd),
