@@ -108,18 +108,17 @@ def no_doubts(travel, *_):
     return np.full(travel.shape, "", dtype="U12")
 
 
-# Several see most kinds: spikes that are not left out are leaps, unrest and noise.
+# Several see most kinds: spikes that are not left out are unrest and noise.
 @pytest.mark.parametrize(
     ("stages", "kind"),
     [
         ({"check_stroke": lambda *_: None}, "gain"),
         ({"rest_of_open": lambda *_: 0.0, "rest_remark": lambda *_: ""}, "offset"),
         ({"noise_remarks": lambda *_: []}, "noisy"),
-        ({"leap_remark": lambda *_: ""}, "blocks swapped"),
+        ({"doubtful_samples": no_doubts}, "blocks swapped"),
         (
             {
                 "doubtful_samples": no_doubts,
-                "leap_remark": lambda *_: "",
                 "inconsistencies": lambda *_: [],
                 "noise_remarks": lambda *_: [],
             },

@@ -176,16 +176,3 @@ def test_one_bad_sample_at_an_end_is_masked_alone(rate, where):
         assert np.flatnonzero(doubtful_samples(record, 1.0 / rate, 0.0)).tolist() == [
             where % time.size
         ]
-
-
-@pytest.mark.parametrize("rate", [10.0, 20.0])
-def test_a_jump_behind_a_motion_leaves_the_motion(rate):
-    """Also where most samples are behind it."""
-    time = np.arange(0.0, 400.0, 1.0 / rate)
-    share = np.clip((time - 55.0) / 60.0, 0.0, 1.0)
-    record = 178.0 * share**2 * (3.0 - 2.0 * share) + 3.4 * (time > 130.0)
-    record += 0.1 * np.random.default_rng(3).standard_normal(time.size)
-    kinds = doubtful_samples(record, 1.0 / rate, 0.0)
-    assert (kinds[time <= 130.0] == "").all()
-    assert (kinds[time > 130.0] == "jump").all()
-    assert "jump at 130.1" in doubts_in_words(time, record, kinds)[:90] or rate == 20.0

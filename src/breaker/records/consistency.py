@@ -3,14 +3,17 @@
 Noise never repeats itself and is the same everywhere, and a drive gains its speed without delay.
 Where a record says otherwise, samples were sent twice, something disturbed the sensor, or
 the first motion is not that of the drive. Nothing can be masked, since it is not known which
-samples are right, so each finding is a remark. ``breaker.records.leaps`` finds leaps.
+samples are right, so each finding is a remark.
 """
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from breaker.mechanism import in_digits
+
 __all__ = ["inconsistencies"]
 
+_EXACT = 1e-9  # of the range: less is the arithmetic's
 _CALM = 12  # samples whose noise is compared
 _UNREST = 2.6  # times the noise of the record; so many samples exceed that once in 1,000 records
 _CHANCE = 1e-6  # probability that equal readings are chance
@@ -38,7 +41,7 @@ def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: floa
         return []
     time, travel = time[there], travel[there]
     third = np.diff(travel, n=3) / np.sqrt(20.0)
-    sd = max(sd, 1.4826 * float(np.median(np.abs(third))))
+    sd = max(sd, 1.4826 * float(np.median(np.abs(third))), _EXACT * float(np.ptp(travel)))
     found = [
         _equal(time, travel),
         _unrest(time, third, sd),
@@ -67,7 +70,7 @@ def _equal(time: np.ndarray, travel: np.ndarray) -> str:
     if same.size == 0:
         return ""
     again = same[order[same].argmin()]
-    first, second = (f"{time[order[again + i]]:.4g}" for i in (0, 1))
+    first, second = (in_digits(time[order[again + i]], 4) for i in (0, 1))
     return (
         f"the readings from {first} ms on come again from {second} ms on: were samples sent twice?"
     )
@@ -79,7 +82,10 @@ def _unrest(time: np.ndarray, third: np.ndarray, sd: float) -> str:
     most = int(local.argmax())
     if local[most] <= _UNREST * sd:
         return ""
-    return f"noise of {local[most]:.2g} mm at {time[most]:.4g} ms, far more than elsewhere"
+    return (
+        f"noise of {in_digits(local[most], 2)} mm at {in_digits(time[most], 4)} ms, far more "
+        "than elsewhere"
+    )
 
 
 def _wandering(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> str:
@@ -93,7 +99,10 @@ def _wandering(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) ->
     if parts[1] ** 2 + parts[2] ** 2 <= _WANDERS * sd**2:
         return ""
     way = float(np.ptp(basis[:, 1:] @ parts[1:]))
-    return f"the rest before the motion wanders by {way:.2g} mm: hum, creep, or an earlier motion?"
+    return (
+        f"the rest before the motion wanders by {in_digits(way, 2)} mm: hum, creep, or an "
+        "earlier motion?"
+    )
 
 
 def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
@@ -109,6 +118,7 @@ def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     if even - moves <= _EARLY * (high - low) + 0.5 * (time[1] - time[0]):
         return ""
     return (
-        f"the first motion, at {moves:.4g} ms, is {even - moves:.2g} ms earlier than the rise "
+        f"the first motion, at {in_digits(moves, 4)} ms, is {in_digits(even - moves, 2)} "
+        "ms earlier than the rise "
         "suggests: a gradual start, or a disturbance?"
     )

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.mechanism import in_digits
 from breaker.records.errors import UnusableError
 
 __all__ = ["Grid", "Gridded", "check_missing", "cubic_weights", "grid_remarks", "on_grid"]
@@ -145,6 +146,7 @@ def grid_remarks(
     if gridded.moved > 0.0 or not gridded.sampled.all():
         none = int((~gridded.sampled).sum())
         lacks = f"; {none} times of the grid have no sample" if none else ""
-        moved = f"moved by up to {gridded.moved:.2g} ms to" if gridded.moved else "whole at"
-        rate = f"one sample every {step:.4g} ms, {moved} times of the grid{lacks}"
+        by = in_digits(gridded.moved, 2)
+        moved = f"moved by up to {by} ms to" if gridded.moved else "whole at"
+        rate = f"one sample every {in_digits(step, 4)} ms, {moved} times of the grid{lacks}"
     return ", ".join(ends), rate

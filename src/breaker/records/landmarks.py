@@ -71,7 +71,7 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
         raise UnusableError(f"the first motion is not seen: {gap:.1f} ms of its rise are missing")
     if sd > _VAGUE * (end - best):
         raise UnusableError(f"the first motion is not seen: its time is uncertain by {sd:.1f} ms")
-    if best - known[0] < _BEFORE * (end - best):
+    if first == 0 and best - known[0] < _BEFORE * (end - best):
         raise UnusableError("no rest before the motion: the record begins too late")
     return best
 

@@ -18,6 +18,7 @@ import numpy as np
 from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, quantities_of
 from breaker.records.doubtful import doubtful_samples
 from breaker.records.errors import UnusableError
+from breaker.records.jumps import leap_at
 from breaker.records.landmarks import first_motion
 from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.rests import Rests
@@ -34,6 +35,7 @@ _SWINGS = 3.0  # times the duration, farthest top after the arrival
 # Error of the first motion over the motion's duration: by the noise of a mean over it, in strokes;
 # and at least, as of a force that builds up, whose first motion is seen late. In noise it is early.
 _FIRST = (14.0, 0.012)
+_LEAP = 0.04  # times the duration, lines before and behind a slip
 _EDGE = 0.41  # samples, error of the time between two edges
 _ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
 
@@ -99,13 +101,15 @@ def measure_curve(
         'no contact timing: the time of touch or parting is not known'
     """
     quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
-    travel = np.where(doubtful_samples(travel, step, quantum) == "", travel, np.nan)
+    kinds = doubtful_samples(travel, step, quantum)
+    travel = np.where(kinds == "", travel, np.nan)
     segment = find_segment(time, travel, motion)
     inside = slice(segment.begin, segment.end)
     time, travel = time[inside], travel[inside]
     moves = first_motion(time, travel, motion)
     noise = noise_at_rest(rest_before(time, travel, moves), step, step, quantum)
-    found = segment, moves, noise, quantum, contact, speeds
+    slips = np.flatnonzero(kinds[inside] == "slip")
+    found = segment, moves, noise, quantum, contact, speeds, slips
     return Reading(time, travel, motion, *found).quantities()
 
 
@@ -123,6 +127,7 @@ class Reading:
         quantum: Step of the reading, mm.
         contact: When the contact touched or parted, and the trigger came.
         speeds: How speeds are defined.
+        slips: Samples before which the reading slips.
     """
 
     time: np.ndarray
@@ -134,6 +139,7 @@ class Reading:
     quantum: float = 0.0
     contact: Contact = _UNKNOWN
     speeds: Sequence[Speed] = SPEEDS
+    slips: Sequence[int] = ()
 
     def __post_init__(self) -> None:
         time, moves, stroke = self.time, self.moves, self.segment.stroke
@@ -151,7 +157,9 @@ class Reading:
         known = self.noise.process if np.isfinite(self.noise.sd) else (white_noise(forward), 0.0)
         errors = _ERRORS * (len(self.speeds) + _ERRORS)
         around = *known, self.quantum, self.duration, stroke, errors
-        self.trace = Trace(time[near], forward[near], *around)
+        count = round(_LEAP * self.duration / float(time[1] - time[0]))
+        slips = [(k - near.start, leap_at(forward, k, count)) for k in self.slips if near.start < k]
+        self.trace = Trace(time[near], forward[near], *around, slips)
         self._rests = Rests(self.trace, self.segment, moves, self.arrival)
 
     def quantities(self) -> dict[str, Measured]:

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from breaker.mechanism import in_digits
+
 __all__ = ["Noise", "noise_at_rest", "noise_remarks", "rest_before"]
 
 # Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
@@ -122,20 +124,20 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
 
     if np.isnan(noise.sd):
         return ["too little rest before the motion to see the noise"]
-    remarks = []
+    remarks, size = [], f"the noise at rest is {in_digits(noise.sd, 2)} mm"
     near = min(max(noise.next, 0.0), 0.99) if np.isfinite(noise.next) else 0.0
     # Of a first-order process: where neighbours are alike, as many samples know less.
     free = max(noise.samples * (1.0 - near**2) / (1.0 + near**2) - 1.0, 1.0)
     if noise.sd > noise_sd * max(_MORE, float(np.sqrt(chdtri(free, _FALSE) / free))):
         remarks.append(
-            f"the noise at rest is {noise.sd:.2g} mm, more than sensor.noise_sd, {noise_sd:g} mm; "
-            "raise it, or the parameters are less certain than inferred"
+            f"{size}, more than sensor.noise_sd, {noise_sd:g} mm; raise it, or the parameters "
+            "are less certain than inferred"
         )
     least = min(_LESS, float(np.sqrt(chdtri(free, 1.0 - _FALSE) / free)))
     if 0.0 < noise.sd < least * noise_sd:
         remarks.append(
-            f"the noise at rest is {noise.sd:.2g} mm, far less than sensor.noise_sd, {noise_sd:g} "
-            "mm: lower it, or is the record filtered?"
+            f"{size}, far less than sensor.noise_sd, {noise_sd:g} mm: lower it, or is the record "
+            "filtered?"
         )
     grid_step = float(times[1] - times[0])
     # A mean over so long makes neighbouring samples as alike as they are.
@@ -143,8 +145,8 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
     smooth = memory > _LONG * grid_step and near > _NORMAL / np.sqrt(noise.samples)
     if smooth or noise.colour > max(_ALIKE, _NORMAL / np.sqrt(free)):
         remarks.append(
-            f"the noise at rest is correlated over {memory:.2g} ms, and at a step of the grid by "
-            f"{noise.colour:.2f}: record without a filter, or raise sensor.noise_sd"
+            f"the noise at rest is correlated over {in_digits(memory, 2)} ms, and at a step of the "
+            f"grid by {noise.colour:.2f}: record without a filter, or raise sensor.noise_sd"
         )
     drifts = abs(noise.drift) * float(times[-1] - times[0])
     longest = step * noise.samples
@@ -152,6 +154,7 @@ def noise_remarks(noise: Noise, noise_sd: float, step: float, times: np.ndarray)
     certain = noise.samples >= _STEADY and abs(noise.drift) > (_NORMAL + 0.5) * error
     if certain and drifts > _DRIFT * noise_sd:
         remarks.append(
-            f"the reading drifts at rest, by {noise.drift:.2g} mm/ms: {drifts:.2g} mm over the grid"
+            f"the reading drifts at rest, by {in_digits(noise.drift, 2)} mm/ms: "
+            f"{in_digits(drifts, 2)} mm over the grid"
         )
     return remarks

@@ -18,7 +18,6 @@ from breaker.records.edges import LocatedMotion, events_of
 from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
-from breaker.records.leaps import leap_remark
 from breaker.records.measured import Contact, Measured, Reading
 from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.scale import Scale, seen_quantum
@@ -112,12 +111,11 @@ class Raw:
         Args:
             noise_sd, zero_sd: Noise and error of the zero that a model takes for granted, mm.
         """
-        time, left, noise = self.time[self.inside], self.left, self.noise_at(self.step)
+        time, left = self.time[self.inside], self.left
         return [
             *self.said,
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.whole, self.doubts),
-            leap_remark(time, left, noise.sd, self.quantum, self.segment.stroke),
             *inconsistencies(time, left, self.moves, noise_sd or 0.0),
         ]
 
@@ -136,7 +134,8 @@ class Raw:
             contact: When it switched, where the record has not seen it.
         """
         found = self.motion, self.segment, self.moves, self.noise_at(self.step), self.quantum
-        about = *found, contact or self.contact, speeds
+        slips = np.flatnonzero(self.doubts[self.inside] == "slip")
+        about = *found, contact or self.contact, speeds, slips
         return Reading(self.time[self.inside], self.left, *about).quantities()
 
 
@@ -151,14 +150,12 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         RejectedCurveError: If the record cannot be used.
     """
     columns = read_columns(operation.file, settings, operation.channel)
-    without = ""
+    doubts = None
     try:
         time, place, uneven = even_times(columns.time, columns.lines, settings)
         whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
         whole[place], lines[place] = scale.travel(columns.travel), columns.lines
         doubts, quantum = _doubts(time, whole, lines, settings)
-        if words := doubts_in_words(time, whole, doubts):
-            without = f"; left out: {words}"
         left = np.where(doubts == "", whole, np.nan)
         part = {"begin": operation.begin, "end": operation.end}
         segment = find_segment(time, left, motion, **part)
@@ -170,7 +167,8 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         located = LocatedMotion(motion, time, segment, moves)
         events, odd = events_of(operation, settings, located, beside)
     except UnusableError as error:
-        reason = f"{error}{without}"
+        words = "" if doubts is None else doubts_in_words(time, whole, doubts)
+        reason = f"{error}; left out: {words}" if words else str(error)
         raise RejectedCurveError(operation.file, reason, line=error.line) from error
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
     found = operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum

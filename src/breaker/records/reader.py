@@ -6,10 +6,10 @@ describe it; nothing is guessed, and nothing repaired. The steps, each in a modu
 1. ``breaker.files``: the columns of the file, numbers in its own units.
 2. ``clock``: even times, ms; missing samples are NaN.
 3. ``scale``: travel, mm towards closed.
-4. ``doubtful``: samples that no sensor of this stroke can give become NaN.
+4. ``doubtful``, ``jumps``: samples that no sensor of this stroke can give become NaN.
 5. ``segments``: the part of the record that is the motion; ``stroke``: whether it is a breaker's.
 6. ``landmarks``: the first motion. ``raw`` has all up to here. ``noise``: that of the rest before.
-   ``leaps``, ``consistency``: what only a whole record shows.
+   ``consistency``: what only a whole record shows.
 7. ``grid``: the model's times, around the first motion.
 
 A record that a step cannot use is rejected with its file's name, the line where there is one, and

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from breaker.mechanism import in_digits
 from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.running import filled, running_median
 
@@ -168,8 +169,8 @@ def find_segment(
     course = Course(time, sign * travel[first:last])
     if not course.moves:
         raise UnusableError(
-            f"nothing moves: the travel ranges over {np.ptp(course.smooth):.3g} mm, with noise of "
-            f"{course.noise:.2g} mm; is it the right column?"
+            f"nothing moves: the travel ranges over {in_digits(np.ptp(course.smooth), 3)} mm, with "
+            f"noise of {in_digits(course.noise, 2)} mm; is it the right column?"
         )
     forward = course.crossings[2]
     if not forward.any():
@@ -206,7 +207,7 @@ def white_noise(travel: np.ndarray) -> float:
     Second differences of a motion at even speed are noise alone, of sqrt(6) times its sd.
     """
     second = np.diff(travel[~np.isnan(travel)], n=2)
-    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0)))
+    return float(np.median(np.abs(second)) / (0.6745 * np.sqrt(6.0))) if second.size else 0.0
 
 
 def _first(flags: np.ndarray, start: int) -> int:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from breaker.files import TO_MM
+from breaker.mechanism import in_digits
 from breaker.records.errors import UnusableError
 from breaker.records.segments import Segment
 
@@ -37,7 +38,8 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
         hint = f"; {still}is endurance.format.travel_unit {likely[0]!r}?" if likely else ""
     whose = "which endurance.format.stroke allows" if settings["stroke"] else "as of any breaker"
     raise UnusableError(
-        f"the stroke is {stroke:.4g} mm, not between {least:g} and {most:g} mm, {whose}{hint}"
+        f"the stroke is {in_digits(stroke, 4)} mm, not between {least:g} and {most:g} mm, "
+        f"{whose}{hint}"
     )
 
 

@@ -5,6 +5,7 @@ made of several values, from windows that may overlap, have the right uncertaint
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -26,6 +27,7 @@ _LEAST = 20  # samples of a curve that is carried on to its rest
 _MISFIT = 2.5  # noise variances, from which this fit leaves more than noise
 _LEFT = 2.0  # times what it leaves: error of its rest
 _OTHER_MODES = 5e-3  # of the way on which this fit rests: error of its rest from other modes
+_SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
 
 
@@ -74,6 +76,7 @@ class Trace:
         duration: About how long the motion takes, ms.
         stroke: About its way, mm.
         others: Most errors beside those of the samples.
+        slips: Samples from which on the reading is off by an unknown part of so many mm.
     """
 
     time: np.ndarray
@@ -84,6 +87,7 @@ class Trace:
     duration: float
     stroke: float
     others: int = 64
+    slips: Sequence[tuple[int, float]] = ()
     _sds: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -135,7 +139,8 @@ class Trace:
         along = np.convolve(own, self.colour ** np.arange(memory))[: own.size]
         square = self.noise**2 * (2.0 * own @ along - own @ own)
         others = others[: len(self._sds)] * self._sds
-        return float(np.sqrt(max(square, 0.0) + others @ others))
+        slips = sum((_SLIP * size * own[place:].sum()) ** 2 for place, size in self.slips)
+        return float(np.sqrt(max(square, 0.0) + others @ others + slips))
 
     def error(self, value: float, sd: float) -> Uncertain:
         """Return a value with a new error of its own."""
