@@ -9,7 +9,7 @@ from math import isnan
 from operator import getitem
 from types import MappingProxyType
 
-from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent
+from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent, stated_by
 from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import limits_of, settings_of
 
@@ -159,15 +159,8 @@ def compared(
 
 def _ratio(operations: Mapping[str, Sequence], form: Mapping) -> float | None:
     """Ratio of the linkage that the files of a visit state; None where they differ or do not."""
-    from breaker.files import RejectedCurveError, read_preamble
-
-    found = set()
-    for each in (each for some in operations.values() for each in some):
-        try:
-            found.add(read_preamble(each.file, {**form, **each.settings}).ratio)
-        except RejectedCurveError:
-            continue  # which is said where the record is read
-    ratios = {ratio for ratio in found if ratio is not None and not isnan(ratio)}
+    stated = stated_by((each for some in operations.values() for each in some), form)
+    ratios = {each.ratio for each in stated.values() if not isnan(each.ratio)}
     return ratios.pop() if len(ratios) == 1 else None
 
 

@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "acceptance": ["check_folder", "checked_text"],
         "bends": ["seen_touch", "speed_along"],
         "describing": ["describe_file"],
+        "printed_results": ["stated_speeds"],
         "proposals": ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"],
         "travelling": ["Channel", "travel_channels"],
         "wording": ["alike", "overlay_of", "report_of"],
