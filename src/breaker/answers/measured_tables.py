@@ -124,9 +124,10 @@ def _notes(group: Group) -> list[str]:
     for phase, entry in group.channels.items():
         for name, each in entry["quantities"].items():
             starred |= _starred(each)
-            points |= {f"{name}: {each['meaning']}": None} if "_speed" in name else {}
+            if "_speed" in name and not name[-1].isdigit():  # whose name does not say its points
+                points[f"{name}: {each['meaning']}"] = None
             said += [(phase, f"– {name}: {each['reason']}")] if each["reason"] else []
         said += [(phase, f"remark: {remark}") for remark in entry["remarks"]]
     event = EVENTS[group.motion]
     star = f"* the time of the {event} was not measured: by the model's, with its interval"
-    return ["; ".join(points), *([star] if starred else []), *named(said, len(group.channels))]
+    return [*points, *([star] if starred else []), *named(said, len(group.channels))]

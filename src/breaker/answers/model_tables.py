@@ -81,12 +81,13 @@ def model_table(entries: Sequence[Mapping]) -> Table:
             said.append((phase, _FEW + fit["why_unresolved"]))
         of = " and ".join(fit["motions"] or [entry["motion"]])
         cells = map(_posterior, entry["parameters"].values())
-        rows.append((Cell(f"{phase}\n{of}" if phase else of), trust, *cells))
+        rows.append((Cell(f"{phase}: {of}" if phase else of), trust, *cells))
     names = entries[0]["parameters"]
     units = (f"{n}\n{'' if each['unit'] == '1' else each['unit']}" for n, each in names.items())
     notes = named(said, len(first))
-    notes += ["; ".join(f"{name}: {each['meaning']}" for name, each in names.items())]
-    notes += ["medians, and below them 95 % intervals, of the first operation of each channel"]
+    if any(each["fit"]["resolved"] for each in first.values()):
+        notes.append("; ".join(f"{name}: {each['meaning']}" for name, each in names.items()))
+        notes.append("medians and 95 % intervals of the first operation of each channel")
     by: dict[str, dict[str, dict[str, None]]] = {}
     for entry in entries:
         for each in entry.get("limits", ()):

@@ -90,7 +90,10 @@ def _headline(document: Mapping) -> str:
 
     Parameters are told as changed only beside a measured change: networks alone raise no alarm.
     """
-    beyond, rows = f"beyond {100 * document['settings']['share']:g} %", document["changes"]
+    beyond, rows = (
+        f"beyond {in_digits(100 * document['settings']['share'], 4)} %",
+        document["changes"],
+    )
     if document["differences"]:
         return _NOT_TOLD[document["parameters"]]
     measured = [row for row in rows if row["kind"] == "measured"]
@@ -187,7 +190,7 @@ def visits_in_words(document: Mapping) -> str:
         f"rejected: {each['visit']}: {each['file']}: {each['reason']}"
         for each in document["rejected"]
     ]
-    beyond = f"P>{100 * document['settings']['share']:g} %"
+    beyond = f"P>{in_digits(100 * document['settings']['share'], 4)} %"
     lines = [line for each in said for line in wrapped(each, "", "  ")]
     first = _NAME.format("", "before", "today")
     title = _ROW.format(first, "change", "90 % interval", "P same", beyond, "P worse")

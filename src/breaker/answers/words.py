@@ -51,9 +51,10 @@ def _long(record: Mapping) -> list[str]:
     for name, each in measured.items():
         lines += _row(name, each, each["source"] or each["reason"])
     together = " of both motions together" if len(record["fit"]["motions"]) > 1 else ""
-    lines.append(f"inferred{together}")
-    for name, each in inferred.items():
-        lines += _row(name, each, each["meaning"])
+    if record["fit"]["resolved"]:
+        lines.append(f"inferred{together}")
+        for name, each in inferred.items():
+            lines += _row(name, each, each["meaning"])
     return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
 
 
