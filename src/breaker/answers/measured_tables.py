@@ -19,14 +19,12 @@ class Group(NamedTuple):
         title: Which one it is.
         file, motion: What it is of.
         channels: Entry in the document, by channel.
-        phases: Names of all channels of the visit.
     """
 
     title: str
     file: str
     motion: str
     channels: Mapping[str, Mapping]
-    phases: Sequence[str]
 
 
 def measured_table(group: Group, printed: Mapping[tuple, tuple[float, str]]) -> Table:
@@ -44,14 +42,14 @@ def measured_table(group: Group, printed: Mapping[tuple, tuple[float, str]]) -> 
     rows = _times(group)
     for name in sorted(found, key=lambda name: any(map(_starred, found[name].values()))):
         rows.append(_row(name, found[name], group))
-        values = [printed.get((group.file, group.motion, p, name), ()) for p in group.phases]
+        values = [printed.get((group.file, group.motion, p, name), ()) for p in group.channels]
         if any(values):
             odd = next((each[1] for each in values if each and each[1]), "")
             label = f"  printed{', ' * bool(odd)}{odd}"
             said = ["", *(in_digits(each[0], 4) if each else "" for each in values)]
             rows.append(tuple(Cell(each, "faint") for each in (label, *said)))
-    head = ["measured", "unit", *(phase or "value" for phase in group.phases), "± 95 %"]
-    head += ["differ by"] if len(group.phases) > 1 else []
+    head = ["measured", "unit", *(phase or "value" for phase in group.channels), "± 95 %"]
+    head += ["differ by"] if len(group.channels) > 1 else []
     head += (
         ["limit", "result"] if any(each.get("limits") for each in group.channels.values()) else []
     )
@@ -70,7 +68,7 @@ def _row(name: str, by: Mapping, group: Group) -> tuple[Cell, ...]:
     halves = [(each["interval_95"][1] - each["interval_95"][0]) / 2.0 for each in known]
     cells = [
         Cell(in_digits(each["median"], 4) + "*" * _starred(each)) if each in known else NONE
-        for each in (by.get(phase) for phase in group.phases)
+        for each in (by.get(phase) for phase in group.channels)
     ]
     cells.append(Cell(in_digits(max(halves), 2) if halves else ""))
     cells += _spread([each["median"] for each in known], group)
@@ -81,7 +79,7 @@ def _row(name: str, by: Mapping, group: Group) -> tuple[Cell, ...]:
 def _times(group: Group) -> list[tuple[Cell, ...]]:
     """When channels move and contacts switch in the record: what poles differ by."""
     rows = []
-    fits = [group.channels.get(phase, {}).get("fit", {}) for phase in group.phases]
+    fits = [group.channels.get(phase, {}).get("fit", {}) for phase in group.channels]
     moves = np.array([each.get("moves", np.nan) for each in fits])
     after = np.array([each.get("contact_time", np.nan) for each in fits])
     for name, values in {"first motion": moves, EVENTS[group.motion]: moves + after}.items():
@@ -94,7 +92,7 @@ def _times(group: Group) -> list[tuple[Cell, ...]]:
 
 def _spread(values: Sequence[float], group: Group) -> list[Cell]:
     """By how much channels differ; nothing of one channel."""
-    if len(group.phases) == 1:
+    if len(group.channels) == 1:
         return []
     return [Cell(in_digits(np.ptp(values), 2) if len(values) > 1 else "")]
 

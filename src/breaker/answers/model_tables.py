@@ -35,17 +35,12 @@ def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Tabl
         cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]
         unit, source = (first["unit"], "measured") if kind == "measured" else ("", "inferred")
         rows.append((Cell(label), Cell(unit), Cell(source, "faint"), *cells))
-    share = [
-        in_digits(100 * each["settings"]["share"], 3)
-        for each in changed.values()
-        if each["changes"]
+    shares = [each["settings"]["share"] for each in changed.values() if each["changes"]]
+    notes = [
+        f"{how} beyond {in_digits(100.0 * shares[0], 3)} %: {', '.join(names)}"
+        for how, names in zip(("perhaps", "not"), other.values(), strict=True)
+        if names
     ]
-    words = (
-        dict(zip(other, (f"{how} beyond {share[0]} %" for how in ("perhaps", "not")), strict=True))
-        if share
-        else {}
-    )
-    notes = [f"{words[each]}: {', '.join(names)}" for each, names in other.items() if names]
     trust = [(phase, text) for phase, each in changed.items() for text in each["trust"]]
     head = ("since the visit before", "unit", "", *(phase or "change" for phase in there))
     return Table("Changes", head, rows, [*notes, *named(trust, len(changed))])

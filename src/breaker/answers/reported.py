@@ -54,7 +54,7 @@ def report_of(
     for own in _motions(pairs):
         entry = own[0][1]
         channels = {_phase(each): each for _, each in own}
-        group = Group(_title(entry), entry["file"], entry["motion"], channels, phases)
+        group = Group(_title(entry), entry["file"], entry["motion"], channels)
         tables.append(measured_table(group, beside.get("printed", {})))
         panels.append(panel_of([each for each, _ in own], beside.get("overlays", ()), group.title))
     lines = [*beside.get("rejected", ()), *(e["reason"] for e in found if not e["accepted"])]

@@ -150,7 +150,8 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
         "Motions": [each.motion for each in records],
     }
     pairs = [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
-    return [(name, text) for name, text in pairs if text or name in ("Breaker", "Test date")]
+    always = "Breaker", "Test date"
+    return [(name, text or "not stated") for name, text in pairs if text or name in always]
 
 
 def _points(stated: Mapping, config: Mapping) -> dict:
