@@ -101,7 +101,7 @@ def one_type(number: int, options, config: dict, folder: Path, levels) -> list:
             records = read_operations({motion: files[i][motion][:1]}, {})
             for name, given in (("alone", Given()), ("fitted", Given(recorded.size, fitted.prior))):
                 (found,) = infer_drive(records, [levels], given, {}, settings)
-                if found.draws is None or found.unresolved:
+                if found.draws is None:
                     continue
                 low, high = np.quantile(np.log(found.draws.theta), [0.05, 0.95], axis=0)
                 rows.append((f"{name}, {motion}", (low <= truth) & (truth <= high), high - low))

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from breaker.answers import changes, compare, measured_changes, read_operations
+from breaker.answers import VERDICT_WORDS, changes, compare, measured_changes, read_operations
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, NAMES, speeds_of
 from breaker.model import Prior, Sensor, generator
@@ -112,7 +112,7 @@ def one_rig(number: int, count: int, change: float | None, config: Mapping) -> p
     whole |= {"still": drives[0] is drives[1], "fits": found.fits, "apart": len(found.ratios) > 1}
     whole |= {"agreement": found.agreement}
     lower, median, upper = np.array(rows["change"].tolist()).T
-    rows = rows[["kind", "name", "motion", "unchanged", "beyond"]]
+    rows = rows[["kind", "name", "motion", "unchanged", "verdict"]]
     of = [
         ("" if kind == "parameter" else m) for kind, m in zip(rows.kind, rows.motion, strict=True)
     ]
@@ -126,15 +126,16 @@ def summed(rows: pd.DataFrame) -> pd.DataFrame:
     ``holds``: share of 90 % intervals with the truth, ``holds_changed`` where it is beyond 1 %;
     ``half_width``: median, percent; ``same_still`` and ``same_changed``: mean probability of no
     change where there is none, and where it is beyond 1 %; ``sure_N``: share of changes of N % that
-    were planted in this parameter that are told to be beyond 5 %; ``false_sure``: the same of what
-    has not changed, in drives in which nothing has. In the rows of the ``drive`` these are drives
+    were planted in this parameter that are told as changed; ``false_sure``: the same of what has
+    not changed, in drives in which nothing has. In the rows of the ``drive`` these are drives
     with any parameter or time that is told so, and ``withheld`` and ``apart`` the shares of all
     drives without an answer, and with motions that contradict each other.
     """
     rows = rows.copy()
     told = rows.fits & ~rows.apart
     rows["holds"] = (rows.lower <= rows.truth) & (rows.truth <= rows.upper)
-    rows["half_width"], rows["sure"] = 0.5 * (rows.upper - rows.lower), rows.beyond >= 0.95
+    rows["half_width"] = 0.5 * (rows.upper - rows.lower)
+    rows["sure"] = rows.verdict == VERDICT_WORDS[0]
     inferred = rows.kind != "measured"
     by = ["records", "kind", "name", "motion"]
     there = rows[(told | ~inferred) & rows.truth.notna()]

@@ -11,6 +11,8 @@ from breaker.answers.fits import Fit
 from breaker.answers.fitted import FittedPrior, precision_of
 from breaker.answers.spread import find_spread
 from breaker.mechanism.limits import Limit
+from breaker.mechanism.size import Size
+from breaker.model.prior import Prior
 from breaker.model.randomness import generator
 
 P = 7
@@ -34,6 +36,7 @@ def fitted(prior):
 
 def found(fitted, *, limits=(), records=None, levels=None):
     recorded = SimpleNamespace(records=records or {}, levels=levels, tried=["this"])
+    recorded.size, recorded.motions = Size(), ["closing", "opening"]
     return check_fitted(fitted, recorded, limits, 1, 1e-3)
 
 
@@ -74,7 +77,7 @@ def test_records_out_of_the_family(fitted):
 
 
 def test_spread_that_the_configuration_does_not_take_is_said(fitted):
-    wide, spread = replace(fitted, widest=0.15), fitted.spread_seen
+    wide, spread = replace(fitted, widest=np.full(7, 0.15)), fitted.spread_seen
     (bounded,) = found(wide)["breakers"][1:]
     assert not bounded.good
     assert f"log-sds of gamma_b {spread[4]:.3g} are bounded to 0.15" in bounded.text
@@ -82,6 +85,15 @@ def test_spread_that_the_configuration_does_not_take_is_said(fitted):
     (unlike,) = found(replace(fitted, unlike=("f", "L")))["breakers"][1:]
     assert not unlike.good
     assert "medians of f, L are bounded" in unlike.text
+
+
+def test_openings_that_the_model_does_not_stop_are_said(prior):
+    (stopped,) = found(fitted_of(prior, PLACES))["openings of the two-spring model"]
+    assert stopped.good
+    free = Prior(prior.medians * [1, 1, 1, 0.05, 0.05, 1, 1], prior.log_sds)
+    (swings,) = found(fitted_of(free, PLACES))["openings of the two-spring model"]
+    assert not swings.good
+    assert "motions: [closing]" in swings.text
 
 
 def test_a_breaker_of_another_type_stands_out(prior):

@@ -51,7 +51,7 @@ def test_a_timed_contact_weighs_the_draws_and_one_of_another_record_is_told(infe
     (wrong,) = infer(some=[timed(TOUCH + 20.0)])
     assert wrong.surprise > 4.0
     assert "is it of this record" in wrong.remarks[-1]
-    assert wrong.draws is None or wrong.unresolved
+    assert wrong.draws is None
     (rough,) = infer(some=[timed(TOUCH + 5.0, sd=5.0)])
     assert 0.5 < rough.surprise < 1.5
 
@@ -62,7 +62,7 @@ def test_a_fact_narrows_what_it_is_about(infer, records, name, value, sd):
     assert np.median(known.inferred(name)) == pytest.approx(value, abs=sd)
     assert spread(known.inferred(name)) == pytest.approx(1.96 * sd, rel=0.3)
     (far,) = infer(Given(known={name: [5.0 * value, sd]}), records[1:2])
-    assert far.draws is None or far.unresolved
+    assert far.draws is None
 
 
 def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, answers):

@@ -46,8 +46,8 @@ def test_verdicts_follow_from_the_draws(answers, verdict):
         answer = replace(answers[0], draws=LevelDraws(theta, {}, {}))
         found.append(verdict(limit("L", 10.0), answer))
     assert found == list(VERDICTS)
-    assert verdict(limit("L", 10.0), replace(answers[0], unresolved="few")) == "not shown"
-    assert verdict(limit("L", 10.0), replace(answers[0], draws=None)) == "not shown"
+    few = replace(answers[0], unresolved="few", draws=None)
+    assert verdict(limit("L", 10.0), few) == "not shown"
     assert judged(answers[3], [limit("L", 10.0)], seed=1) == []  # of the other motion
 
 
@@ -95,7 +95,7 @@ def test_a_document_has_every_record_and_no_number_that_json_lacks(found, answer
 
 
 def test_words_of_an_answer_that_is_not_one_name_the_remedies(answers):
-    few = replace(answers[1], unresolved="effective size 9", prior_p_value=1e-9)
+    few = replace(answers[1], draws=None, unresolved="effective size 9", prior_p_value=1e-9)
     few = replace(few, prior_sds=np.linspace(3.0, -6.0, 7))
     text = in_words(document([few], [[]], {"words": []}, {}))
     for words in ("NOT resolved (effective size 9)", "--model FILE", "L is -6.0 of its sds"):
@@ -169,7 +169,7 @@ def test_every_limit_has_a_row_whatever_is_known_of_its_quantity(answers, timed,
     (touched,) = infer(some=[timed(20.09)])
     latched = replace(touched, measured=touched.measured | {"latch_time": Measured(9.0, 0.1, "")})
     out = replace(answers[0], misfit=True, draws=None)
-    for answer in (*answers, latched, out, replace(answers[3], unresolved="few draws")):
+    for answer in (*answers, latched, out, replace(answers[3], unresolved="few", draws=None)):
         rows = judged(answer, limits, seed=1)
         found = document([answer], [rows], {"words": []}, {})
         text = in_words(found)

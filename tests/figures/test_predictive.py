@@ -58,7 +58,7 @@ def test_residuals_are_in_units_of_the_noise(kind):
     data, count = stages(4), 4
     if kind == "endurance":
         figure = predictive.endurance_predictive(data, motion="closing")
-        flags = ["fits the model (p = 0.4)\n", *[""] * 2, "does NOT fit the model (p = 1e-05)\n"]
+        flags = ["fits the model (p = 0.4)\n", *[""] * 2, "does NOT fit the model (p < 0.0001)\n"]
         titles = [f"operation {100 * i + 1}: {flags[i]}" for i in range(4)]
         assert figure.get_suptitle().endswith("\n1 of 4 flagged as not fitting the model")
         assert figure.axes[6].title.get_color() == style.WARNING

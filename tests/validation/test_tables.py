@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from breaker.mechanism.numerals import in_p
 from breaker.model.randomness import generator
 from breaker.validation.calibration import judge_draws
 from breaker.validation.tables import (
@@ -97,7 +98,7 @@ def test_words_name_the_worst_output_and_what_fails(exact):
     worst = exact.loc[exact.shortfall.idxmax()]
     assert f"{worst.shortfall:.3f} ({worst.output})" in text
     assert f"{exact.z_sd.min():.3f} to {exact.z_sd.max():.3f}" in text
-    assert text.startswith(f"calibrated (smallest p {exact.calibration_p.min():.2g} of 3); through")
+    assert text.startswith(f"calibrated (smallest {in_p(exact.calibration_p.min())} of 3); through")
     wide, read = judged(validation(width=1.25)), judged(reader=validation(seed=2, bias=0.5))
     assert "(L)" in quality_words(wide)
     assert quality_words(wide).startswith("NOT calibrated: L (")

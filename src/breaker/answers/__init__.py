@@ -29,7 +29,15 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         # The prior of a type.
         "checks": ["Finding", "check_fitted"],
         "fits": ["Fit", "fit_breaker"],
-        "fitted": ["FittedPrior", "fit_type", "precision_of", "reference_of", "wear_allowance"],
+        "fitted": [
+            "SWINGING",
+            "FittedPrior",
+            "fit_type",
+            "precision_of",
+            "reference_of",
+            "swings_back",
+            "wear_allowance",
+        ],
         "recorded": ["Recorded", "read_breakers"],
         "spread": ["Spread", "find_spread"],
         "writing": ["overlay_of", "overlay_text", "report"],

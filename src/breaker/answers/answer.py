@@ -73,7 +73,7 @@ class Answer:
         match: How the record fits the family.
         misfit: Whether it is out of the family, so that nothing is inferred.
         motions: Motions of the operation whose records the draws are from.
-        draws: Draws of the network, none of a misfit.
+        draws: Draws of the network; none of a misfit, and where hardly one of them is left.
         effective_size: How many of them weights leave.
         unresolved: Why the draws are too few; empty if they are not.
         measured: What the record shows, by name.
@@ -98,6 +98,19 @@ class Answer:
     prior_p_value: float = np.nan
     surprise: float = np.nan
     remarks: tuple[str, ...] = ()
+
+    @property
+    def why_not_inferred(self) -> str:
+        """Why there are no draws of a record that can be used; empty if there are."""
+        few = f"not resolved: {self.unresolved}" if self.unresolved else ""
+        return "out of the family: nothing is inferred" if self.misfit else few
+
+    def why_not(self, name: str) -> str:
+        """Why a quantity is not known; empty if it is."""
+        known = self.draws is not None
+        if (known and self.is_inferred(name)) or not (known or self.alone(name)):
+            return self.why_not_inferred
+        return self.measured.get(name, NOTHING).reason
 
     @property
     def far_from_prior(self) -> bool:

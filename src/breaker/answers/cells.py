@@ -1,11 +1,11 @@
-"""What tables of a report are made of: cells, numbers and notes, in words."""
+"""What tables of a report are made of: cells and notes, in words."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from breaker.inspection import alike
 
-__all__ = ["RESULTS", "Cell", "Table", "few", "named", "number"]
+__all__ = ["NONE", "RESULTS", "Cell", "Table", "few", "named", "some_of"]
 
 RESULTS = {
     "fail": ("FAIL", "bad"),
@@ -24,6 +24,10 @@ class Cell(NamedTuple):
     tone: str = ""
 
 
+NONE = Cell("–", "faint")
+"""Where no value is."""
+
+
 class Table(NamedTuple):
     """A table of a report, with notes below it."""
 
@@ -33,11 +37,10 @@ class Table(NamedTuple):
     notes: list[str]
 
 
-def number(value: float, digits: int) -> str:
-    """A number of so many digits, those before the point all there, zeros at the end, too."""
-    if abs(value) >= 10.0**digits:
-        return f"{value:.0f}"
-    return f"{value:#.{digits}g}".removesuffix(".")
+def some_of(text: str, where: Iterable[str], channels: int) -> str:
+    """A text, with the channels that it is about where these are not all."""
+    names = [*filter(None, dict.fromkeys(where))]
+    return f"{text} ({', '.join(names)})" if 0 < len(names) < channels else text
 
 
 def named(said: Iterable[tuple[str, str]], channels: int) -> list[str]:
@@ -47,12 +50,10 @@ def named(said: Iterable[tuple[str, str]], channels: int) -> list[str]:
         said: Channel and sentence.
         channels: Number of channels in all.
     """
-    lines = []
-    for members in alike(("", channel, text) for channel, text in said):
-        where = [*filter(None, dict.fromkeys(channel for _, channel, _ in members))]
-        text = members[0][2]
-        lines.append(f"{text} ({', '.join(where)})" if 0 < len(where) < channels else text)
-    return few(lines)
+    groups = alike(("", channel, text) for channel, text in said)
+    return few(
+        [some_of(each[0][2], (channel for _, channel, _ in each), channels) for each in groups]
+    )
 
 
 def few(lines: Sequence[str]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.answers.fitted import FittedPrior
+from breaker.answers.fitted import SWINGING, FittedPrior, swings_back
 from breaker.answers.recorded import Recorded
 from breaker.mechanism import NAMES, Limit, in_digits, in_p
 from breaker.model import generator
@@ -51,6 +51,7 @@ def check_fitted(
         "records in the family": _in_family(recorded, least),
         "each breaker by the others": _left_out(fitted, seed),
         "contact pressed, f > k_a L": [_support(fitted)],
+        "openings of the two-spring model": [_stopped(fitted, recorded)],
     }
 
 
@@ -72,9 +73,10 @@ def _bounded(fitted: FittedPrior) -> list[Finding]:
     """Log-sds and medians that the configuration would refuse."""
     findings = []
     if wide := np.flatnonzero(fitted.spread_seen > fitted.widest).tolist():
-        seen = ", ".join(f"{NAMES[i]} {fitted.spread_seen[i]:.3g}" for i in wide)
+        seen = ", ".join(f"{NAMES[i]} {in_digits(fitted.spread_seen[i], 3)}" for i in wide)
+        bound = in_digits(fitted.widest.min(), 3)
         text = (
-            f"log-sds of {seen} are bounded to {fitted.widest:g}, the largest that the "
+            f"log-sds of {seen} are bounded to {bound}, the largest that the "
             "configuration takes: these records leave the spread next to unknown. Are all breakers "
             "of one type? More breakers of the type tell it"
         )
@@ -82,7 +84,8 @@ def _bounded(fitted: FittedPrior) -> list[Finding]:
     if fitted.unlike:
         text = (
             f"medians of {', '.join(fitted.unlike)} are bounded, as these records lead to some "
-            f"{UNLIKE:g} times or a {UNLIKE:g}th of the reference drive's: they hardly tell them"
+            f"{UNLIKE:.0f} times or a {UNLIKE:.0f}th of the reference drive's: they hardly tell "
+            "them"
         )
         findings.append(Finding(text, good=False))
     return findings
@@ -141,6 +144,21 @@ def _left_out(fitted: FittedPrior, seed: int) -> list[Finding]:
 def _near(off: float, text: str, warning: str) -> Finding:
     """What is off by so many sds, and the warning where these are too many."""
     return Finding(text) if abs(off) <= _FAR else Finding(f"{text}: {warning}", good=False)
+
+
+def _stopped(fitted: FittedPrior, recorded: Recorded) -> Finding:
+    """Whether the model stops the openings that the workflow would simulate."""
+    share = swings_back(fitted.prior, recorded.size)
+    text = f"{in_digits(100.0 * share, 2)} % swing back by more than half of their way"
+    if share <= SWINGING:
+        return Finding(text)
+    said = (
+        f"{text}: dampers stop these drives, and the model has none. So the workflow's networks of "
+        "openings would be of other drives, and its reader rejects such curves"
+    )
+    if "closing" in recorded.motions:
+        said += "; motions: [closing] leaves them out. breaker infer takes openings all the same"
+    return Finding(said, good=False)
 
 
 def _support(fitted: FittedPrior) -> Finding:

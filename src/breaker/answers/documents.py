@@ -10,16 +10,15 @@ from io import StringIO
 
 import numpy as np
 
-from breaker.answers.answer import NOTHING, Answer
+from breaker.answers.answer import Answer
 from breaker.answers.judgement import NORMAL, VERDICTS
 from breaker.files import ABOUT, printable
-from breaker.mechanism import MOTIONS, PARAMETERS, SOURCES, quantities_of
+from breaker.mechanism import EVENTS, MOTIONS, PARAMETERS, SOURCES, quantities_of
 
 __all__ = ["document", "plainly", "table_of"]
 
 _FEWEST = 2  # records that are summed up together
 _WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
-_EVENTS = {"closing": "touch", "opening": "parting"}
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _KINDS = {"parameters": "parameter", "quantities": "quantity"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
@@ -91,6 +90,7 @@ def _fit(answer: Answer) -> dict:
         "effective_size": answer.effective_size,
         "prior_p_value": answer.prior_p_value,
         "far_from_prior": answer.far_from_prior,
+        "moves": raw.moves,
         "missing": int(np.isnan(raw.left).sum()),
         "masked": int((raw.doubts[raw.inside] != "").sum()),
         "noise": raw.noise_at(raw.step).sd,
@@ -125,23 +125,20 @@ def _quantities(answer: Answer) -> dict:
     motion = answer.record.motion
     for name, each in quantities_of(motion, answer.speeds, SOURCES).items():
         row = {"unit": each.unit, "meaning": _WIPE[motion] if name == "wipe" else each.meaning}
-        measured = answer.measured.get(name, NOTHING)
-        if name == "latch_time" and measured.reason:
+        reason, source = answer.why_not(name), None
+        if name == "latch_time" and reason:
             continue
-        if answer.is_inferred(name) and answer.draws is not None:
-            row |= _drawn(answer.inferred(name))
-            source, reason = "inferred", None
-        elif measured.reason:
-            why = "out of the family" if answer.misfit else "not resolved"
-            reason = measured.reason if answer.draws or answer.alone(name) else why
+        if reason:
             row |= _drawn(None)
-            source = None
+        elif answer.is_inferred(name) and answer.draws is not None:
+            row |= _drawn(answer.inferred(name))
+            source = "inferred"
         else:
+            measured = answer.measured[name]
             ends = [measured.value + sds * measured.sd for sds in (-NORMAL[95], NORMAL[95])]
             row |= {"median": measured.value, "interval_50": None, "interval_95": ends}
-            source = "measured" if answer.alone(name) else f"measured, {_EVENTS[motion]} inferred"
-            reason = None
-        found[name] = row | {"source": source, "reason": reason}
+            source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
+        found[name] = row | {"source": source, "reason": reason or None}
     return found
 
 

@@ -1,7 +1,7 @@
 """The prior of a type: its medians and log-sds, and where each part of a log-sd comes from."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -10,14 +10,26 @@ from breaker.answers.fits import Fit, fit_breaker
 from breaker.answers.judgement import NORMAL
 from breaker.answers.recorded import Recorded
 from breaker.answers.spread import Spread, find_spread
-from breaker.mechanism import NAMES, PARAMETERS, powers
-from breaker.model import Prior, generator
+from breaker.mechanism import NAMES, PARAMETERS, Size, powers, travel
+from breaker.model import Prior, Sensor, generator
 from breaker.shipped import DEFAULTS
 from breaker.workflow import UNLIKE, read
 
-__all__ = ["FittedPrior", "fit_type", "precision_of", "reference_of", "wear_allowance"]
+__all__ = [
+    "SWINGING",
+    "FittedPrior",
+    "fit_type",
+    "precision_of",
+    "reference_of",
+    "swings_back",
+    "wear_allowance",
+]
+
+SWINGING = 0.2
+"""Share of openings that may swing back where the workflow simulates openings at all."""
 
 _DRAWS = 500  # of each operation
+_OPENINGS = 400  # of a prior, that tell whether the model stops them
 _SIZE = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
 _DESIGN = 0.6  # share of a breaker's posterior variance taken for an error that its type shares
 _ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
@@ -39,7 +51,8 @@ class FittedPrior:
         room: Room for wear.
         unfit: Breakers without a record in the family, which are left out.
         unlike: Parameters whose median would be refused as that of no drive, and is bounded.
-        widest: The largest log-sd of the prior, where that of the records cannot be taken.
+        widest: The largest log-sds of the prior, ``(p,)``, where those of the records cannot be
+            taken.
     """
 
     reference: Prior
@@ -48,7 +61,7 @@ class FittedPrior:
     room: np.ndarray
     unfit: tuple[str, ...] = ()
     unlike: tuple[str, ...] = ()
-    widest: float = np.inf
+    widest: np.ndarray = field(default_factory=lambda: np.full(len(NAMES), np.inf))
 
     @property
     def alone(self) -> bool:
@@ -95,7 +108,7 @@ class FittedPrior:
         return replace(self, fits=others, spread=spread)
 
     def accepted(self, check: Callable[["FittedPrior"], None]) -> "FittedPrior":
-        """Return the prior as wide as a check accepts it.
+        """Return the prior as wide as a check accepts it, bounded where it needs to be.
 
         Few breakers that differ, or records at the ends of the family, leave a spread next to
         unknown. A prior that wide has drives that do not move, or cannot be followed.
@@ -106,15 +119,23 @@ class FittedPrior:
         Raises:
             ValueError: That of the check, if it accepts no width.
         """
-        for widest in _WIDTHS:
-            found = replace(self, widest=widest)
+
+        def refusal(widest: np.ndarray) -> ValueError | None:
             try:
-                check(found)
+                check(replace(self, widest=widest))
             except ValueError as error:
-                refusal = error
-            else:
-                return found
-        raise refusal
+                return error
+            return None
+
+        tried = (np.full(len(NAMES), width) for width in _WIDTHS)
+        bounds = next((each for each in tried if (why := refusal(each)) is None), None)
+        if bounds is None:
+            raise why
+        for i in np.argsort(self.spread_seen):  # those without need are set free, the least first
+            free = np.where(np.arange(len(NAMES)) == i, np.inf, bounds)
+            if self.spread_seen[i] <= bounds[i] or refusal(free) is None:
+                bounds = free
+        return replace(self, widest=bounds)
 
     def to_dataset(self) -> xr.Dataset:
         """Return what a figure shows, in the units of the parameters.
@@ -199,6 +220,18 @@ def _of_a_type(reference: Prior) -> np.ndarray:
 def _default() -> Prior:
     """The prior of the reference drive."""
     return Prior.from_settings(read(DEFAULTS)["prior"])
+
+
+def swings_back(prior: Prior, size: Size) -> float:
+    """Return the share of a prior's openings that swing back by more than half of their way.
+
+    Of drives that dampers stop, friction is low, and the two-spring model has nothing else to stop.
+    """
+    usual = Sensor.from_settings(read(DEFAULTS)["sensor"]).sized(size).times
+    theta = prior.sample(_OPENINGS, generator(1, "fit-prior openings"))
+    time, begin = usual[usual >= 0.0], np.zeros(_OPENINGS)
+    ways = travel(theta, time, "opening", onset=begin).travel
+    return float(np.mean([np.ptp(way[way.argmin() :]) > 0.5 * np.ptp(way) for way in ways]))
 
 
 def reference_of(recorded: Recorded) -> Prior:

@@ -56,7 +56,8 @@ def infer_drive(
         key = record.operation.number, record.operation.breaker, record.operation.phase
         groups.setdefault(key, []).append(Answer(record, levels, match, misfit, speeds=defined))
     inferred = [each for group in groups.values() for each in _inferred(group, given, settings)]
-    found = {id(answer.record): _measured(answer) for answer in inferred}
+    told = [replace(each, draws=None) if each.unresolved else each for each in inferred]
+    found = {id(answer.record): _measured(answer) for answer in told}
     return [found.get(id(record), Answer(record)) for record in records]
 
 

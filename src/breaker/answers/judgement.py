@@ -119,12 +119,12 @@ def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[dict]:
 
 def _told(answer: Answer, limit: Limit, name: str) -> Told:
     """What an answer tells of a quantity of a limit."""
-    alone, measured = limit.of == "record", answer.measured.get(name, NOTHING)
-    if (alone or answer.unresolved) and not answer.alone(name):
-        untimed = "no contact was timed, and of: model takes the inferred one"
-        return Told(reason=untimed if alone else answer.unresolved)
+    alone = limit.of == "record"
+    if alone and not answer.alone(name):
+        return Told(reason="no contact was timed, and of: model takes the inferred one")
     if alone or not answer.is_inferred(name):
+        measured = answer.measured.get(name, NOTHING)
         return Told(measured.value, measured.sd, None, measured.reason)
-    if answer.draws is None or answer.unresolved:
-        return Told(reason=answer.unresolved or "out of the family: nothing is inferred")
+    if answer.draws is None:
+        return Told(reason=answer.why_not_inferred)
     return Told(draws=answer.inferred(name))

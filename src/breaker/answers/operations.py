@@ -7,7 +7,7 @@ import numpy as np
 
 from breaker.family import NormalisedRecords, normalise_record
 from breaker.files import Operation
-from breaker.mechanism import MOTIONS
+from breaker.mechanism import MOTIONS, in_digits
 from breaker.records import Raw, Shape, read_raws, taken_apart
 
 __all__ = ["Record", "read_operations"]
@@ -91,8 +91,8 @@ def _record(operation: Operation, motion: str, raw: Raw | Exception) -> Record:
     missing = 1.0 - float(shape.present[inside[0] : inside[-1] + 1].mean()) if inside.size else 1.0
     if missing > raw.settings["missing"]:
         reason = (
-            f"{operation.file}: a share of {missing:.2g} of the motion is missing, and "
-            f"endurance.format.missing allows {raw.settings['missing']:g}"
+            f"{operation.file}: a share of {in_digits(missing, 2)} of the motion is missing, and "
+            f"endurance.format.missing allows {in_digits(raw.settings['missing'], 4)}"
         )
         return Record(operation, motion, reason)
     return Record(operation, motion, "", raw, shape, seen)

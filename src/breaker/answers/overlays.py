@@ -12,6 +12,7 @@ import numpy as np
 
 from breaker.answers.operations import Record
 from breaker.files import printable
+from breaker.mechanism import in_digits
 
 __all__ = ["TOLERANCE", "Overlay", "overlaid"]
 
@@ -64,11 +65,13 @@ class Overlay(NamedTuple):
     @property
     def words(self) -> str:
         """Where the record leaves the band, in words."""
-        band = f"±{self.band:.3g} mm ({100.0 * self.share:g} % of the stroke)"
-        most = "{1:+.3g} mm at {0:.1f} ms".format(*self.farthest)
+        share = in_digits(100.0 * self.share, 4)
+        band = f"±{in_digits(self.band, 3)} mm ({share} % of the stroke)"
+        most = f"{in_digits(self.farthest[1], 3, sign=True)} mm at {self.farthest[0]:.1f} ms"
         if self.leaves is None:
             return f"stays within {band} of the reference; farthest {most} after the first motion"
-        first = "{:.1f} ms after the first motion, by {:+.3g} mm".format(*self.leaves)
+        at, by = self.leaves
+        first = f"{at:.1f} ms after the first motion, by {in_digits(by, 3, sign=True)} mm"
         return f"LEAVES the band of {band} {first}; farthest {most}"
 
     @property

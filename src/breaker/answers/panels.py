@@ -78,16 +78,18 @@ def _marked(answer: Answer) -> Marked:
     def point(each: Point) -> float:
         """Time of a point of a speed."""
         if each.unit == "ms":
-            return switching + each.amount
-        share = each.unit == "%"
-        goal = each.amount / 100.0 * raw.segment.stroke if share else level + each.amount
+            return switching + each.amount + each.later
+        stroke = raw.segment.stroke
+        goal = each.amount / 100.0 * stroke if each.unit == "%" else level + each.amount
+        if each.rest:
+            goal = each.amount if each.amount > 0.0 else stroke + each.amount
         passed = (way >= goal) & (time >= raw.moves)
-        return float(time[passed.argmax()]) if passed.any() else np.nan
+        return float(time[passed.argmax()]) + each.later if passed.any() else np.nan
 
     shown = [each for each in answer.speeds if each.motion == record.motion]
     shown = [each for each in shown if not answer.measured[each.name].reason]
     ends = [each for speed in shown for each in (speed.start, speed.end)]
-    times = [point(each) for each in ends if not each.of_event or each.amount]
+    times = [point(each) for each in ends if not each.of_event or each.amount or each.later]
     span = raw.moves - _BEFORE * record.shape.duration, raw.moves + _AFTER * record.shape.duration
     near = (time >= span[0]) & (time <= span[1])
     return Marked(

@@ -12,7 +12,7 @@ import numpy as np
 from breaker.answers.words import differs_in_words
 from breaker.family import Levels, Match, NormalisedRecords, choose_family, normalise_record
 from breaker.files import MANIFEST, Operation, list_operations, printable, read_manifest
-from breaker.mechanism import Size
+from breaker.mechanism import Size, in_p
 from breaker.records import Raw, read_raws
 
 __all__ = ["Recorded", "Span", "read_breakers"]
@@ -81,7 +81,7 @@ class Recorded:
         for motion, matches in by.items():
             middle = sorted(matches, key=lambda each: each.p_value)[(len(matches) - 1) // 2]
             where = differs_in_words(middle.parts)
-            said.append(f"{motion} p = {middle.p_value:.2g}" + (where and f", {where}"))
+            said.append(f"{motion} {in_p(middle.p_value)}" + (where and f", {where}"))
         return "; ".join(said)
 
     @property

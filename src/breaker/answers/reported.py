@@ -8,13 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from breaker.answers.answer import Answer
-from breaker.answers.cells import RESULTS, Cell, Table, few
+from breaker.answers.cells import RESULTS, Cell, Table, few, some_of
 from breaker.answers.documents import document as document_of
 from breaker.answers.measured_tables import Group, measured_table
 from breaker.answers.model_tables import changes_table, model_table
 from breaker.answers.panels import Panel, panel_of
 from breaker.files import natural
-from breaker.mechanism import Limit
 
 __all__ = ["Report", "report_of"]
 
@@ -36,86 +35,75 @@ class Report(NamedTuple):
 
 
 def report_of(
-    answers: Sequence[Answer],
-    verdicts: Sequence[Sequence[Mapping]],
-    limits: Sequence[Limit],
-    beside: Mapping[str, object],
+    answers: Sequence[Answer], verdicts: Sequence[Sequence[Mapping]], beside: Mapping[str, object]
 ) -> Report:
     """Return the report of a visit.
 
     Args:
         answers: Of all channels; that of a record is its operation's ``phase``.
         verdicts: Of each, what ``judged`` returns.
-        limits: What they were judged by.
         beside: ``plate``, names and values; ``overlays`` over a good record; ``changes``, the
-            document of a comparison by phase; ``printed``, values that the analyser printed, by
-            (file, motion, phase, quantity); ``rejected``, sentences on what was not read.
+            document of a comparison by phase; ``printed``, what ``measured_table`` takes;
+            ``rejected``, sentences on what was not read.
     """
-    entries = document_of(answers, verdicts, {}, {})["records"]
-    pairs = [pair for pair in zip(answers, entries, strict=True) if pair[1]["accepted"]]
-    phases = list(dict.fromkeys(answer.record.operation.phase for answer, _ in pairs))
-    groups = _groups(pairs, phases)
-    printed = beside.get("printed", {})
-    tables = [measured_table(group, limits, printed) for group in groups]
-    overlays = beside.get("overlays", ())
-    if rejected := _rejected(entries, beside.get("rejected", ())):
-        tables.append(Table("Not read", (), [], rejected))
+    found = document_of(answers, verdicts, {}, {})["records"]
+    pairs = [pair for pair in zip(answers, found, strict=True) if pair[1]["accepted"]]
+    entries = [entry for _, entry in pairs]
+    phases = list(dict.fromkeys(map(_phase, entries)))
+    tables, panels = [], []
+    for own in _motions(pairs):
+        entry = own[0][1]
+        channels = {_phase(each): each for _, each in own}
+        group = Group(_title(entry), entry["file"], entry["motion"], channels)
+        tables.append(measured_table(group, beside.get("printed", {})))
+        panels.append(panel_of([each for each, _ in own], beside.get("overlays", ()), group.title))
+    lines = [*beside.get("rejected", ()), *(e["reason"] for e in found if not e["accepted"])]
+    if lines:
+        tables.append(Table("Not read", (), [], few(list(dict.fromkeys(lines)))))
     if changed := beside.get("changes"):
         tables.append(changes_table(changed, phases))
-    tables.append(model_table(pairs, limits))
-    panels = [
-        panel_of([answer for answer, _ in group.channels.values()], overlays, group.title)
-        for group in groups
-    ]
-    return Report(list(beside["plate"]), _verdict(pairs), tables, panels)
+    tables.append(model_table(entries))
+    return Report(list(beside["plate"]), _verdict(entries, len(phases)), tables, panels)
 
 
-def _groups(pairs: Iterable[tuple[Answer, Mapping]], phases: Sequence[str]) -> list[Group]:
+def _phase(entry: Mapping) -> str:
+    return entry.get("phase") or ""
+
+
+def _motions(pairs: Iterable[tuple[Answer, Mapping]]) -> list[list[tuple[Answer, Mapping]]]:
     """Motions of operations, file by file, in the order in which they come there."""
-    found: dict[tuple, dict] = {}
+    found: dict[tuple, list] = {}
     for answer, entry in pairs:
-        of = answer.record.operation
-        channels = found.setdefault((str(of.file), of.number, answer.record.motion), {})
-        channels[of.phase] = (answer, entry)
-    files = dict.fromkeys(str(answer.record.operation.file) for answer, _ in pairs)
-    groups = [Group(channels, phases) for channels in found.values()]
-    place = {file: k for k, file in enumerate(sorted(files, key=natural))}
+        key = entry["file"], entry["operation"], entry["motion"]
+        found.setdefault(key, []).append((answer, entry))
+    files = {file: k for k, file in enumerate(sorted({key[0] for key in found}, key=natural))}
     return sorted(
-        groups,
-        key=lambda each: (
-            place[str(each.first.record.operation.file)],
-            each.first.record.raw.moves,
-        ),
+        found.values(), key=lambda own: (files[own[0][1]["file"]], own[0][1]["fit"]["moves"])
     )
 
 
-def _verdict(pairs: Sequence[tuple[Answer, Mapping]]) -> Cell:
+def _title(entry: Mapping) -> str:
+    """Which motion it is: when, of several in a file; of which operation, where that counts."""
+    part = "from" in entry or "to" in entry
+    said = entry["motion"] + (f" at {entry['fit']['moves']:.0f} ms" if part else "")
+    of = f", operation {entry['operation']}" if entry.get("breaker") or entry.get("date") else ""
+    return f"{said}{of}: {entry['file'].rpartition('/')[2]}"
+
+
+def _verdict(entries: Sequence[Mapping], channels: int) -> Cell:
     """What all limits together say."""
-    found: dict[str, dict[str, dict[str, None]]] = {}
-    phases = {entry.get("phase", "") for _, entry in pairs}
-    names = set()
-    for _, entry in pairs:
+    found: dict[str, dict[str, list[str]]] = {verdict: {} for verdict in RESULTS}
+    for entry in entries:
         for each in entry.get("limits", ()):
-            names.add(each["name"])
-            where = found.setdefault(each["verdict"], {}).setdefault(each["name"], {})
-            where |= {entry["phase"]: None} if entry.get("phase") else {}
-    if not names:
-        return Cell("no limit is configured: values are stated, not judged", "faint")
-    worst = next(verdict for verdict in RESULTS if verdict in found)
-    if worst == "pass":
-        return Cell(f"pass: none of {len(names)} limits is exceeded", "good")
-    said = []
-    for verdict, (result, _) in RESULTS.items():
-        if verdict == "pass":  # the others hold
-            break
-        of = [
-            name + (f" ({', '.join(where)})" if 0 < len(where) < len(phases) else "")
-            for name, where in found.get(verdict, {}).items()
-        ]
-        said += [f"{result}: {', '.join(of)}"] if of else []
-    return Cell("; ".join(said), RESULTS[worst][1])
-
-
-def _rejected(entries: Sequence[Mapping], said: Iterable[str]) -> list[str]:
-    lines = [*said, *(each["reason"] for each in entries if not each["accepted"])]
-    return few(list(dict.fromkeys(lines)))
+            found[each["verdict"]].setdefault(each["name"], []).append(_phase(entry))
+    passed = found.pop("pass")
+    if said := {verdict: names for verdict, names in found.items() if names}:
+        text = "; ".join(
+            f"{RESULTS[verdict][0]}: "
+            + ", ".join(some_of(name, where, channels) for name, where in names.items())
+            for verdict, names in said.items()
+        )
+        return Cell(text, RESULTS[next(iter(said))][1])
+    if passed:
+        return Cell(f"pass: none of {len(passed)} limits is exceeded", "good")
+    return Cell("no limit is configured: values are stated, not judged", "faint")

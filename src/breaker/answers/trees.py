@@ -51,7 +51,6 @@ def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
     statistics = {
         "p_value": [answer.match.p_value for answer in there],
         "effective_size": [answer.effective_size for answer in there],
-        "resolved": [not answer.unresolved for answer in there],
         "motions": [" ".join(answer.motions) for answer in there],
     }
     names = _names(there)

@@ -10,7 +10,7 @@ from breaker.answers.documents import plainly
 from breaker.answers.words import limit_lines, wrapped
 from breaker.mechanism import in_digits, in_p
 
-__all__ = ["visits_document", "visits_in_words"]
+__all__ = ["change_words", "label_of", "visits_document", "visits_in_words"]
 
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
@@ -90,7 +90,10 @@ def _headline(document: Mapping) -> str:
 
     Parameters are told as changed only beside a measured change: networks alone raise no alarm.
     """
-    beyond, rows = f"beyond {100 * document['settings']['share']:g} %", document["changes"]
+    beyond, rows = (
+        f"beyond {in_digits(100 * document['settings']['share'], 4)} %",
+        document["changes"],
+    )
     if document["differences"]:
         return _NOT_TOLD[document["parameters"]]
     measured = [row for row in rows if row["kind"] == "measured"]
@@ -120,7 +123,7 @@ def _by_verdict(rows: Iterable[Mapping]) -> list[str]:
         middle, low, high = (in_digits(each, 2, sign=True) for each in (middle, low, high))
         percent = f" {middle} % ({low} to {high})"
         sure = row["verdict"] == VERDICT_WORDS[0]
-        names[row["verdict"]].append(_label(row) + (percent if sure else ""))
+        names[row["verdict"]].append(label_of(row) + (percent if sure else ""))
     return [", ".join(each) for each in names.values()]
 
 
@@ -168,7 +171,7 @@ def _place(match: Mapping) -> str:
     return f"({in_p(match['p_value'])}, most at its {where})"
 
 
-def _label(row: Mapping) -> str:
+def label_of(row: Mapping) -> str:
     """Name of a changed quantity, with the motion where the name does not tell it."""
     motion = row["motion"]
     named = not motion or motion in row["name"] or row["kind"] == "time"
@@ -187,7 +190,7 @@ def visits_in_words(document: Mapping) -> str:
         f"rejected: {each['visit']}: {each['file']}: {each['reason']}"
         for each in document["rejected"]
     ]
-    beyond = f"P>{100 * document['settings']['share']:g} %"
+    beyond = f"P>{in_digits(100 * document['settings']['share'], 4)} %"
     lines = [line for each in said for line in wrapped(each, "", "  ")]
     first = _NAME.format("", "before", "today")
     title = _ROW.format(first, "change", "90 % interval", "P same", beyond, "P worse")
@@ -202,14 +205,18 @@ def visits_in_words(document: Mapping) -> str:
 
 
 def _in_words(row: Mapping) -> str:
-    low, middle, high = row["change"]
     values = [in_digits(row[visit], 4) for visit in ("before", "today") if visit in row]
-    name, alone = _label(row), row["kind"] == "parameter" and row["motion"]
+    name, alone = label_of(row), row["kind"] == "parameter" and row["motion"]
     name += f" ({row['unit']})" if values else "" if alone else f": {row['meaning']}"
     known = [row[key] for key in ("unchanged", "beyond", "worse")]
     return _ROW.format(
         _NAME.format(name, *values) if values else name,
-        f"{middle:+.1f} %",
-        f"{low:+.1f} to {high:+.1f}",
+        *change_words(row),
         *("" if each is None else f"{each:.2f}" for each in known),
     ).rstrip()
+
+
+def change_words(row: Mapping) -> tuple[str, str]:
+    """A change in percent, and its 90 % interval."""
+    low, middle, high = (f"{round(each, 1) + 0.0:+.1f}" for each in row["change"])  # no -0
+    return f"{middle} %", f"{low} to {high}"

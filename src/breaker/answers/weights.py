@@ -7,7 +7,7 @@ import numpy as np
 
 from breaker.answers.answer import Answer, Given
 from breaker.answers.operations import Record
-from breaker.mechanism import Size, powers
+from breaker.mechanism import Size, in_digits, powers
 
 __all__ = ["contradicted", "surprise_of", "weights_of"]
 
@@ -67,7 +67,8 @@ def contradicted(answers: Sequence[Answer], given: Given) -> list[str]:
         off = 0.0 if known is None else (float(np.median(known)) - value) / sd
         if abs(off) > _CONTRADICTED:
             remarks.append(
-                f"the record contradicts known.{name}, {value:g} with an sd of {sd:g}: the "
+                f"the record contradicts known.{name}, {in_digits(value, 4)} with an sd of "
+                f"{in_digits(sd, 4)}: the "
                 f"posterior is {off:+.1f} sd off; check its value and unit, or widen it"
             )
     return remarks

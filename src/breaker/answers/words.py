@@ -6,7 +6,7 @@ from textwrap import wrap
 from breaker.answers.judgement import VERDICTS
 from breaker.mechanism import in_digits, in_p
 
-__all__ = ["in_words", "limit_lines", "wrapped"]
+__all__ = ["bounds_in_words", "in_words", "limit_lines", "wrapped"]
 
 _WIDTH = 98
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
@@ -51,9 +51,10 @@ def _long(record: Mapping) -> list[str]:
     for name, each in measured.items():
         lines += _row(name, each, each["source"] or each["reason"])
     together = " of both motions together" if len(record["fit"]["motions"]) > 1 else ""
-    lines.append(f"inferred{together}")
-    for name, each in inferred.items():
-        lines += _row(name, each, each["meaning"])
+    if record["fit"]["resolved"]:
+        lines.append(f"inferred{together}")
+        for name, each in inferred.items():
+            lines += _row(name, each, each["meaning"])
     return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
 
 
@@ -95,7 +96,8 @@ def limit_lines(limits: Sequence[Mapping]) -> list[str]:
             numbers = "-", ""
             if part["value"] is not None:
                 numbers = _number(part["value"]), _interval(part["interval_95"])
-            lines.append(_LIMIT.format(*first, *numbers, _bounds(part)).rstrip())
+            passes = f"{part['quantity']} {bounds_in_words(part)} {_unit(part)}"
+            lines.append(_LIMIT.format(*first, *numbers, passes).rstrip())
             first = "", ""
         several = f"fails where {limit['words']}" if len(limit["parts"]) > 1 else ""
         said = filter(None, (limit["reason"], several))
@@ -103,11 +105,10 @@ def limit_lines(limits: Sequence[Mapping]) -> list[str]:
     return lines if limits else []
 
 
-def _bounds(part: Mapping) -> str:
-    """Which values of a quantity pass, with its name and unit."""
+def bounds_in_words(part: Mapping) -> str:
+    """Which values of a quantity pass."""
     low, high = (None if each is None else _number(each) for each in part["bounds"])
-    ends = f"{low} to {high}" if low and high else f"up to {high}" if high else f"from {low}"
-    return f"{part['quantity']} {ends} {_unit(part)}"
+    return f"{low} to {high}" if low and high else f"up to {high}" if high else f"from {low}"
 
 
 def _title(record: Mapping) -> str:

@@ -11,7 +11,7 @@ from breaker.answers.checks import Finding
 from breaker.answers.fitted import FittedPrior
 from breaker.answers.recorded import Recorded, Span
 from breaker.family import Levels
-from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter
+from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter, in_digits
 from breaker.model import Sensor
 from breaker.shipped import DEFAULTS
 from breaker.workflow import read
@@ -137,7 +137,8 @@ def _sources(recorded: Recorded) -> list[str]:
         of = "one breaker" if len(counts) == 1 else f"{len(counts)} breakers"
         lines.append(f"{sum(counts)} records of {motion} of {of}")
     lines.append(
-        f"lengths are about {size.lengths:g} times, times {size.times:g} times those of the "
+        f"lengths are about {in_digits(size.lengths, 3)} times, times {in_digits(size.times, 3)} "
+        "times those of the "
         "reference drive"
     )
     if recorded.left_out:
@@ -146,7 +147,7 @@ def _sources(recorded: Recorded) -> list[str]:
             "each, some were taken, spread over all"
         )
     if np.isfinite(recorded.noise_sd):
-        lines.append(f"noise of a sample {recorded.noise_sd:.3g} mm")
+        lines.append(f"noise of a sample {in_digits(recorded.noise_sd, 3)} mm")
     return [*lines, "breakers: " + ", ".join(records)]
 
 

@@ -9,7 +9,7 @@ from math import isnan
 from operator import getitem
 from types import MappingProxyType
 
-from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent
+from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent, stated_by
 from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import limits_of, settings_of
 
@@ -159,10 +159,8 @@ def compared(
 
 def _ratio(operations: Mapping[str, Sequence]) -> float | None:
     """Ratio of the linkage that the files of a visit state; None where they differ or do not."""
-    from breaker.inspection import stated_in
-
-    files = {each.file for some in operations.values() for each in some}
-    ratios = {ratio for each in files if not isnan(ratio := stated_in(each).ratio)}
+    stated = stated_by(each for some in operations.values() for each in some)
+    ratios = {each.ratio for each in stated.values() if not isnan(each.ratio)}
     return ratios.pop() if len(ratios) == 1 else None
 
 

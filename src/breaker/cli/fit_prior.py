@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from breaker.cli.named import add_path, each_once
 from breaker.cli.outputs import check_outputs, whole, write_lines
@@ -33,7 +34,15 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import FittedPrior, check_fitted, overlay_of, overlay_text, report
+    from breaker.answers import (
+        SWINGING,
+        FittedPrior,
+        check_fitted,
+        overlay_of,
+        overlay_text,
+        report,
+        swings_back,
+    )
     from breaker.mechanism import Size, from_list, speeds_of
     from breaker.shipped import DEFAULTS
     from breaker.workflow import check, merge, read
@@ -48,6 +57,11 @@ def _run(options: argparse.Namespace) -> int:
 
     fitted = fitted.accepted(lambda each: check(merge(config, overlay_with(each))))
     overlay = overlay_with(fitted)
+    if "closing" in recorded.motions and swings_back(fitted.prior, recorded.size) > SWINGING:
+        closings = overlay | {"motions": ["closing"]}
+        with suppress(ValueError):  # where limits are of openings alone
+            check(merge(config, closings))
+            overlay = closings
     own = merge(config, overlay)
     speeds = speeds_of(own["speeds"], Size(**own["size"]))
     limits = from_list(limits, recorded.motions, speeds, of=["model"])

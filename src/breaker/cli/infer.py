@@ -60,7 +60,7 @@ def _factor(text: str) -> float:
     """A factor of a size."""
     value, (least, most) = _number(text), _FACTORS
     if not least <= value <= most:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number from {least:g} to {most:g}")
+        raise argparse.ArgumentTypeError(f"{text!r} is no number from {least} to {most:.0f}")
     return value
 
 
@@ -133,7 +133,7 @@ def _run(options: argparse.Namespace) -> int:
 def _given(options: argparse.Namespace, config: Mapping) -> tuple:
     """What is given beside the records, and what to say of it."""
     from breaker.answers import FACTS, Given
-    from breaker.mechanism import Size
+    from breaker.mechanism import Size, in_digits
     from breaker.shipped import DEFAULTS
     from breaker.workflow import read
 
@@ -152,8 +152,9 @@ def _given(options: argparse.Namespace, config: Mapping) -> tuple:
     if all(config[key] == defaults[key] for key in ("prior", "size")):
         if not options.size:
             return Given(known=known), []
-        said = "size given: lengths {:g} and times {:g} times those of the reference drive"
-        return Given(Size(*options.size), None, known), [said.format(*options.size)]
+        size = (in_digits(each, 4) for each in options.size)
+        said = "size given: lengths {} and times {} times those of the reference drive"
+        return Given(Size(*options.size), None, known), [said.format(*size)]
     if options.size:
         raise ValueError(
             "--size is of drives with the default prior, and that of the configuration is another; "

@@ -5,14 +5,18 @@ from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 
-from breaker.cli.named import MOTIONS, add_path, each_once
+from breaker.cli.named import MOTIONS, add_path, each_once, stated_by
 from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
+from breaker.mechanism import in_digits
 
 __all__ = ["add"]
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
+# What analysers print by the definition of the house, and its unit where they print none.
+_PRINTED = dict.fromkeys(("stroke", "over_travel", "wipe"), "mm") | {"speed": "m/s"}
+_PRINTED |= dict.fromkeys(("closing_time", "opening_time"), "ms")
 # Beside those of the configuration, which may need the contact: any record shows them.
 _SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
 
@@ -55,10 +59,10 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
     good = _read([options.reference], options, form) if options.reference else []
     overlays = overlays_of(records, good, options)
-    stated = _stated(records)
+    stated = stated_by(each.operation for each in records)
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
     settings["seed"] = config["seed"]
-    points = {**_SPEEDS, **config["speeds"]}
+    config["speeds"] = points = _points(stated, config)
     answers = infer_drive(records, families(None), Given(), points, settings)
     speeds = next(each.speeds for each in answers if each.speeds)
     limits = from_list(
@@ -66,13 +70,13 @@ def _run(options: argparse.Namespace) -> int:
     )
     beside = {
         "plate": _plate(records, stated),
-        "printed": _printed(stated, records),
+        "printed": _printed(stated, records, points),
         "overlays": overlays,
         "changes": _changes(records, options, config),
         "rejected": [each.reason for each in good if each.reason],
     }
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
-    found = report_of(answers, verdicts, limits, beside)
+    found = report_of(answers, verdicts, beside)
     _write(found, options.output)
     print(f"{found.verdict.text}\nreport written to {options.output}")
     return 0
@@ -130,61 +134,80 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     from breaker.files import printable
 
     operations = [each.operation for each in records]
-    names = [
-        printable(file).rpartition("/")[2]
-        for file in dict.fromkeys(each.operation.file for each in records if not each.reason)
-    ]
-    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-    warm = [
-        f"{each.temperature:g} °C" for each in operations if each.temperature == each.temperature
-    ]
-    dates = {file: " or ".join(dict.fromkeys(each.dates)) for file, each in stated.items()}
+    files = dict.fromkeys(each.operation.file for each in records if not each.reason)
+    first, *more = (printable(file).rpartition("/")[2] for file in files)
     known = {
         "Breaker": [each.breaker for each in operations],
-        "Test date": [each.date or dates[each.file] for each in operations],
-        "Files": [names[0] + more],
+        "Test date": [
+            each.date or " or ".join(dict.fromkeys(stated[each.file].dates)) for each in operations
+        ],
+        "Files": [first + (f" and {len(more)} more" if more else "")],
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
-        "Temperature": warm,
+        "Temperature": [
+            f"{in_digits(each.temperature, 4)} °C"
+            for each in operations
+            if each.temperature == each.temperature
+        ],
         "Channels": [each.phase for each in operations],
         "Contacts": [str(each.settings.get("contact_column") or "") for each in operations],
         "Motions": [each.motion for each in records],
     }
     pairs = [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
-    return [(name, text) for name, text in pairs if text or name in ("Breaker", "Test date")]
+    always = "Breaker", "Test date"
+    return [(name, text or "not stated") for name, text in pairs if text or name in always]
 
 
-def _stated(records: Sequence) -> dict:
-    """What stands above the samples of each file; nothing where that cannot be read."""
-    from breaker.inspection import stated_in
+def _points(stated: Mapping, config: Mapping) -> dict:
+    """Points of speeds: of the configuration, or else those of the speeds that files print."""
+    from breaker.inspection import stated_speeds
 
-    return {file: stated_in(file) for file in dict.fromkeys(e.operation.file for e in records)}
+    points = _SPEEDS | config["speeds"]
+    for motion in MOTIONS:
+        speeds = (stated_speeds(each).get(motion) for each in stated.values())
+        own = {tuple(each.points) for each in speeds if each}
+        if points.get(f"{motion}_speed") is None and len(own) == 1:
+            points[f"{motion}_speed"] = own.pop()
+    return points
 
 
-def _printed(stated: Mapping, records: Sequence) -> dict:
-    """Strokes and over-travels that the analyser printed, by file, motion, channel and quantity.
+def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
+    """What the analyser printed, by file, motion, channel and quantity: the value, and what
+    differs in its definition.
 
     A channel is meant by its phase, or else by its number among those of the file.
     """
-    from breaker.files import TO_MM, channel_of, phase_in, printable, unit_of
-    from breaker.inspection import measured_name
+    from breaker.files import channel_of, phase_in, printable
+    from breaker.inspection import measured_name, stated_speeds
 
     found = {}
     for file, preamble in stated.items():
         own = [each for each in records if each.operation.file == file]
         phases = list(dict.fromkeys(each.operation.phase for each in own))
-        motions = dict.fromkeys(each.motion for each in own)
+        speeds = {m: tuple(each.points) for m, each in stated_speeds(preamble).items()}
         for each in preamble.results:
-            size = TO_MM.get(unit_of(each.unit or "mm") or "")
             place = channel_of(each.channel) - 1
             phase = phase_in(each.channel) or each.channel
             if phase not in phases and 0 <= place < len(phases):
                 phase = phases[place]
-            for motion in [each.motion] if each.motion else motions:
-                name = measured_name(each, motion)
-                if size and name and each.quantity != "speed":
-                    key = printable(file), motion, phase, name
-                    found.setdefault(key, each.value * size)
+            usual = _PRINTED.get(each.quantity)
+            size = _size(each.unit or usual) if usual else None
+            for motion in [each.motion] if each.motion else {each.motion: "" for each in own}:
+                name = measured_name(each, motion) or each.quantity
+                odd = each.quantity == "speed" and speeds.get(motion) != tuple(
+                    points.get(name) or ()
+                )
+                if size:
+                    value = each.value * size, "other points" * odd
+                    found.setdefault((printable(file), motion, phase, name), value)
     return found
+
+
+def _size(unit: str) -> float | None:
+    """Size of a unit, in mm, ms or mm/ms; None of one that is not known."""
+    from breaker.files import TO_MM, TO_MS, unit_of
+
+    sizes = [(TO_MM | TO_MS).get(unit_of(each) or "") for each in unit.split("/")]
+    return None if None in sizes else sizes[0] / (sizes[1] if len(sizes) > 1 else 1.0)
 
 
 def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) -> dict:

@@ -9,13 +9,12 @@ from scipy.stats import gaussian_kde
 
 from breaker.answers import Curve, Shown
 from breaker.figures import style
-from breaker.mechanism import PARAMETERS
+from breaker.mechanism import EVENTS, PARAMETERS
 
 __all__ = ["answer"]
 
 _COLOURS = {"closing": style.CORRECTED, "opening": style.AMORTISED}
 _BOTH = style.MODEL
-_SWITCHING = {"closing": "touch", "opening": "parting"}
 _CORNER = {"closing": (0.97, 0.08, "bottom"), "opening": (0.97, 0.95, "top")}  # without a curve
 _POINTS = 200  # of a density
 _PRIOR = 1.0  # times the width of the posterior, to which the prior is shown on either side
@@ -46,7 +45,7 @@ def answer(data: Shown) -> Figure:
         axis.set_title(style.literal(each.meaning), loc="left", fontsize=9)
         axis.set_xlabel(each.label)
     _densities(axes[len(PARAMETERS)], data.switching, None)
-    events = ", ".join(_SWITCHING[motion] for motion in data.curves)
+    events = ", ".join(EVENTS[motion] for motion in data.curves)
     axes[len(PARAMETERS)].set_title(f"{events} of the contact", loc="left", fontsize=9)
     axes[len(PARAMETERS)].set_xlabel("time after the release (ms)")
     style.title(figure, style.literal(data.title))
@@ -62,7 +61,7 @@ def _record(axis: Axes, data: Curve, motion: str, width: float) -> None:
         axis.axvspan(low, high, color=colour, alpha=0.25, lw=0)
         axis.axvline(middle, color=colour, lw=1.2)
         x, y, side = _CORNER[motion]
-        said = f"{_SWITCHING[motion]} at {middle:.1f} ms\n95 %: {low:.1f} to {high:.1f} ms"
+        said = f"{EVENTS[motion]} at {middle:.1f} ms\n95 %: {low:.1f} to {high:.1f} ms"
         look = {"color": colour, "ha": "right", "va": side, "transform": axis.transAxes}
         axis.text(x, y, said, **look)
     axis.plot(data.time, data.travel, "o", color=style.MEASURED, ms=2, mew=0)

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import marks, style
+from breaker.mechanism import in_digits
 
 __all__ = ["changepoint"]
 
@@ -72,7 +73,7 @@ def _evidence(axis: Axes, life: xr.Dataset) -> None:
     """Draw the evidence for a change, linear up to the threshold and logarithmic from there."""
     threshold = life.attrs["threshold"]
     axis.plot(life["operation"], life["evidence"], color=style.MEASURED, lw=1.0)
-    look = {"ls": "--", "label": f"threshold {threshold:g} nats"}
+    look = {"ls": "--", "label": f"threshold {in_digits(threshold, 4)} nats"}
     axis.axhline(threshold, color=style.REFERENCE, lw=1.0, **look)
     noticed = life["noticed"].values[life["kind"].values != "event"]
     look = {"ms": 9, "mec": "w", "label": "change noticed" if noticed.size else None}

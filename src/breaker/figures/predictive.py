@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from breaker.figures import style
+from breaker.mechanism import in_p
 from breaker.validation import PriorCheck, percent
 
 __all__ = ["endurance_predictive", "posterior_predictive", "prior_predictive"]
@@ -95,7 +96,7 @@ def _stage_words(one: xr.Dataset) -> str:
     """State what came out of a record: does it fit, how much of the main motion is in the band."""
     flag = "does NOT fit the model" if one["misfit"].item() else "fits the model"
     return (
-        f"operation {one['operation'].item():,}: {flag} (p = {one['p_value'].item():.2g})\n"
+        f"operation {one['operation'].item():,}: {flag} ({in_p(one['p_value'].item())})\n"
         f"{percent(one['share_inside'].item())} of the main motion in the band"
     )
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 from breaker.inspection import InspectedMotion, Proposal, seen_touch, speed_along
+from breaker.mechanism import in_digits
 
 __all__ = ["record"]
 
@@ -130,9 +131,11 @@ def _noise(axis: Axes, each: InspectedMotion) -> None:
     axis.axhspan(low, high, color=style.PRIOR, alpha=0.3, lw=0)
     axis.plot(one.time[rest], one.whole[rest], ".", color=style.MEASURED, ms=3)
     axis.set(xlabel="time of the record (ms)", ylabel=style.TRAVEL)
-    said = [f"steps of {one.quantum:.2g} mm"] if one.quantum else []
+    said = [f"steps of {in_digits(one.quantum, 2)} mm"] if one.quantum else []
     said += [f"correlation {one.noise.colour:.2f}"] if np.isfinite(one.noise.colour) else []
-    axis.set_title("\n".join([f"at rest: sd {one.noise.sd:.2g} mm", ", ".join(said)]), loc="left")
+    axis.set_title(
+        "\n".join([f"at rest: sd {in_digits(one.noise.sd, 2)} mm", ", ".join(said)]), loc="left"
+    )
 
 
 def _keys(first: Sequence[InspectedMotion], masked: bool, touch: bool) -> list:

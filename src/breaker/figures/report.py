@@ -146,7 +146,7 @@ def pages(report: Report) -> Iterator[Figure]:
         sheet.table(table)
     drawn = _parts(report.panels)
     total = len(sheet.pages) + len(drawn)
-    name = ", ".join([value for _, value in report.plate if value][:2])  # whose it is
+    name = ", ".join(v for _, v in report.plate[:3] if v != "not stated")  # whose it is
     for number, texts in enumerate(sheet.pages, start=1):
         yield _written(texts, f"{name} · page {number} of {total}")
     for number, part in enumerate(drawn, start=len(sheet.pages) + 1):
@@ -161,7 +161,6 @@ def _plate(sheet: _Sheet, plate: Sequence[tuple[str, str]]) -> None:
         sheet.room(12.0)
         for k, (name, value) in enumerate((left, right)):
             x = _MARGIN + k * _ROOM / 2
-            value = value or "not stated" * bool(name)
             short = value if len(value) <= most else f"{value[: most - 1]}…"
             sheet.write(x, name, 8.0, color=_TONES["faint"])
             sheet.write(x + 85.0, short, 8.0)

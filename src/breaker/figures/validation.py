@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
+from breaker.mechanism import in_digits, in_p
 from breaker.validation import (
     Calibration,
     Recovery,
@@ -43,7 +44,7 @@ def sbc(
         draw_ranks(axis, calibration, {i: name})
         outside = bool(calibration.outside[i])
         words = f"outside by {calibration.excess[i]:.3f}" if outside else "inside"
-        title = f"{style.OUTPUTS[name].symbol}   {words}, p = {calibration.p_values[i]:.2g}"
+        title = f"{style.OUTPUTS[name].symbol}   {words}, {in_p(calibration.p_values[i])}"
         axis.set_title(title, color=style.WARNING if outside else "black")
     style.label_outer(axes, _RANK, _DIFFERENCE)
     title = style.heading(figure, motion, subject, calibration.words(style.symbols(names)), of=of)
@@ -59,7 +60,7 @@ def draw_ranks(axis: Axes, calibration: Calibration, names: dict[int, str]) -> N
     axis.fill_between(band.grid, band.lower, band.upper, color=style.PRIOR, alpha=0.35, lw=0)
     axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
     for i, name in names.items():
-        label = f"{style.OUTPUTS[name].symbol}, p = {calibration.p_values[i]:.2g}"
+        label = f"{style.OUTPUTS[name].symbol}, {in_p(calibration.p_values[i])}"
         look = {"color": style.COLOURS[name], "drawstyle": "steps-post", "label": label}
         axis.plot(band.grid, calibration.difference[:, i], **look)
     axis.set(xlim=(0, 1))
@@ -67,7 +68,7 @@ def draw_ranks(axis: Axes, calibration: Calibration, names: dict[int, str]) -> N
 
 def rank_keys(calibration: Calibration) -> list:
     """Return the legend of :func:`draw_ranks`."""
-    share = f"{100 * (1 - calibration.alpha):g} %"
+    share = f"{in_digits(100 * (1 - calibration.alpha), 4)} %"
     label = f"simultaneous {share} band, all {calibration.outside.size} outputs together"
     line = style.line_key("observed ranks (colour of the parameter)")
     return [line, style.band_key(label, style.PRIOR, 0.35)]

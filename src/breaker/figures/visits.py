@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from breaker.figures import style
+from breaker.mechanism import in_digits
 
 __all__ = ["visits"]
 
@@ -94,7 +95,7 @@ def _alone(row: Mapping) -> bool:
 def _texts(left: Axes, right: Axes, places: Mapping[int, Mapping], share: float) -> None:
     """Names and values on the left, probabilities on the right."""
     _cells(left, -1, {"before": "before", "today": "today"}, _LEFT, weight="bold")
-    titles = {"unchanged": "P same", "beyond": f"P>{share:g} %", "worse": "P worse"}
+    titles = {"unchanged": "P same", "beyond": f"P>{in_digits(share, 4)} %", "worse": "P worse"}
     _cells(right, -1, titles, _RIGHT, weight="bold")
     for y, row in places.items():
         bold = {"weight": "bold"} if row["verdict"] == "changed" and not _alone(row) else {}
@@ -104,7 +105,7 @@ def _texts(left: Axes, right: Axes, places: Mapping[int, Mapping], share: float)
         name = style.literal(f"{row['name']}{of}{unit}")
         left.text(0.03, y, name, va="center", fontsize=9, **bold)
         if measured:
-            _cells(left, y, {key: f"{row[key]:.4g}" for key in _LEFT}, _LEFT)
+            _cells(left, y, {key: in_digits(row[key], 4) for key in _LEFT}, _LEFT)
         else:
             left.text(_MEANING, y, row["meaning"], va="center", fontsize=8)
         known = {key: f"{row[key]:.2f}" for key in _RIGHT if row[key] is not None}
@@ -126,4 +127,4 @@ def _keys(share: float) -> Sequence:
         style.line_key(_WORDS.get(each, each), colour, marker="o", lw=2.4)
         for each, colour in _COLOURS.items()
     ]
-    return [*keys, style.band_key(f"within {share:g} %", style.PRIOR, 0.15)]
+    return [*keys, style.band_key(f"within {in_digits(share, 4)} %", style.PRIOR, 0.15)]

@@ -12,7 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "acceptance": ["check_folder", "checked_text"],
         "bends": ["seen_touch", "speed_along"],
         "describing": ["Channel", "describe_file", "stated_in", "travel_channels"],
-        "printed_results": ["measured_name"],
+        "printed_results": ["measured_name", "stated_speeds"],
         "proposals": ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"],
         "wording": ["alike", "overlay_of", "report_of"],
     },

@@ -34,6 +34,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "quantities_of",
         ],
         "size": ["UNIT", "Size", "powers"],
-        "speeds": ["SPEEDS", "Point", "Speed", "speeds_of"],
+        "speeds": ["EVENTS", "SPEEDS", "Point", "Speed", "speeds_of"],
     },
 )

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 from breaker.mechanism.size import UNIT, Size
 
-__all__ = ["SPEEDS", "Point", "Speed", "speeds_of"]
+__all__ = ["EVENTS", "SPEEDS", "Point", "Speed", "speeds_of"]
 
 EVENTS = {"closing": "touch", "opening": "parting"}
 _TEXT = re.compile(

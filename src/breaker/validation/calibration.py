@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from breaker.mechanism import in_digits, in_p
 from breaker.validation.bands import (
     Band,
     calibration_p_values,
@@ -89,7 +90,7 @@ class Calibration:
 
     def words(self, symbols: Sequence[str]) -> str:
         """Return the result in one line; ``symbols`` name the ``q`` outputs."""
-        p = f"p of all together {self.p_value:.2g}, level {self.alpha:g}"
+        p = f"{in_p(self.p_value)} of all together, level {in_digits(self.alpha, 4)}"
         if not self.outside.any():
             return f"calibrated: all {len(symbols)} outputs inside the band ({p})"
         names = [name for name, out in zip(symbols, self.outside, strict=True) if out]

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import ONSET, PARAMETERS, is_logarithmic
+from breaker.mechanism import ONSET, PARAMETERS, in_digits, is_logarithmic
 from breaker.posterior import quantiles
 
 __all__ = [
@@ -121,7 +121,7 @@ def percent(share: float) -> str:
     """Write a share in per cent, small ones with two digits."""
     if not np.isfinite(share):
         return "not known"
-    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{in_digits(100 * share, 2)} %"
 
 
 def exactness_words(row: Mapping) -> str:

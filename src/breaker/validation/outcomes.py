@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from breaker.mechanism import in_digits
 from breaker.validation.comparison import percent
 from breaker.validation.diagnostics import Recovery, Scores
 
@@ -47,7 +48,7 @@ def contraction_words(
         told += f", least: {symbols[least]} ({mean[least]:.2f})"
     if limit is not None:
         short = (np.asarray(limit) - mean).max()
-        told += f"; {f'at most {short:.1g}' if short > 0 else 'not'} below the limit"
+        told += f"; {f'at most {in_digits(short, 1)}' if short > 0 else 'not'} below the limit"
     return f"{told}; z-score sd {scores.z_sd.min():.2f} to {scores.z_sd.max():.2f}"
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.mechanism import NAMES, ONSET
+from breaker.mechanism import NAMES, ONSET, in_p
 from breaker.validation.calibration import coverage, judge_draws, judge_ranks, ranks
 from breaker.validation.diagnostics import scores
 
@@ -131,7 +131,7 @@ def quality_words(table: pd.DataFrame) -> str:
 
 def _calibrated(table: pd.DataFrame, which: str = "") -> str:
     outside = table.output[~table[f"calibrated{which}"].astype(bool)]
-    smallest = f"smallest p {table[f'calibration_p{which}'].min():.2g} of {len(table)}"
+    smallest = f"smallest {in_p(table[f'calibration_p{which}'].min())} of {len(table)}"
     if outside.empty:
         return f"calibrated ({smallest})"
     return f"NOT calibrated: {', '.join(outside)} ({smallest})"
