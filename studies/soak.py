@@ -1,0 +1,93 @@
+"""Append operations ten at a time to a long endurance test: does the price of an append grow?
+
+Makes the records of a stand-in, puts the first of them into a folder as one's own, runs the
+workflow with small networks (`config/test.yaml`), appends ten operations and runs it again. States
+of every append what the second run took: seconds of processor time, the largest memory of a
+process, jobs, and files in `results/`. The whole test of 20,000 operations, sampled at five sizes,
+takes some hours of two cores.
+
+    python -m studies.soak FOLDER [--operations 20000] [--samples 5] [--table docs/soak.csv]
+"""
+
+import argparse
+import csv
+import os
+import re
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).parents[1]
+APPENDED = 10  # operations, at a time
+MOTIONS = ("closing", "opening")
+TARGETS = ["results/decisions.csv", *(f"results/endurance/{motion}.csv" for motion in MOTIONS)]
+
+
+def run(folder: Path, settings: dict, targets: list[str]) -> dict[str, float]:
+    """Run the workflow in a folder, and return what it took."""
+    file = folder / "soak.yaml"
+    file.write_text(yaml.safe_dump(settings), encoding="utf-8")
+    command = [sys.executable, "-m", "snakemake", "-s", str(ROOT / "Snakefile"), "-c2"]
+    files = [str(ROOT / "config/config.yaml"), str(ROOT / "config/test.yaml"), str(file)]
+    command += ["--directory", str(folder), "--configfile", *files, "--", *targets]
+    pid = os.fork()  # a process of its own, whose children's resources are those of this run alone
+    if pid == 0:
+        done = subprocess.run(command, capture_output=True, text=True)
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        jobs = max(map(int, re.findall(r"(\d+) of \d+ steps", done.stderr)), default=0)
+        took = [used.ru_utime + used.ru_stime, used.ru_maxrss / 1024, jobs]
+        (folder / "took.csv").write_text(",".join(map(str, took)))
+        sys.stderr.write(done.stderr[-2000:] if done.returncode else "")
+        os._exit(done.returncode)
+    if os.waitpid(pid, 0)[1]:
+        raise SystemExit(f"snakemake failed in {folder}")
+    took = map(float, (folder / "took.csv").read_text().split(","))
+    found = dict(zip(("cpu_s", "memory_mb", "jobs"), took, strict=True))
+    return found | {"files": sum(each.is_file() for each in (folder / "results").rglob("*"))}
+
+
+def show(folder: Path, made: Path, first: int, last: int) -> None:
+    """Put operations, from one number to another, into the folder of one's own records."""
+    for motion in MOTIONS:
+        (folder / "curves" / motion).mkdir(parents=True, exist_ok=True)
+        for number in range(first, last + 1):
+            name = f"{motion}/{motion}_{number:05d}.csv"
+            os.link(made / name, folder / "curves" / name)
+
+
+def main() -> None:
+    """Print a row for each size, and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folder", type=Path, help="empty folder to work in")
+    parser.add_argument("--operations", type=int, default=20000, help="of the whole test")
+    parser.add_argument("--samples", type=int, default=5, help="sizes at which it is appended to")
+    parser.add_argument("--table", type=Path, help="CSV file to write")
+    options = parser.parse_args()
+    rig = {"rig": {"operations": options.operations}, "endurance": {"operations_per_job": 500}}
+    source, own = options.folder / "rig", options.folder / "own"
+    for each in (source, own):
+        (each / "config").mkdir(parents=True)
+        (each / "config/config.yaml").write_bytes((ROOT / "config/config.yaml").read_bytes())
+    run(source, rig, [f"results/rig/curves/{motion}" for motion in MOTIONS])
+    settings = {"endurance": {"operations_per_job": 500, "curves": "curves"}}
+    rows, shown = [], 0
+    for sample in range(1, options.samples + 1):
+        size = options.operations * sample // options.samples - APPENDED
+        show(own, source / "results/rig/curves", shown + 1, size)
+        whole = run(own, settings, TARGETS)
+        shown = size + APPENDED
+        show(own, source / "results/rig/curves", size + 1, shown)
+        rows.append({"operations": size, **run(own, settings, TARGETS), "first_s": whole["cpu_s"]})
+        print(rows[-1], flush=True)
+        if options.table:
+            with options.table.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+                writer.writeheader()
+                writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()
