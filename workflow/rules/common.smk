@@ -101,4 +101,4 @@ def complete_rules():
     """Give rules with a script what all of them have in common, once all are stated."""
     if gone := snakemake_internals.lacking(workflow):
         raise WorkflowError(gone)
-    snakemake_internals.complete_rules(workflow, ENVIRONMENT)
+    snakemake_internals.complete_rules(workflow, ENVIRONMENT, resources_of)
