@@ -15,7 +15,12 @@ work=${WORK:-$(mktemp -d)}
 mkdir -p "$work"/{bin,state,spool,local,slurm}
 chmod 755 "$work"
 export SLURM_CONF=$work/slurm.conf
-stop() { for file in "$work"/*.pid; do [ -e "$file" ] && kill "$(cat "$file")" || true; done; }
+stop() {
+  scancel --user "$(id -un)" || true
+  for file in "$work"/*.pid; do
+    pid=$(cat "$file") && kill "$pid" && tail --pid="$pid" -f /dev/null || true
+  done
+}
 trap stop EXIT
 
 cat >"$SLURM_CONF" <<END

@@ -78,7 +78,7 @@ def shard_of_family(wildcards):
 def network_of_family(wildcards):
     """The file of a network, of the package or of this run."""
     if wildcards.origin == "shipped":
-        return str(model_file(config["family"]["name"], wildcards.kind))
+        return local(str(model_file(config["family"]["name"], wildcards.kind)))
     return f"results/family/trained/{wildcards.kind}.safetensors"
 
 

@@ -126,6 +126,8 @@ def complete_rules(
         environment: File of the environment.
         resources_of: Resources by name, of a rule by name; those of the command line win.
     """
+    from snakemake.io import local  # code is no part of a storage of results
+
     for each in workflow.rules:
         if each.script and each.conda_env is None:
             each.conda_env = environment
@@ -133,8 +135,8 @@ def complete_rules(
             each.resources.update(workflow.resource_settings.overwrite_resources.get(each.name, {}))
             if each.benchmark is None:
                 each.benchmark_modifier = each.output_modifier
-                place = Path(each.log[0]).with_suffix(".tsv").parts[1:]
+                place = Path(each.log[0].rpartition("logs/")[2]).with_suffix(".tsv").parts
                 each.benchmark = "results/benchmarks/" + "_".join(place)
             each.input_modifier = each.output_modifier  # has none yet if the rule states no input
             script = Path(str(each.basedir)) / each.script
-            each.set_input(code=modules_of(script, each.params.get("within")))
+            each.set_input(code=list(map(local, modules_of(script, each.params.get("within")))))
