@@ -43,7 +43,7 @@ TAKEN = {
     "judge": (500, 13, {}),
     "rig": (165, 4, {"rig": (38, 10)}),
     "rig_truth": (245, 4, {"rig": (0, 7)}),
-    "read_curves": (220, 3, {"chunk": (50, 6)}),
+    "read_curves": (222, 3, {"chunk": (27, 6)}),
     "infer": (485, 10, {"chunk": (25, 6)}),
     "correct_operations": (245, 8, {"chunk": (57, 25)}),
     "gather": (100, 3, {"life": (145, 0)}),
