@@ -1,6 +1,7 @@
 # make all    the whole paper: environment, then snakemake -c$(CORES) all
 # make test   the same environment: lint, unit tests, the whole workflow at a small size
 # make test-faults   100,000 damaged files before the reader
+# make test-slurm    the whole workflow at a small size through a scheduler
 
 PYTHON ?= python3
 CORES ?= 2
@@ -24,13 +25,14 @@ REAL := import os, sys; print(os.path.realpath(sys.executable))
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help all test test-faults lint format environment numbers defaults ship lock clean distclean
+.PHONY: help all test test-faults test-slurm lint format environment numbers defaults ship lock clean distclean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make all          environment, then the whole workflow on $(CORES) cores (CORES=...)"
 	@echo "make test         environment, lint, unit tests, the whole workflow at a small size"
 	@echo "make test-faults  100,000 damaged files before the reader, half an hour of two cores"
+	@echo "make test-slurm   the whole workflow at a small size through a Slurm of this machine"
 	@echo "make lint         the lint of make test alone"
 	@echo "make format       format Python and Snakemake files in place"
 	@echo "make environment  $(VENV) from $(LOCK), with $(PYTHON) (PYTHON=...)"
@@ -54,6 +56,12 @@ test-faults: $(INSTALLED)
 	@echo "== damaged files before the reader: results/faults.csv, half an hour of two cores"
 	$(BIN)/python -m tests.cli.command_lines --cores $(CORES)
 	$(BIN)/python -m studies.faults --cores $(CORES)
+
+# The plugin lies beside the environment, in which is nothing but its lock.
+test-slurm: $(INSTALLED)
+	@echo "== the small workflow through a Slurm of this machine"
+	$(LOCKED) --target build/slurm --upgrade --requirement envs/slurm.lock
+	PYTHONPATH=$(CURDIR)/build/slurm tests/slurm/run.sh
 
 lint: $(INSTALLED)
 	@echo "== lint: ruff, snakefmt, snakemake --lint"
@@ -108,7 +116,7 @@ ship: $(INSTALLED)
 
 lock: $(INSTALLED)
 	@echo "== pinning the newest versions that pyproject.toml allows"
-	$(BIN)/python -m pip install --upgrade --upgrade-strategy eager --editable '.[test]' setuptools uv
+	$(BIN)/python -m pip install --upgrade --upgrade-strategy eager --editable '.[slurm,test]' setuptools uv
 	$(BIN)/python envs/lock.py
 	@echo "== envs/ is renewed: look at the differences, run make test, commit"
 

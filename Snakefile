@@ -31,6 +31,7 @@ report: "workflow/report/workflow.rst"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/operations.smk"
+include: "workflow/rules/resources.smk"
 include: "workflow/rules/figure.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/family.smk"

@@ -1,7 +1,8 @@
-"""Write ``requirements.lock`` and ``breaker.yaml`` from what is installed.
+"""Write ``requirements.lock``, ``breaker.yaml`` and ``slurm.lock`` from what is installed.
 
-Both name the same exact versions: of what ``pyproject.toml`` asks for, and of all that those need.
-Anything else in the environment is left out. Called by ``make lock``.
+The first two name the same exact versions: of what ``pyproject.toml`` asks for, and of all that
+those need; the third what its extra ``slurm`` needs besides. Anything else in the environment is
+left out. Called by ``make lock``.
 """
 
 import re
@@ -32,6 +33,10 @@ LOCK_HEADER = """\
 # pins for a graphics card (on Linux, where its wheel is not the one for the CPU alone).
 """
 
+SLURM_HEADER = """\
+# What Snakemake needs besides requirements.lock for jobs through Slurm. Written by `make lock`.
+"""
+
 CONDA_HEADER = """\
 # The environment of every rule for `snakemake --sdm conda`: the versions of requirements.lock,
 # by pip, as torch is. Written by `make lock`, together with requirements.lock; not edited by hand.
@@ -46,16 +51,19 @@ dependencies:
 """
 
 
-def direct(pyproject: Path) -> list[Requirement]:
+def direct(pyproject: Path) -> tuple[list[Requirement], list[Requirement]]:
     """Return the requirements that ``pyproject.toml`` states: to run, to test and to build.
 
-    An extra may name others of the package itself; these are stated by themselves.
+    Those of the extra ``slurm`` are by themselves. An extra may name others of the package itself;
+    these are stated by themselves.
     """
     content = tomllib.loads(pyproject.read_text(encoding="utf-8"))
     project, build = content["project"], content["build-system"]["requires"]
+    slurm = project["optional-dependencies"].pop("slurm")
     extras = project["optional-dependencies"].values()
     stated = map(Requirement, chain(project["dependencies"], *extras, build))
-    return [requirement for requirement in stated if requirement.name != project["name"]]
+    own = [requirement for requirement in stated if requirement.name != project["name"]]
+    return own, list(map(Requirement, slurm))
 
 
 def closure(names: Iterable[str]) -> set[str]:
@@ -101,11 +109,16 @@ def conda_environment(lock: str) -> str:
 
 
 def main() -> None:
-    """Write both files."""
-    stated = direct(FOLDER.parent / "pyproject.toml")
-    lock = LOCK_HEADER + "\n" + hashed(closure(requirement.name for requirement in stated))
+    """Write all three files."""
+    needed, with_slurm = (
+        closure(requirement.name for requirement in stated)
+        for stated in direct(FOLDER.parent / "pyproject.toml")
+    )
+    lock = LOCK_HEADER + "\n" + hashed(needed)
     (FOLDER / "requirements.lock").write_text(lock, encoding="utf-8")
     (FOLDER / "breaker.yaml").write_text(conda_environment(lock), encoding="utf-8")
+    slurm = SLURM_HEADER + "\n" + hashed(with_slurm - needed)
+    (FOLDER / "slurm.lock").write_text(slurm, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -47,17 +47,17 @@ def lock():
     return module
 
 
-def entries() -> dict[str, list[str]]:
-    """Options by requirement, read from the lock as pip reads it."""
-    text = (ROOT / "envs" / "requirements.lock").read_text(encoding="utf-8")
+def entries(file: str = "requirements.lock") -> dict[str, list[str]]:
+    """Options by requirement, read from a lock as pip reads it."""
+    text = (ROOT / "envs" / file).read_text(encoding="utf-8")
     joined = text.replace("\\\n", " ").splitlines()
     lines = [line.split() for line in joined if line and not line.startswith("#")]
     return {requirement: options for requirement, *options in lines}
 
 
-def locked() -> dict[str, str]:
+def locked(file: str = "requirements.lock") -> dict[str, str]:
     """Versions by canonical name."""
-    return dict(requirement.split("==") for requirement in entries())
+    return dict(requirement.split("==") for requirement in entries(file))
 
 
 def unmet(pinned: dict[str, str], environment: dict[str, str], cards: re.Pattern) -> list[str]:
@@ -90,8 +90,8 @@ def test_lock_pins_one_exact_version_of_each_package():
     assert "torch" in pins
 
 
-def test_lock_has_the_hashes_of_each_package():
-    for requirement, options in entries().items():
+def test_locks_have_the_hashes_of_each_package():
+    for requirement, options in (entries() | entries("slurm.lock")).items():
         assert options, f"{requirement} has no hash"
         assert len(set(options)) == len(options)
         for option in options:
@@ -109,7 +109,9 @@ def test_conda_environment_has_the_versions_of_the_lock():
 
 def test_files_are_what_the_lock_command_writes(lock):
     """Catches a pin changed by hand, a dependency added but not locked, and one left over."""
-    assert set(locked()) == lock.closure(requirement.name for requirement in lock.direct(PYPROJECT))
+    assert set(locked()) == lock.closure(
+        requirement.name for requirement in lock.direct(PYPROJECT)[0]
+    )
     text = (ROOT / "envs" / "requirements.lock").read_text(encoding="utf-8")
     assert lock.versions(text) == locked()
     conda = (ROOT / "envs" / "breaker.yaml").read_text(encoding="utf-8")
@@ -118,12 +120,15 @@ def test_files_are_what_the_lock_command_writes(lock):
 
 def test_direct_dependencies_are_locked_within_their_range(lock):
     pins = locked()
-    stated = lock.direct(PYPROJECT)
+    stated, for_slurm = lock.direct(PYPROJECT)
     names = {requirement.name for requirement in stated}
     assert {"numpy", "torch", "snakemake", "pytest", "setuptools"} <= names  # of every kind
-    for requirement in stated:
+    beside = locked("slurm.lock")
+    assert not set(pins) & set(beside)
+    for requirement in (*stated, *for_slurm):
         assert requirement.specifier, f"{requirement} has no range"
-        assert requirement.specifier.contains(pins[canonicalize_name(requirement.name)])
+        version = (pins | beside)[canonicalize_name(requirement.name)]
+        assert requirement.specifier.contains(version)
 
 
 @pytest.mark.parametrize("python", PYTHONS)

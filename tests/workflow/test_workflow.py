@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 import yaml
 
+from tests.workflow.benchmarks import compare, jobs_of
 from tests.workflow.conftest import ROOT, snakemake
 
 PARTS = ("Snakefile", "config", "envs", "profiles", "src", "workflow", "README.md")
@@ -212,6 +213,20 @@ def test_nothing_is_left_to_do_after_a_run(workflow):
     others = {f"figure_{name}_family": 2 for name in FAMILY_FIGURES}
     others |= {"validate_family": 4, "family_quality": 1, "family": 1}
     assert planned(workflow, "family") == others
+
+
+def test_every_job_reserves_what_it_takes(workflow):
+    """For schedulers: a quarter more memory, and minutes; graphics cards for trainings alone."""
+    with edited(workflow):
+        training = yaml.safe_load((workflow / "config/test.yaml").read_text())["training"]
+        edit_config(workflow, training=training | {"closing": {"device": "cuda"}})
+        jobs = jobs_of(run(workflow, "-n", "--forceall", "all", "family"))
+    for job in jobs:
+        assert {"mem_mb", "runtime"} <= set(job.resources), f"{job.rule} is not in resources.smk"
+    cards = [each.resources["gpu"] for each in jobs if "train" in each.rule]
+    assert sorted(cards) == ["0", "0", "0", "1"]
+    for rule, (memory, _, took, _) in compare(workflow, jobs).items():
+        assert took <= memory, f"{rule} takes {took:.0f} MiB"
 
 
 def test_every_figure_is_there(workflow):

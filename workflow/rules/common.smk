@@ -78,7 +78,7 @@ def shard_of_family(wildcards):
 def network_of_family(wildcards):
     """The file of a network, of the package or of this run."""
     if wildcards.origin == "shipped":
-        return str(model_file(config["family"]["name"], wildcards.kind))
+        return local(str(model_file(config["family"]["name"], wildcards.kind)))
     return f"results/family/trained/{wildcards.kind}.safetensors"
 
 
@@ -101,4 +101,4 @@ def complete_rules():
     """Give rules with a script what all of them have in common, once all are stated."""
     if gone := snakemake_internals.lacking(workflow):
         raise WorkflowError(gone)
-    snakemake_internals.complete_rules(workflow, ENVIRONMENT)
+    snakemake_internals.complete_rules(workflow, ENVIRONMENT, resources_of)

@@ -38,13 +38,13 @@ rule rig_truth:
 rule read_curves:
     """Read and check the files of some operations."""
     input:
-        curve_files,
+        simulated=curve_files,
     output:
         directory("results/endurance/{motion}/curves_{chunk}.zarr"),
     log:
         "logs/read_curves/{motion}_{chunk}.log",
     params:
-        folder=CURVE_FOLDER,
+        folder=OWN_CURVES,
         chosen=CHOSEN,
         source=source,
         format=config["endurance"]["format"],

@@ -56,6 +56,8 @@ rule family_train:
         "logs/family/train_{kind}.log",
     priority: 10
     threads: config["family_networks"]["training"]["threads"]
+    resources:
+        gpu=int(config["family_networks"]["training"]["device"] == "cuda"),
     params:
         seed=config["seed"],
         prior=config["prior"],

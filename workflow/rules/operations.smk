@@ -10,7 +10,6 @@ from breaker.files import fingerprint, list_known, list_operations
 from breaker.workflow import chunks_of, recorded_source
 
 STAND_IN = "stand-in"
-CURVE_FOLDER = OWN_CURVES or "results/rig/curves"
 # Which of the operations in a table of one's own.
 CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_CURVES}
 
@@ -83,7 +82,7 @@ def curve_files(wildcards):
     first = snakemake_internals.is_first_process(workflow)
     if first and recorded_source(store) != source(wildcards):
         snakemake_internals.make_again(workflow, store)
-    return [] if OWN_CURVES else f"{CURVE_FOLDER}/{wildcards.motion}"
+    return [] if OWN_CURVES else f"results/rig/curves/{wildcards.motion}"
 
 
 def curves_of(motion):

@@ -21,6 +21,8 @@ rule train:
         "logs/train/{motion}.log",
     priority: 10  # the longest chain first: what follows fills the cores after it
     threads: lambda wildcards: config["training"][wildcards.motion]["threads"]
+    resources:
+        gpu=lambda wildcards: int(config["training"][wildcards.motion]["device"] == "cuda"),
     params:
         seed=config["seed"],
         prior=config["prior"],

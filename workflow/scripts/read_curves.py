@@ -1,5 +1,7 @@
 """Read and check the curve files of some operations."""
 
+from pathlib import Path
+
 from breaker.files import list_operations
 from breaker.mechanism import speeds_of
 from breaker.model import grid
@@ -10,7 +12,8 @@ from breaker.workflow import start
 log = start(snakemake)
 params, motion = snakemake.params, snakemake.wildcards.motion
 wanted = set(params.operations)
-listed = list_operations(params.folder, motion, **params.chosen)
+folder = params.folder or Path(snakemake.input.simulated).parent
+listed = list_operations(folder, motion, **params.chosen)
 files = [each for each in listed if each.number in wanted]
 
 model_grid = Grid(grid(**params.grid), **params.errors)

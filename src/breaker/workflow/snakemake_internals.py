@@ -4,7 +4,7 @@ A release may rename any of it. Python sets an attribute that nobody reads witho
 Snakefile asks ``lacking`` first, and stops with what is gone and what depends on it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ _OF_WORKFLOW = {
     "deployment_settings": "packages are looked for unless jobs have environments of their own",
     "get_rule": "rules that are used anew find their scripts",
     "is_main_process": "the configuration is checked once, not in every job",
+    "resource_settings": "resources of the command line win",
     "rules": "rules are completed",
 }
 _OF_RULE = {
@@ -39,6 +40,7 @@ _OF_RULE = {
     "log": "a benchmark is named as the log",
     "output_modifier": "inputs and benchmarks are found as outputs are",
     "params": "the modules that a script uses are inputs",
+    "resources": "rules have memory and time",
     "script": "rules with a script are completed",
     "set_input": "the modules that a script uses are inputs",
 }
@@ -111,19 +113,30 @@ def keep_scripts(workflow: Any, rules: Mapping[str, str]) -> None:
         workflow.get_rule(new).basedir = workflow.get_rule(rule).basedir
 
 
-def complete_rules(workflow: Any, environment: str) -> None:
+def complete_rules(
+    workflow: Any, environment: str, resources_of: Callable[[str], Mapping[str, Any]]
+) -> None:
     """Give rules with a script what all of them have in common, once all are stated.
 
-    That is the environment, a benchmark named as the log, and the modules of the package that the
-    script uses: they become inputs, since Snakemake sees a change of the script alone.
+    That is the environment, resources, a benchmark named as the log, and the modules of the package
+    that the script uses: they become inputs, since Snakemake sees a change of the script alone.
+
+    Args:
+        workflow: The object ``workflow`` of a Snakefile.
+        environment: File of the environment.
+        resources_of: Resources by name, of a rule by name; those of the command line win.
     """
+    from snakemake.io import local  # code is no part of a storage of results
+
     for each in workflow.rules:
         if each.script and each.conda_env is None:
             each.conda_env = environment
+            each.resources.update(resources_of(each.name))
+            each.resources.update(workflow.resource_settings.overwrite_resources.get(each.name, {}))
             if each.benchmark is None:
                 each.benchmark_modifier = each.output_modifier
-                place = Path(each.log[0]).with_suffix(".tsv").parts[1:]
+                place = Path(each.log[0].rpartition("logs/")[2]).with_suffix(".tsv").parts
                 each.benchmark = "results/benchmarks/" + "_".join(place)
             each.input_modifier = each.output_modifier  # has none yet if the rule states no input
             script = Path(str(each.basedir)) / each.script
-            each.set_input(code=modules_of(script, each.params.get("within")))
+            each.set_input(code=list(map(local, modules_of(script, each.params.get("within")))))
