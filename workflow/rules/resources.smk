@@ -12,14 +12,15 @@ MARGIN = 1.25
 AROUND = 400  # MiB, of the two processes of Snakemake about a script that a scheduler starts
 START = 1  # minute, for them to start
 
-VALIDATION, FAMILY_TRAINING = config["validation"], config["family_networks"]["training"]
+BANK, VALIDATION = config["bank"], config["validation"]
+FAMILY_TRAINING = config["family_networks"]["training"]
 # Sizes of the run, as multiples of the defaults.
 SIZES = {
     "chunk": lambda: config["endurance"]["operations_per_job"] / 500,
     "life": lambda: sum(map(len, chunks().values())) / 2000,
     "rig": lambda: config["rig"]["operations"] / 2000,
-    "shard": lambda: config["bank"]["curves_per_shard"] / 65536,
-    "bank": lambda: config["bank"]["shards"] * config["bank"]["curves_per_shard"] / 262_144,
+    "shard": lambda: BANK["curves_per_shard"] / 65536,
+    "bank": lambda: min(BANK["resident"], BANK["shards"] * BANK["curves_per_shard"]) / 262_144,
     "steps": lambda: max(t["steps"] * t["batch"] for t in config["training"].values()) / 3.84e6,
     "curves": lambda: VALIDATION["curves"] / 1000,
     "draws": lambda: VALIDATION["curves"] * VALIDATION["draws"] / 500_000,
@@ -32,7 +33,7 @@ SIZES = {
 # Rule: MiB and s of any size; then by size the MiB and s that one of the defaults adds.
 TAKEN = {
     "prior_predictive": (220, 5, {}),
-    "bank_shard": (220, 5, {"shard": (130, 17)}),
+    "bank_shard": (300, 5, {"shard": (50, 17)}),
     "train": (460, 30, {"bank": (410, 0), "steps": (0, 590)}),
     "validate": (485, 10, {"draws": (115, 5)}),
     "validate_reader": (480, 10, {"curves": (0, 24)}),
