@@ -9,14 +9,24 @@ import os
 import unicodedata
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Sequence
+from functools import lru_cache
 from pathlib import Path
 
-from breaker.files.guards import no_file, printable
-from breaker.files.manifest import MANIFEST, Operation, read_manifest
+from breaker.files.guards import RejectedCurveError, no_file, printable
+from breaker.files.manifest import MANIFEST, Operation, breakers_in, read_manifest
 from breaker.files.naming import numbers_in
 from breaker.files.sources import OTHER_KINDS
 
-__all__ = ["ENDINGS", "fingerprint", "list_known", "list_operations", "odd_signs", "record_files"]
+__all__ = [
+    "ENDINGS",
+    "fingerprint",
+    "list_breakers",
+    "list_fleet",
+    "list_known",
+    "list_operations",
+    "odd_signs",
+    "record_files",
+]
 
 ENDINGS = (".csv", ".txt", ".tsv", *OTHER_KINDS)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
@@ -87,6 +97,45 @@ def list_operations(
     return sorted(operations, key=lambda each: each.number)
 
 
+def list_breakers(folder: str | Path) -> list[str]:
+    """List the breakers in the table of a folder, in the order of their first rows.
+
+    None where there is no table, or one that cannot be read: ``list_fleet`` says why.
+    """
+    try:
+        return breakers_in(Path(folder, MANIFEST))
+    except RejectedCurveError:
+        return []
+
+
+def list_fleet(
+    folder: str | Path,
+    *,
+    breakers: Collection[str] | None = None,
+    phase: str | None = None,
+    events: Collection[str] | None = None,
+) -> dict[str, list[tuple[str, Operation]]]:
+    """List motion and operation of each row of a table, by breaker, in the order of the table.
+
+    Args:
+        folder, phase, events: As of ``list_operations``; without a phase, all of them.
+        breakers: Those that are listed; None for all. Files of others are not looked at.
+
+    Raises:
+        ValueError: If the table is wrong, has no such phase, or something cannot be a file.
+    """
+    table = Path(folder, MANIFEST)
+    rows = _table(table, events, breakers)
+    found: dict[str, list[tuple[str, Operation]]] = {}
+    for motion, each in rows:
+        if phase in (None, each.phase):
+            found.setdefault(each.breaker, []).append((motion, each))
+    if lacking := {each.breaker for _, each in rows} - found.keys():
+        raise ValueError(f"endurance.phase is {phase}, which {table} has not of {min(lacking)}")
+    _require_files(each for some in found.values() for _, each in some)
+    return found
+
+
 def list_known(
     folder: str | Path,
     numbers: Sequence[int],
@@ -120,11 +169,26 @@ def list_known(
     )
 
 
+def _table(
+    table: Path, events: Collection[str] | None, breakers: Collection[str] | None = None
+) -> Sequence[tuple[str, Operation]]:
+    """Rows of a table, which is read once while it stays as it is: it may have a million."""
+    some, names = (each if each is None else tuple(each) for each in (events, breakers))
+    return _read(table, _state(table), some, names)
+
+
+@lru_cache(maxsize=1)
+def _read(
+    table: Path, state: tuple, events: tuple[str, ...] | None, breakers: tuple[str, ...] | None
+) -> Sequence[tuple[str, Operation]]:
+    return tuple(read_manifest(table, events, breakers and frozenset(breakers)))
+
+
 def _rows(
     table: Path, chosen: dict[str, str | None], events: Collection[str] | None
 ) -> list[tuple[str, Operation]]:
     """Rows of a table that are of the chosen breaker and phase."""
-    rows = read_manifest(table, events)
+    rows = _table(table, events)
     for name, value in chosen.items():
         there = sorted({getattr(operation, name) for _, operation in rows})
         shown = ", ".join(printable(each) or "(empty)" for each in there)
@@ -168,6 +232,8 @@ def odd_signs(path: str | Path) -> str:
 
     Snakemake takes braces and angle brackets for a pattern; control signs are in no table.
     """
+    if str(path).isprintable() and not any(sign in str(path) for sign in "{}<>"):
+        return ""
     control = ("Cc", "Zl", "Zp")
     odd = {sign for sign in str(path) if sign in "{}<>" or unicodedata.category(sign) in control}
     return " ".join(sorted(map(printable, odd)))
