@@ -103,13 +103,14 @@ def one_fleet(seed: int, records: int, config: Mapping) -> dict:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--fleets", type=int, default=10)
+    parser.add_argument("--first", type=int, default=1, help="number of the first fleet")
     parser.add_argument("--records", type=int, nargs="+", default=[3, 5], help="of each motion")
     parser.add_argument("--table", type=Path, required=True, metavar="CSV")
     options = parser.parse_args()
     config = read(DEFAULTS)
     rows = []
     for records in options.records:
-        for seed in range(1, options.fleets + 1):
+        for seed in range(options.first, options.first + options.fleets):
             rows.append(one_fleet(seed, records, config))
             pd.DataFrame(rows).to_csv(options.table, index=False, float_format="%.1f")
 

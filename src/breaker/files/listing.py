@@ -97,15 +97,21 @@ def list_operations(
     return sorted(operations, key=lambda each: each.number)
 
 
-def list_breakers(folder: str | Path) -> list[str]:
+def list_breakers(folder: str | Path) -> Sequence[str]:
     """List the breakers in the table of a folder, in the order of their first rows.
 
     None where there is no table, or one that cannot be read: ``list_fleet`` says why.
     """
+    table = Path(folder, MANIFEST)
+    return _breakers(table, _state(table))
+
+
+@lru_cache(maxsize=1)
+def _breakers(table: Path, state: tuple[int, int]) -> Sequence[str]:
     try:
-        return breakers_in(Path(folder, MANIFEST))
+        return tuple(breakers_in(table))
     except RejectedCurveError:
-        return []
+        return ()
 
 
 def list_fleet(
@@ -125,7 +131,19 @@ def list_fleet(
         ValueError: If the table is wrong, has no such phase, or something cannot be a file.
     """
     table = Path(folder, MANIFEST)
-    rows = _table(table, events, breakers)
+    some, names = (each if each is None else tuple(each) for each in (events, breakers))
+    return _fleet(table, _state(table), some, names, phase)
+
+
+@lru_cache(maxsize=1)  # all rules ask for it, and it may have half a million rows
+def _fleet(
+    table: Path,
+    state: tuple[int, int],
+    events: tuple[str, ...] | None,
+    breakers: tuple[str, ...] | None,
+    phase: str | None,
+) -> dict[str, list[tuple[str, Operation]]]:
+    rows = read_manifest(table, events, breakers and frozenset(breakers))
     found: dict[str, list[tuple[str, Operation]]] = {}
     for motion, each in rows:
         if phase in (None, each.phase):
@@ -169,26 +187,11 @@ def list_known(
     )
 
 
-def _table(
-    table: Path, events: Collection[str] | None, breakers: Collection[str] | None = None
-) -> Sequence[tuple[str, Operation]]:
-    """Rows of a table, which is read once while it stays as it is: it may have a million."""
-    some, names = (each if each is None else tuple(each) for each in (events, breakers))
-    return _read(table, _state(table), some, names)
-
-
-@lru_cache(maxsize=1)
-def _read(
-    table: Path, state: tuple, events: tuple[str, ...] | None, breakers: tuple[str, ...] | None
-) -> Sequence[tuple[str, Operation]]:
-    return tuple(read_manifest(table, events, breakers and frozenset(breakers)))
-
-
 def _rows(
     table: Path, chosen: dict[str, str | None], events: Collection[str] | None
 ) -> list[tuple[str, Operation]]:
     """Rows of a table that are of the chosen breaker and phase."""
-    rows = _table(table, events)
+    rows = read_manifest(table, events)
     for name, value in chosen.items():
         there = sorted({getattr(operation, name) for _, operation in rows})
         shown = ", ".join(printable(each) or "(empty)" for each in there)

@@ -10,7 +10,7 @@ from functools import partial
 from math import isnan
 from typing import Any
 
-from breaker.files import SWITCHING, event_words, list_breakers, list_fleet, list_operations
+from breaker.files import SWITCHING, event_words, list_fleet, list_operations
 from breaker.mechanism import (
     MOTIONS,
     NAMES,
@@ -19,7 +19,7 @@ from breaker.mechanism import (
     from_list,
     speeds_of,
 )
-from breaker.workflow.magnitudes import MAGNITUDES, refused
+from breaker.workflow.magnitudes import MAGNITUDES, is_fleet, refused
 
 __all__ = ["RULES"]
 
@@ -171,11 +171,6 @@ def _reference(reference: int | Sequence[int]) -> Iterator[str]:
         yield f"is {reference}, but the first comes before the last. Swap them."
 
 
-def _is_fleet(curves: str, breaker: str | None) -> bool:
-    """Whether several breakers are worked on."""
-    return breaker is None and len(list_breakers(curves)) > 1
-
-
 def _curves(
     curves: str | None,
     motions: Sequence[str],
@@ -186,7 +181,7 @@ def _curves(
     if curves is None or any(_events(events)):
         return
     which, wrong = {"breaker": breaker, "phase": phase, "events": events}, []
-    if _is_fleet(curves, breaker):
+    if is_fleet(curves, breaker):
         motions, wrong = [], list(refused("{}", list_fleet, curves, phase=phase, events=events))
     for motion in motions:
         wrong += refused("{}", list_operations, curves, motion, **which)
@@ -212,7 +207,7 @@ class _RecordLimits:
     trigger: str | int | None
 
     def __iter__(self) -> Iterator[str]:
-        of_one = self.curves is not None and not _is_fleet(self.curves, self.breaker)
+        of_one = self.curves is not None and not is_fleet(self.curves, self.breaker)
         if not of_one or any(_limits(self.entries, self.motions, self.speeds)):
             return
         defined = speeds_of(self.speeds)
