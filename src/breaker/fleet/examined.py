@@ -9,6 +9,7 @@ from datetime import datetime, timedelta
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from breaker.answers import Answer, Given, compared, infer_drive, judged, read_operations
 from breaker.family import shipped_networks
@@ -201,13 +202,14 @@ def _followed(member: Member, used: Sequence[Answer], config: Mapping) -> dict:
     by_limit = zip(life.limit.values.tolist(), stands.state.values[-1], strict=True)
     names = [name for name in NAMES if since[f"{name}_unchanged"] < _STILL]
     ends = [[float(since[f"{name}{end}"]) for end in ("_5", "", "_95")] for name in names]
-    due = {"limit": row.limit, "operation": row.service_by, "date": row.get("service_by_date", "")}
-    due["left"] = row.operations_left
+    due = {"limit": row.limit, "date": row.get("service_by_date", "")}
+    numbers = {"operation": row.service_by, "left": row.operations_left}
+    due |= {name: float(each) for name, each in numbers.items() if not pd.isna(each)}
     said = "" if life.attrs["family"] else "parameters are withheld: of no family, or contradicted"
     return {
         "how": "life",
         "state": row.state,
-        "due": {k: v for k, v in due.items() if v == v and v not in ("", None) and row.limit},
+        "due": {k: v for k, v in due.items() if row.limit and v != ""},
         "limits": {name: states[state] for name, state in by_limit},
         "changed": [
             {"name": name, "motion": "", "change": each}

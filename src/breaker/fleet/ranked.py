@@ -40,6 +40,7 @@ parameter, the median and 90 % interval under the prior of the type."""
 
 _ENDS = (0.05, 0.5, 0.95)
 _TOLD = 3  # changes in a reason
+_ALIKE = 0.005  # share by which measured quantities of drives differ that count as alike
 
 
 def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray, TypeOfBreaker]]:
@@ -101,10 +102,11 @@ def fleet_table(
             weights = learned.weights(theta, families[documents[i]["family"]])
             rows[i] |= _parameters(theta, weights)
             rows[i] |= _odd(learned.evidence[k], learned.off[k], least)
+        _show(rows, documents, where)
     _compare_poles(rows, documents)
     for row, document in zip(rows, documents, strict=True):
         row["reason"] = _reason(row, document)
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows).drop(columns=["off", "shown"], errors="ignore")
     table = table.reindex(columns=dict.fromkeys([*FLEET, *table.columns]))
     urgent = -table.state.map(STATES.index)
     keys = {"u": urgent, "d": table.due_date.replace("", "9999"), "o": -table.evidence.fillna(0.0)}
@@ -148,6 +150,23 @@ def _odd(evidence: np.ndarray, off: np.ndarray, least: float) -> dict:
     return found | ({"odd": NAMES[k], "off": float(off[k])} if evidence[k] >= least else {})
 
 
+def _show(rows: Sequence[dict], documents: Sequence[Mapping], where: np.ndarray) -> None:
+    """Put down of odd drives of a type which measured quantity is farthest off those of others."""
+    shown: dict[tuple, dict[int, float]] = {}
+    for i in where:
+        for name, motion, value in documents[i]["measured"]:
+            shown.setdefault((name, motion), {})[i] = value
+    for i in where:
+        off = []
+        for (name, motion), of in shown.items() if rows[i]["odd"] else ():
+            values = np.array([*of.values()])
+            middle = float(np.median(values))
+            spread = np.median(np.abs(values - middle)) + _ALIKE * abs(middle) + 1e-9
+            if i in of:
+                off.append((abs(of[i] - middle) / spread, (name, motion, of[i], middle)))
+        rows[i]["shown"] = max(off, default=(0.0, ()))[1]
+
+
 def _compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
     """Put down how far the phases of each breaker are apart."""
     times: dict[tuple, list[float]] = {}
@@ -180,7 +199,11 @@ def _reason(row: Mapping, document: Mapping) -> str:
         since = "since new" if document["how"] == "life" else "since the first visit"
         said.append(f"{since} {', '.join(words)}" + (f" and {more} more" if more > 0 else ""))
     if row["odd"]:
-        share = in_digits(100.0 * row.pop("off"), 2, sign=True)
+        if row["shown"]:
+            name, motion, value, middle = row["shown"]
+            values = f"{in_digits(value, 3)}, of its type {in_digits(middle, 3)}"
+            said.append(f"measured {name} ({motion}) {values}")
+        share = in_digits(100.0 * row["off"], 2, sign=True)
         kind = row["type"] or "all drives"
         said.append(f"{row['odd']} is {share} % off the median of {kind}")
     said += document["trust"]
