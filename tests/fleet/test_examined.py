@@ -119,6 +119,7 @@ def test_the_page_shows_every_drive(table, examined):
     page = fleet_page(found, type_table(types), b"")
     assert all(f'<td class="">{name}</td>' in page for name, _ in names)
     assert "gamma_a is" in page
+    assert "measured travel_time" in page
     assert "<h1>Fleet</h1>" in page
 
 

@@ -81,6 +81,7 @@ def examine(member: Member, config: Mapping) -> Examined:
             limits = from_list(limits_of(config), [*member.operations], used[0].speeds)
             rows = [row for each in used for row in judged(each, limits, seed=config["seed"])]
             document |= {"how": "visit"} | _judged(rows)
+            document["trust"] += [] if rows else ["one visit, and no limit on what it shows"]
     except ValueError as error:  # what one drive lacks stops no other
         document["trust"] = [str(error).splitlines()[0]]
     drawn = {e.record.operation.number: e.draws.theta for e in used if e.draws is not None}
@@ -106,7 +107,7 @@ def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> dict:
     shown: dict[tuple[str, str], list[float]] = {}
     for each in used:
         for name, value in each.measured.items():
-            if np.isfinite(value.value):
+            if np.isfinite(value.value) and each.alone(name):
                 shown.setdefault((name, each.record.motion), []).append(float(value.value))
     return {
         **{name: getattr(member, name) for name in ("breaker", "phase", "type")},
@@ -131,8 +132,7 @@ def _judged(rows: Sequence[Mapping]) -> dict:
     for row in rows:
         worst[row["name"]] = max(worst.get(row["name"], "pass"), row["verdict"], key=order.index)
     failed = [name for name, verdict in worst.items() if verdict == "fail"]
-    told = "pass" in worst.values()
-    state = "now" if failed else "healthy" if told or not worst else "unknown"
+    state = "now" if failed else "healthy" if "pass" in worst.values() else "unknown"
     return {"limits": worst, "state": state, "due": {"limit": failed[0]} if failed else {}}
 
 

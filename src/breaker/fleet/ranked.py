@@ -9,7 +9,7 @@ import xarray as xr
 
 from breaker.family import shipped_networks
 from breaker.fleet.types import Drawn, TypeOfBreaker, learn_type
-from breaker.mechanism import NAMES, PARAMETERS, in_digits
+from breaker.mechanism import NAMES, PARAMETERS, QUANTITIES, in_digits
 from breaker.model import Prior
 from breaker.wear import STATES
 
@@ -201,7 +201,8 @@ def _reason(row: Mapping, document: Mapping) -> str:
     if row["odd"]:
         if row["shown"]:
             name, motion, value, middle = row["shown"]
-            values = f"{in_digits(value, 3)}, of its type {in_digits(middle, 3)}"
+            unit = QUANTITIES[name].unit if name in QUANTITIES else "mm/ms"  # of a speed
+            values = f"{in_digits(value, 3)} {unit}, of its type {in_digits(middle, 3)}"
             said.append(f"measured {name} ({motion}) {values}")
         share = in_digits(100.0 * row["off"], 2, sign=True)
         kind = row["type"] or "all drives"
