@@ -3,6 +3,7 @@
 Light to import: the plan of the workflow is made from it.
 """
 
+import gc
 import hashlib
 import math
 import os
@@ -143,7 +144,12 @@ def _fleet(
     breakers: tuple[str, ...] | None,
     phase: str | None,
 ) -> dict[str, list[tuple[str, Operation]]]:
-    rows = read_manifest(table, events, breakers and frozenset(breakers))
+    gc.disable()  # rows are no garbage, and looking through them takes a third of the time
+    try:
+        rows = read_manifest(table, events, breakers and frozenset(breakers))
+    finally:
+        gc.enable()
+    gc.freeze()
     found: dict[str, list[tuple[str, Operation]]] = {}
     for motion, each in rows:
         if phase in (None, each.phase):
