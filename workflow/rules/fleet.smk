@@ -66,12 +66,12 @@ rule fleet:
         table=report(
             "results/fleet.csv",
             caption="../report/fleet_table.rst",
-            category="7 Fleet",
+            category="8 Fleet",
             labels={"figure": "table of the fleet", "motion": "together"},
         ),
         types="results/fleet/types.csv",
         page="results/fleet.html",
-        figure=page("figures/fleet.png", "7 Fleet", "fleet", "fleet"),
+        figure=page("figures/fleet.png", "8 Fleet", "fleet", "fleet"),
     log:
         "logs/fleet.log",
     params:
