@@ -26,6 +26,7 @@ FLOORS = [
     {"posterior", "family"},
     {"validation", "wear"},
     {"answers"},
+    {"fleet"},
     {"synthetic", "figures"},
     {"cli"},  # draws a picture of what it inspects
 ]

@@ -79,10 +79,15 @@ def curve_files(wildcards):
     again, even where Snakemake's own notes on the last run are lost.
     """
     store = f"results/endurance/{wildcards.motion}/curves_{wildcards.chunk}.zarr"
-    first = snakemake_internals.is_first_process(workflow)
-    if first and recorded_source(store) != source(wildcards):
-        snakemake_internals.make_again(workflow, store)
+    again_where_changed(store, source(wildcards))
     return [] if OWN_CURVES else f"results/rig/curves/{wildcards.motion}"
+
+
+def again_where_changed(store, source):
+    """Make a store again that comes from another source."""
+    first = snakemake_internals.is_first_process(workflow)
+    if first and recorded_source(store) != source:
+        snakemake_internals.make_again(workflow, store)
 
 
 def curves_of(motion):

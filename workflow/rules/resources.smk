@@ -18,6 +18,7 @@ FAMILY_TRAINING = config["family_networks"]["training"]
 SIZES = {
     "chunk": lambda: config["endurance"]["operations_per_job"] / 500,
     "life": lambda: sum(map(len, chunks().values())) / 2000,
+    "breakers": lambda: config["fleet"]["breakers_per_job"] / 30,
     "rig": lambda: config["rig"]["operations"] / 2000,
     "shard": lambda: BANK["curves_per_shard"] / 65536,
     "bank": lambda: min(BANK["resident"], BANK["shards"] * BANK["curves_per_shard"]) / 262_144,
@@ -53,6 +54,8 @@ TAKEN = {
     "decide": (97, 4, {"life": (23, 0)}),
     "first_page": (85, 2, {}),
     "numbers": (115, 3, {"draws": (120, 0)}),
+    "fleet_chunk": (242, 5, {"breakers": (0, 150)}),
+    "fleet": (200, 8, {"breakers": (20, 1)}),
     "family_shard": (280, 10, {"family_shard": (160, 145)}),
     "family_held_out": (220, 5, {"held_out": (80, 24)}),
     "family_train": (480, 30, {"drives": (2220, 0), "family_steps": (0, 920)}),

@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "alike": ["judged_today", "unlike"],
         "answer": ["FACTS", "Answer", "Given"],
+        "between": ["compared"],
         "inferred": ["infer_drive"],
         "judgement": ["judged"],
         "operations": ["read_operations"],

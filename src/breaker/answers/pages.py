@@ -20,7 +20,7 @@ th:first-child, td:first-child { text-align: left; }
 """
 
 
-def report_page(report: Report, pictures: Sequence[bytes]) -> str:
+def report_page(report: Report, pictures: Sequence[bytes], title: str = "Test report") -> str:
     """Return a report as HTML, with pictures as PNG in it.
 
     >>> "<h1>Test report</h1>" in report_page(Report([], Cell("pass"), [], []), [])
@@ -32,8 +32,8 @@ def report_page(report: Report, pictures: Sequence[bytes]) -> str:
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
             '<meta name="generator" content="breaker report">',
-            f"<title>Test report</title>\n<style>{_STYLE}</style>\n</head>\n<body>",
-            f"<h1>Test report</h1>\n<table>{plate}</table>",
+            f"<title>{title}</title>\n<style>{_STYLE}</style>\n</head>\n<body>",
+            f"<h1>{title}</h1>\n<table>{plate}</table>",
             f'<p class="{report.verdict.tone}">{escape(report.verdict.text)}</p>',
             *map(_table, report.tables),
             *(f'<img alt="curves" src="data:image/png;base64,{each}">' for each in images),

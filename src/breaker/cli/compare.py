@@ -3,27 +3,19 @@
 import argparse
 import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from math import isnan
 from operator import getitem
-from types import MappingProxyType
 
-from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent, stated_by
+from breaker.cli.named import add_choice, add_path, operations_of, percent, stated_by
 from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import limits_of, settings_of
 
-__all__ = ["add", "compared"]
+__all__ = ["add"]
 
 _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
-_BEYOND = 0.05  # share of a change that matters
-# Beside those of the configuration: any record shows them, and where along the way a drive is slow.
-_SPEEDS = {
-    f"{motion}_speed_{begin}_{end}": [f"{begin} % of stroke", f"{end} % of stroke"]
-    for motion in MOTIONS
-    for begin, end in ((10, 50), (50, 90))
-}
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -46,7 +38,7 @@ def add(commands) -> argparse.ArgumentParser:
     compare.add_argument(
         "--beyond",
         type=percent,
-        default=_BEYOND,
+        default=0.05,
         metavar="PERCENT",
         help="change that matters (default: 5)",
     )
@@ -66,7 +58,7 @@ def _run(options: argparse.Namespace) -> int:
     listed = {visit: operations_of(named[visit], options, configs[visit]) for visit in _VISITS}
     _check_visits([operations for operations, _ in listed.values()])
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import read_operations, visits_in_words
+    from breaker.answers import compared, read_operations, visits_in_words
 
     forms = {visit: each["endurance"]["format"] for visit, each in configs.items()}
     document = compared(
@@ -106,71 +98,11 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
     return found
 
 
-def compared(
-    visits: Mapping[str, Sequence],
-    config: Mapping,
-    *,
-    beyond: float = _BEYOND,
-    ratios: Mapping[str, float | None] = MappingProxyType({}),
-    limits: Sequence[Mapping] = (),
-) -> dict:
-    """Return the document of a comparison.
-
-    Args:
-        visits: Records "before" and "today", as ``read_operations`` returns them.
-        config: The configuration of both.
-        beyond: Share beyond which a change counts.
-        ratios: Of the linkage, as the files of either visit state it; None where they do not.
-        limits: Entries of the section ``limits`` on which to judge today's visit.
-
-    Raises:
-        ValueError: If no motion has a usable record in both visits.
-    """
-    from breaker.answers import (
-        changes,
-        compare,
-        judged_today,
-        measured_changes,
-        unlike,
-        visits_document,
-    )
-    from breaker.mechanism import from_list, speeds_of
-    from breaker.model import generator
-
-    before, today, rejected = _usable(visits)
-    misfit = config["endurance"]["misfit_p_value"]
-    rng = generator(config["seed"], "two visits")
-    found = compare(before, today, _networks(), rng, misfit_p_value=misfit)
-    speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
-    measured = measured_changes(before, today, speeds, beyond)
-    entries = from_list(limits, [*before], speeds)
-    return visits_document(
-        found,
-        {
-            "differences": unlike(measured, found.strokes, ratios),
-            "changes": [*measured, *changes(found, beyond)],
-            "limits": judged_today(found, today, entries, speeds, config["seed"]),
-        },
-        {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
-        rejected,
-        {"share": beyond, "seed": config["seed"], "misfit_p_value": misfit},
-    )
-
-
 def _ratio(operations: Mapping[str, Sequence]) -> float | None:
     """Ratio of the linkage that the files of a visit state; None where they differ or do not."""
     stated = stated_by(each for some in operations.values() for each in some)
     ratios = {each.ratio for each in stated.values() if not isnan(each.ratio)}
     return ratios.pop() if len(ratios) == 1 else None
-
-
-def _networks() -> Iterator[tuple]:
-    """The networks of each family that ships, opened one by one."""
-    from breaker.family import open_network
-    from breaker.shipped import FAMILIES, KINDS, model_file
-
-    for family in FAMILIES:
-        yield tuple(open_network(model_file(family, kind)) for kind in KINDS)
 
 
 def _check_no_facts(known: Mapping) -> None:
@@ -194,41 +126,3 @@ def _check_visits(visits: Sequence[Mapping]) -> None:
                 f"the table of the first visit is of {name} {', '.join(first)}, that of the "
                 f"second of {', '.join(second)}; compare one drive, or mend a table"
             )
-
-
-def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[dict]]:
-    """Usable records of motions that both visits have, of either visit, and why others are not."""
-    pairs = [(visit, each) for visit, records in visits.items() for each in records]
-    pairs.sort(key=lambda pair: MOTIONS.index(pair[1].motion))
-    usable: dict[str, dict[str, list]] = {visit: {} for visit in visits}
-    for visit, each in pairs:
-        if not each.reason:
-            usable[visit].setdefault(each.motion, []).append(each.raw)
-    motions = [motion for motion in MOTIONS if all(motion in by for by in usable.values())]
-    rejected = []
-    for visit, each in pairs:
-        file = str(each.operation.file)
-        reason = each.reason.removeprefix(f"{file}: ")
-        if not reason and each.motion not in motions:
-            (other,) = visits.keys() - {visit}
-            reason = f"the visit {other} has no usable {each.motion} to compare it with"
-        if reason:
-            about = {"file": file, "motion": each.motion, "visit": visit}
-            rejected.append(about | {"reason": reason})
-    if not motions:
-        raise ValueError(_nothing(rejected))
-    before, today = ({motion: by[motion] for motion in motions} for by in usable.values())
-    return before, today, rejected
-
-
-def _nothing(rejected: Sequence[Mapping]) -> str:
-    """Why nothing can be compared, and what to do."""
-    reasons = "".join(
-        f"\n  {each['visit']}: {each['file']} ({each['motion']}): {each['reason']}"
-        for each in rejected
-    )
-    return (
-        "nothing can be compared: no motion has a usable record in both visits. Name a closing of "
-        "each, or an opening, all of one drive; breaker inspect FILE says how a file can be read"
-        f"{reasons}"
-    )

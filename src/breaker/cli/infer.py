@@ -180,11 +180,10 @@ def _reference(options: argparse.Namespace, form: Mapping) -> list:
 
 def families(model: str | None) -> Iterable:
     """The networks of families, in the order in which they are tried; opened when they are."""
-    from breaker.family import Levels, open_network
-    from breaker.shipped import FAMILIES, model_file
+    from breaker.family import Levels, open_network, shipped_networks
 
     if model is None:
-        return (open_network(model_file(family, "levels")) for family in FAMILIES)
+        return (levels for (levels,) in shipped_networks("levels"))
     network = open_network(model)
     if not isinstance(network, Levels):
         raise ValueError(f"{model} is a network of changes; name one of levels")

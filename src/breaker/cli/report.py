@@ -214,7 +214,7 @@ def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) ->
     """The comparison with the visit before, by channel."""
     if not options.before:
         return {}
-    from breaker.cli.compare import compared
+    from breaker.answers import compared
 
     before = _read(options.before, options, config["endurance"]["format"])
     rejected = [each.reason for each in before if each.reason]

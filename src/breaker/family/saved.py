@@ -1,6 +1,7 @@
 """Networks of a family in model files, which hold all that an answer needs."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,9 @@ from breaker.family.membership import Membership
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS
 from breaker.model import ModelFileError, open_model, write_model
+from breaker.shipped import FAMILIES, model_file
 
-__all__ = ["open_network", "trained_on", "write_network"]
+__all__ = ["open_network", "shipped_networks", "trained_on", "write_network"]
 
 _KINDS = {"levels": Levels, "changes": Changes}
 _SIZES = {"drives", "shards"}  # of a bank, not of its drives
@@ -75,6 +77,20 @@ def open_network(path: str | Path) -> Levels | Changes:
             return _KINDS[kind](settings=saved.settings, network=network, **found)
         except (KeyError, TypeError, ValueError) as error:
             raise ModelFileError.of_settings(error) from error
+
+
+def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
+    """Yield the networks of each family that ships, of some kinds, in the order of being tried.
+
+    Each is opened when it is first asked for, and kept.
+    """
+    for family in FAMILIES:
+        yield tuple(_kept(family, kind) for kind in kinds)
+
+
+@cache
+def _kept(family: str, kind: str) -> Levels | Changes:
+    return open_network(model_file(family, kind))
 
 
 def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:

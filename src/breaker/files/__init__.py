@@ -13,7 +13,15 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "described": ["Description", "Part"],
         "grids": ["open_grid", "unit_text"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],
-        "listing": ["ENDINGS", "fingerprint", "list_known", "list_operations", "record_files"],
+        "listing": [
+            "ENDINGS",
+            "fingerprint",
+            "list_breakers",
+            "list_fleet",
+            "list_known",
+            "list_operations",
+            "record_files",
+        ],
         "manifest": [
             "ABOUT",
             "MANIFEST",

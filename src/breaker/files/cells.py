@@ -29,6 +29,7 @@ EVENTS: dict[str, tuple[str, ...]] = {
 
 _LONGEST = 200  # signs of a text
 _MOST_COLUMNS = 1000
+_PLAIN = re.compile(r"[\w-][\w.-]*(?:/[\w-][\w.-]*)*")  # paths of which nothing is to be said
 _ISO = re.compile(
     r"[0-9]{4}-[0-9]{2}-[0-9]{2}"
     r"(?:[T ][0-9]{2}:[0-9]{2}(?::[0-9]{2}(?:\.[0-9]{1,6})?)?(?:Z|[+-][0-9]{2}:[0-9]{2})?)?"
@@ -64,6 +65,8 @@ def event_reader(known: Collection[str]) -> Callable[[str], str]:
 
 def _file(cell: str) -> str:
     """A path in the folder, with / between its parts."""
+    if len(cell) <= _LONGEST and _PLAIN.fullmatch(cell):
+        return cell
     _text(cell)
     if not cell:
         raise ValueError("is empty; name the file of the record")
@@ -190,6 +193,7 @@ READ: dict[str, Callable] = {
     "channel": _text,
     "breaker": _text,
     "phase": _text,
+    "type": _text,
     "date": iso_date,
     "temperature": _number(-60.0, 120.0, "°C"),
     "event": _text,

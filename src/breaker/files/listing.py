@@ -3,20 +3,31 @@
 Light to import: the plan of the workflow is made from it.
 """
 
+import gc
 import hashlib
 import math
 import os
 import unicodedata
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Sequence
+from functools import lru_cache
 from pathlib import Path
 
-from breaker.files.guards import no_file, printable
-from breaker.files.manifest import MANIFEST, Operation, read_manifest
+from breaker.files.guards import RejectedCurveError, no_file, printable
+from breaker.files.manifest import MANIFEST, Operation, breakers_in, read_manifest
 from breaker.files.naming import numbers_in
 from breaker.files.sources import OTHER_KINDS
 
-__all__ = ["ENDINGS", "fingerprint", "list_known", "list_operations", "odd_signs", "record_files"]
+__all__ = [
+    "ENDINGS",
+    "fingerprint",
+    "list_breakers",
+    "list_fleet",
+    "list_known",
+    "list_operations",
+    "odd_signs",
+    "record_files",
+]
 
 ENDINGS = (".csv", ".txt", ".tsv", *OTHER_KINDS)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
@@ -85,6 +96,68 @@ def list_operations(
         operations = _from_names(Path(folder, motion))
     _require_files(operations)
     return sorted(operations, key=lambda each: each.number)
+
+
+def list_breakers(folder: str | Path) -> Sequence[str]:
+    """List the breakers in the table of a folder, in the order of their first rows.
+
+    None where there is no table, or one that cannot be read: ``list_fleet`` says why.
+    """
+    table = Path(folder, MANIFEST)
+    return _breakers(table, _state(table))
+
+
+@lru_cache(maxsize=1)
+def _breakers(table: Path, state: tuple[int, int]) -> Sequence[str]:
+    try:
+        return tuple(breakers_in(table))
+    except RejectedCurveError:
+        return ()
+
+
+def list_fleet(
+    folder: str | Path,
+    *,
+    breakers: Collection[str] | None = None,
+    phase: str | None = None,
+    events: Collection[str] | None = None,
+) -> dict[str, list[tuple[str, Operation]]]:
+    """List motion and operation of each row of a table, by breaker, in the order of the table.
+
+    Args:
+        folder, phase, events: As of ``list_operations``; without a phase, all of them.
+        breakers: Those that are listed; None for all. Files of others are not looked at.
+
+    Raises:
+        ValueError: If the table is wrong, has no such phase, or something cannot be a file.
+    """
+    table = Path(folder, MANIFEST)
+    some, names = (each if each is None else tuple(each) for each in (events, breakers))
+    return _fleet(table, _state(table), some, names, phase)
+
+
+@lru_cache(maxsize=1)  # all rules ask for it, and it may have half a million rows
+def _fleet(
+    table: Path,
+    state: tuple[int, int],
+    events: tuple[str, ...] | None,
+    breakers: tuple[str, ...] | None,
+    phase: str | None,
+) -> dict[str, list[tuple[str, Operation]]]:
+    gc.disable()  # rows are no garbage, and looking through them takes a third of the time
+    try:
+        rows = read_manifest(table, events, breakers and frozenset(breakers))
+    finally:
+        gc.enable()
+    gc.freeze()
+    found: dict[str, list[tuple[str, Operation]]] = {}
+    for motion, each in rows:
+        if phase in (None, each.phase):
+            found.setdefault(each.breaker, []).append((motion, each))
+    if lacking := {each.breaker for _, each in rows} - found.keys():
+        raise ValueError(f"endurance.phase is {phase}, which {table} has not of {min(lacking)}")
+    _require_files(each for some in found.values() for _, each in some)
+    return found
 
 
 def list_known(
@@ -168,6 +241,8 @@ def odd_signs(path: str | Path) -> str:
 
     Snakemake takes braces and angle brackets for a pattern; control signs are in no table.
     """
+    if str(path).isprintable() and not any(sign in str(path) for sign in "{}<>"):
+        return ""
     control = ("Cc", "Zl", "Zp")
     odd = {sign for sign in str(path) if sign in "{}<>" or unicodedata.category(sign) in control}
     return " ".join(sorted(map(printable, odd)))

@@ -20,7 +20,15 @@ from breaker.mechanism import in_digits
 if TYPE_CHECKING:  # xarray takes longer to load than all of this
     import xarray as xr
 
-__all__ = ["ABOUT", "MANIFEST", "SWITCHING", "Operation", "metadata_names", "read_manifest"]
+__all__ = [
+    "ABOUT",
+    "MANIFEST",
+    "SWITCHING",
+    "Operation",
+    "breakers_in",
+    "metadata_names",
+    "read_manifest",
+]
 
 MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
@@ -47,7 +55,7 @@ class Operation:
         channel: Column of the travel in the file; that of ``endurance.format`` if empty.
         begin, end: Part of the record in which the motion is, ms of the file's time; nan for its
             beginning and end.
-        breaker, phase: Names, where a table gives them.
+        breaker, phase, type: Names, where a table gives them.
         date: Date and time as ISO 8601.
         temperature: Of the drive, °C.
         event: What was done before this operation, since the one before it: see ``event_words``.
@@ -63,6 +71,7 @@ class Operation:
     end: float = math.nan
     breaker: str = ""
     phase: str = ""
+    type: str = ""
     date: str = ""
     temperature: float = math.nan
     event: str = ""
@@ -81,7 +90,9 @@ def metadata_names(data: "xr.Dataset") -> list[str]:
 
 
 def read_manifest(
-    file: str | Path, events: Collection[str] | None = None
+    file: str | Path,
+    events: Collection[str] | None = None,
+    breakers: Collection[str] | None = None,
 ) -> list[tuple[str, Operation]]:
     """Read the table of a folder.
 
@@ -91,6 +102,7 @@ def read_manifest(
     Args:
         file: The table.
         events: Events that it may name beside the usual ones; None for any text.
+        breakers: Those whose rows are read; None for all.
 
     Returns:
         Motion and operation of each row. That the files are there is not looked at.
@@ -105,6 +117,9 @@ def read_manifest(
     wrong = list(_wrong_names(names))
     if not wrong and not rows:
         wrong.append("line 1: no operation follows the names of the columns; add one row for each")
+    if breakers is not None and "breaker" in names:
+        place = names.index("breaker")
+        rows = [row for row in rows if len(row[1]) <= place or row[1][place] in breakers]
     lines: dict[tuple, int] = {}
     readers = READ if events is None else READ | {"event": event_reader(events)}
     for line, cells in rows if not wrong else ():
@@ -124,6 +139,17 @@ def read_manifest(
         rest = [f"and {more} more"] if more > 0 else []
         raise ValueError("\n  ".join([f"{printable(file)} is wrong:", *wrong[:_SHOWN], *rest]))
     return found
+
+
+def breakers_in(file: str | Path) -> list[str]:
+    """Return the names of the breakers in a table, in the order of their first rows.
+
+    Raises:
+        RejectedCurveError: If it is no table.
+    """
+    names, rows = _rows(Path(file))
+    place = names.index("breaker") if "breaker" in names else len(names)
+    return list(dict.fromkeys(name for _, cells in rows for name in cells[place : place + 1]))
 
 
 def _rows(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:

@@ -12,6 +12,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "coordinates": ["Coordinates"],
+        "curves": ["follow_curves"],
         "events": ["Event"],
         "followed": ["follow_life"],
         "forecast": ["Forecast", "Future"],

@@ -6,17 +6,24 @@ would end in a traceback, without memory, or not at all.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from typing import Any
 
-from breaker.files import FORMAT, complete, lacking, list_operations
+from breaker.files import (
+    FORMAT,
+    complete,
+    lacking,
+    list_breakers,
+    list_fleet,
+    list_operations,
+)
 from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
 
-__all__ = ["MAGNITUDES", "UNLIKE", "refused"]
+__all__ = ["MAGNITUDES", "UNLIKE", "is_fleet", "refused"]
 
 _JOBS = 2000  # of a rule: Snakemake plans them in a minute
 _FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
@@ -148,12 +155,43 @@ def _complete(
 ) -> Iterator[str]:
     """What no record can do without, and neither the section nor the record's row states."""
     stated: list[Mapping[str, Any]] = [] if curves else [{}]
-    for motion in motions if curves else ():
+    for motion in motions if curves and not is_fleet(curves, breaker) else ():
         with suppress(OSError, ValueError):  # which another rule says
             rows = list_operations(curves, motion, breaker=breaker, phase=phase)
             stated += [each.settings for each in rows]
+    yield from _lacking(form, stated)
+
+
+def _complete_fleet(
+    form: Mapping[str, Any],
+    curves: str | None,
+    breaker: str | None,
+    phase: str | None,
+    events: Mapping[str, Sequence[str]],
+) -> Iterator[str]:
+    """The same of the rows of several breakers."""
+    if curves and is_fleet(curves, breaker):
+        with suppress(OSError, ValueError):
+            fleet = list_fleet(curves, phase=phase, events=events)
+            rows = (each.settings for some in fleet.values() for _, each in some)
+            yield from _lacking(form, {repr(each): each for each in rows}.values())
+
+
+def _lacking(form: Mapping[str, Any], stated: Iterable[Mapping[str, Any]]) -> Iterator[str]:
     missing = filter(None, (lacking({**FORMAT, **form, **each}) for each in stated))
     yield from (f"cannot be used: {text}." for text in dict.fromkeys(missing))
+
+
+def is_fleet(curves: str, breaker: str | None) -> bool:
+    """Say whether several breakers are worked on: none of those in a table is chosen."""
+    return breaker is None and len(list_breakers(curves)) > 1
+
+
+def _no_facts(
+    known: Mapping[str, Sequence[float]], curves: str | None, breaker: str | None
+) -> Iterator[str]:
+    if known and curves is not None and is_fleet(curves, breaker):
+        yield "is of one drive, and endurance.curves has several breakers. Leave it empty."
 
 
 _PRODUCTS = {
@@ -181,4 +219,12 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
         ),
         _complete,
     ),
+    (
+        (
+            *("endurance.format", "endurance.curves", "endurance.breaker", "endurance.phase"),
+            "endurance.events",
+        ),
+        _complete_fleet,
+    ),
+    (("known", "endurance.curves", "endurance.breaker"), _no_facts),
 )

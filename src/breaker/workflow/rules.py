@@ -10,7 +10,7 @@ from functools import partial
 from math import isnan
 from typing import Any
 
-from breaker.files import SWITCHING, event_words, list_operations
+from breaker.files import SWITCHING, event_words, list_fleet, list_operations
 from breaker.mechanism import (
     MOTIONS,
     NAMES,
@@ -19,7 +19,7 @@ from breaker.mechanism import (
     from_list,
     speeds_of,
 )
-from breaker.workflow.magnitudes import MAGNITUDES, refused
+from breaker.workflow.magnitudes import MAGNITUDES, is_fleet, refused
 
 __all__ = ["RULES"]
 
@@ -181,6 +181,8 @@ def _curves(
     if curves is None or any(_events(events)):
         return
     which, wrong = {"breaker": breaker, "phase": phase, "events": events}, []
+    if is_fleet(curves, breaker):
+        motions, wrong = [], list(refused("{}", list_fleet, curves, phase=phase, events=events))
     for motion in motions:
         wrong += refused("{}", list_operations, curves, motion, **which)
     if wrong:  # a table is, for both motions alike
@@ -205,7 +207,8 @@ class _RecordLimits:
     trigger: str | int | None
 
     def __iter__(self) -> Iterator[str]:
-        if self.curves is None or any(_limits(self.entries, self.motions, self.speeds)):
+        of_one = self.curves is not None and not is_fleet(self.curves, self.breaker)
+        if not of_one or any(_limits(self.entries, self.motions, self.speeds)):
             return
         defined = speeds_of(self.speeds)
         timed = [each.name for each in defined if each.of_event]

@@ -1,0 +1,101 @@
+"""Two visits to a drive, as their records were read: compared, in one document."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+from breaker.answers.alike import judged_today, unlike
+from breaker.answers.changed import changes, compare, measured_changes
+from breaker.answers.visited import visits_document
+from breaker.family import shipped_networks
+from breaker.mechanism import MOTIONS, from_list, speeds_of
+from breaker.model import generator
+from breaker.shipped import KINDS
+
+__all__ = ["compared"]
+
+_BEYOND = 0.05  # share of a change that matters
+# Beside those of the configuration: any record shows them, and where along the way a drive is slow.
+_SPEEDS = {
+    f"{motion}_speed_{begin}_{end}": [f"{begin} % of stroke", f"{end} % of stroke"]
+    for motion in MOTIONS
+    for begin, end in ((10, 50), (50, 90))
+}
+
+
+def compared(
+    visits: Mapping[str, Sequence],
+    config: Mapping,
+    *,
+    beyond: float = _BEYOND,
+    ratios: Mapping[str, float | None] = MappingProxyType({}),
+    limits: Sequence[Mapping] = (),
+) -> dict:
+    """Return the document of a comparison.
+
+    Args:
+        visits: Records "before" and "today", as ``read_operations`` returns them.
+        config: The configuration of both.
+        beyond: Share beyond which a change counts.
+        ratios: Of the linkage, as the files of either visit state it; None where they do not.
+        limits: Entries of the section ``limits`` on which to judge today's visit.
+
+    Raises:
+        ValueError: If no motion has a usable record in both visits.
+    """
+    before, today, rejected = _usable(visits)
+    misfit = config["endurance"]["misfit_p_value"]
+    rng = generator(config["seed"], "two visits")
+    networks = shipped_networks(*KINDS)
+    found = compare(before, today, networks, rng, misfit_p_value=misfit)
+    speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
+    measured = measured_changes(before, today, speeds, beyond)
+    entries = from_list(limits, [*before], speeds)
+    return visits_document(
+        found,
+        {
+            "differences": unlike(measured, found.strokes, ratios),
+            "changes": [*measured, *changes(found, beyond)],
+            "limits": judged_today(found, today, entries, speeds, config["seed"]),
+        },
+        {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
+        rejected,
+        {"share": beyond, "seed": config["seed"], "misfit_p_value": misfit},
+    )
+
+
+def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[dict]]:
+    """Usable records of motions that both visits have, of either visit, and why others are not."""
+    pairs = [(visit, each) for visit, records in visits.items() for each in records]
+    pairs.sort(key=lambda pair: MOTIONS.index(pair[1].motion))
+    usable: dict[str, dict[str, list]] = {visit: {} for visit in visits}
+    for visit, each in pairs:
+        if not each.reason:
+            usable[visit].setdefault(each.motion, []).append(each.raw)
+    motions = [motion for motion in MOTIONS if all(motion in by for by in usable.values())]
+    rejected = []
+    for visit, each in pairs:
+        file = str(each.operation.file)
+        reason = each.reason.removeprefix(f"{file}: ")
+        if not reason and each.motion not in motions:
+            (other,) = visits.keys() - {visit}
+            reason = f"the visit {other} has no usable {each.motion} to compare it with"
+        if reason:
+            about = {"file": file, "motion": each.motion, "visit": visit}
+            rejected.append(about | {"reason": reason})
+    if not motions:
+        raise ValueError(_nothing(rejected))
+    before, today = ({motion: by[motion] for motion in motions} for by in usable.values())
+    return before, today, rejected
+
+
+def _nothing(rejected: Sequence[Mapping]) -> str:
+    """Why nothing can be compared, and what to do."""
+    reasons = "".join(
+        f"\n  {each['visit']}: {each['file']} ({each['motion']}): {each['reason']}"
+        for each in rejected
+    )
+    return (
+        "nothing can be compared: no motion has a usable record in both visits. Name a closing of "
+        "each, or an opening, all of one drive; breaker inspect FILE says how a file can be read"
+        f"{reasons}"
+    )

@@ -1,0 +1,58 @@
+"""A fleet at a glance: how far each drive is off its type, parameter by parameter."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from breaker.figures import style
+from breaker.fleet import TypeOfBreaker
+from breaker.mechanism import NAMES
+
+__all__ = ["fleet"]
+
+_NAMED = 12  # odd drives whose names are written
+_WIDTH = 0.7  # of the strip of a parameter
+_FARTHEST = 60.0  # percent, that is drawn
+
+
+@style.styled
+def fleet(
+    table: pd.DataFrame,
+    drives: Sequence[tuple[str, str]],
+    types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]],
+) -> Figure:
+    """Draw every drive's parameters off the median of its type, percent; odd ones by name.
+
+    Args:
+        table: What ``fleet.fleet_table`` returns.
+        drives: Breaker and phase of each, which indices of ``types`` count.
+        types: What ``fleet.learn_types`` returns.
+    """
+    figure = style.new_figure(11.0, 5.5)
+    axis = figure.subplots()
+    odd = {(e.breaker, e.phase): e.odd for e in table.itertuples() if e.odd}
+    count = max(len(types), 1)
+    for t, (name, (where, learned)) in enumerate(types.items()):
+        label = style.literal(name or "all drives")
+        for k, parameter in enumerate(NAMES):
+            spread = np.linspace(-0.4, 0.4, len(where)) / count
+            x = k + _WIDTH * (spread + (t + 0.5) / count - 0.5)
+            y = np.clip(100.0 * learned.off[:, k], -_FARTHEST, _FARTHEST)
+            look = {"color": f"C{t}", "ms": 3.5, "mew": 0, "alpha": 0.6}
+            axis.plot(x, y, "o", **look, label=label if not k else None)
+            for i, drive in enumerate(where):
+                of = drives[drive]
+                if odd.get(of) == parameter:
+                    axis.plot(x[i], y[i], "o", mfc="none", mec=style.WARNING, ms=9, mew=1.6)
+                    if len(odd) <= _NAMED:
+                        said = style.literal(" ".join(filter(None, of)))
+                        axis.annotate(said, (x[i], y[i]), (6, 3), textcoords="offset points")
+    axis.axhline(0.0, color=style.REFERENCE, lw=0.8)
+    axis.set(xticks=range(len(NAMES)), ylabel="off the median of the type (%)")
+    axis.set_xticklabels(style.symbols(NAMES))
+    style.title(figure, f"{len(table)} drives beside their type: {len(odd)} odd")
+    keys = [style.dot_key(style.literal(n or "all drives"), f"C{t}") for t, n in enumerate(types)]
+    style.legend_below(figure, [*keys, style.dot_key("odd", style.WARNING)])
+    return figure

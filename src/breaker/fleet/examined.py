@@ -1,0 +1,219 @@
+"""One drive of a fleet: what its records say of it, as one document of plain values.
+
+Its last visit is inferred. Where there are many records its life is followed; of fewer, the first
+and the last visit are compared; a single visit is judged alone.
+"""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from breaker.answers import Answer, Given, compared, infer_drive, judged, read_operations
+from breaker.family import shipped_networks
+from breaker.files import printable
+from breaker.fleet.members import Member
+from breaker.mechanism import MOTIONS, NAMES, from_list
+from breaker.model import grid
+from breaker.records import Grid, read_curves
+from breaker.shipped import DEFAULTS
+from breaker.wear import (
+    Event,
+    change_table,
+    days_per_operation,
+    decide,
+    follow_curves,
+    operation_metadata,
+    standing,
+)
+from breaker.workflow import read
+
+__all__ = ["Examined", "examine"]
+
+_MOST = 20  # operations of a visit that are read: more say no more of the drive
+_STILL = 0.05  # probability of no change, below which a parameter has changed
+_YEAR = 365.25  # days
+
+
+class Examined(NamedTuple):
+    """What is known of one drive.
+
+    Attributes:
+        document: Plain values: ``breaker``, ``phase``, ``type``, ``records``, ``visits``, ``last``
+            (date), ``operation``, ``how`` ("life", "visits", "visit" or "none"), ``state``, one of
+            ``wear.STATES``, ``due`` (``limit``, ``operation``, ``date``, ``left``), ``limits``,
+            verdicts by name, ``changed``, rows of ``name``, ``motion``, ``change`` at 5, 50 and
+            95 %, ``trust``, why something is not told, ``rejected``, reasons, ``measured``, values
+            of the last visit by quantity and motion, ``family`` and ``p_value``.
+        theta: Draws of the parameters, those of each operation in turn, ``(o, d, p)``.
+    """
+
+    document: dict
+    theta: np.ndarray
+
+
+def examine(member: Member, config: Mapping) -> Examined:
+    """Examine a drive as ``breaker infer`` and ``breaker compare`` do, or follow its life.
+
+    Args:
+        config: The whole configuration. Limits on values, not on changes, count only where they are
+            other than those that ship, which are an example for one size.
+    """
+    visits, endurance = member.visits(), config["endurance"]
+    records = read_operations(member.only(visits[-1][-_MOST:]), endurance["format"])
+    settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
+    settings["seed"] = config["seed"]
+    families = (levels for (levels,) in shipped_networks("levels"))
+    answers = infer_drive(records, families, Given(), config["speeds"], settings)
+    used = [each for each in answers if not each.record.reason]
+    document = _about(member, visits, answers)
+    if not used:
+        return Examined(document, np.empty((0, endurance["draws"], len(NAMES))))
+    try:
+        if len(member.numbers) >= config["fleet"]["followed"]:
+            document |= _followed(member, used, config)
+        elif len(visits) > 1:
+            before = read_operations(member.only(visits[0][-_MOST:]), endurance["format"])
+            document |= _compared(member, {"before": before, "today": records}, config)
+        else:
+            limits = from_list(limits_of(config), [*member.operations], used[0].speeds)
+            rows = [row for each in used for row in judged(each, limits, seed=config["seed"])]
+            document |= {"how": "visit"} | _judged(rows)
+            document["trust"] += [] if rows else ["one visit, and no limit on what it shows"]
+    except ValueError as error:  # what one drive lacks stops no other
+        document["trust"] = [str(error).splitlines()[0]]
+    drawn = {e.record.operation.number: e.draws.theta for e in used if e.draws is not None}
+    shape = (0, endurance["draws"], len(NAMES))
+    return Examined(document, np.array([*drawn.values()]) if drawn else np.empty(shape))
+
+
+def limits_of(config: Mapping) -> list:
+    """The limits by which any drive of a fleet is judged."""
+    limits = config["limits"]
+    shipped = limits == read(DEFAULTS)["limits"]
+    return [each for each in limits if not shipped or each.get("of") == "change"]
+
+
+def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> dict:
+    """What is known without any comparison."""
+    dates, used = member.dates, [each for each in answers if not each.record.reason]
+    out = [each for each in used if each.misfit]
+    trust = ["no record of the last visit can be used"] if not used else []
+    if out:
+        odd = " and ".join(dict.fromkeys(each.record.motion for each in out))
+        trust = [f"{len(out)} of {len(used)} records are out of the family ({odd})"]
+    shown: dict[tuple[str, str], list[float]] = {}
+    for each in used:
+        for name, value in each.measured.items():
+            if np.isfinite(value.value) and each.alone(name):
+                shown.setdefault((name, each.record.motion), []).append(float(value.value))
+    return {
+        **{name: getattr(member, name) for name in ("breaker", "phase", "type")},
+        "records": sum(map(len, member.operations.values())),
+        "visits": len(visits),
+        "operation": member.numbers[-1],
+        "last": max(dates.values(), default=""),
+        **{"how": "none", "state": "unknown", "due": {}, "limits": {}, "changed": []},
+        "trust": trust,
+        "rejected": [each.record.reason for each in answers if each.record.reason],
+        "measured": [[*of, float(np.mean(values))] for of, values in shown.items()],
+        "family": used[0].levels.settings["family"] if used else "",
+        "p_value": min((each.match.p_value for each in used), default=None),
+        "file": printable(answers[0].record.operation.file) if answers else "",
+    }
+
+
+def _judged(rows: Sequence[Mapping]) -> dict:
+    """State and verdicts of limits that were judged: of several records, the worst of each."""
+    order = ("pass", "not shown", "fail")
+    worst: dict[str, str] = {}
+    for row in rows:
+        worst[row["name"]] = max(worst.get(row["name"], "pass"), row["verdict"], key=order.index)
+    failed = [name for name, verdict in worst.items() if verdict == "fail"]
+    state = "now" if failed else "healthy" if "pass" in worst.values() else "unknown"
+    return {"limits": worst, "state": state, "due": {"limit": failed[0]} if failed else {}}
+
+
+def _compared(member: Member, visits: Mapping[str, Sequence], config: Mapping) -> dict:
+    """First and last visit; what goes on as it did reaches a limit on a date."""
+    found = compared(visits, config, limits=limits_of(config))
+    rows = found["changes"]
+    changed = [row for row in rows if row["verdict"] == "changed"]
+    said = {"how": "visits"} | _judged(found["limits"])
+    said["changed"] = [{k: row[k] for k in ("name", "motion", "change")} for row in changed]
+    notes = [*found["warnings"], *(each for each in found["trust"] if each.startswith("WARNING"))]
+    said["trust"] = [each.removeprefix("WARNING: ") for each in notes]
+    dates = [member.dates.get(each) for each in (member.numbers[0], member.numbers[-1])]
+    if said["state"] == "now" or not all(dates):
+        return said
+    first, last = (datetime.fromisoformat(each).replace(tzinfo=None) for each in dates)
+    due = [(_left(limit, rows), limit["name"]) for limit in found["limits"]]
+    left, name = min(due, default=(np.inf, ""))
+    days = left * ((last - first) / timedelta(days=1))
+    if days < _YEAR * config["planning"]["years"]:
+        date = (last + timedelta(days=days)).date().isoformat()
+        said |= {"state": "plan", "due": {"limit": name, "date": date}}
+    return said
+
+
+def _left(limit: Mapping, rows: Sequence[Mapping]) -> float:
+    """Time until a changed quantity is at a limit, in times between the visits; inf if never."""
+    if len(limit["parts"]) != 1 or limit["verdict"] == "fail":
+        return np.inf
+    (part,) = limit["parts"]
+    of = [e for e in rows if e["name"] == part["quantity"] and e["verdict"] == "changed"]
+    if not of or part["value"] is None:
+        return np.inf
+    before = of[0].get("before", 0.0)  # of a parameter, its change
+    step, (low, high) = part["value"] - before, part["bounds"]
+    bound = high if step > 0.0 else low
+    return np.inf if bound is None or step == 0.0 else max((bound - part["value"]) / step, 0.0)
+
+
+def _followed(member: Member, used: Sequence[Answer], config: Mapping) -> dict:
+    """The life of a drive, as the workflow follows that of a single one."""
+    speeds, levels = used[0].speeds, used[0].levels
+    usual = np.exp(levels.usual[1, 0])
+    longer = np.median([each.record.shape.duration for each in used]) / usual
+    sensor, form = config["sensor"], config["endurance"]["format"]
+    times = longer * grid(**{key: sensor[key] for key in ("start", "stop", "samples")})
+    curves = {
+        motion: read_curves(each, form, Grid(times), motion, speeds=speeds)
+        for motion, each in member.operations.items()
+    }
+    rows = [each for motion in MOTIONS for each in member.operations.get(motion, ())]
+    texts = {each.number: each.event for each in rows if each.event}
+    warm = {each.number: each.temperature for each in rows if not np.isnan(each.temperature)}
+    life = follow_curves(
+        curves,
+        from_list(limits_of(config), [*curves], speeds),
+        {"wear_model": config["wear_model"], "seed": config["seed"]}
+        | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
+        events=Event.by_operation(texts, config["endurance"]["events"]),
+        temperatures=warm,
+    )
+    known = operation_metadata(curves, life.operation.values)
+    pace = days_per_operation(life.operation.values, list(known.date))
+    stands = standing(life, config["planning"], pace)
+    row, since = decide(life, stands, known).iloc[-1], change_table(life).iloc[-1]
+    states = stands.attrs["states"]
+    by_limit = zip(life.limit.values.tolist(), stands.state.values[-1], strict=True)
+    names = [name for name in NAMES if since[f"{name}_unchanged"] < _STILL]
+    ends = [[float(since[f"{name}{end}"]) for end in ("_5", "", "_95")] for name in names]
+    due = {"limit": row.limit, "date": row.get("service_by_date", "")}
+    numbers = {"operation": row.service_by, "left": row.operations_left}
+    due |= {name: float(each) for name, each in numbers.items() if not pd.isna(each)}
+    said = "" if life.attrs["family"] else "parameters are withheld: of no family, or contradicted"
+    return {
+        "how": "life",
+        "state": row.state,
+        "due": {k: v for k, v in due.items() if row.limit and v != ""},
+        "limits": {name: states[state] for name, state in by_limit},
+        "changed": [
+            {"name": name, "motion": "", "change": each}
+            for name, each in zip(names, ends, strict=True)
+        ],
+        "trust": [said] if said else [],
+    }

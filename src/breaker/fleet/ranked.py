@@ -1,0 +1,213 @@
+"""A fleet in one table: every drive beside its type, ranked by what is due, with the reason."""
+
+import json
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from breaker.family import shipped_networks
+from breaker.fleet.types import Drawn, TypeOfBreaker, learn_type
+from breaker.mechanism import NAMES, PARAMETERS, QUANTITIES, in_digits
+from breaker.model import Prior
+from breaker.wear import STATES
+
+__all__ = ["FLEET", "fleet_table", "learn_types", "type_table"]
+
+FLEET = {
+    "breaker": "name of the breaker",
+    "phase": "name of the phase",
+    "type": "of the breaker: column type of the table, or the nameplate of its last file",
+    "state": "unknown, healthy, plan (a service) or now, as of a single drive",
+    "odd": "parameters in which it is unlike its type; empty without any",
+    "evidence": "of the most odd one, nats",
+    "due": "limit that is due, or the next one",
+    "due_date": "date by which to service, or on which the limit is reached",
+    "due_operation": "operation by which to service",
+    "operations_left": "operations left, median",
+    "failed": "limits that are exceeded",
+    "last": "date of the last visit",
+    "operation": "number of the last operation",
+    "records": "records in the table",
+    "visits": "visits, from one to the next at least 30 days",
+    "how": "life: followed; visits: first and last compared; visit: judged alone; none: not at all",
+    "pole_spread": "largest less least travel time over the phases of the breaker, ms",
+    "reason": "why it is where it is, what is measured first",
+}
+"""First columns of ``fleet.csv``, one row for each phase of a breaker; behind them, of each
+parameter, the median and 90 % interval under the prior of the type."""
+
+_ENDS = (0.05, 0.5, 0.95)
+_TOLD = 3  # changes in a reason
+_ALIKE = 0.005  # share by which measured quantities of drives differ that count as alike
+
+
+def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray, TypeOfBreaker]]:
+    """Learn each type.
+
+    Args:
+        drives: Chunks of ``stored``, one after the other.
+        usual: Prior of drives of any type.
+
+    Returns:
+        By name, indices of its drives of which something was inferred, and the type.
+    """
+    names = np.array([json.loads(each)["type"] for each in drives.document.values])
+    known, found = np.isfinite(drives["mean"].values).all(axis=1), {}
+    for name in sorted({*names[known].tolist()}):
+        where = np.flatnonzero(known & (names == name))
+        parts = ("mean", "squares", "count", "theta")
+        drawn = Drawn(*(drives[part].values[where].astype(float) for part in parts))
+        found[name] = where, learn_type(drawn, usual.log_sds)
+    return found
+
+
+def type_table(types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]) -> pd.DataFrame:
+    """Return the prior of each type: a row for each parameter."""
+    return pd.DataFrame(
+        {
+            "type": name,
+            "drives": len(where),
+            "parameter": each.name,
+            "unit": each.unit,
+            "median": learned.medians[k],
+            "log_sd": learned.log_sds[k],
+            "spread": learned.spread[k],
+        }
+        for name, (where, learned) in types.items()
+        for k, each in enumerate(PARAMETERS)
+    )
+
+
+def fleet_table(
+    drives: xr.Dataset, types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]], least: float
+) -> pd.DataFrame:
+    """Return the table of a fleet, with the columns ``FLEET``, the most urgent drive first.
+
+    Args:
+        drives: Chunks of ``stored``, one after the other.
+        types: What ``learn_types`` returns.
+        least: Evidence from which a drive is odd, nats.
+    """
+    documents = [json.loads(each) for each in drives.document.values]
+    rows = [_row(document) for document in documents]
+    families = {
+        levels.settings["family"]: Prior.from_settings(levels.settings["prior"])
+        for (levels,) in shipped_networks("levels")
+    }
+    for where, learned in types.values():
+        for k, i in enumerate(where):
+            theta = drives.theta.values[i].astype(float)
+            weights = learned.weights(theta, families[documents[i]["family"]])
+            rows[i] |= _parameters(theta, weights)
+            rows[i] |= _odd(learned.evidence[k], learned.off[k], least)
+        _show(rows, documents, where)
+    _compare_poles(rows, documents)
+    for row, document in zip(rows, documents, strict=True):
+        row["reason"] = _reason(row, document)
+    table = pd.DataFrame(rows).drop(columns=["off", "shown"], errors="ignore")
+    table = table.reindex(columns=dict.fromkeys([*FLEET, *table.columns]))
+    urgent = -table.state.map(STATES.index)
+    keys = {"u": urgent, "d": table.due_date.replace("", "9999"), "o": -table.evidence.fillna(0.0)}
+    order = table.assign(**keys, known=table.state.eq("unknown")).sort_values(
+        ["u", "d", "o", "breaker", "phase"], kind="stable"
+    )
+    return order[table.columns].reset_index(drop=True)
+
+
+def _row(document: Mapping) -> dict:
+    """What a document alone says."""
+    due = document["due"]
+    failed = [n for n, each in document["limits"].items() if each in ("fail", "now")]
+    names = ("breaker", "phase", "type", "state", "last", "operation", "records", "visits", "how")
+    return {name: document[name] for name in names} | {
+        "odd": "",
+        "evidence": np.nan,
+        "due": due.get("limit", ""),
+        "due_date": due.get("date", ""),
+        "due_operation": due.get("operation", np.nan),
+        "operations_left": due.get("left", np.nan),
+        "failed": ", ".join(failed),
+    }
+
+
+def _parameters(theta: np.ndarray, weights: np.ndarray) -> dict[str, float]:
+    """Median and 90 % interval of weighted draws ``(d, p)``."""
+    found = {}
+    for name, draws in zip(NAMES, theta.T, strict=True):
+        order = np.argsort(draws)
+        places = np.searchsorted(np.cumsum(weights[order]), _ENDS).clip(max=len(draws) - 1)
+        low, middle, high = draws[order][places].tolist()
+        found |= {name: middle, f"{name}_5": low, f"{name}_95": high}
+    return found
+
+
+def _odd(evidence: np.ndarray, off: np.ndarray, least: float) -> dict:
+    """Parameters in which a drive is unlike its type: the one with most evidence for it."""
+    k = int(evidence.argmax())
+    found = {"evidence": float(evidence[k]) if np.isfinite(evidence[k]) else np.nan}
+    return found | ({"odd": NAMES[k], "off": float(off[k])} if evidence[k] >= least else {})
+
+
+def _show(rows: Sequence[dict], documents: Sequence[Mapping], where: np.ndarray) -> None:
+    """Put down of odd drives of a type which measured quantity is farthest off those of others."""
+    shown: dict[tuple, dict[int, float]] = {}
+    for i in where:
+        for name, motion, value in documents[i]["measured"]:
+            shown.setdefault((name, motion), {})[i] = value
+    for i in where:
+        off = []
+        for (name, motion), of in shown.items() if rows[i]["odd"] else ():
+            values = np.array([*of.values()])
+            middle = float(np.median(values))
+            spread = np.median(np.abs(values - middle)) + _ALIKE * abs(middle) + 1e-9
+            if i in of:
+                off.append((abs(of[i] - middle) / spread, (name, motion, of[i], middle)))
+        rows[i]["shown"] = max(off, default=(0.0, ()))[1]
+
+
+def _compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
+    """Put down how far the phases of each breaker are apart."""
+    times: dict[tuple, list[float]] = {}
+    for document in documents:
+        for name, motion, value in document["measured"]:
+            if name == "travel_time":
+                times.setdefault((document["breaker"], motion), []).append(value)
+    for row in rows:
+        own = [each for (name, _), each in times.items() if name == row["breaker"]]
+        spread = [max(each) - min(each) for each in own if len(each) > 1]
+        row["pole_spread"] = max(spread, default=np.nan)
+
+
+def _reason(row: Mapping, document: Mapping) -> str:
+    """Why a drive is where it is, in words."""
+    said = [f"exceeded: {row['failed']}"] if row["failed"] else []
+    if row["due"] and not row["failed"]:
+        on = f" by {row['due_date']}" if row["due_date"] else ""
+        left = row["operations_left"]
+        many = f", {left:.0f} operations left" if np.isfinite(left) else ""
+        said.append(f"{row['due']}{on}{many}")
+    if document["changed"]:
+        most = sorted(document["changed"], key=lambda each: -abs(each["change"][1]))
+        words = [
+            f"{each['name']}{' ' * bool(each['motion'])}{each['motion']} "
+            f"{in_digits(each['change'][1], 2, sign=True)} %"
+            for each in most[:_TOLD]
+        ]
+        more = len(most) - _TOLD
+        since = "since new" if document["how"] == "life" else "since the first visit"
+        said.append(f"{since} {', '.join(words)}" + (f" and {more} more" if more > 0 else ""))
+    if row["odd"]:
+        if row["shown"]:
+            name, motion, value, middle = row["shown"]
+            unit = QUANTITIES[name].unit if name in QUANTITIES else "mm/ms"  # of a speed
+            values = f"{in_digits(value, 3)} {unit}, of its type {in_digits(middle, 3)}"
+            said.append(f"measured {name} ({motion}) {values}")
+        share = in_digits(100.0 * row["off"], 2, sign=True)
+        kind = row["type"] or "all drives"
+        said.append(f"{row['odd']} is {share} % off the median of {kind}")
+    said += document["trust"]
+    if document["rejected"]:
+        said.append(f"{len(document['rejected'])} records rejected")
+    return "; ".join(said) or "nothing is due"

@@ -1,0 +1,144 @@
+"""A small fleet: answered as single drives are, an odd one found, and ranked by what is due."""
+
+import json
+
+import numpy as np
+import pytest
+
+from breaker.answers.answer import Given
+from breaker.answers.between import compared
+from breaker.answers.inferred import infer_drive
+from breaker.answers.operations import read_operations
+from breaker.figures.fleet import fleet as picture
+from breaker.files.listing import list_fleet
+from breaker.fleet.examined import examine
+from breaker.fleet.members import members_of
+from breaker.fleet.page import fleet_page
+from breaker.fleet.ranked import FLEET, fleet_table, learn_types, type_table
+from breaker.fleet.summed import stored
+from breaker.mechanism.curves import travel
+from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.records.export import write_curve
+
+TIME, SPREAD = 0.1 * np.arange(760), 0.02  # ms
+ODD, WORN, BROKEN, POLES = "Q4", "Q2", "Q7", "Q1"
+
+
+def write(folder, breaker, thetas, rng, *, about=""):
+    """Write an operation for each of some parameters, and return the rows of the table."""
+    rows = []
+    for number, theta in enumerate(thetas, start=1):
+        for motion in MOTIONS:
+            curve = travel(theta[None], TIME, motion, onset=10.0).travel[0]
+            file = folder / f"{breaker}{about[:1]}_{motion}_{number}.csv"
+            noisy = curve + 0.1 * rng.standard_normal(TIME.size)
+            write_curve(file, TIME, noisy, motion=motion, operation=number)
+            year = 2014 + 3 * number if breaker == WORN else 2026
+            rows.append(f"{file.name},{motion},{number},{breaker},{about},{year}-03-01")
+    return rows
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory, prior):
+    """Rows of nine breakers alike, but for one with more friction and one that has worn."""
+    folder, rng = tmp_path_factory.mktemp("fleet"), np.random.default_rng(1)
+    lines = ["file,motion,operation,breaker,phase,date"]
+    for breaker in (f"Q{k}" for k in range(9)):
+        theta = prior.medians * np.exp(SPREAD * rng.standard_normal(len(NAMES)))
+        theta[3] *= 1.6 if breaker == ODD else 1.0
+        worn = theta * np.where(np.array(NAMES) == "f", 0.9, 1.0)
+        for about in "RS" if breaker == POLES else [""]:
+            last = worn if breaker == WORN else theta
+            lines += write(folder, breaker, [theta, last], rng, about=about)
+    for motion in MOTIONS:
+        (folder / f"{BROKEN}_{motion}_1.csv").write_text("nothing")
+        (folder / f"{BROKEN}_{motion}_2.csv").write_text("nothing")
+    (folder / "operations.csv").write_text("\n".join(lines), encoding="utf-8")
+    return list_fleet(folder)
+
+
+@pytest.fixture(scope="module")
+def examined(rows, defaults):
+    members = members_of(rows, MOTIONS)
+    return {(each.breaker, each.phase): examine(each, defaults) for each in members}
+
+
+@pytest.fixture(scope="module")
+def table(examined, prior):
+    drives = stored([*examined.values()])
+    types = learn_types(drives, prior)
+    return fleet_table(drives, types, 7.0), types
+
+
+def test_a_drive_gets_what_it_gets_alone(rows, examined, defaults, levels):
+    alone = {m: [each for of, each in rows["Q0"] if of == m] for m in MOTIONS}
+    records = read_operations(alone, defaults["endurance"]["format"])
+    settings = {"seed": defaults["seed"], "draws": 500, "misfit_p_value": 0.001}
+    answers = infer_drive(records, [levels], Given(), defaults["speeds"], settings)
+    first = [each.draws.theta for each in answers if each.record.motion == "closing"]
+    assert np.array_equal(examined["Q0", ""].theta, first)
+
+
+def test_two_visits_are_compared(rows, examined, defaults):
+    document = examined[WORN, ""].document
+    visits = {}
+    for visit, number in (("before", 1), ("today", 2)):
+        own = {m: [e for of, e in rows[WORN] if (of, e.number) == (m, number)] for m in MOTIONS}
+        visits[visit] = read_operations(own, defaults["endurance"]["format"])
+    alone = [e for e in compared(visits, defaults)["changes"] if e["verdict"] == "changed"]
+    assert [each["name"] for each in document["changed"]] == [each["name"] for each in alone]
+    assert (document["how"], document["visits"], document["state"]) == ("visits", 2, "now")
+    assert document["due"] == {"limit": "tired_closing"}
+
+
+def test_a_drive_without_a_usable_record_stops_no_other(examined):
+    found = examined[BROKEN, ""]
+    assert (found.document["state"], len(found.theta)) == ("unknown", 0)
+    assert len(found.document["rejected"]) == 4
+
+
+def test_the_odd_one_is_found_and_what_is_due_comes_first(table):
+    found, _ = table
+    assert {*found.breaker[found.odd != ""]} == {ODD}
+    assert found.set_index("breaker").odd[ODD] == "gamma_a"
+    assert (found.breaker[0], found.state[0]) == (WORN, "now")
+    assert "tired_closing" in found.reason[0]
+    assert "since the first visit" in found.reason[0]
+    assert [*found.columns[: len(FLEET)]] == [*FLEET]
+    poles = found[found.breaker == POLES]
+    assert len(poles) == 2
+    assert (poles.pole_spread < 0.5).all()
+    assert found.pole_spread.isna().sum() == len(found) - 2
+
+
+def test_the_page_shows_every_drive(table, examined):
+    found, types = table
+    names = [*examined]
+    assert json.loads(json.dumps(examined[names[0]].document))
+    assert len(picture(found, names, types).axes) == 1
+    page = fleet_page(found, type_table(types), b"")
+    assert all(f'<td class="">{name}</td>' in page for name, _ in names)
+    assert "gamma_a is" in page
+    assert "measured travel_time" in page
+    assert "<h1>Fleet</h1>" in page
+
+
+@pytest.mark.parametrize("loss", [0.09, 0.0])
+def test_many_operations_are_a_life(tmp_path, prior, defaults, loss):
+    rng, steps = np.random.default_rng(1), np.linspace(0.0, 1.0, 30)
+    thetas = [prior.medians * (1.0 - loss * step * (np.arange(7) == 5)) for step in steps]
+    lines = ["file,motion,operation,breaker,phase,date", *write(tmp_path, "Q0", thetas, rng)]
+    (tmp_path / "operations.csv").write_text("\n".join(lines), encoding="utf-8")
+    wear = {**defaults["wear_model"], "reference": 6, "settle": 5, "draws": 60}
+    few = {**defaults, "wear_model": wear, "fleet": {"followed": 30}}
+    (member,) = members_of(list_fleet(tmp_path), MOTIONS)
+    document = examine(member, few).document
+    assert (document["how"], document["trust"]) == ("life", [])
+    assert json.loads(json.dumps(document))["limits"].keys() == {"stiff_drive", "tired_closing"}
+    if loss:
+        assert "f" in {each["name"] for each in document["changed"]}
+        assert document["state"] in ("plan", "now")
+        assert document["due"]["limit"] == "tired_closing"
+    else:
+        assert "operation" not in document["due"]
+        assert document["changed"] == []

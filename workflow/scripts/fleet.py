@@ -1,0 +1,29 @@
+"""Set the drives of a fleet side by side: table, picture and page."""
+
+import json
+from pathlib import Path
+
+import xarray as xr
+
+from breaker.figures import fleet as drawn
+from breaker.figures import style
+from breaker.fleet import fleet_page, fleet_table, learn_types, type_table
+from breaker.model import Prior
+from breaker.stores import open_store
+from breaker.workflow import start
+
+log = start(snakemake)
+params, output = snakemake.params, snakemake.output
+chunks = [open_store(each).load() for each in snakemake.input.chunks]
+drives = xr.concat(chunks, "drive")
+types = learn_types(drives, Prior.from_settings(params.prior))
+table, learned = fleet_table(drives, types, params.evidence), type_table(types)
+log.info("%d drives of %d types, %d odd", len(table), len(types), (table.odd != "").sum())
+
+table.to_csv(output.table, index=False, float_format="%.6g")
+learned.to_csv(output.types, index=False, float_format="%.6g")
+documents = map(json.loads, drives.document.values)
+named = [(each["breaker"], each["phase"]) for each in documents]
+style.save(drawn.fleet(table, named, types), output.figure)
+page = fleet_page(table, learned, Path(output.figure).read_bytes())
+Path(output.page).write_text(page, encoding="utf-8")

@@ -1,0 +1,17 @@
+"""Answer some breakers of a fleet, one after the other."""
+
+from breaker.files import list_fleet
+from breaker.fleet import examine, members_of, stored
+from breaker.stores import describe, save
+from breaker.workflow import start
+
+log = start(snakemake)
+params, config = snakemake.params, dict(snakemake.params.items())
+chosen = {key: params.endurance[key] for key in ("phase", "events")}
+rows = list_fleet(params.folder, breakers=params.breakers, **chosen)
+examined = []
+for member in members_of(rows, params.motions):
+    examined.append(examine(member, config))
+    document = examined[-1].document
+    log.info("%s %s: %s by %s", member.breaker, member.phase, document["state"], document["how"])
+save(describe(stored(examined), "breakers", source=params.source), snakemake.output[0])
