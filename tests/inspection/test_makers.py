@@ -5,8 +5,9 @@ import pytest
 import yaml
 
 from breaker.files import complete
+from breaker.inspection import InspectionError
 from breaker.inspection.describing import travel_channels
-from breaker.inspection.proposals import InspectionError, inspect_file
+from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of
 from breaker.records import Grid, Scale, read_record
 from tests.exports import way
@@ -26,7 +27,7 @@ MAKERS = {
     ),
     "names above": (
         "Travel U,Travel V,Contact\n(mm),(mm),(-)\nSample interval 100 us\nOperation: Close",
-        *(",", ".", "utf-8", 10.0, "1 2"),
+        *(",", ".", "utf-8", 10.0, "U V"),
     ),
     "two tables": (
         "Sampling frequency,10,kHz\n\nTimes\nPole,Close time (ms)\nA,61.2\nB,61.5\n\nRecord\n"
@@ -60,7 +61,7 @@ MAKERS = {
     "short": ("fs = 10k\nSchaltung: EIN\nWeg T, mm;Weg S, mm;K", ";", ",", "utf-8", 10.0, "T S"),
     "inches": (
         'Sample Rate (Samples/s),"10,000"\nStroke A (in),Stroke B (in),C',
-        *(",", ".", "utf-8", 10.0, "Stroke A (in) Stroke B (in)"),
+        *(",", ".", "utf-8", 10.0, "A B"),
     ),
     "quoted": (
         '"Sample Rate","10.000","kHz"\n"CB S/N","Z-1"\n"Pole 1 (mm)","Pole 2 (mm)",""',
