@@ -150,56 +150,42 @@ def chosen_travels(
     unused = _unused_among(travels)
     used = [each for each in travels if each not in unused]
     if channel:
-        return _chosen(file, layout, channel, used, travels)
+        for each in travels:
+            column = layout.column(each.place)
+            if channel in (layout.names[each.place], str(column), str(each.place + 1)):
+                return used if each in used else [each], [each], []
+        listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
+        raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
     names = ", ".join(repr(layout.column(each.place)) for each in unused)
-    least, most = (in_digits(max(map(_way, of), default=0.0), 4) for of in (unused, used))
-    said = (
-        f"{names} moved by up to {least} beside {most}: not used, as by cross-talk or of another "
-    )
-    said += "quantity; if one is a travel, choose it by --channel"
+    ways = (max((each.strokes.max() for each in of), default=0.0) for of in (unused, used))
+    least, most = (in_digits(float(way), 4) for way in ways)
+    said = f"{names} moved by up to {least} beside {most}: not used, as by cross-talk or of another"
+    said += " quantity; if one is a travel, choose it by --channel"
     return used, used, [said] if unused else []
 
 
-def _way(travel: Travel) -> float:
-    return float(travel.strokes.max())
-
-
-def _chosen(
-    file: Path, layout: Layout, channel: str, used: Sequence[Travel], travels: Sequence[Travel]
-) -> tuple[Sequence[Travel], list[Travel], list[str]]:
-    """The same of a column that is asked for, which may be one that is not used otherwise."""
-    for travel in travels:
-        place = travel.place
-        if channel in (layout.names[place], str(layout.column(place)), str(place + 1)):
-            return used if travel in used else [travel], [travel], []
-    listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
-    raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
-
-
 def _unused_among(travels: Sequence[Travel]) -> list[Travel]:
-    """Return the columns whose way is that of cross-talk beside the others of the same unit, or
-    that are of another quantity: without a unit, neither whole counts nor a stroke in mm.
+    """Return the columns that are of another quantity than the others, or whose way is that of
+    cross-talk beside them.
     """
+    unused = [each for each in travels if _is_other(each)]
+    unused = unused if len(unused) < len(travels) else []
     ways = [
         (each.unit in TO_MM, float(np.median(each.strokes)) * TO_MM.get(each.unit, 1.0))
         for each in travels
     ]
-    other = [
-        each.unit is None
-        and way > _LONGEST
-        and bool(np.nan_to_num(each.course.reading % 1.0).any())
-        for each, (_, way) in zip(travels, ways, strict=True)
-    ]
-    most = {kind: max(way for of, way in ways if of == kind) for kind, _ in ways}
-    if not all(other):
-        own = [each for each, odd in zip(ways, other, strict=True) if not odd]
-        most |= {kind: max(way for of, way in own if of == kind) for kind, _ in own}
-    pairs = zip(travels, ways, other, strict=True)
-    return [
-        each
-        for each, (kind, way), odd in pairs
-        if way < _UNUSED * most[kind] or (odd and not all(other))
-    ]
+    for each, (kind, way) in zip(travels, ways, strict=True):
+        pairs = zip(travels, ways, strict=True)
+        others = [w for t, (k, w) in pairs if k == kind and t not in unused]
+        if others and way < _UNUSED * max(others):
+            unused.append(each)
+    return unused
+
+
+def _is_other(travel: Travel) -> bool:
+    """Whether readings without a unit are neither whole counts nor of a stroke in mm."""
+    whole = not np.nan_to_num(travel.course.reading % 1.0).any()
+    return travel.unit is None and not whole and bool(np.median(travel.strokes) > _LONGEST)
 
 
 def _moves_between_rests(travel: Travel) -> bool:

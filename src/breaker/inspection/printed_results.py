@@ -133,7 +133,7 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
         if not printed.value:
             continue  # a zero stands for what the analyser has not seen
         if not own:
-            why = "no motion of it is read" if motions else ""
+            why = "no motion of it is read" if motions else "a setting is to be filled in"
             found.append(Compared("", printed.motion, printed, reason=why))
             continue
         motion = own[0]
