@@ -24,7 +24,7 @@ _BREAK = re.compile(r"(?i)\bbreak\b|chamber|kammer|interrupter")
 _RESISTANCE = re.compile(r"(?i)resistance|widerst|\bres\b|ohm")
 _COIL = re.compile(
     r"(?i)coil|spule|bobin|\btrip\b|\btrig|solenoid|auslös|线圈|\bcurr|strom|courant|corr[ie]ent"
-    r"|电流|^i[ _-]?[co]\b|^i (?:clos|open|trip)"
+    r"|电流|^i[ _-]?[co]\b|^i[ _-]?(?:clos|open|trip)|\bcmd\b|command|befehl|\b[ct]c ?\d?\b"
 )
 _INSERTED = re.compile(r"(?i)resistor|\bpir|insertion|einschaltwid")
 _OTHER = re.compile(r"(?i)\baux|\bhilfs|motor|heater|heizung")
