@@ -90,6 +90,23 @@ def test_a_length_confirms_a_rate_without_a_unit():
     assert found.rate == 10.0
 
 
+@pytest.mark.parametrize(("length", "rate"), [("", None), ("Plot Length (ms) :,300", 10.0)])
+def test_kilohertz_that_no_recorder_has_may_be_samples_a_second(length, rate):
+    rows = [line.split(",") for line in ["Sampling Speed (kC) :,10000", length]]
+    found = preamble_of(rows, samples=3000)
+    if rate:
+        assert (found.rate, found.rate_doubt) == (rate, "")
+    else:
+        assert math.isnan(found.rate)
+        assert "is 10000 kHz, which no recorder has, or 10 kHz" in found.rate_doubt
+
+
+@pytest.mark.parametrize(("samples", "told"), [(3015, False), (3061, True)])
+def test_a_length_that_is_off_by_more_than_a_hundredth_is_told(samples, told):
+    rows = [line.split(",") for line in ["Sampling Speed (kC) :,10", "Plot Length (ms) :,300"]]
+    assert bool(preamble_of(rows, samples=samples).rate_doubt) == told
+
+
 @pytest.mark.parametrize("length", ["4000", "4", "400"])
 def test_a_length_without_a_unit_may_be_that_of_samples(length):
     found = preamble_of([["Sampling Rate:", "10 kHz"], ["Plot Length:", length]], samples=4000)

@@ -207,13 +207,15 @@ def test_copies_and_what_differs_between_files_are_named(tmp_path, capsys):
     assert [(row["file"], row["rate"]) for row in rows] == [
         ("a.csv", "10"),
         ("c.csv", "20"),
-        ("d.csv", ""),
+        ("d.csv", "FILL IN"),
     ]
+    with pytest.raises(ValueError, match=r"column rate: is to be filled in for d\.csv, which does"):
+        read_manifest(tmp_path / "operations.csv")
     shown = capsys.readouterr().err
     assert "left out: b.csv has the content of a.csv" in shown
     assert "files differ in the stated rate: 10 kHz, 20 kHz" in shown
     assert "files differ in the stated ratio: 1, 1.64" in shown
-    assert "the rate of 1 files is doubtful, first d.csv: 'Sampling Speed (kC): 10'" in shown
+    assert "the rate of 1 files is to be filled in, first d.csv: 'Sampling Speed (kC): 10'" in shown
 
 
 def test_a_date_that_no_file_decides_is_left_empty(tmp_path, capsys):

@@ -168,8 +168,8 @@ def test_a_contradicting_unit_is_refused(file, head, reason):
 
 
 def test_an_unknown_unit_is_remarked_on(file):
-    put(file, ["time,travel", "ms,Grad", *ROWS])
-    remark = "the unit of 'travel' is 'Grad', which is not known; endurance.format.travel_unit is "
+    put(file, ["time,travel", "ms,span", *ROWS])
+    remark = "the unit of 'travel' is 'span', which is not known; endurance.format.travel_unit is "
     assert_read(read(file), remarks=(f"{remark}'mm'",))
 
 
@@ -179,12 +179,12 @@ def test_an_unknown_unit_is_remarked_on(file):
         "s": ["s", "sec", "Sec.", "seconds", "[s]", "(S E C)".replace(" ", "")],
         "ms": ["ms", "[ms]", "(ms)", "msec", "millisec", "MS", "milliseconds"],
         "us": ["us", "µs", "μs", "usec", "microseconds"],
-        "deg": ["deg", "°", "degree", "[Deg]", "degrees"],
+        "deg": ["deg", "°", "degree", "[Deg]", "degrees", "Grad", "(grados)", "[gradi]", "degrés"],
         "mm": ["mm", "MM", "[mm]", "millimetre"],
-        "inch": ["in", "inch", '"', "inches", "in.", "(in)"],
+        "inch": ["in", "inch", '"', "inches", "in.", "(in)", "pulgadas", "Zoll", "дюйм"],
         "counts": ["counts", "digits", "LSB"],
         "V": ["V", "volts"],
-        None: ["", "S", "M", "Grad", "phase A", "1"],
+        None: ["", "S", "M", "gone", "phase A", "1"],
     }.items(),
 )
 def test_units_are_known_in_any_spelling(unit, spellings):
@@ -224,7 +224,7 @@ def test_missing_names_are_told_with_what_is_there(file):
     put(file, ["made by", "t,s", *ROWS])
     message = rejection(file)
     assert "no line has 'time' and 'travel'" in message
-    assert "above the numbers, which begin in line 3, is 't', 's'" in message
+    assert "line 2, above the numbers, has 't', 's'" in message
     put(file, [row.replace(",", ";") for row in ["time,travel", *ROWS]])
     assert "is endurance.format.delimiter ';'?" in rejection(file)
 

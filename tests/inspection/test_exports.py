@@ -153,3 +153,19 @@ def test_nothing_above_the_samples(tmp_path):
 def test_a_printed_result_is_of_what_is_measured_alike(quantity, closing, opening):
     printed = Printed(quantity, "", "", 1.0, "mm", quantity)
     assert [measured_name(printed, m) for m in ("closing", "opening")] == [closing, opening]
+
+
+def test_a_printed_time_stands_beside_that_from_coil_to_contact_or_has_its_reason(tmp_path):
+    printed = {
+        "Close Time (ms)": [50.0] * 3,
+        "Rebound (mm)": [3.0] * 3,
+        "Open Time (ms)": [0.0] * 3,
+    }
+    proposal = inspected(tmp_path, results=printed)
+    times = [each for each in proposal.compared if each.printed.quantity == "closing_time"]
+    assert all(40.0 < each.measured < 80.0 for each in times)
+    others = {(each.printed.quantity, each.reason) for each in proposal.compared} - {
+        ("closing_time", "")
+    }
+    assert others == {("rebound", "makers mean different things by it")}
+    assert "contacts and coils" in report_of(proposal)

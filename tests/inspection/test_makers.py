@@ -5,8 +5,9 @@ import pytest
 import yaml
 
 from breaker.files import complete
+from breaker.inspection import InspectionError
 from breaker.inspection.describing import travel_channels
-from breaker.inspection.proposals import InspectionError, inspect_file
+from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of
 from breaker.records import Grid, Scale, read_record
 from tests.exports import way
@@ -26,7 +27,7 @@ MAKERS = {
     ),
     "names above": (
         "Travel U,Travel V,Contact\n(mm),(mm),(-)\nSample interval 100 us\nOperation: Close",
-        *(",", ".", "utf-8", 10.0, "1 2"),
+        *(",", ".", "utf-8", 10.0, "U V"),
     ),
     "two tables": (
         "Sampling frequency,10,kHz\n\nTimes\nPole,Close time (ms)\nA,61.2\nB,61.5\n\nRecord\n"
@@ -60,7 +61,7 @@ MAKERS = {
     "short": ("fs = 10k\nSchaltung: EIN\nWeg T, mm;Weg S, mm;K", ";", ",", "utf-8", 10.0, "T S"),
     "inches": (
         'Sample Rate (Samples/s),"10,000"\nStroke A (in),Stroke B (in),C',
-        *(",", ".", "utf-8", 10.0, "Stroke A (in) Stroke B (in)"),
+        *(",", ".", "utf-8", 10.0, "A B"),
     ),
     "quoted": (
         '"Sample Rate","10.000","kHz"\n"CB S/N","Z-1"\n"Pole 1 (mm)","Pole 2 (mm)",""',
@@ -137,3 +138,89 @@ def test_channels_one_below_the_other_are_refused(tmp_path, title):
     file.write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(InspectionError, match=r"begins anew .* export a column for each channel"):
         inspect_file(file, SENSOR)
+
+
+def drive(kind, closed=0.0):
+    """Reading at times, ms, of motions such as "CO"; a closing goes far beyond its rest."""
+    time = np.arange(0.0, 260.0 * len(kind) + 60.0, 0.2)
+    reading = np.full(time.size, float(kind[0] == "O"))
+    for k, letter in enumerate(kind):
+        over = 0.2 if letter == "C" else 0.02
+        reading += (1 if letter == "C" else -1) * way(time, 60.0 + 260.0 * k, 40.0, over=over)
+    noise = np.random.default_rng(0).normal(0.0, 0.05, time.size)
+    return time, closed + (1.0 if closed == 0.0 else -1.0) * 180.0 * reading + noise
+
+
+def table(file, head, *columns, sign=","):
+    rows = [sign.join(f"{value:.4f}" for value in row) for row in zip(*columns, strict=True)]
+    file.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("kind", ["CO", "OCO", "OC"])
+@pytest.mark.parametrize("closed", [0.0, 180.0])
+def test_a_sign_that_no_text_says_is_a_guess_by_the_curve(tmp_path, kind, closed):
+    time, reading = drive(kind, closed)
+    file = table(tmp_path / "a.csv", "t (ms),TRV1(mm)", time, reading)
+    proposal = inspect_file(file, SENSOR)
+    if (kind, closed) != ("OC", 180.0):  # which looks like a C-O of a breaker that is open at 0
+        assert "".join(each.motion[0].upper() for each in proposal.motions) == kind
+    assert proposal.remarks[-1].startswith("the sign is a guess: the file begins with ")
+    assert all(each.record for each in proposal.motions)
+
+
+@pytest.mark.parametrize(("coil", "motion"), [("Close coil", "closing"), ("Trip coil", "opening")])
+def test_the_coil_before_it_names_the_first_motion(tmp_path, coil, motion):
+    time, reading = drive("C")
+    pulse = 4.0 * (np.abs(time - 50.0) < 20.0)
+    file = table(tmp_path / "a.csv", f"t (ms),TRV1(mm),{coil} (A)", time, reading, pulse)
+    proposal = inspect_file(file, SENSOR)
+    assert proposal.motions[0].motion == motion
+    assert proposal.settings["trigger_column"] == f"{coil} (A)"
+    assert not any("guess" in each for each in proposal.remarks)
+
+
+def test_the_sign_of_a_remark_before_names_is_no_name(tmp_path):
+    time, reading = drive("CO")
+    head = "# CIGRE record\n# drive 6\n#   t_us     s1_m    s2_m    icoil_A"
+    columns = (1e3 * time, 1e-3 * reading, 1e-3 * reading, 0.0 * time)
+    proposal = inspect_file(table(tmp_path / "a.txt", head, *columns, sign="  "), SENSOR)
+    assert all(each.record for each in proposal.motions)
+    chosen = [
+        proposal.settings[f"{of}_{what}"]
+        for of in ("time", "travel")
+        for what in ("column", "unit")
+    ]
+    assert chosen == ["t", "us", "s1", "m"]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("Posicion(grados)", "deg"), ("Weg(Zoll)", "inch"), ("Travel A(in)", "inch")]
+)
+def test_a_unit_glued_to_a_name_is_one(tmp_path, name, unit):
+    time, reading = drive("C")
+    file = table(tmp_path / "a.csv", f"t (ms),{name}", time, reading / 25.4)
+    proposal = inspect_file(file, SENSOR)
+    assert proposal.settings["travel_unit"] == unit
+    assert ("ratio" in proposal.lacking) == (unit == "deg")
+    assert not any("unit of the travel" in each for each in proposal.remarks)
+
+
+def test_a_channel_that_is_rejected_is_not_proposed(tmp_path):
+    time, reading = drive("C")
+    file = table(tmp_path / "a.csv", "t (ms),Travel 1 (mm),Travel 2 (mm)", time, reading, reading)
+    lines = file.read_text(encoding="utf-8").splitlines()
+    lines[700] = "139.8,overflow,170.0"
+    file.write_text("\n".join(lines), encoding="utf-8")
+    proposal = inspect_file(file, SENSOR)
+    assert [bool(each.record) for each in proposal.motions] == [False, True]
+    assert proposal.settings["travel_column"] == "Travel 2"
+
+
+def test_of_columns_without_names_one_of_another_quantity_is_no_travel(tmp_path):
+    _, reading = drive("C")
+    lines = [f"{a:.1f},{844.0 - 4.7 * a:.1f}" for a in reading]
+    (tmp_path / "a.csv").write_text("\n".join(lines), encoding="utf-8")
+    proposal = inspect_file(tmp_path / "a.csv", SENSOR)
+    assert proposal.settings["travel_column"] == 1
+    assert "of another quantity; if one is a travel" in proposal.remarks[0]

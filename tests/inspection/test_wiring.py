@@ -79,3 +79,50 @@ def test_channels_of_an_export(tmp_path):
         "contact_column": "Contact 2",
         "trigger_column": "Coil 2 (A)",
     }
+
+
+def wired(coils, *, poles=3, second=None, motions=("closing", "opening")):
+    """Coils of each pole by motion: pulses before each motion, or as given by name."""
+    rises = 100.0 * (way(TIME, 60.0, 60.0) - way(TIME, 240.0, 40.0))
+    names = [f"Travel {k + 1}" for k in range(poles)] + [*coils]
+    columns = [rises] * poles
+    for at in coils.values():
+        columns.append(sum(np.abs(TIME - t - 20.0) < 20.0 for t in at) * 4.0 + 0.0 * TIME)
+    layout = Layout({}, [], names, [None] * len(names), columns)
+    travels = [Travel(k, "mm", Course(TIME, rises)) for k in range(poles)]
+    found = columns_beside(layout, travels)
+    return [[each[of].settings.get("trigger_column") for of in motions] for each in found]
+
+
+@pytest.mark.parametrize(
+    ("coils", "taken"),
+    [
+        # A second coil of all poles; 1 is a pole only where there are as many coils.
+        ({"Close Coil 1": [20], "Close Coil 2": []}, ["Close Coil 1", None]),
+        ({"Close Coil 1": [20], "Close Coil 2": [35]}, ["Close Coil 1", None]),
+        ({"Close Coil": [20], "Close Coil #2": [35]}, ["Close Coil", None]),
+        ({"Trip Coil 1": [], "Trip Coil 2": [200]}, [None, "Trip Coil 2"]),
+        # Each motion has its own, by the name or by the time.
+        ({"Close Coil": [20], "Trip Coil": [200]}, ["Close Coil", "Trip Coil"]),
+        ({"Ic": [20], "Io": [200]}, ["Ic", "Io"]),
+        ({"Spulenstrom": [20, 200]}, ["Spulenstrom", "Spulenstrom"]),
+    ],
+)
+def test_a_coil_of_all_poles_goes_with_each_of_them(coils, taken):
+    assert wired(coils) == [taken] * 3
+
+
+def test_as_many_coils_as_poles_go_with_one_each():
+    names = {f"Close Coil {k} (A)": [20 + k] for k in (1, 2, 3)}
+    assert [closing for closing, _ in wired(names)] == [*names]
+
+
+def test_contacts_of_phases_go_with_travels_that_have_none_in_their_order():
+    names = ["s1", "s2", "Contact A", "Contact B"]
+    rises = 100.0 * way(TIME, 50.0, 60.0)
+    layout = Layout(
+        {}, [], names, ["m", "m", None, None], [rises, rises, 1.0 * SIGNAL, 1.0 * SIGNAL]
+    )
+    found = columns_beside(layout, [Travel(k, "m", Course(TIME, rises)) for k in (0, 1)])
+    contacts = [each["closing"].settings["contact_column"] for each in found]
+    assert contacts == ["Contact A", "Contact B"]

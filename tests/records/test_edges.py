@@ -157,3 +157,12 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
     missing = {**settings, "contact_column": "mian"}
     lacking = read_curves(operations[:1], missing, Grid(sensor.times), motion)
     assert "no line has 'mian'" in str(lacking.reason.values[0])
+
+
+def test_what_the_motion_before_leaves_behind_does_not_count():
+    signal = (TIME >= TOUCH) * 1.0
+    signal[:3] = 1.0  # a last bounce of the motion before
+    assert switching_of(TIME, signal, MOVES)[0] == pytest.approx(TOUCH, abs=0.051)
+    current = 5.0 * np.clip((TIME - 8.0) / 3.0, 0.0, 1.0)
+    current[: int(0.2 / (TIME[1] - TIME[0])) + 1] = 4.0
+    assert trigger_of(TIME, current, MOVES) == pytest.approx(8.0, abs=0.25)

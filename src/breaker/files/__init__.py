@@ -31,7 +31,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "read_manifest",
         ],
         "motions": ["motion_of", "motions_in"],
-        "names": ["label_of", "split_unit", "unit_of"],
+        "names": ["is_travel_name", "label_of", "split_unit", "unit_of"],
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
         "preamble": ["Preamble", "preamble_of"],

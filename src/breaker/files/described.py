@@ -1,6 +1,7 @@
 """What is seen in the files of a folder, and what they say of one another."""
 
 import hashlib
+import math
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -38,10 +39,25 @@ class Part(NamedTuple):
 
 
 class Description(NamedTuple):
-    """What is seen in a file: what the text above its samples says, and the motions below."""
+    """What is seen in a file.
+
+    Attributes:
+        preamble: What the text above its samples says.
+        parts: The motions below.
+        rate: kHz, by the times of its samples or as stated; NaN where it is doubtful or not stated,
+            None where nothing is seen.
+        timed: Whether it has the times of its samples.
+    """
 
     preamble: Preamble = Preamble()
     parts: tuple[Part, ...] = ()
+    rate: float | None = None
+    timed: bool = False
+
+    @property
+    def lacks_rate(self) -> bool:
+        """Whether its rate is to be filled in."""
+        return self.rate is not None and math.isnan(self.rate)
 
 
 def descriptions(
@@ -93,11 +109,11 @@ def _copies(folder: Path, paths: Sequence[str]) -> dict[str, str]:
 
 def _differences(found: Mapping[str, Description]) -> list[str]:
     """What to check of the rates and ratios that files state, and of contacts left out."""
-    doubts = {path: each.preamble.rate_doubt for path, each in found.items()}
-    doubts = {path: doubt for path, doubt in doubts.items() if doubt}
+    lacking = {path: each.preamble for path, each in found.items() if each.lacks_rate}
     said = []
-    for path, doubt in list(doubts.items())[:1]:
-        said.append(f"the rate of {len(doubts)} files is doubtful, first {path}: {doubt}")
+    for path, stated in list(lacking.items())[:1]:
+        why = stated.rate_doubt or "not stated"
+        said.append(f"the rate of {len(lacking)} files is to be filled in, first {path}: {why}")
     for what, unit in (("rate", " kHz"), ("ratio", "")):
         stated = (getattr(each.preamble, what) for each in found.values())
         values = sorted({value for value in stated if value > 0})

@@ -7,6 +7,7 @@ without names by its numbers. An explicit ``skip_rows`` is taken at its word.
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -180,15 +181,18 @@ def _no_names(table: Table, wanted: Mapping[str, str | int]) -> str:
     reason = f"no line has {columns}"
     numeric = (i for i, row in enumerate(rows) if 2 * sum(map(table.is_number, row)) > len(row))
     if first := next(filter(None, numeric), None):
-        above = listed(max(rows[max(0, first - 2) : first], key=len))
-        reason += f"; above the numbers, which begin in line {table.lines[first]}, is {above}"
+        above = range(first - 1, max(0, first - 2) - 1, -1)
+        names = max(above, key=lambda i: sum(map(bool, map(str.strip, rows[i]))))
+        reason += f"; line {table.lines[names]}, above the numbers, has {listed(rows[names])}"
     return reason + "; see endurance.format, also its encoding, or give numbers of columns"
 
 
-def _first_run(table: Table, places: Mapping[str, int]) -> int:
-    """The first row with numbers in these places, of rows that mostly have them and are alike."""
+def _first_run(table: Table, places: Mapping[str, int], after: int = 0) -> int:
+    """The first row, after as many, with numbers in these places, of rows that mostly have them and
+    are alike.
+    """
     for i, row in enumerate(table.rows[:_LONGEST]):
-        if not table.numeric(row, places):
+        if i < after or not table.numeric(row, places):
             continue
         run = table.rows[i : i + _RUN]
         usual = Counter(map(table.texts, run)).most_common(1)[0][0]
@@ -218,7 +222,17 @@ def _after_names(table: Table, names: int, places: Mapping[str, int]) -> tuple[i
     first = next(below, len(rows))
     if units is None and first < len(rows):
         units = _are_units(table, first, places)
-    return (next(below, len(rows)), first) if units and first < len(rows) else (first, None)
+    first, units = (next(below, len(rows)), first) if units and first < len(rows) else (first, None)
+    if first < len(rows) and _is_text(table, rows[first], len(rows[names])):
+        with suppress(RejectedCurveError):  # text stands between the names and the samples
+            first = _first_run(table, places, first)
+    return first, units
+
+
+def _is_text(table: Table, row: Row, columns: int) -> bool:
+    """Whether a row is a line of text rather than a damaged sample: it has few cells, no number."""
+    filled = list(filter(str.strip, row))
+    return 2 * len(filled) <= columns and not any(map(table.is_number, filled))
 
 
 def _are_units(table: Table, row: int, places: Mapping[str, int]) -> bool:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # xarray takes longer to load than all of this
 
 __all__ = [
     "ABOUT",
+    "FILL_IN",
     "MANIFEST",
     "SWITCHING",
     "Operation",
@@ -39,6 +40,9 @@ ABOUT = ("breaker", "phase", "date", "temperature", "event")
 _REQUIRED = ("file", "motion", "operation")
 SWITCHING = {"closing": "touch_time", "opening": "part_time"}
 """Column of the time at which the contact touched or parted, by motion."""
+
+FILL_IN = "FILL IN"
+"""Cell of what a file does not tell, so that the table is refused until it is filled in."""
 
 _SHOWN = 10  # mistakes in a message
 # A number with a decimal comma: 21,5 but not 1,000, which may be a thousand.
@@ -214,6 +218,11 @@ def _row(
         if not cell and name not in _REQUIRED:
             continue
         try:
+            if cell.upper() == FILL_IN:
+                raise ValueError(
+                    f"is to be filled in for {cells[names.index('file')]}, which does not state it "
+                    "for sure: `breaker inspect` says why; see the analyser's settings"
+                )
             read[name] = readers[name](cell)
         except ValueError as error:
             mistakes.append(f"column {name}: {error}")

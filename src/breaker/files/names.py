@@ -1,9 +1,9 @@
 """Columns by their names or numbers, and the units that they state.
 
 A name is found in these words, or else without regard to capitals and to a unit behind it. A unit
-is bare, in brackets, or behind a name, and only what is sure is known: `grad` is a degree in German
-and a gon elsewhere, so it is not. A single letter counts in its own case, and letters of phases are
-no units behind a name: `Travel (S)`.
+is bare, in brackets, or behind a name, in the usual languages. `Grad` is a degree, as no transducer
+reads gons. A single letter counts in its own case, and letters of phases are no units behind a
+name: `Travel (S)`.
 """
 
 import re
@@ -17,6 +17,7 @@ __all__ = [
     "BESIDE",
     "StatedUnit",
     "check_unit",
+    "is_travel_name",
     "label_of",
     "listed",
     "place_of",
@@ -30,15 +31,19 @@ BESIDE = ("contact", "trigger")
 """Columns that a record may have beside time and travel, in any unit."""
 
 _SPELLINGS = {
-    "s": "s с sec secs second seconds sek sekunden",
-    "ms": "ms мс msec msecs msek millisec millisecs millisecond milliseconds millisekunden",
+    "s": "s с sec secs second seconds sek sekunden сек segundos seconde secondes secondi 秒",
+    "ms": "ms мс msec msecs msek millisec millisecs millisecond milliseconds millisekunden мсек "
+    "milisegundos millisecondes millisecondi 毫秒",
     "us": "us мкс µs μs usec µsec μsec microsec microsecs microsecond microseconds",
-    "mm": "mm мм millimeter millimeters millimetre millimetres",
+    "mm": "mm мм millimeter millimeters millimetre millimetres milímetros milimetros millimètres "
+    "millimetri миллиметр 毫米",
     "cm": "cm centimeter centimeters centimetre centimetres",
     "m": "m meter meters metre metres",
     "um": "um µm μm micron microns micrometer micrometers micrometre micrometres",
-    "inch": "in inch inches zoll \" '' ″",
-    "deg": "deg degs degree degrees ° º ˚ °deg",
+    "inch": "in inch inches zoll \" '' ″ pulgada pulgadas pulg pouce pouces pollice pollici "
+    "polegada polegadas дюйм дюймы 英寸",
+    "deg": "deg degs degree degrees ° º ˚ °deg grad grade grads winkelgrad grado grados gradi "
+    "grau graus degré degrés degre degres graden grader stopnie град градус градусы 度",
     "rad": "rad rads radian radians",
     "V": "V volt volts",
     "counts": "count counts cts digit digits inc incs incr increment increments pulse pulses lsb",
@@ -53,7 +58,12 @@ _OTHERS = (
 _KNOWN = {each: unit for unit, spelt in _SPELLINGS.items() for each in spelt.split()}
 _KNOWN |= {other: other for other in _OTHERS.split()}
 _FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items() if len(spelling) > 1}
-_BEHIND = re.compile(r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}))\s*")
+_BEHIND = re.compile(r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}|m|°))\s*")
+_TRAVEL = re.compile(
+    r"travel|stroke|\bweg|hub|posi[tcz]|displac|course|carrera|transduc|angle|winkel|[aá]ngulo"
+    r"|motion|corsa|curso|recorrido|desplaz|verplaats|\bход|перемещ|положен|行程|位移|^trv?\W*\d",
+    re.I,
+)
 _LONGEST = 200  # signs of a name
 # Behind a name they rather are a phase, a pole or a direction.
 _NAMES = {"A", "V", "W", "N", "h", "g", "in", "inc"}
@@ -118,7 +128,7 @@ def place_of(
 
 def listed(row: Sequence[str]) -> str:
     """Return what a message shows of a row of names."""
-    return ", ".join(repr(cell.strip()[:40]) for cell in row[:20])
+    return ", ".join(repr(cell.strip()[:40]) for cell in filter(str.strip, row[:40]))
 
 
 class StatedUnit(NamedTuple):
@@ -156,7 +166,7 @@ def unit_of(text: str) -> str | None:
     """Return the unit that a text states, as the settings call it, or None if it is not known.
 
     >>> [unit_of(text) for text in ("[msec]", "Grad", "°", "(INCH)", "kA")]
-    ['ms', None, 'deg', 'inch', 'kA']
+    ['ms', 'deg', 'deg', 'inch', 'kA']
     """
     bare = text.strip().strip("[](){}<>").strip().removesuffix(".")
     return _KNOWN.get(bare) or _FOLDED.get(bare.casefold())
@@ -165,10 +175,16 @@ def unit_of(text: str) -> str | None:
 def split_unit(name: str) -> tuple[str, str | None]:
     """Return the name of a column without its unit, and the unit; None where it has none.
 
-    >>> [split_unit(name) for name in ("Travel [mm]", "t/ms", "Travel (A)")]
-    [('Travel', 'mm'), ('t', 'ms'), ('Travel (A)', None)]
+    >>> [split_unit(name) for name in ("Travel [mm]", "t/ms", "Travel (A)", "Travel A(in)")]
+    [('Travel', 'mm'), ('t', 'ms'), ('Travel (A)', None), ('Travel A', 'inch')]
     """
     found = _BEHIND.fullmatch(name) if len(name) <= _LONGEST else None
     behind = next(filter(None, found.groups()[1:]), "") if found else ""
-    unit = None if behind.strip() in _NAMES else unit_of(behind)
+    inches = found and "in" in found.groups()[1:3] and is_travel_name(found[1])
+    unit = None if behind.strip() in _NAMES and not inches else unit_of(behind)
     return (found[1], unit) if unit else (name, None)
+
+
+def is_travel_name(name: str) -> bool:
+    """Say whether the name of a column is that of a travel, in the usual languages."""
+    return _TRAVEL.search(name) is not None

@@ -22,7 +22,7 @@ __all__ = ["Preamble", "preamble_of"]
 _NAN = math.nan
 _SHORTEST = 20.0  # ms, of a record whose length has no unit
 _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at
-_AGREE = 0.02  # share by which a length may differ from that of the samples: a trigger, a last one
+_AGREE = 0.01  # share by which a length may differ from that of the samples: a trigger, a last one
 _NAMES = {
     "station": r"\b(?:sub)?station\b|umspannwerk|schaltanlage|\bposte\b"
     r"|subesta[cç]|stazione|подстанц|\bs/s\b|变电站",
@@ -56,7 +56,7 @@ _UNIT = re.compile(
     r"(?:travel|stroke|hub|weg|displacement)\W*(?:unit|einheit)|unit of (?:travel|stroke)"
 )
 _KIND = re.compile(
-    r"^(?:kind of |type of |test |cb )?(?:operation|operating sequence|sequence|duty"
+    r"^(?:kind of |type of |test |cb )?(?:operation|plan|operating sequence|sequence|duty"
     r"|schaltfolge|man\w{1,2}uvre|schaltung|operaci[oó]n|maniobra|manovra|операция|操作)"
     r"(?: (?:type|mode|sequence|kind))?$"
     r"|^(?:test|operation) (?:type|mode|sequence)$"

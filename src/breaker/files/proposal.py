@@ -15,7 +15,7 @@ from typing import NamedTuple
 from breaker.files.described import Description, Part, descriptions
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
-from breaker.files.manifest import ABOUT
+from breaker.files.manifest import ABOUT, FILL_IN
 from breaker.files.motions import motions_in
 from breaker.files.naming import Moment, moments, natural, numbers_in
 from breaker.mechanism import MOTIONS
@@ -222,9 +222,10 @@ def _numbers(rows: Sequence[_Row]) -> tuple[list[int], str]:
 def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
     """The table; with rates and ratios where files differ in them, and columns beside travels."""
     files = [row.file.seen for _, row in rows]
-    rates = {seen.preamble.rate for seen in files if seen.preamble.rate > 0}
+    rates = {_rate(seen) for seen in files if not seen.timed} - {""}
     ratios = {part.ratio for seen in files for part in seen.parts if part.ratio > 0}
-    own = [name for name, found in (("rate", rates), ("ratio", ratios)) if len(found) > 1]
+    own = ["rate"] if len(rates) > 1 or FILL_IN in rates else []
+    own += ["ratio"] if len(ratios) > 1 else []
     beside = {key for seen in files for part in seen.parts for key in part.beside}
     own += sorted(beside)
     text = StringIO()
@@ -235,7 +236,7 @@ def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
     ):
         file = row.file
         known = {"file": file.path, "motion": row.motion, "operation": number}
-        known |= {"breaker": file.breaker, "date": file.day, "rate": _cell(file.seen.preamble.rate)}
+        known |= {"breaker": file.breaker, "date": file.day, "rate": _rate(file.seen)}
         parts = [{"channel": channel, "phase": channel} for channel in channels] or [
             {"channel": part.channel, "phase": part.phase, "from": _cell(part.begin)}
             | {"to": _cell(part.end), "ratio": _cell(part.ratio), **part.beside}
@@ -244,6 +245,11 @@ def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
         for part in parts or [{}]:
             table.writerow(known | part)
     return text.getvalue()
+
+
+def _rate(seen: Description) -> str:
+    """The rate of a file, as a cell: what it does not tell must not be that of the settings."""
+    return FILL_IN if seen.lacks_rate else _cell(math.nan if seen.rate is None else seen.rate)
 
 
 def _cell(value: float) -> str:

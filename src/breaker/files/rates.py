@@ -36,6 +36,7 @@ _OTHER = re.compile(
     r"filter|bandw|cut.?off|grenz|low.?pass|tiefpass|滤波|rated"
     r"|number|count|anzahl|no\b|baud|refresh|travel (?:res|speed)|veloc"
 )
+_NO_UNIT, _OF_WHAT = "has no unit", "does not say that it is of the samples"
 
 
 class StatedRate(NamedTuple):
@@ -67,9 +68,9 @@ def rate_of(pairs: Iterable[Pair], decimal: str = ".") -> StatedRate:
     sure, unsure = {}, {}
     for pair in pairs:
         text = f"{pair.name}{f' ({pair.unit})' if pair.unit else ''}: {' '.join(pair.values[:2])}"
-        for rate, certain in _rates(pair, decimal):
-            found = sure if certain else unsure
-            found.setdefault(float(f"{rate:.9g}"), (text, pair.number(decimal)[1]))
+        for rate, doubt in _rates(pair, decimal):
+            found = unsure if doubt else sure
+            found.setdefault(float(f"{rate:.9g}"), (text, doubt))
     if len(sure) == 1:
         ((rate, (text, _)),) = sure.items()
         return StatedRate(rate, text=text)
@@ -79,9 +80,8 @@ def rate_of(pairs: Iterable[Pair], decimal: str = ".") -> StatedRate:
         )
         return StatedRate(doubt=f"several rates are stated: {several}")
     if unsure:
-        rate, (text, unit) = next(iter(unsure.items()))
-        why = "does not say that it is of the samples" if unit else "has no unit"
-        return StatedRate(doubt=f"{text!r} {why}", likely=rate, text=text)
+        rate, (text, doubt) = next(iter(unsure.items()))
+        return StatedRate(doubt=f"{text!r} {doubt}", likely=rate, text=text)
     return StatedRate()
 
 
@@ -92,33 +92,36 @@ def _per_ms(unit: str) -> float:
     return 1.0 if found["ms"] or found[0] == "k" or found[0].startswith("kc") else _SIZES[found[1]]
 
 
-def _rates(pair: Pair, decimal: str) -> list[tuple[float, bool]]:
-    """Rates of a recorder, kHz, that a pair states, and whether each is sure."""
+def _rates(pair: Pair, decimal: str) -> list[tuple[float, str]]:
+    """Rates of a recorder, kHz, that a pair states, and what is doubtful about each."""
     name = pair.name.lower()
     number, unit = pair.number(decimal)
     if not number > 0:
         return []
     step, named = _STEP.search(name), _RATE.search(name)
     if named and (per := _PER.search(f"{name} {unit.lower()}")):
-        return _fit([number / TO_MS[per[1]]], sure=True)
+        return _fit([number / TO_MS[per[1]]])
     if _OTHER.search(name):
         return []
     each = _EACH.fullmatch(unit.lower())
     if (ms := TO_MS.get(unit_of(each[1] if each else unit))) is not None:
-        return _fit([1.0 / (number * ms)], sure=True) if step or each else []
+        return _fit([1.0 / (number * ms)]) if step or each else []
     if (per_ms := _per_ms(unit)) > 0:
         sure = named or _FREQUENCY.search(name) or not re.search("hz|hertz|гц|k$", unit.lower())
-        return _fit([number * per_ms], sure=bool(sure))
+        if found := _fit([number * per_ms], "" if sure else _OF_WHAT):
+            return found
+        both = f"is {in_digits(number * per_ms, 6)} kHz, which no recorder has, "
+        both += f"or {in_digits(1e-3 * number, 6)} kHz, if it is samples a second"
+        return _fit([1e-3 * number], both) if named and per_ms >= 1.0 else []
     if unit:
         return []
     if step and (named or "dt" in name):
-        return _fit([1.0 / (number * ms) for ms in TO_MS.values()], sure=False)
+        return _fit([1.0 / (number * ms) for ms in TO_MS.values()], _NO_UNIT)
     if not (named and _TEMPO.search(name)):
         return []
     # Thousands without a unit are Hz: no recorder takes as many in a ms.
-    in_hz = _fit([1e-3 * number], sure=True)
-    return in_hz or _fit([number], sure=False)
+    return _fit([1e-3 * number]) or _fit([number], _NO_UNIT)
 
 
-def _fit(rates: Iterable[float], *, sure: bool) -> list[tuple[float, bool]]:
-    return [(rate, sure) for rate in rates if RATES[0] <= rate <= RATES[1]]
+def _fit(rates: Iterable[float], doubt: str = "") -> list[tuple[float, str]]:
+    return [(rate, doubt) for rate in rates if RATES[0] <= rate <= RATES[1]]

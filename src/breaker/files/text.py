@@ -14,6 +14,7 @@ __all__ = ["cells_of", "read_text"]
 _BLOCK = 2**20  # characters that are split into cells at a time
 _LONGEST_LINE = 100_000  # characters
 # The blank before a unit in brackets that follows a name, where blanks separate.
+_COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is no cell of a line of names
 _BEFORE_UNIT = re.compile(r"(?<=[^\s\])])\s+(?=[\[(])")
 
 
@@ -75,8 +76,9 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     (['1,5', '2'], ['Travel(mm)', 'Time'])
     """
     line = line.strip() if delimiter == " " else line.rstrip("\n")
-    if delimiter == " " and ("(" in line or "[" in line):
-        line = _BEFORE_UNIT.sub("", line)
+    if delimiter == " ":
+        line = _COMMENT.sub(r"\1", line)
+        line = _BEFORE_UNIT.sub("", line) if "(" in line or "[" in line else line
     cells = line.split(None if delimiter == " " else delimiter)
     if '"' in line and line.count('"') % 2 == 0:
         reader = csv.reader([line], delimiter=delimiter, skipinitialspace=True)

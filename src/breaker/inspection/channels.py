@@ -6,22 +6,21 @@ Guessing, to propose settings: see ``layouts``.
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from breaker.files import TO_MM
+from breaker.files import TO_MM, is_travel_name
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
+from breaker.mechanism import in_digits
 from breaker.records import Course
 
-__all__ = ["Travel", "find_travels", "unused_among"]
+__all__ = ["InspectionError", "Travel", "chosen_travels", "find_travels"]
 
 _OTHER_NAMES = re.compile(
     r"(?i)curr|strom|courant|corrient|coil|spule|bobin|speed|veloc|geschw|vitesse|accel|vibrat"
     r"|resist|widerst|\bres\b|ohm|dcrm|press|druck|temp|aux|contact|kontakt|status|digital|trigger|\bI\d|\bI_?L\d|电流|速度|電流"
-)
-_TRAVEL_NAMES = re.compile(
-    r"(?i)travel|stroke|\bweg|hub|posit|displac|course|carrera|transduc|angle|winkel|motion|corsa|\bход|перемещ|行程|位移"
 )
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 
@@ -32,10 +31,15 @@ _LATER = ((0.12, 0.21), (0.4, 0.49))
 _GENTLE = 1.2  # times
 _FASTEST = 100  # kHz, of recorders
 _UNUSED = 0.25  # of the largest stroke: poles of a breaker are alike, cross-talk is smaller
+_LONGEST = 400.0  # mm, a stroke
 _FEWEST = 40  # samples
 _LEAST = 0.2  # of the range of a record, between two rests
 _MOST = 6  # motions in a record; more are an oscillation
 _BEGUN, _ARRIVED = 0.02, 0.05  # of the way
+
+
+class InspectionError(ValueError):
+    """A file for which no settings can be proposed; the message has the reason."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,10 @@ class Travel:
         before, after = self.rests[k]
         return (self.course.smooth - before) / (after - before)
 
+    def goes_over(self, k: int) -> float:
+        """Share of the way by which a motion goes beyond its rest."""
+        return float(self.done(k)[self.course.middles[k] : self.part(k)[1]].max() - 1.0)
+
     def begins(self, k: int) -> int:
         """Sample at which a motion has begun."""
         first, middle = self.part(k)[0], self.course.middles[k]
@@ -108,7 +116,7 @@ def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
         unit, name = layout.units[place], layout.names[place]
         if place == clock.place or (unit and unit not in _TRAVEL_UNITS):
             continue
-        says = unit in TO_MM or unit in ("deg", "rad") or _TRAVEL_NAMES.search(name) is not None
+        says = unit in TO_MM or unit in ("deg", "rad") or is_travel_name(name)
         if _OTHER_NAMES.search(name) and not says:
             continue
         reading = np.where(np.isfinite(values), values, np.nan)
@@ -118,15 +126,66 @@ def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
     return named or shaped
 
 
-def unused_among(travels: Sequence[Travel]) -> list[Travel]:
-    """Return the columns whose way is that of cross-talk beside the others of the same unit."""
+def chosen_travels(
+    file: Path, layout: Layout, clock: Clock, channel: str
+) -> tuple[list[Travel], list[Travel], list[str]]:
+    """Return the columns of travel, those of them that are asked for, and what is left out."""
+    if clock.place is not None:
+        time = layout.columns[clock.place]
+        time = time[np.isfinite(time)]
+        steps = np.diff(time)
+        anew = (steps < 0) & (np.abs(time[1:] - time[0]) <= 2 * np.median(steps))
+        if anew.any():
+            raise InspectionError(
+                f"{file}: its time begins anew after {anew.argmax() + 1} samples, so channels or "
+                "records stand one below the other; export a column for each channel, and a file "
+                "for each record"
+            )
+    travels = find_travels(layout, clock)
+    if not travels:
+        raise InspectionError(
+            f"{file}: none of {len(layout.columns)} columns moves between two rests as a drive "
+            "does; did the breaker move, and is the record longer than the motion?"
+        )
+    unused = _unused_among(travels)
+    used = [each for each in travels if each not in unused]
+    if channel:
+        for each in travels:
+            column = layout.column(each.place)
+            if channel in (layout.names[each.place], str(column), str(each.place + 1)):
+                return used if each in used else [each], [each], []
+        listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
+        raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
+    names = ", ".join(repr(layout.column(each.place)) for each in unused)
+    ways = (max((each.strokes.max() for each in of), default=0.0) for of in (unused, used))
+    least, most = (in_digits(float(way), 4) for way in ways)
+    said = f"{names} moved by up to {least} beside {most}: not used, as by cross-talk or of another"
+    said += " quantity; if one is a travel, choose it by --channel"
+    return used, used, [said] if unused else []
+
+
+def _unused_among(travels: Sequence[Travel]) -> list[Travel]:
+    """Return the columns that are of another quantity than the others, or whose way is that of
+    cross-talk beside them.
+    """
+    unused = [each for each in travels if _is_other(each)]
+    unused = unused if len(unused) < len(travels) else []
     ways = [
         (each.unit in TO_MM, float(np.median(each.strokes)) * TO_MM.get(each.unit, 1.0))
         for each in travels
     ]
-    most = {kind: max(way for other, way in ways if other == kind) for kind, _ in ways}
-    pairs = zip(travels, ways, strict=True)
-    return [each for each, (kind, way) in pairs if way < _UNUSED * most[kind]]
+    for each, (kind, way) in zip(travels, ways, strict=True):
+        pairs = zip(travels, ways, strict=True)
+        others = [w for t, (k, w) in pairs if k == kind and t not in unused]
+        if others and way < _UNUSED * max(others):
+            unused.append(each)
+    return unused
+
+
+def _is_other(travel: Travel) -> bool:
+    """Whether readings without a unit are neither whole counts nor of a stroke in mm."""
+    whole = not np.nan_to_num(travel.course.reading % 1.0).any()
+    return travel.unit is None and not whole and bool(np.median(travel.strokes) > _LONGEST)
 
 
 def _moves_between_rests(travel: Travel) -> bool:

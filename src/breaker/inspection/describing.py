@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.files import TO_MM, Description, Part, Preamble, RejectedCurveError
-from breaker.inspection.channels import Travel
+from breaker.inspection.channels import InspectionError, Travel, chosen_travels
 from breaker.inspection.contents import look_into
 from breaker.inspection.guesses import guess_direction
 from breaker.inspection.layouts import Layout, LayoutError
 from breaker.inspection.printed_results import phase_of
-from breaker.inspection.proposals import InspectionError, chosen_travels, motions_of
+from breaker.inspection.proposals import motions_of
 from breaker.inspection.timing import Clock, find_clock
 from breaker.inspection.wiring import Beside, columns_beside
 
@@ -64,19 +64,20 @@ def describe_file(file: str | Path) -> Description:
     Motions are looked for where the text names the breaker or its bay, as an analyser does. Of a
     file that cannot be read nothing is seen.
     """
-    stated = Preamble()
+    seen = Description()
     with suppress(LayoutError, RejectedCurveError, InspectionError):
-        stated = (layout := look_into(file)).stated
-        if stated.serial or stated.bay:
-            return Description(stated, tuple(_parts(Path(file), layout)))
-    return Description(stated)
+        clock = find_clock(layout := look_into(file))
+        seen = Description(layout.stated, (), clock.rate, clock.place is not None)
+        if seen.preamble.serial or seen.preamble.bay:
+            return seen._replace(parts=tuple(_parts(Path(file), layout)))
+    return seen
 
 
 def _travels(
     file: Path, layout: Layout, clock: Clock
 ) -> tuple[list[Travel], int, list[dict[str, Beside]]]:
     """Columns of travel, the sign of their reading, and what goes with each by motion."""
-    travels, _ = chosen_travels(file, layout, clock, "")
+    _, travels, _ = chosen_travels(file, layout, clock, "")
     sign = guess_direction(file, layout, travels).settings["sign"]
     return travels, sign, columns_beside(layout, travels, sign)
 

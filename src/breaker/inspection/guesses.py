@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.files import TO_MM, motions_in, unit_of
+from breaker.files import TO_MM, motion_of, motions_in, unit_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
+from breaker.inspection.wiring import coils_before
 from breaker.mechanism import in_digits
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
 _MARGIN = 0.1  # share of the strokes seen that is allowed beyond them, so that a false gain shows
 _AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0
 _NEAR_ZERO = 0.25  # strokes, within which the rest nearer to 0 is taken for the open one
+_OVER = 1.5  # ratio of over-travels, from which motions differ
 _ALIKE = 1.15  # ratio of strokes, from which motions differ
 _PRIOR = (5.0, 40.0)  # mm, strokes for which the default prior may do
 _WHOLE = 1e-6  # samples
@@ -55,7 +57,8 @@ def guess_time(layout: Layout, clock: Clock) -> Guess:
         return Guess(settings, remarks=clock.remarks)
     if np.isfinite(clock.rate):
         return Guess({"time_column": None, "rate": clock.rate}, remarks=clock.remarks)
-    lacking = {"rate": "kHz, samples in a ms"}
+    doubt = layout.stated.rate_doubt
+    lacking = {"rate": "kHz, samples in a ms" + (f"; {doubt}" if doubt else "")}
     remarks = clock.remarks or ("there is no column of the time, and no rate is stated",)
     return Guess({"time_column": None, "rate": None}, lacking, remarks)
 
@@ -69,8 +72,6 @@ def guess_unit(layout: Layout, travels: Sequence[Travel]) -> Guess:
         remarks.append(f"the column of travel is in {unit}, but the text above states {said}")
     if (unit := unit or said) is None:
         unit, why = _unit_by_size(layout.columns[travels[0].place], stroke)
-        if layout.names[travels[0].place].endswith("(in)"):  # rather a direction elsewhere
-            unit, why = "inch", "(in) behind the name of a travel is taken for it"
         remarks.append(f"the unit of the travel is not stated; {why}")
     lacking = {}
     if unit not in TO_MM:
@@ -100,7 +101,7 @@ def strokes_of(travels: Iterable[Travel]) -> np.ndarray:
 
 
 def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Guess:
-    """Guess the sign: by what text or names say of the first motion, or an open breaker at 0."""
+    """Guess the sign: by what text, names or coils say of the first motion, or by the curve."""
     travel, remarks = travels[0], []
     texts = (
         file.stem,
@@ -108,27 +109,61 @@ def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Gu
         "\n".join(" ".join(row) for row in layout.preamble),
     )
     said = _FIRST.get(layout.stated.operation[:1].lower()) or next(
-        filter(None, map(_first_in, texts)), ""
+        filter(None, [*map(_first_in, texts), _first_coil(layout, travel)]), ""
     )
-    before, after = np.abs(travel.rests[0]) / travel.strokes[0]
-    seen = None
-    if min(before, after) <= _NEAR_ZERO < max(before, after):
-        seen = "closing" if before < after else "opening"
-    first = said or seen or "closing"
-    if said and seen and said != seen:
+    signs = _signs_of_first(travel, file.stem)
+    seen = "closing" if sum(weight for weight, _ in signs) >= 0.0 else "opening"
+    first = said or seen
+    fors = [why for weight, why in signs if (weight > 0.0) == (first == "closing")]
+    against = " and ".join(why for _, why in signs if why not in fors)
+    if said and against and seen != said:
         remarks.append(
-            f"by its text or names the file begins with {said}, but the reading is nearer to 0 "
-            f"{'before' if seen == 'closing' else 'after'} the motion than at its other end"
+            f"by its text, names or coils the file begins with {said}, but {against}: if it is "
+            "wrong, change endurance.format.sign"
         )
-    if not said and not seen:
+    elif not said:
+        why = " and ".join(fors) or "nothing tells"
+        but = f", although {against}" if against else ""
         remarks.append(
-            "neither a name nor a rest at 0 tells whether the file begins with closing or opening; "
-            "closing is a guess: if it is wrong, change endurance.format.sign"
+            f"the sign is a guess: the file begins with {first}, as {why}{but}; no text says it: "
+            "if it is wrong, change endurance.format.sign"
         )
     if len({bool(each.rises[0]) for each in travels}) > 1:
         remarks.append("the columns of travel move in different directions: choose by --channel")
     sign = 1 if (first == "closing") == travel.rises[0] else -1
     return Guess({"sign": sign}, remarks=tuple(remarks))
+
+
+def _first_coil(layout: Layout, travel: Travel) -> str:
+    """The motion of the coil that is energised before the first one, by its name."""
+    at = {i: sample for i, sample in coils_before(layout, travel, 0).items() if sample >= 0}
+    said = {motion_of(layout.names[i]) for i in at} - {""}
+    return said.pop() if len(said) == 1 else ""
+
+
+def _signs_of_first(travel: Travel, stem: str) -> list[tuple[float, str]]:
+    """What speaks for a closing as the first motion, by its weight, below 0 for an opening, and
+    why: makers mostly have the open breaker at 0, but not all.
+    """
+    found, (before, after) = [], np.abs(travel.rests[0]) / travel.strokes[0]
+    if min(before, after) <= _NEAR_ZERO < max(before, after):
+        where = "before" if before < after else "after"
+        weight = 1.5 if before < after else -1.5
+        found.append((weight, f"the reading is nearer to 0 {where} the first motion"))
+    if len(letters := set(re.findall(r"(?<![A-Za-z])[CO](?![A-Za-z])", stem))) == 1:
+        (letter,) = letters
+        found.append((2.0 if letter == "C" else -2.0, f"the file's name has {letter!r}"))
+    own = travel.rises == travel.rises[0]
+    if not own.all():
+        weight, usual = (1.0, "C-O") if own.size == 2 else (-1.4, "O-C-O")
+        found.append((weight, f"{own.size} motions mostly are {usual}"))
+        overs = np.array([travel.goes_over(k) for k in range(own.size)])
+        first, other = (float(np.median(overs[each])) for each in (own, ~own))
+        if max(first, other) > _OVER * min(first, other):
+            # The contact springs stop a closing beyond its rest, a damper the opening before.
+            weight, than = (2.0, "farther") if first > other else (-2.0, "less far")
+            found.append((weight, f"it goes {than} beyond its rest than the next one"))
+    return found
 
 
 def _first_in(text: str) -> str:
@@ -144,26 +179,19 @@ def of_default_size(strokes: np.ndarray) -> bool:
     return bool(_PRIOR[0] <= np.median(strokes) <= _PRIOR[1])
 
 
-def guess_rest(travels: Sequence[Travel], mm: float, sign: int, *, known: bool) -> Guess:
+def guess_rest(travels: Sequence[Travel], mm: float, sign: int) -> Guess:
     """Guess zero and stroke, from where the breaker rests.
 
     Args:
         travels: Columns of travel.
         mm: Size of one unit of the reading.
         sign: 1 if the reading grows towards closed, -1 if it falls.
-        known: Whether ``mm`` is, rather than stands in for what is not.
     """
     remarks, strokes = [], mm * strokes_of(travels)
     low, high = float(strokes.min()), float(strokes.max())
     if high > _ALIKE * low:
         remarks.append(
             f"the strokes of the motions differ: {in_digits(low, 4)} to {in_digits(high, 4)} mm"
-        )
-    if known and not of_default_size(strokes):
-        remarks.append(
-            f"a stroke of {in_digits(np.median(strokes), 4)} mm is that of another size of breaker "
-            "than those of the default prior: breaker infer takes any size, the workflow needs a "
-            "prior and size of its own, which breaker fit-prior proposes"
         )
     opens = mm * np.array([(sign * travel.rests).min() for travel in travels])
     settings = {

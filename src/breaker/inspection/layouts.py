@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -106,7 +106,7 @@ def layout_of_lines(
     some = (cells_of(line, delimiter) for line in samples[::every])
     cells = dict(enumerate(zip_longest(*some, fillvalue="")))
     named, units_at = _head(above, width)
-    names = [] if named is None else above[named]
+    names = [] if named is None else [above[named][0].lstrip("#%! "), *above[named][1:]]
     units = [split_unit(name)[1] for name in names]
     if units_at is not None:
         units = list(map(unit_of, above[units_at]))
@@ -208,6 +208,9 @@ def _head(above: Sequence[Sequence[str]], width: int) -> tuple[int | None, int |
     candidates = filled[:-1] if units is not None else filled
     if candidates and _are_names(above[candidates[-1]], width):
         return candidates[-1], units
+    for names, below in pairwise(filled) if units is None else ():  # other text is in between
+        if _are_names(above[names], width) and _are_units(above[below]):
+            return names, below
     return units, None  # a line of short names, such as "t;s", may look like one of units
 
 

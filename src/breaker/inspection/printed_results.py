@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from breaker.files import TO_MM, Preamble, Printed, channel_of, motion_of, phase_in, unit_of
+from breaker.files import TO_MM, TO_MS, Preamble, Printed, channel_of, motion_of, phase_in, unit_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.mechanism import SPEEDS, Point, Speed, in_digits
@@ -37,6 +37,13 @@ _MEASURED = {
     ("over_travel", "opening"): "rebound",
     ("speed", "closing"): "closing_speed",
     ("speed", "opening"): "opening_speed",
+    ("closing_time", "closing"): "closing_time",
+    ("opening_time", "opening"): "opening_time",
+}
+_NOT_MEASURED = {
+    "rebound": "makers mean different things by it",
+    "maximum_travel": "not measured here: see the stroke and the over-travel",
+    "travel_time": "makers count it between different points",
 }
 
 
@@ -123,9 +130,11 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
         own = [
             m for m in motions if m.column == column and m.motion == (printed.motion or m.motion)
         ]
+        if not printed.value:
+            continue  # a zero stands for what the analyser has not seen
         if not own:
-            if printed.value:
-                found.append(Compared("", printed.motion, printed))
+            why = "no motion of it is read" if motions else "a setting is to be filled in"
+            found.append(Compared("", printed.motion, printed, reason=why))
             continue
         motion = own[0]
         if id(motion) not in measured:
@@ -133,7 +142,10 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
             used = (speed,) if speed else SPEEDS
             measured[id(motion)] = motion.record.measured(used) if motion.record else {}
         name = measured_name(printed, motion.motion)
-        value, _, reason = measured[id(motion)].get(name, (math.nan, 0.0, ""))
+        why = _NOT_MEASURED.get(printed.quantity, "not measured here")
+        value, _, reason = measured[id(motion)].get(name, (math.nan, 0.0, why))
+        if motion.record is None:
+            reason = "the motion is not read"
         if printed.quantity == "speed" and motion.motion not in speeds:
             value, reason = math.nan, "between which points is not stated"
         size = _size(printed)
@@ -142,7 +154,9 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
 
 
 def _size(printed: Printed) -> float:
-    """Size of the unit of a result, mm or mm/ms; NaN where it is another."""
+    """Size of the unit of a result, mm, ms or mm/ms; NaN where it is another."""
+    if printed.quantity.endswith("_time"):
+        return TO_MS.get(unit_of(printed.unit or "ms") or "", math.nan)
     if printed.quantity == "speed":
         return _TO_MM_PER_MS.get(printed.unit.lower() or "m/s", math.nan)
     return TO_MM.get(unit_of(printed.unit or "mm") or "", math.nan)

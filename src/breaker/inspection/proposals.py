@@ -4,15 +4,16 @@ A proposal holds only what differs from the defaults. What a file does not tell,
 degree, is left to fill in; to try all else, a number stands in for it, and is not proposed.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from breaker.files import FORMAT, TO_MS, Operation, RejectedCurveError, complete
-from breaker.inspection.channels import Travel, find_travels, unused_among
+from breaker.inspection.channels import Travel, chosen_travels
 from breaker.inspection.contents import look_into
 from breaker.inspection.guesses import (
     Guess,
@@ -27,16 +28,13 @@ from breaker.inspection.guesses import (
 from breaker.inspection.layouts import Layout
 from breaker.inspection.printed_results import Compared, compare_printed, phase_of
 from breaker.inspection.timing import Clock, find_clock
-from breaker.inspection.wiring import columns_beside
-from breaker.mechanism import in_digits
+from breaker.inspection.wiring import Beside, columns_beside
 from breaker.records import Grid, Record, Scale, noise_remarks, read_record
 
 __all__ = [
     "NOT_READ",
     "InspectedMotion",
-    "InspectionError",
     "Proposal",
-    "chosen_travels",
     "inspect_file",
     "motions_of",
 ]
@@ -48,10 +46,6 @@ _NOISE = 1.25  # times the noise of the settings, from which another is proposed
 # Cells that are read, of a record once per motion, and those that a line counts for beside its own.
 _MOST, _LINE = 26_000_000, 17
 _STROKE = 15.0  # mm, that stands in for what is not known
-
-
-class InspectionError(ValueError):
-    """A file for which no settings can be proposed; the message has the reason."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +60,7 @@ class InspectedMotion:
         record: The record; None if it was rejected or not read.
         said: Why it was, or what is doubtful about it; empty if nothing is.
         phase: Of the column; empty where nothing says it.
+        beside: Contact and coil that go with it.
     """
 
     column: str | int
@@ -76,6 +71,7 @@ class InspectedMotion:
     record: Record | None = None
     said: tuple[str, ...] = ()
     phase: str = ""
+    beside: Beside = field(default_factory=Beside)
 
 
 @dataclass(frozen=True)
@@ -127,7 +123,7 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     """
     file = Path(file)
     clock = find_clock(layout := look_into(file))
-    travels, unused = chosen_travels(file, layout, clock, channel)
+    every, travels, unused = chosen_travels(file, layout, clock, channel)
     direction = guess_direction(file, layout, travels)
     guesses = [guess_time(layout, clock), guess_unit(layout, travels), direction]
     settings, lacking = {**FORMAT, **layout.settings}, {}
@@ -138,73 +134,33 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     tried = settings | {key: instead[key] for key in lacking}
     mm = abs(Scale.from_settings(tried).factor)
     sign = settings["sign"]
-    rest = guess_rest(travels, mm, sign, known="ratio" not in lacking)
-    found = [
-        replace(each, phase=phase_of(layout, travel.place, order))
-        for order, travel in enumerate(travels, start=1)
-        for each in motions_of(travel, file, layout, clock, sign)
-    ]
-    beside = _beside(layout, travels, sign, found[0].motion)
+    rest = guess_rest(travels, mm, sign)
+    seen = {travel.place: motions_of(travel, file, layout, clock, sign) for travel in travels}
+    found = _described(seen, layout, every, sign)
     grid = _grid(found, travels, clock.likely_rate, sensor)
-    guesses += [rest, beside, grid]
-    settings, tried = (each | rest.settings | beside.settings for each in (settings, tried))
+    settings, tried = (each | rest.settings for each in (settings, tried))
     changed = {**grid.settings}
     motions = _read(found, layout, tried, sensor | changed)
+    settings |= _common(found) | _best_column(motions)
     if "ratio" in lacking:
         settings["stroke"] = FORMAT["stroke"]
     else:
         changed |= _noise(motions, sensor)
-    motions = [_judged(each, sensor | changed) for each in motions]
+    # Of another size of drive, `breaker fit-prior` proposes the sensor along with the prior.
+    sized = "ratio" not in lacking and of_default_size(mm * strokes_of(travels))
+    motions = [_judged(each, (sensor | changed) if sized else {}) for each in motions]
+    guesses += [rest, grid] if sized else [rest]
     return Proposal(
         file=file,
         layout=layout,
         clock=clock,
         travels=travels,
         settings={key: value for key, value in settings.items() if value != FORMAT[key]},
-        # Of another size of drive, `breaker fit-prior` proposes the sensor along with the prior.
-        sensor=changed if of_default_size(mm * strokes_of(travels)) else {},
+        sensor=changed if sized else {},
         lacking=lacking,
         motions=motions,
         remarks=[*unused, *(remark for guess in guesses for remark in guess.remarks)],
     )
-
-
-def chosen_travels(
-    file: Path, layout: Layout, clock: Clock, channel: str
-) -> tuple[list[Travel], list[str]]:
-    """Return the columns of travel, or the one that is asked for, and what is left out of them."""
-    if clock.place is not None:
-        time = layout.columns[clock.place]
-        time = time[np.isfinite(time)]
-        steps = np.diff(time)
-        anew = (steps < 0) & (np.abs(time[1:] - time[0]) <= 2 * np.median(steps))
-        if anew.any():
-            raise InspectionError(
-                f"{file}: its time begins anew after {anew.argmax() + 1} samples, so channels or "
-                "records stand one below the other; export a column for each channel, and a file "
-                "for each record"
-            )
-    travels = find_travels(layout, clock)
-    if not travels:
-        raise InspectionError(
-            f"{file}: none of {len(layout.columns)} columns moves between two rests as a drive "
-            "does; did the breaker move, and is the record longer than the motion?"
-        )
-    if not channel:
-        unused = unused_among(travels)
-        names = ", ".join(repr(layout.column(travel.place)) for travel in unused)
-        least = max((travel.strokes.max() for travel in unused), default=0.0)
-        most = in_digits(strokes_of(travels).max(), 4)
-        way = f"{names} moved by at most {in_digits(least, 3)} beside {most}"
-        said = f"{way}: not used, as by cross-talk; if one is a travel, choose it by --channel"
-        used = [each for each in travels if each.place not in {of.place for of in unused}]
-        return used, [said] if unused else []
-    for travel in travels:
-        place = travel.place
-        if channel in (layout.names[place], str(layout.column(place)), str(place + 1)):
-            return [travel], []
-    listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
-    raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
 
 
 def motions_of(
@@ -227,6 +183,21 @@ def motions_of(
     return found
 
 
+def _described(
+    motions: Mapping[int, Sequence[InspectedMotion]],
+    layout: Layout,
+    every: Sequence[Travel],
+    sign: int,
+) -> list[InspectedMotion]:
+    """Motions by place of their column, with their phase and what goes with them of all."""
+    besides = columns_beside(layout, every, sign)
+    return [
+        replace(each, phase=phase_of(layout, travel.place, order), beside=beside[each.motion])
+        for order, (travel, beside) in enumerate(zip(every, besides, strict=True), start=1)
+        for each in motions.get(travel.place, ())
+    ]
+
+
 def _grid(
     motions: Sequence[InspectedMotion], travels: Sequence[Travel], rate: float, sensor: Mapping
 ) -> Guess:
@@ -236,24 +207,20 @@ def _grid(
     return guess_grid(longest, room / rate, rate, sensor)
 
 
-def _beside(layout: Layout, travels: Sequence[Travel], sign: int, motion: str) -> Guess:
-    """The contact and the coil of the one column of travel; of several, what goes with each."""
-    every = [each[motion] for each in columns_beside(layout, travels, sign)]
-    remarks = []
-    if several := [k for k, each in enumerate(every) if each.others]:
-        taken, others = every[several[0]]
-        contact, left = taken.get("contact_column"), ", ".join(map(repr, others))
-        of = f"{motion} of {layout.column(travels[several[0]].place)!r}"
-        more = f" and {len(several) - 1} more" if several[1:] else ""
-        remarks.append(f"{of}{more}: contact {contact!r} is taken, not {left}")
-    if len(every) == 1:
-        return Guess(dict(every[0].settings), remarks=tuple(remarks))
-    if any(taken for taken, _ in every):
-        remarks.append(
-            "contacts and coils are proposed for one channel, by --channel; breaker report and "
-            "breaker manifest take those of each"
-        )
-    return Guess({}, remarks=tuple(remarks))
+def _common(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
+    """Contact and coil that all motions have."""
+    first, *others = (dict(each.beside.settings) for each in motions)
+    return {
+        key: value for key, value in first.items() if all(of.get(key) == value for of in others)
+    }
+
+
+def _best_column(motions: Sequence[InspectedMotion]) -> dict[str, str | int]:
+    """The column of travel of which most motions are read, the first of several; none is proposed
+    that was rejected while another one was not.
+    """
+    read = Counter(each.column for each in motions if each.record)
+    return {"travel_column": max(read, key=read.__getitem__)} if read else {}
 
 
 def _read(
@@ -268,7 +235,7 @@ def _read(
     read = []
     for each in motions[:most]:
         try:
-            own = settings | {"travel_column": each.column}
+            own = settings | {"travel_column": each.column, **each.beside.settings}
             record = read_record(each.operation, own, scale, grid, each.motion)
             read.append(replace(each, record=record))
         except RejectedCurveError as error:
@@ -287,10 +254,14 @@ def _noise(motions: Sequence[InspectedMotion], sensor: Mapping) -> dict:
 
 
 def _judged(motion: InspectedMotion, sensor: Mapping) -> InspectedMotion:
-    """A motion with what is doubtful about its record, the noise compared with the sensor's."""
+    """A motion with what is doubtful about its record, the noise compared with the sensor's, if
+    that is of such drives.
+    """
     record = motion.record
     if record is None:
         return motion
+    if not sensor:
+        return replace(motion, said=tuple(record.remarks))
     step = float(record.time[1] - record.time[0])
     noise = noise_remarks(record.noise, sensor["noise_sd"], step, _times(sensor))
     return replace(motion, said=(*record.remarks, *noise))

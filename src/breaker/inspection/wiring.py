@@ -1,31 +1,37 @@
-"""Which columns of contacts and of a coil go with a column of travel, by number or phase."""
+"""Which columns of contacts and of a coil go with a column of travel, by phase, number and time."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from breaker.files import motion_of
+from breaker.files import TO_MM, motion_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.inspection.printed_results import phase_of
 from breaker.mechanism import MOTIONS
 
-__all__ = ["Beside", "columns_beside"]
+__all__ = ["Beside", "coils_before", "columns_beside"]
 
 _CONTACT = re.compile(
-    r"(?i)contact|kontakt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir|^c(?=\d)|触头"
+    r"(?i)contact|kontakt|contatt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir|^c(?=\d)"
+    r"|触头"
 )
 _ARCING = re.compile(r"(?i)\barc|lichtbogen|abbrenn|弧")
 _BREAK = re.compile(r"(?i)\bbreak\b|chamber|kammer|interrupter")
 _RESISTANCE = re.compile(r"(?i)resistance|widerst|\bres\b|ohm")
-_COIL = re.compile(r"(?i)coil|spule|bobin|\btrip\b|solenoid|auslös|线圈")
+_COIL = re.compile(
+    r"(?i)coil|spule|bobin|\btrip\b|\btrig|solenoid|auslös|线圈|\bcurr|strom|courant|corr[ie]ent"
+    r"|电流|^i[ _-]?[co]\b|^i[ _-]?(?:clos|open|trip)|\bcmd\b|command|befehl|\b[ct]c ?\d?\b"
+)
 _INSERTED = re.compile(r"(?i)resistor|\bpir|insertion|einschaltwid")
 _OTHER = re.compile(r"(?i)\baux|\bhilfs|motor|heater|heizung")
 _PHASES = re.compile(r"(?i)(?<![a-z])(l[123]|[rybacstuvw]|red|yellow|blue)(?![a-z])")
 _FEWEST = 40  # samples
+_ON = 0.25  # of its range, from which a coil is energised
+_PULSE = (0.1, 15.0)  # least range of one that is: of the largest, and of its noise
 
 
 class Beside(NamedTuple):
@@ -41,66 +47,142 @@ class Beside(NamedTuple):
     others: tuple[str | int, ...] = ()
 
 
+class _Pole(NamedTuple):
+    """Phases and numbers of a travel, its place among the travels, from 1, and how many these are;
+    and the phases of all of them.
+    """
+
+    phases: set[str]
+    numbers: set[str]
+    order: int
+    count: int
+    known: set[str]
+
+
 def columns_beside(
     layout: Layout, travels: Sequence[Travel], sign: int = 1
 ) -> list[dict[str, Beside]]:
     """Return what goes with each travel, by motion.
 
-    A column goes with a travel of the same phase or number in its name, or where either has none; a
-    coil whose name says the motion goes with that. As IEC 62271-100 counts the times of a pole, the
-    arcing contacts go before the main ones, resistor contacts are left out, and of breaks in series
-    that counts which touches last or parts first.
+    A contact goes with a travel of the same phase or number in its name, or where either has none.
+    As IEC 62271-100 counts the times of a pole, the arcing contacts go before the main ones,
+    resistor contacts are left out, and of breaks in series that counts which touches last or parts
+    first. A coil goes with the motion that its name says, and without one with those that it is
+    energised before. Its number is that of a pole where as many coils as poles are energised; else
+    it is one of several for all poles, of which the first that is energised counts.
 
     Args:
         layout: Of the file.
-        travels: Its columns of travel.
+        travels: All of its columns of travel.
         sign: 1 if their reading grows towards closed, -1 if it falls.
     """
     own = [_marks(layout.names[each.place]) for each in travels]
     for order, (travel, (phases, _)) in enumerate(zip(travels, own, strict=True), start=1):
         phases |= {phase_of(layout, travel.place, order).casefold()} - {""}
-    known = set().union(*(phases for phases, _ in own))
+    travelling = {each.place for each in travels}
     there = [i for i in range(len(layout.names)) if _has_signal(layout, i)]
+    there = [i for i in there if i not in travelling and layout.units[i] not in TO_MM]
+    known = _known_phases(layout, own, _named(layout, there, _CONTACT))
     found = []
-    for travel, marks in zip(travels, own, strict=True):
-        fits = [i for i in there if _go_together(layout.names[i], marks, known)]
-        found.append({of: _of_motion(layout, fits, travel, of, sign) for of in MOTIONS})
+    for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
+        pole = _Pole(*marks, order, len(travels), known)
+        fits = [i for i in there if _go_together(layout.names[i], pole)]
+        contacts = _named(layout, fits, _CONTACT) or _named(layout, fits, _RESISTANCE)
+        each = {}
+        for motion in MOTIONS:
+            own_way = travel.rises == ((motion == "closing") == (sign > 0))
+            k = int(own_way.argmax())
+            counted = _counted(layout, contacts, travel, (motion, k))
+            coils = coils_before(layout, travel, k) if own_way.any() else {}
+            taken = {
+                "contact_column": counted,
+                "trigger_column": _coil(layout, coils, motion, pole),
+            }
+            settings = {key: layout.column(places[0]) for key, places in taken.items() if places}
+            others = (layout.column(i) for i in contacts if i not in counted[:1])
+            each[motion] = Beside(settings, tuple(others))
+        found.append(each)
     return found
 
 
-def _of_motion(
-    layout: Layout, fits: Sequence[int], travel: Travel, motion: str, sign: int
-) -> Beside:
-    """Contact and coil of a motion, of those columns that go with its travel."""
+def coils_before(layout: Layout, travel: Travel, k: int) -> dict[int, int]:
+    """Return the columns of coils, and the sample at which each is energised before a motion, k,
+    of a travel; -1 where it is not.
+    """
+    named = _named(layout, range(len(layout.names)), _COIL)
+    named = [i for i in named if _has_signal(layout, i)]
+    ranges = {i: float(np.nanmax(layout.columns[i]) - np.nanmin(layout.columns[i])) for i in named}
+    begin, end = travel.part(k)[0], int(travel.course.middles[k])
+    found = dict.fromkeys(named, -1)
+    for i in named:
+        values = layout.columns[i]
+        noise = 1.4826 * float(np.nanmedian(np.abs(np.diff(values, n=3)))) / np.sqrt(20.0)
+        if ranges[i] < max(_PULSE[0] * max(ranges.values()), _PULSE[1] * noise):
+            continue
+        on = np.abs(values - np.nanmedian(values)) > _ON * ranges[i]
+        edges = np.flatnonzero(on & ~np.append(False, on[:-1]))
+        edges = edges[(edges >= begin) & (edges < end)]
+        found[i] = int(edges[0]) if edges.size else -1
+    return found
 
-    def of(kind: re.Pattern) -> list[int]:
-        return [i for i in fits if kind.search(layout.names[i])]
 
-    contacts = of(_CONTACT) or of(_RESISTANCE)
+def _known_phases(
+    layout: Layout, poles: Sequence[tuple[set[str], set[str]]], contacts: Sequence[int]
+) -> set[str]:
+    """All phases of travels; where these have none, and contacts as many, each takes one of these
+    in the order of the columns.
+    """
+    if len(poles) > 1 and all(phases == poles[0][0] for phases, _ in poles):
+        for phases, _ in poles:  # a letter that all have, as in s1 and s2, is no phase
+            phases.clear()
+        named = (sorted(_marks(layout.names[i])[0]) for i in contacts)
+        each = list(dict.fromkeys(phase for phases in named for phase in phases))
+        for (phases, _), phase in zip(poles, each if len(each) == len(poles) else (), strict=False):
+            phases.add(phase)
+    return set().union(*(phases for phases, _ in poles))
+
+
+def _coil(layout: Layout, at: Mapping[int, int], motion: str, pole: _Pole) -> list[int]:
+    """The coil of a motion of a pole, of those that are energised at some samples; none or one."""
+    marks = {i: _marks(layout.names[i]) for i in at}
+    own = [i for i in at if not marks[i][0] & pole.known or marks[i][0] & pole.phases]
+    own = [i for i in own if motion_of(layout.names[i]) in ("", motion)]
+    energised = [i for i in own if at[i] >= 0]
+    energised = [i for i in energised if motion_of(layout.names[i])] or energised
+    if not energised:
+        return own if len(own) == 1 else []
+    numbers = [marks[i][1] for i in energised]
+    if len(energised) == pole.count > 1 and all(numbers):
+        wanted = pole.numbers or {str(pole.order)}
+        return [i for i, each in zip(energised, numbers, strict=True) if each & wanted][:1]
+    return [min(energised, key=at.__getitem__)]
+
+
+def _counted(
+    layout: Layout, contacts: Sequence[int], travel: Travel, motion: tuple[str, int]
+) -> list[int]:
+    """Contacts of a travel that may count in a motion, k, the one that does first."""
     counted = [i for i in contacts if not _INSERTED.search(layout.names[i])]
-    counted = [i for i in counted if _ARCING.search(layout.names[i])] or counted
+    counted = _named(layout, counted, _ARCING) or counted
     if not any(_marks(layout.names[travel.place])) and len(counted) > 1:
         # Of several numbers each may be a pole of its own.
-        counted = [i for i in counted if _BREAK.search(layout.names[i])]
+        counted = _named(layout, counted, _BREAK)
     if len(counted) > 1:
-        at = {i: _switches(layout.columns[i], travel, motion, sign) for i in counted}
+        at = {i: _switches(layout.columns[i], travel.part(motion[1])) for i in counted}
         counted = [i for i in counted if at[i] >= 0]
-        counted.sort(key=at.__getitem__, reverse=motion == "closing")
-    coils = [i for i in of(_COIL) if motion_of(layout.names[i]) in ("", motion)]
-    taken = {"contact_column": counted[:1], "trigger_column": coils if len(coils) == 1 else []}
-    settings = {key: layout.column(places[0]) for key, places in taken.items() if places}
-    others = tuple(layout.column(i) for i in contacts if i not in counted[:1])
-    return Beside(settings, others)
+        counted.sort(key=at.__getitem__, reverse=motion[0] == "closing")
+    return counted
 
 
-def _switches(values: np.ndarray, travel: Travel, motion: str, sign: int) -> int:
-    """Sample at which a contact first changes in a motion, -1 where it does not."""
-    rising = (motion == "closing") == (sign > 0)
-    parts = [travel.part(k) for k in np.flatnonzero(travel.rises == rising)]
-    begin, end = (parts or [(0, values.size)])[0]
-    high = values[begin:end] > 0.5 * (np.nanmin(values) + np.nanmax(values))
+def _switches(values: np.ndarray, part: tuple[int, int]) -> int:
+    """Sample at which a contact first changes in a part of a record, -1 where it does not."""
+    high = values[slice(*part)] > 0.5 * (np.nanmin(values) + np.nanmax(values))
     changes = np.flatnonzero(high[1:] != high[:-1])
     return int(changes[0]) if changes.size else -1
+
+
+def _named(layout: Layout, places: Iterable[int], kind: re.Pattern) -> list[int]:
+    return [i for i in places if kind.search(layout.names[i])]
 
 
 def _has_signal(layout: Layout, place: int) -> bool:
@@ -111,14 +193,14 @@ def _has_signal(layout: Layout, place: int) -> bool:
     return named and there.size >= _FEWEST and np.ptp(there) > 0.0
 
 
-def _go_together(name: str, own: tuple[set, set], known: set) -> bool:
-    """Whether a column goes with a travel of these phases and numbers, of all phases known."""
-    (phases, numbers), (own_phases, own_numbers) = _marks(name), own
-    if phases & known:
-        return bool(phases & own_phases)
-    if numbers and own_numbers:
-        return bool(numbers & own_numbers)
-    return not (phases or numbers) or not (own_phases or own_numbers)
+def _go_together(name: str, pole: _Pole) -> bool:
+    """Whether a contact goes with a pole."""
+    phases, numbers = _marks(name)
+    if phases & pole.known:
+        return bool(phases & pole.phases)
+    if numbers and pole.numbers:
+        return bool(numbers & pole.numbers)
+    return not (phases or numbers) or not (pole.phases or pole.numbers)
 
 
 def _marks(name: str) -> tuple[set[str], set[str]]:

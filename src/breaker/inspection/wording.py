@@ -51,7 +51,7 @@ def _yaml(value: object) -> str:
 def report_of(proposal: Proposal) -> str:
     """Return what was found in a file, and whether it can be read with the proposal."""
     parts = [f"{proposal.file}\n  {_text(proposal)}\n  {_time(proposal)}", *_stated(proposal)]
-    parts += [_table(proposal), *_compared(proposal)]
+    parts += [_table(proposal), *_wired(proposal), *_compared(proposal)]
     unit = {**FORMAT, **proposal.settings}["travel_unit"]
     about = stated_remarks(proposal.layout.stated, unit, proposal.compared)
     said = [*proposal.remarks, *about, *_said_of(proposal)]
@@ -151,6 +151,20 @@ def _stated(proposal: Proposal) -> list[str]:
         if value
     ]
     return ["\n".join(["  stated above the samples", *lines])] if lines else []
+
+
+def _wired(proposal: Proposal) -> list[str]:
+    """The contact and the coil of each motion, where there are any."""
+    lines = ["  contacts and coils, which breaker report and breaker manifest take for each"]
+    for each in proposal.motions:
+        settings, others = each.beside
+        contact, coil = (str(settings.get(f"{key}_column", "")) for key in ("contact", "trigger"))
+        left = f", not {', '.join(map(str, others))}" if contact and others else ""
+        if contact or coil:
+            lines.append(
+                f"  {each.column!s:<12}  {each.motion:<8}  {contact}{left}  {coil}".rstrip()
+            )
+    return ["\n".join(dict.fromkeys(lines))] if len(lines) > 1 else []
 
 
 def _compared(proposal: Proposal) -> list[str]:

@@ -103,7 +103,8 @@ def switching_of(time: np.ndarray, contact: np.ndarray, moves: float) -> tuple[f
     time, ms; nan if that is not seen.
 
     The contact keeps its state of before the first motion up to the switching, and has another one
-    in the last quarter of the time after the first motion.
+    in the last quarter of the time after the first motion. Long before it may bounce from the
+    motion before.
 
     Args:
         time: Times of the motion, ``(n,)``, ms, evenly spaced.
@@ -115,7 +116,8 @@ def switching_of(time: np.ndarray, contact: np.ndarray, moves: float) -> tuple[f
     (first, noise), (last, other) = _level(before), _level(after)
     if not abs(last - first) > _CLEAR * max(noise, other):
         return np.nan, np.nan
-    share = (contact - first) / (last - first)
+    own = time >= moves - _EARLY - _LASTS
+    time, share = time[own], (contact[own] - first) / (last - first)
     # Backwards, the channel leaves its last state where it last came to it.
     return _reaches(time, share, 0.5), _reaches(time[::-1], 1.0 - share[::-1], 0.5)
 
@@ -139,7 +141,9 @@ def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> float:
     most = np.nanmax(away) if np.isfinite(away).any() else np.nan
     if not most > 2 * _CLEAR * noise:
         return np.nan
-    low, high = (_reaches(time, away / most, level) for level in _RISES)
+    # At first the current of the motion before may end.
+    own = slice(int((away <= _RISES[0] * most).argmax()), None)
+    low, high = (_reaches(time[own], away[own] / most, level) for level in _RISES)
     return low - (high - low) * _RISES[0] / (_RISES[1] - _RISES[0])
 
 
