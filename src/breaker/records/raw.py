@@ -116,7 +116,7 @@ class Raw:
             *self.said,
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.whole, self.doubts),
-            *inconsistencies(time, left, self.moves, noise_sd or 0.0),
+            *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
         ]
 
     @property
