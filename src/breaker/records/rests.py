@@ -24,6 +24,7 @@ _STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
 _SEEN = 3.0  # sd, from which a drift is seen
 _DRIFTS = 0.6  # times the way that a drift goes until the end, its error
 _LATE = 0.6  # share of the time after the arrival in which it is looked for
+_CALMS = 2.0  # times the duration, for which a drive may swing
 _STRAYS = 2.0  # times the variance of noise, from which a mean of a rest wanders
 _ONWARD, _CREEPS = 2.8, 2.0  # times the way seen in a rest that drifts or creeps, its error
 _BRAKED = 0.4  # strokes: what a drive still goes, at its greatest speed; with the square of this
@@ -64,7 +65,8 @@ class Rests:
         """How fast the reading is seen to drift, before the motion or late after it, mm/ms."""
         last = min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
         late, slopes = (last - _LATE * (last - self.arrival), last), [0.0]
-        for (begin, end), count in ((self._lead, 2), (late, _PARTS)):
+        swings = last - self.arrival < _CALMS * self.trace.duration
+        for (begin, end), count in ((self._lead, 2), (late, _PARTS))[: 1 if swings else 2]:
             parts = self.trace.parts(begin, end, count)
             ways = np.diff([each.value for each in parts])
             steady = parts and ((ways > 0.0).all() or (ways < 0.0).all())
