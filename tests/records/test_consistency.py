@@ -43,7 +43,6 @@ def test_good_records_have_no_remark(records):
     [
         ("come again", lambda x: np.insert(x, 170, x[150:170])[: x.size]),
         ("come again", lambda x: np.r_[x[:400], x[:360]]),
-        ("wanders", lambda x: x + 0.5 * np.sin(0.1 * np.pi * np.arange(x.size) * 0.1)),
         ("far more than elsewhere", lambda x: x + 0.5 * np.sin(2.0 * np.arange(x.size)) * BURST),
     ],
 )
@@ -64,3 +63,11 @@ def test_what_is_steady_at_rest_is_no_repetition():
     time = np.arange(0.0, 60.0, 0.1)
     counted = 0.32 * np.floor(0.3 * np.clip(time - 25.0, 0.0, 7.0) ** 2 / 0.32)
     assert inconsistencies(time, counted, first_motion(time, counted, "closing"), 0.1) == []
+
+
+def test_a_stop_and_a_flicker_of_the_last_digit_are_no_noise():
+    time = np.arange(0.0, 300.0, 0.1)
+    way = 170.0 * np.clip((time - 60.0) / 20.0, 0.0, 1.0) ** 2
+    noise = 0.03 * np.random.default_rng(1).standard_normal(time.size)
+    record = 0.1 * np.rint((way + noise) / 0.1)
+    assert inconsistencies(time, record, 60.0, 0.0, 0.1) == []

@@ -176,3 +176,26 @@ def test_one_bad_sample_at_an_end_is_masked_alone(rate, where):
         assert np.flatnonzero(doubtful_samples(record, 1.0 / rate, 0.0)).tolist() == [
             where % time.size
         ]
+
+
+def swinging(time, rate):
+    """A closing of 170 mm that goes 18 mm too far, of noise below the step of its reading."""
+    share = np.clip((time - 60.0) / 25.0, 0.0, 1.0)
+    beyond = np.clip(time - 80.0, 0.0, None)
+    record = 170.0 * share**2 * (3.0 - 2.0 * share)
+    record += 32.0 * np.sin(0.15 * beyond) * np.exp(-beyond / 20.0) * (time > 80.0)
+    return record + 0.04 * np.random.default_rng(round(rate)).standard_normal(time.size)
+
+
+@pytest.mark.parametrize("rate", [5.0, 10.0, 20.0])
+@pytest.mark.parametrize("quantum", [0.01, 0.1])
+def test_a_top_that_is_cut_off_is_masked(rate, quantum):
+    """Also where both rests are seen; a top that is whole, or a rest without noise, is kept."""
+    time = np.arange(0.0, 300.0, 1.0 / rate)
+    record = swinging(time, rate)
+    for end in (175.0, 150.0):
+        cut = quantum * np.rint(np.minimum(record, end) / quantum)
+        assert set(doubts(cut, rate)[cut == cut.max()]) == {"clipped"}
+    assert not (doubts(quantum * np.rint(record / quantum), rate) != "").any()
+    hard = 170.0 * np.clip((time - 60.0) / 25.0, 0.0, 1.0) ** 2
+    assert not (doubts(quantum * np.rint(hard / quantum), rate) != "").any()

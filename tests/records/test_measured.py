@@ -12,10 +12,11 @@ from breaker.mechanism.quantities import SOURCES, evaluate, quantities_of
 from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import speeds_of
 from breaker.model.randomness import generator
+from breaker.records.edges import Contact
 from breaker.records.export import write_curve
 from breaker.records.grid import Grid
 from breaker.records.landmarks import first_motion
-from breaker.records.measured import Contact, Reading, measure_curve
+from breaker.records.measured import Reading, measure_curve
 from breaker.records.noise import noise_at_rest
 from breaker.records.reader import read_curves
 from breaker.records.segments import find_segment

@@ -9,10 +9,11 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
+        "edges": ["Contact"],
         "export": ["write_curve"],
         "grid": ["Grid"],
         "landmarks": ["main_motion"],
-        "measured": ["Contact", "Measured", "measure_curve"],
+        "measured": ["Measured", "measure_curve"],
         "noise": ["noise_remarks"],
         "opened": ["open_curves"],
         "raw": ["Raw", "read_raws", "taken_apart"],

@@ -15,18 +15,19 @@ __all__ = ["inconsistencies"]
 
 _EXACT = 1e-9  # of the range: less is the arithmetic's
 _CALM = 12  # samples whose noise is compared
-_UNREST = 2.6  # times the noise of the record; so many samples exceed that once in 1,000 records
+_UNREST = 3.9  # times the noise of the record; so many samples exceed that once in 1,000 records
+_FLICKER = 0.4  # quanta: noise of a reading that changes by one from sample to sample
 _CHANCE = 1e-6  # probability that equal readings are chance
 _MOST = 64  # readings, more than which are not compared
 _ODD = np.uint64(0x9E3779B97F4A7C15)  # whose powers are far apart
 _REST = 50  # samples at the ends of a record, in which a counter is steady
-_LONG = 50.0  # ms before the motion that count as its rest
-_WANDERS = 30.0  # squared sd; white noise exceeds that once in three million records
 _RISE = (0.1, 0.4)  # shares of the way, between which the start is extrapolated from
-_EARLY = 0.06  # of the time between these, by which the first motion may be early
+_EARLY = 0.4  # of the time between these: first motions that a gradual force makes are less early
 
 
-def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> list[str]:
+def inconsistencies(
+    time: np.ndarray, travel: np.ndarray, moves: float, sd: float, quantum: float = 0.0
+) -> list[str]:
     """Say in words what samples of a record do not fit to each other.
 
     Args:
@@ -35,17 +36,18 @@ def inconsistencies(time: np.ndarray, travel: np.ndarray, moves: float, sd: floa
         moves: Time of the first motion, ms.
         sd: Noise of a sample that the model takes for granted, mm. The record's own counts where
             it is larger.
+        quantum: Step of the reading, mm.
     """
     there = np.flatnonzero(~np.isnan(travel))
     if there.size < 4 * _CALM:
         return []
     time, travel = time[there], travel[there]
     third = np.diff(travel, n=3) / np.sqrt(20.0)
-    sd = max(sd, 1.4826 * float(np.median(np.abs(third))), _EXACT * float(np.ptp(travel)))
+    sd = max(sd, 1.4826 * float(np.median(np.abs(third))), _FLICKER * quantum)
+    sd = max(sd, _EXACT * float(np.ptp(travel)))
     found = [
         _equal(time, travel),
         _unrest(time, third, sd),
-        _wandering(time, travel, moves, sd),
         _early(time, travel, moves),
     ]
     return [words for words in found if words]
@@ -77,31 +79,14 @@ def _equal(time: np.ndarray, travel: np.ndarray) -> str:
 
 
 def _unrest(time: np.ndarray, third: np.ndarray, sd: float) -> str:
-    """Noise of third differences in a short stretch."""
-    local = np.sqrt(np.mean(sliding_window_view(third, _CALM) ** 2, axis=1))
+    """Noise of third differences in a short stretch; a stop changes a few of them alone."""
+    local = 1.4826 * np.median(sliding_window_view(np.abs(third), _CALM), axis=1)
     most = int(local.argmax())
     if local[most] <= _UNREST * sd:
         return ""
     return (
         f"noise of {in_digits(local[most], 2)} mm at {in_digits(time[most], 4)} ms, far more "
         "than elsewhere"
-    )
-
-
-def _wandering(time: np.ndarray, travel: np.ndarray, moves: float, sd: float) -> str:
-    """A rest before the motion that is a parabola rather than a constant."""
-    rest = (time >= moves - _LONG) & (time < moves - 1.0)
-    if rest.sum() < _REST // 2:
-        return ""
-    basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, rest.sum()), 2)
-    basis, _ = np.linalg.qr(basis)
-    parts = basis.T @ travel[rest]
-    if parts[1] ** 2 + parts[2] ** 2 <= _WANDERS * sd**2:
-        return ""
-    way = float(np.ptp(basis[:, 1:] @ parts[1:]))
-    return (
-        f"the rest before the motion wanders by {in_digits(way, 2)} mm: hum, creep, or an "
-        "earlier motion?"
     )
 
 
@@ -117,8 +102,8 @@ def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     even = low - (high - low) * roots[0] / (roots[1] - roots[0])
     if even - moves <= _EARLY * (high - low) + 0.5 * (time[1] - time[0]):
         return ""
+    early = in_digits(even - moves, 2)
     return (
-        f"the first motion, at {in_digits(moves, 4)} ms, is {in_digits(even - moves, 2)} "
-        "ms earlier than the rise "
-        "suggests: a gradual start, or a disturbance?"
+        f"the first motion, at {in_digits(moves, 4)} ms, is {early} ms earlier than the rise "
+        "suggests: was something disturbed before it?"
     )

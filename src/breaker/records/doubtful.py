@@ -11,7 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.mechanism import in_digits
 from breaker.records.jumps import fitting, jumps
-from breaker.records.running import filled, running_median
+from breaker.records.running import filled, running_mean, running_median
 from breaker.records.segments import white_noise
 
 __all__ = ["doubtful_samples", "doubts_in_words"]
@@ -29,8 +29,14 @@ _FASTER = 2.5  # times the greatest speed of the running median, that of an inst
 _FASTEST = 1.0  # strokes in a ms
 _STUCK = 3  # equal samples, from which they may be stuck
 _BESIDE = 20  # samples beside these, in which the drive then moves
-_RAIL = 10  # equal samples at an end of the range, from which it may be clipped
-_NOISY = 5e-4  # strokes, at 10 kHz: noise at one end that a sensor should have at the other
+_STILL = 10  # samples of a rest that are looked at together
+_DENSE = 0.4  # share of these at an end of the range, from which it may be clipped
+_CREEPS = 0.01  # share of samples that a slow motion makes leave their levels
+_STEEP = 7.0  # quanta or sd, way beside a flat end of the range, half as far as this is long
+_BENT = 0.1  # of noise more bends are followed by opposite ones than by like ones, by far
+_RAIL = 10  # such samples in all
+_BEYOND = 8.0  # samples that noise should have taken beyond, more than by chance
+_EXACT = 1e-9  # of the range: less is the arithmetic's
 _LISTED = 4  # places in a remark
 
 
@@ -61,14 +67,13 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     ways = np.ptp(sliding_window_view(np.pad(near, 2, mode="edge"), 5), axis=1)
     rounded = _COUNTS * quantum + _LEAST * stroke
     leave_out(np.abs(left - near) > _SPIKE * noise + rounded + ways, "spike")
-    least = max(_NOISY * stroke * max(1.0, step / 0.1), 1.5 * quantum)
-    leave_out(_clipped(left, least, stroke), "clipped")
+    pace = stroke / (speed * step) if speed else np.inf
+    leave_out(_clipped(left, quantum, stroke, pace), "clipped")
     coarse = _JUMP * noise + rounded
     leave_out(_stuck(left, coarse, 2.0 * speed * step), "stuck")
     there = np.flatnonzero(~np.isnan(left))
     if speed == 0.0 or there.size < 2:
         return kinds
-    pace = stroke / (speed * step)
     fastest = min(_FASTER * speed, _FASTEST * stroke) * step
     apart = np.abs(np.diff(left[there])) > coarse + fastest * np.diff(there)
     apart |= jumps(left, quantum, coarse, stroke, pace)
@@ -126,18 +131,51 @@ def _runs(travel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.append(0, ends), np.append(ends, travel.size)
 
 
-def _clipped(travel: np.ndarray, noise: float, stroke: float) -> np.ndarray:
-    """Which samples stay at an end of the range, exactly, with more noise at the other end."""
+def _clipped(travel: np.ndarray, quantum: float, stroke: float, pace: float) -> np.ndarray:
+    """Which samples are at an end of the range, exactly, where noise must take some beyond, or
+    where the travel comes and goes too fast for a top so flat.
+    """
     low, high = np.nanmin(travel), np.nanmax(travel)
     first, last = _runs(travel)
+    length = last - first
+    steep = _STEEP * max(quantum, white_noise(travel)) + _LEAST * stroke
+    sides = (
+        travel[np.maximum(first - length // 2, 0)],
+        travel[np.minimum(last + length // 2, travel.size) - 1],
+    )
     clipped = np.zeros(travel.shape, dtype=bool)
     for rail, other in ((low, high), (high, low)):
+        at = travel == rail
+        dense = at & (running_mean(at.astype(float), _STILL + 1) > _DENSE)
+        if dense.sum() < _RAIL:
+            continue
+        flat = (travel[first] == rail) & (length >= _RAIL) & (length <= pace)
         opposite = travel[np.abs(travel - other) < 0.1 * stroke]
-        noisy = opposite.size >= _RAIL and white_noise(opposite) > noise
-        long = (travel[first] == rail) & (last - first >= _RAIL)
-        if noisy and long.any() and (np.diff(opposite) == 0.0).mean() < 0.2:
-            clipped |= travel == rail
+        if (flat & (np.abs(np.subtract(sides, rail)) > steep).all(axis=0)).any() or (
+            dense.sum() * _third_level(opposite, quantum) > _BEYOND
+        ):
+            clipped |= at
     return clipped
+
+
+def _third_level(travel: np.ndarray, quantum: float) -> float:
+    """Share of samples at rest that are at neither of the two levels that most are at.
+
+    Noise that is small beside the quantum makes two levels at most, and one alone where that is far
+    from the next. Noise that makes a third leaves any level at least as often.
+    """
+    second = np.diff(travel, n=2)
+    if not np.sign(second[1:] * second[:-1]).sum() < -_BENT * second.size:
+        return 0.0  # it goes smoothly
+    blocks = travel[: travel.size // _STILL * _STILL].reshape(-1, 2, _STILL // 2)
+    moved = np.diff(blocks.mean(axis=2))
+    blocks = blocks.reshape(-1, _STILL) - moved * np.arange(_STILL) / (_STILL // 2)
+    blocks = blocks[np.abs(moved[:, 0]) <= max(1.5 * quantum, white_noise(travel))]
+    if not blocks.size:
+        return 0.0
+    off = (blocks[:, :, None] - blocks[:, None, :]) / max(quantum, _EXACT * np.ptp(travel))
+    two = ((off > -0.5) & (off < 1.5)).sum(axis=1).max(axis=1)
+    return float(1.0 - two.mean() / _STILL) - _CREEPS
 
 
 def _stuck(travel: np.ndarray, coarse: float, way: float) -> np.ndarray:

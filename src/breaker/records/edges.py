@@ -13,16 +13,31 @@ import numpy as np
 
 from breaker.files import SWITCHING, Operation, label_of
 from breaker.records.errors import UnusableError
-from breaker.records.measured import Contact
 from breaker.records.segments import Segment
 
-__all__ = ["LocatedMotion", "events_of", "switching_of", "trigger_of"]
+__all__ = ["Contact", "LocatedMotion", "events_of", "switching_of", "trigger_of"]
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms
 _CLEAR = 6.0  # sd of the noise, by which levels must differ
 _FEWEST = 3  # samples of a level
 _RISES = 0.1, 0.2  # of a trigger, between which its rise is straight
+
+
+class Contact(NamedTuple):
+    """When the contact touched or parted, and what started the motion.
+
+    Attributes:
+        time: Of the contact in the record, ms; nan if unknown.
+        sd: Standard deviation of its error, ms.
+        trigger: When the coil was energised, ms; nan if unknown.
+        settles: When the contact changes its state for the last time, ms; nan if unknown.
+    """
+
+    time: float = np.nan
+    sd: float = np.nan
+    trigger: float = np.nan
+    settles: float = np.nan
 
 
 class LocatedMotion(NamedTuple):

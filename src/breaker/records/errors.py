@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["SeveralMotionsError", "UnusableError"]
+__all__ = ["NotShownError", "SeveralMotionsError", "UnusableError"]
 
 
 class UnusableError(ValueError):
@@ -19,3 +19,7 @@ class SeveralMotionsError(UnusableError):
     def __init__(self, reason: str, parts: Sequence[tuple[float, float]]) -> None:
         super().__init__(reason)
         self.parts = parts
+
+
+class NotShownError(ValueError):
+    """A value that the curve does not show."""

@@ -15,18 +15,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, quantities_of
+from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, in_digits, quantities_of
 from breaker.records.doubtful import doubtful_samples
-from breaker.records.errors import UnusableError
+from breaker.records.edges import Contact
+from breaker.records.errors import NotShownError, UnusableError
 from breaker.records.jumps import leap_at
 from breaker.records.landmarks import first_motion
 from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.rests import Rests
 from breaker.records.scale import seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
-from breaker.records.uncertain import NotShownError, Trace, Uncertain
+from breaker.records.uncertain import Trace, Uncertain
 
-__all__ = ["Contact", "Measured", "Reading", "measure_curve"]
+__all__ = ["Measured", "Reading", "measure_curve"]
 
 _AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
 _TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
@@ -36,6 +37,7 @@ _SWINGS = 3.0  # times the duration, farthest top after the arrival
 # and at least, as of a force that builds up, whose first motion is seen late. In noise it is early.
 _FIRST = (14.0, 0.012)
 _LEAP = 0.04  # times the duration, lines before and behind a slip
+_CLIPPED = "the reading is at the end of the sensor's range"
 _EDGE = 0.41  # samples, error of the time between two edges
 _ERRORS = 8  # beside those of samples: more than a speed has, or all other quantities in eighths
 
@@ -52,22 +54,6 @@ class Measured(NamedTuple):
     value: float
     sd: float
     reason: str
-
-
-class Contact(NamedTuple):
-    """When the contact touched or parted, and what started the motion.
-
-    Attributes:
-        time: Of the contact in the record, ms; nan if unknown.
-        sd: Standard deviation of its error, ms.
-        trigger: When the coil was energised, ms; nan if unknown.
-        settles: When the contact changes its state for the last time, ms; nan if unknown.
-    """
-
-    time: float = np.nan
-    sd: float = np.nan
-    trigger: float = np.nan
-    settles: float = np.nan
 
 
 _UNKNOWN = Contact()
@@ -108,8 +94,7 @@ def measure_curve(
     time, travel = time[inside], travel[inside]
     moves = first_motion(time, travel, motion)
     noise = noise_at_rest(rest_before(time, travel, moves), step, step, quantum)
-    slips = np.flatnonzero(kinds[inside] == "slip")
-    found = segment, moves, noise, quantum, contact, speeds, slips
+    found = segment, moves, noise, quantum, contact, speeds, kinds[inside]
     return Reading(time, travel, motion, *found).quantities()
 
 
@@ -127,7 +112,8 @@ class Reading:
         quantum: Step of the reading, mm.
         contact: When the contact touched or parted, and the trigger came.
         speeds: How speeds are defined.
-        slips: Samples before which the reading slips.
+        doubts: Kind of each doubtful sample, ``(n,)`` of text, as of ``doubtful_samples``; None
+            where there is none.
     """
 
     time: np.ndarray
@@ -139,7 +125,7 @@ class Reading:
     quantum: float = 0.0
     contact: Contact = _UNKNOWN
     speeds: Sequence[Speed] = SPEEDS
-    slips: Sequence[int] = ()
+    doubts: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         time, moves, stroke = self.time, self.moves, self.segment.stroke
@@ -158,7 +144,10 @@ class Reading:
         errors = _ERRORS * (len(self.speeds) + _ERRORS)
         around = *known, self.quantum, self.duration, stroke, errors
         count = round(_LEAP * self.duration / float(time[1] - time[0]))
-        slips = [(k - near.start, leap_at(forward, k, count)) for k in self.slips if near.start < k]
+        kinds = np.full(time.shape, "") if self.doubts is None else self.doubts
+        self.clipped = time[kinds == "clipped"]
+        slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
+        slips = [(k - near.start, leap_at(forward, k, count)) for k in slips]
         self.trace = Trace(time[near], forward[near], *around, slips)
         self._rests = Rests(self.trace, self.segment, moves, self.arrival)
 
@@ -189,11 +178,15 @@ class Reading:
     @property
     def before(self) -> Uncertain:
         """Rest before the motion."""
+        if self.clipped.size and self.clipped[0] < self.trace.known[0]:
+            raise NotShownError(f"{_CLIPPED} before the motion")
         return self._rests.before
 
     @property
     def after(self) -> Uncertain:
         """Rest after the motion."""
+        if self.clipped.size and self.clipped[-1] > self.trace.known[-1]:
+            raise NotShownError(f"{_CLIPPED} after the motion")
         return self._rests.after
 
     def switching(self) -> Uncertain:
@@ -232,6 +225,9 @@ class Reading:
     def beyond(self) -> Uncertain:
         """Largest way beyond the rest after the motion, mm."""
         last = self.arrival + _SWINGS * self.duration
+        if ((self.clipped > self.arrival) & (self.clipped < last)).any():
+            least = float(np.nanmax(self.trace.travel)) - self.after.value
+            raise NotShownError(f"{_CLIPPED} there: at least {in_digits(least, 3)} mm")
         way = self.trace.top(self.arrival, last) - self.after
         if way.value >= _SEEN * self.trace.sd(way):
             return way
@@ -292,4 +288,5 @@ class Reading:
             return self._first_motion, self.before
         else:
             level = self.before + (self.after - self.before) * (point.amount / 100.0)
+        level = level + self.trace.error(0.0, self._rests.wander)
         return self.trace.reaches(level, self.moves), level

@@ -14,11 +14,11 @@ from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, doubts_in_words
-from breaker.records.edges import LocatedMotion, events_of
+from breaker.records.edges import Contact, LocatedMotion, events_of
 from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
-from breaker.records.measured import Contact, Measured, Reading
+from breaker.records.measured import Measured, Reading
 from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import Segment, find_segment, white_noise
@@ -116,7 +116,7 @@ class Raw:
             *self.said,
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.whole, self.doubts),
-            *inconsistencies(time, left, self.moves, noise_sd or 0.0),
+            *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
         ]
 
     @property
@@ -134,8 +134,7 @@ class Raw:
             contact: When it switched, where the record has not seen it.
         """
         found = self.motion, self.segment, self.moves, self.noise_at(self.step), self.quantum
-        slips = np.flatnonzero(self.doubts[self.inside] == "slip")
-        about = *found, contact or self.contact, speeds, slips
+        about = *found, contact or self.contact, speeds, self.doubts[self.inside]
         return Reading(self.time[self.inside], self.left, *about).quantities()
 
 

@@ -22,6 +22,10 @@ _SHORT = 6.0  # samples, least length of a rest
 _PARTS = 4  # of the rest after a motion, whose means are compared
 _STILL = 16.0  # sum of squares of these, in sds, up to which a drive rests
 _SEEN = 3.0  # sd, from which a drift is seen
+_DRIFTS = 0.6  # times the way that a drift goes until the end, its error
+_LATE = 0.6  # share of the time after the arrival in which it is looked for
+_CALMS = 2.0  # times the duration, for which a drive may swing
+_STRAYS = 2.0  # times the variance of noise, from which a mean of a rest wanders
 _ONWARD, _CREEPS = 2.8, 2.0  # times the way seen in a rest that drifts or creeps, its error
 _BRAKED = 0.4  # strokes: what a drive still goes, at its greatest speed; with the square of this
 # Strokes that a drive may still swing by at its arrival; they fade so fast, over its duration.
@@ -46,13 +50,37 @@ class Rests:
     @cached_property
     def before(self) -> Uncertain:
         """Travel at rest before the motion, mm; a drift that is seen goes on up to the motion."""
+        mean = self.trace.rest(*self._lead, "before")
+        return mean + self.trace.error(0.0, _ONWARD / 4.0 * self._drift * float(np.ptp(self._lead)))
+
+    @cached_property
+    def _lead(self) -> tuple[float, float]:
+        """From when to when the drive rests before the motion, ms."""
         begin, end = (self.moves - share * self.trace.duration for share in _BEFORE)
         first = float(self.trace.known[0])
-        end = max(end, min(self.moves, first + _SHORT * self.trace.step))
-        mean = self.trace.rest(begin, end, "before")
-        late = self.trace.rest(0.5 * (max(begin, first) + end), end, "before") - mean
-        seen = abs(late.value) > _SEEN * self.trace.sd(late)
-        return mean + self.trace.error(0.0, _ONWARD * abs(late.value) if seen else 0.0)
+        return max(begin, first), max(end, min(self.moves, first + _SHORT * self.trace.step))
+
+    @cached_property
+    def _drift(self) -> float:
+        """How fast the reading is seen to drift, before the motion or late after it, mm/ms."""
+        last = min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
+        late, slopes = (last - _LATE * (last - self.arrival), last), [0.0]
+        swings = last - self.arrival < _CALMS * self.trace.duration
+        for (begin, end), count in ((self._lead, 2), (late, _PARTS))[: 1 if swings else 2]:
+            parts = self.trace.parts(begin, end, count)
+            ways = np.diff([each.value for each in parts])
+            steady = parts and ((ways > 0.0).all() or (ways < 0.0).all())
+            if steady and abs(ways.sum()) > _SEEN * self.trace.sd(parts[-1] - parts[0]):
+                slopes.append(abs(float(ways.sum())) / (end - begin) * count / (count - 1))
+        return max(slopes)
+
+    @cached_property
+    def wander(self) -> float:
+        """Standard deviation of what the rest before the motion wanders by beyond noise, mm."""
+        begin, end = np.searchsorted(self.trace.time, self._lead)
+        noise = self.trace.noise_of_mean**2 * self.trace.duration / self.trace.half
+        square = np.var(self.trace.smooth[begin:end]) - _STRAYS * noise
+        return float(np.sqrt(max(square, 0.0)))
 
     @cached_property
     def after(self) -> Uncertain:
@@ -63,7 +91,8 @@ class Rests:
         found = settled if settled is not None else self._last(end)
         follows = _FOLLOWS * np.exp(-_FADES * max(end - self.arrival, 0.0) / duration)
         braked = 0.0 if self.segment.arrived else _BRAKED * self.segment.speed**2
-        return found + self.trace.error(0.0, stroke * float(follows + braked))
+        drifts = _DRIFTS * self._drift * (end - self.moves)
+        return found + self.trace.error(0.0, stroke * float(follows + braked) + drifts)
 
     def _last(self, end: float) -> Uncertain:
         """Mean of the last third of the time after the arrival, up to an end."""

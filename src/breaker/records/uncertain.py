@@ -12,14 +12,16 @@ from itertools import pairwise
 
 import numpy as np
 
+from breaker.records.errors import NotShownError
 from breaker.records.fits import Fit, weights_of
 from breaker.records.running import filled, running_mean
 from breaker.records.settling import settling
 
-__all__ = ["NotShownError", "Trace", "Uncertain"]
+__all__ = ["Trace", "Uncertain"]
 
 _FEWEST = 6  # samples of a local fit
 _LOCAL = 11.0  # of the width of local fits: with it, their own error is a third of the noise's
+_NARROWER, _NARROWEST = 1.4, 2.0  # times, and samples: half width of the fit of a top
 _WIDEST = 0.2  # of the time of the motion, half the width of a local fit
 _OFF = 0.02  # strokes, error of a fit half as wide as the motion lasts; it goes with the square
 _FORGOTTEN = 1e-4  # correlation
@@ -29,10 +31,6 @@ _LEFT = 2.0  # times what it leaves: error of its rest
 _OTHER_MODES = 5e-3  # of the way on which this fit rests: error of its rest from other modes
 _SLIP = 0.7  # times a slip, its error: any part of it may be travel
 _VAGUE = 0.01  # strokes, the sd of a rest that is too uncertain
-
-
-class NotShownError(ValueError):
-    """A value that the curve does not show."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,19 +213,37 @@ class Trace:
         return self._passes(level, self.time[below.size - 1 - int(below[::-1].argmax())])
 
     def top(self, begin: float, end: float) -> Uncertain:
-        """Return the largest travel between two times, as the top of a local fit."""
+        """Return the largest travel between two times, as the top of a local fit.
+
+        It is as narrow as changes the top by more than noise does; the last change is an error.
+        """
         stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
         later = self._window(min(begin, stop), stop)
-        peak = later[int(self.smooth[later].argmax())]
-        fit = self._fit(self.time[peak])
-        time = min(fit.solve(self.time[peak], 0.0, 1), float(self.known[-1]))
+        near = float(self.time[later[int(self.smooth[later].argmax())]])
+        found, near = self._top_of(self._fit(near))
+        half, error = self.half / _NARROWER, 0.0
+        while (
+            _NARROWEST * self.step < half < stop - near
+            and self._there[self._about(near, half)].all()
+        ):
+            narrower, near = self._top_of(self._fit(near, half))
+            change = narrower - found
+            error = abs(change.value)
+            if error <= self.sd(change):
+                break
+            found, half = narrower, half / _NARROWER
+        return found + self.error(0.0, error)
+
+    def _top_of(self, fit: Fit) -> tuple[Uncertain, float]:
+        """Top of a local fit, and its time."""
+        time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
         travel = self._of(fit.value(time), fit.window, fit.weights(time))
         # The top of a noisy curve is higher than that of its mean, by half its slope's variance
         # over its bend.
         slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
         bend = max(-fit.value(time, 2), slope / fit.half)
         higher = 0.5 * slope**2 / bend if bend > 0.0 else 0.0  # a flat top, known exactly
-        return travel + -higher + self.error(0.0, fit.error)
+        return travel + -higher, time
 
     def _passes(self, level: Uncertain, near: float) -> Uncertain:
         """Time near another one at which the travel is at a level."""
@@ -256,14 +272,22 @@ class Trace:
         noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
         return float(alone * np.exp(-2.0 * np.pi**2 * noise) / (1.0 + spread / alone))
 
-    def _fit(self, near: float) -> Fit:
-        """Polynomial through the samples about the sample next to a time."""
+    def _about(self, near: float, half: float) -> slice:
+        """Samples about the sample next to a time, as far as half a width."""
+        centre, reach = (
+            round((near - float(self.time[0])) / self.step),
+            int(half / self.step + 1e-6),
+        )
+        return slice(max(centre - reach, 0), max(centre + reach + 1, 0))
+
+    def _fit(self, near: float, half: float | None = None) -> Fit:
+        """Polynomial through the samples about the sample next to a time, of half a width."""
         step, n = self.step, self.time.size
         centre = min(max(round((near - float(self.time[0])) / step), 0), n - 1)
-        for half in (self.half, 2.0 * self.half):  # wider where samples are missing
-            reach = int(half / step + 1e-6)
-            begin, end = max(centre - reach, 0), min(centre + reach + 1, n)
-            window = begin + np.flatnonzero(self._there[begin:end])
+        first = half or self.half
+        for half in (first, 2.0 * first):  # wider where samples are missing
+            about = self._about(near, half)
+            window = about.start + np.flatnonzero(self._there[about])
             if window.size >= _FEWEST - 1 and window[0] < centre < window[-1]:
                 break
         else:
