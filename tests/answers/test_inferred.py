@@ -8,10 +8,11 @@ import pytest
 
 from breaker.answers import inferred
 from breaker.answers.answer import Answer, Given
-from breaker.answers.operations import _record
+from breaker.answers.operations import _Reader
 from breaker.answers.weights import contradicted, weights_of
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
+from breaker.files.preamble import Preamble
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size, powers
 from breaker.model.prior import Prior
@@ -69,7 +70,7 @@ def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, ans
     """By the first motion that is there, and where that is contradicted it is said once."""
     for each in (answers[0], answers[3]):
         wipe = each.measured["wipe"].value
-        assert np.median(each.of_fact("wipe")) == pytest.approx(wipe, abs=0.3)
+        assert np.median(each.inferred("wipe")) == pytest.approx(wipe, abs=0.3)
     wipe = answers[0].measured["wipe"].value
     closing, *_, opening = infer(Given(known={"wipe": [wipe + 0.2, 0.05]}), records)
     assert closing.measured["wipe"].value == pytest.approx(wipe + 0.2, abs=0.15)
@@ -77,7 +78,7 @@ def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, ans
 
 
 def test_a_fact_that_is_contradicted_is_told_with_its_side():
-    answer = SimpleNamespace(draws=True, of_fact=lambda name: np.full(9, 2.0))
+    answer = SimpleNamespace(draws=True, inferred=lambda name: np.full(9, 2.0))
     assert contradicted([answer], Given(known={"mu": [2.29, 0.1]})) == []
     (remark,) = contradicted([answer], Given(known={"mu": [2.4, 0.1]}))
     assert "known.mu, 2.4 with an sd of 0.1: the posterior is -4.0 sd off" in remark
@@ -153,9 +154,11 @@ class Never:
 def test_what_is_missing_is_of_the_motion():
     """A gap within it, but not that the record ends early."""
     raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
-    assert _record(raw.operation, "closing", raw).reason == ""
+    reader = _Reader("closing", {}, {raw.operation.file: Preamble()}, (), 0)
+    assert reader.records(raw.operation, raw)[0].reason == ""
     gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))
-    assert "a share of 0.29 of the motion" in _record(raw.operation, "closing", gap).reason
+    (found,) = reader.records(raw.operation, gap)
+    assert "a share of 0.29 of the motion" in found.reason
 
 
 def test_the_medians_of_a_slip_in_units_are_far_from_the_prior(infer, records, prior):

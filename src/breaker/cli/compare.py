@@ -5,11 +5,9 @@ import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
-from math import isnan
 from operator import getitem
-from types import MappingProxyType
 
-from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent, stated_by
+from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of, percent
 from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import limits_of, settings_of
 
@@ -76,7 +74,6 @@ def _run(options: argparse.Namespace) -> int:
         },
         config,
         beyond=options.beyond,
-        ratios={visit: _ratio(each) for visit, (each, _) in listed.items()},
         limits=limits_of(config, options.config),
     )
     if options.plot:
@@ -111,7 +108,6 @@ def compared(
     config: Mapping,
     *,
     beyond: float = _BEYOND,
-    ratios: Mapping[str, float | None] = MappingProxyType({}),
     limits: Sequence[Mapping] = (),
 ) -> dict:
     """Return the document of a comparison.
@@ -120,7 +116,6 @@ def compared(
         visits: Records "before" and "today", as ``read_operations`` returns them.
         config: The configuration of both.
         beyond: Share beyond which a change counts.
-        ratios: Of the linkage, as the files of either visit state it; None where they do not.
         limits: Entries of the section ``limits`` on which to judge today's visit.
 
     Raises:
@@ -131,6 +126,7 @@ def compared(
         compare,
         judged_today,
         measured_changes,
+        stated_of,
         unlike,
         visits_document,
     )
@@ -147,7 +143,10 @@ def compared(
     return visits_document(
         found,
         {
-            "differences": unlike(measured, found.strokes, ratios),
+            "warnings": _warnings(visits),
+            "differences": unlike(
+                measured, found.strokes, {v: stated_of(each) for v, each in visits.items()}
+            ),
             "changes": [*measured, *changes(found, beyond)],
             "limits": judged_today(found, today, entries, speeds, config["seed"]),
         },
@@ -157,11 +156,20 @@ def compared(
     )
 
 
-def _ratio(operations: Mapping[str, Sequence]) -> float | None:
-    """Ratio of the linkage that the files of a visit state; None where they differ or do not."""
-    stated = stated_by(each for some in operations.values() for each in some)
-    ratios = {each.ratio for each in stated.values() if not isnan(each.ratio)}
-    return ratios.pop() if len(ratios) == 1 else None
+def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
+    """What to say of records before anything else: of their rates, and which is there twice."""
+    from numpy import array_equal
+
+    found = [each.warning for records in visits.values() for each in records if each.warning]
+    before, today = ([each for each in records if not each.reason] for records in visits.values())
+    for one in before:
+        found += [
+            f"{one.operation.file} and {other.operation.file} hold the same samples: they are one "
+            "record, and nothing can have changed; name the records of either visit"
+            for other in today
+            if array_equal(one.raw.whole, other.raw.whole, equal_nan=True)
+        ]
+    return list(dict.fromkeys(found))
 
 
 def _networks() -> Iterator[tuple]:

@@ -5,10 +5,12 @@ delimiter and decimal sign.
 """
 
 import io
+import os
 import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
@@ -56,6 +58,15 @@ def look_into(file: str | Path) -> Layout:
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
+    with suppress(OSError):
+        now = os.stat(file)
+        return _layout_of(str(file), now.st_mtime_ns, now.st_size)
+    return _layout_of.__wrapped__(str(file), 0, 0)
+
+
+@lru_cache(maxsize=4)
+def _layout_of(file: str, _changed: int, _size: int) -> Layout:
+    """The layout of a file as it is now: several ask for it, one after the other."""
     if not is_other_kind(file):
         return guess_layout(file)
     _, kind, extra = OTHER_KINDS[Path(file).suffix.lower()]
