@@ -8,15 +8,17 @@ import pytest
 
 from breaker.answers import inferred
 from breaker.answers.answer import Answer, Given
-from breaker.answers.operations import _Reader
-from breaker.answers.weights import contradicted, weights_of
+from breaker.answers.operations import _Reader, read_operations
+from breaker.answers.weights import contradicted, possible, weights_of
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
+from breaker.files.manifest import Operation
 from breaker.files.preamble import Preamble
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size, powers
 from breaker.model.prior import Prior
 from tests.answers.conftest import TOUCH, spread
+from tests.cli.conftest import written
 from tests.raws import smooth
 
 
@@ -149,6 +151,27 @@ class Never:
 
     def match(self, seen, basis):
         return Match(0.0, {"start": 1.0, "main motion": 9.0, "end": 1.0}, seen.way[0])
+
+
+def test_motions_that_contradict_each_other_are_inferred_apart(tmp_path, prior, infer):
+    other = Prior(prior.medians * [1, 2.2, 1, 2.0, 1, 1, 1], prior.log_sds)
+    files = {"closing": tmp_path / "closing.csv", "opening": tmp_path / "opening.csv"}
+    for (motion, file), drive in zip(files.items(), (prior, other), strict=True):
+        written(file, drive, motion)
+    found = {motion: [Operation(1, file)] for motion, file in files.items()}
+    closing, opening = infer(some=read_operations(found, {}))
+    assert (closing.motions, opening.motions) == (("closing",), ("opening",))
+    for each in (closing, opening):
+        assert any("closing and opening contradict each other" in said for said in each.remarks)
+
+
+def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answers):
+    theta = np.tile(answers[1].draws.theta[:1], (3, 1))
+    stroke = answers[1].record.shape.stroke
+    theta[:, NAMES.index("L")] = 0.7 * stroke, 1.1 * stroke, 0.7 * stroke
+    late = answers[1].record.shape.duration * np.array([0.8, 0.8, 4.0])
+    draws = LevelDraws(theta, {"closing": 0.0 * late}, {"closing": late})
+    assert possible([replace(answers[1], draws=draws)]).tolist() == [True, False, False]
 
 
 def test_what_is_missing_is_of_the_motion():

@@ -9,6 +9,7 @@ from breaker.answers.answer import Answer, Given
 from breaker.answers.operations import Record
 from breaker.family import LEAST_AGREEMENT, agreement_of
 from breaker.mechanism import NAMES, Size, in_digits, in_p, powers
+from breaker.records import SHAPE_TIMES
 
 __all__ = ["apart", "contradicted", "possible", "surprise_of", "weights_of"]
 
@@ -54,12 +55,14 @@ def _contact(record: Record) -> float:
 
 def possible(answers: Sequence[Answer]) -> np.ndarray:
     """Which draws ``(d,)`` may be: the stroke is longer than the gap, and the contact switches
-    between the rests.
+    between the rests, on the way there.
     """
     found = np.ones(len(answers[0].draws.theta), bool)
     for answer in answers:
-        gap, stroke = answer.inferred("L"), answer.record.shape.stroke
-        found &= (gap < stroke) & ~(answer.inferred("wipe") <= 0.0)
+        shape, at = answer.record.shape, answer.draws.switching[answer.record.motion]
+        there = SHAPE_TIMES[shape.way >= 1.0]
+        found &= (answer.inferred("L") < shape.stroke) & ~(answer.inferred("wipe") <= 0.0)
+        found &= at < (there[0] if there.size else np.inf) * shape.duration
     return found
 
 
