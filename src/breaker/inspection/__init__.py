@@ -11,7 +11,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "acceptance": ["check_folder", "checked_text"],
         "bends": ["seen_touch", "speed_along"],
-        "describing": ["Channel", "describe_file", "stated_in", "travel_channels"],
+        "contents": ["stated_in"],
+        "describing": ["Channel", "describe_file", "travel_channels"],
         "printed_results": ["measured_name", "stated_speeds"],
         "proposals": ["InspectedMotion", "InspectionError", "Proposal", "inspect_file"],
         "wording": ["alike", "overlay_of", "report_of"],

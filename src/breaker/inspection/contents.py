@@ -20,6 +20,7 @@ from charset_normalizer import from_bytes
 from breaker.files import (
     FORMAT,
     OTHER_KINDS,
+    Preamble,
     RejectedCurveError,
     cells_of,
     is_other_kind,
@@ -40,7 +41,7 @@ from breaker.inspection.layouts import (
     layout_of_lines,
 )
 
-__all__ = ["guess_layout", "look_into"]
+__all__ = ["guess_layout", "look_into", "stated_in"]
 
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
 _WORDS = re.compile("行程|位移|时间|時間|电流|速度|采样|変位|время|ход|путь")
@@ -72,6 +73,13 @@ def _layout_of(file: str, _changed: int, _size: int) -> Layout:
     _, kind, extra = OTHER_KINDS[Path(file).suffix.lower()]
     with understood(file):
         return replace(_LOOK[extra](file), kind=kind)
+
+
+def stated_in(file: str | Path) -> Preamble:
+    """Return what a file states above its samples; nothing of one that cannot be read."""
+    with suppress(LayoutError, RejectedCurveError):
+        return look_into(file).stated
+    return Preamble()
 
 
 def _workbook(file: str | Path) -> Layout:
