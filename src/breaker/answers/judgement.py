@@ -91,6 +91,8 @@ def _row(
 
 def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
     """Probability that a limit is exceeded, of quantities that are known."""
+    if limit.of == "record" and all(not up and bound <= 0.0 for _, bound, up in limit.parts):
+        return 0.0  # no record shows a way or time below 0
     values, sds = np.array([(each.value, each.sd) for each in known]).T
     drawn = [each.draws for each in known if each.draws is not None]
     if not drawn:
