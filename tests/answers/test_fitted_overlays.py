@@ -101,15 +101,15 @@ def test_whatever_is_written_is_accepted_and_reads_the_records(tmp_path, fit, se
 
 def test_a_spread_that_is_next_to_unknown_is_bounded_and_said(tmp_path, fit):
     """One breaker by another's measure: the friction of their contacts ranges over anything."""
-    drives = [(178.0, 62.0, 0.06), (245.0, 120.0, 0.03), (140.0, 40.0, 0.0), (150.0, 90.0, 0.1)]
+    drives = [(178.0, 62.0, 40.0), (245.0, 120.0, 30.0), (140.0, 40.0, 60.0), (150.0, 90.0, 25.0)]
     folders = [
         write(
             tmp_path / f"Q{k}",
             stroke,
-            {"closing": closing, "opening": 40.0},
-            shape=lambda time, over=over: smooth(time, over),
+            {"closing": closing, "opening": opening},
+            shape=lambda time, over=0.03 * k: smooth(time, over),
         )
-        for k, (stroke, closing, over) in enumerate(drives)
+        for k, (stroke, closing, opening) in enumerate(drives)
     ]
     _, config, said = fit(*folders)
     widest = max(config["prior"][name]["log_sd"] for name in NAMES)

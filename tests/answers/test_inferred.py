@@ -8,14 +8,17 @@ import pytest
 
 from breaker.answers import inferred
 from breaker.answers.answer import Answer, Given
-from breaker.answers.operations import _record
-from breaker.answers.weights import contradicted, weights_of
+from breaker.answers.operations import _Reader, read_operations
+from breaker.answers.weights import contradicted, possible, weights_of
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
+from breaker.files.manifest import Operation
+from breaker.files.preamble import Preamble
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size, powers
 from breaker.model.prior import Prior
 from tests.answers.conftest import TOUCH, spread
+from tests.cli.conftest import written
 from tests.raws import smooth
 
 
@@ -69,7 +72,7 @@ def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, ans
     """By the first motion that is there, and where that is contradicted it is said once."""
     for each in (answers[0], answers[3]):
         wipe = each.measured["wipe"].value
-        assert np.median(each.of_fact("wipe")) == pytest.approx(wipe, abs=0.3)
+        assert np.median(each.inferred("wipe")) == pytest.approx(wipe, abs=0.3)
     wipe = answers[0].measured["wipe"].value
     closing, *_, opening = infer(Given(known={"wipe": [wipe + 0.2, 0.05]}), records)
     assert closing.measured["wipe"].value == pytest.approx(wipe + 0.2, abs=0.15)
@@ -77,7 +80,7 @@ def test_a_fact_on_the_wipe_is_about_the_way_after_the_touch(infer, records, ans
 
 
 def test_a_fact_that_is_contradicted_is_told_with_its_side():
-    answer = SimpleNamespace(draws=True, of_fact=lambda name: np.full(9, 2.0))
+    answer = SimpleNamespace(draws=True, inferred=lambda name: np.full(9, 2.0))
     assert contradicted([answer], Given(known={"mu": [2.29, 0.1]})) == []
     (remark,) = contradicted([answer], Given(known={"mu": [2.4, 0.1]}))
     assert "known.mu, 2.4 with an sd of 0.1: the posterior is -4.0 sd off" in remark
@@ -150,12 +153,35 @@ class Never:
         return Match(0.0, {"start": 1.0, "main motion": 9.0, "end": 1.0}, seen.way[0])
 
 
+def test_motions_that_contradict_each_other_are_inferred_apart(tmp_path, prior, infer):
+    other = Prior(prior.medians * [1, 2.2, 1, 2.0, 1, 1, 1], prior.log_sds)
+    files = {"closing": tmp_path / "closing.csv", "opening": tmp_path / "opening.csv"}
+    for (motion, file), drive in zip(files.items(), (prior, other), strict=True):
+        written(file, drive, motion)
+    found = {motion: [Operation(1, file)] for motion, file in files.items()}
+    closing, opening = infer(some=read_operations(found, {}))
+    assert (closing.motions, opening.motions) == (("closing",), ("opening",))
+    for each in (closing, opening):
+        assert any("closing and opening contradict each other" in said for said in each.remarks)
+
+
+def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answers):
+    theta = np.tile(answers[1].draws.theta[:1], (3, 1))
+    stroke = answers[1].record.shape.stroke
+    theta[:, NAMES.index("L")] = 0.7 * stroke, 1.1 * stroke, 0.7 * stroke
+    late = answers[1].record.shape.duration * np.array([0.8, 0.8, 4.0])
+    draws = LevelDraws(theta, {"closing": 0.0 * late}, {"closing": late})
+    assert possible([replace(answers[1], draws=draws)]).tolist() == [True, False, False]
+
+
 def test_what_is_missing_is_of_the_motion():
     """A gap within it, but not that the record ends early."""
     raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
-    assert _record(raw.operation, "closing", raw).reason == ""
+    reader = _Reader("closing", {}, {raw.operation.file: Preamble()}, (), 0)
+    assert reader.records(raw.operation, raw)[0].reason == ""
     gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))
-    assert "a share of 0.29 of the motion" in _record(raw.operation, "closing", gap).reason
+    (found,) = reader.records(raw.operation, gap)
+    assert "a share of 0.29 of the motion" in found.reason
 
 
 def test_the_medians_of_a_slip_in_units_are_far_from_the_prior(infer, records, prior):

@@ -67,13 +67,17 @@ def document(*families, before=None, today=None, beyond=0.05, rejected=(), **mor
     found = compare(before, today, families or [family()], np.random.default_rng(1))
     measured = measured_changes(before, today, SPEEDS, beyond)
     told = {
-        "differences": unlike(measured, found.strokes, more.get("ratios", {})),
+        "differences": unlike(measured, found.strokes, more.get("stated", {})),
         "changes": [*measured, *changes(found, beyond)],
         "limits": judged_today(found, today, more.get("limits", ()), SPEEDS, 1),
     }
     counts = {m: {"before": len(before[m]), "today": len(today[m])} for m in before}
     settings = {"share": beyond, "misfit_p_value": 0.001, "seed": 1}
     return visits_document(found, told, counts, rejected, settings)
+
+
+def ratios(before, today):
+    return {"before": {"linkage ratio": before}, "today": {"linkage ratio": today}}
 
 
 def inferred(found):
@@ -142,19 +146,18 @@ def test_visits_that_were_measured_differently_are_warned_of_first():
     """By the stroke, measured or as networks see it, or by the ratio that files state."""
     found = document(family(f=0.9), today=records(stroke=131.2))
     text = " ".join(visits_in_words(found).split())
-    assert text.startswith("WARNING: the measured stroke of closing was 79.99 mm and is 131.2 mm; ")
-    assert "mm. The visits were measured differently" in text
+    assert text.startswith("WARNING: the scale of all ways and speeds, as of another ratio of the ")
+    assert "was 1 and is 1.64. The visits were measured differently" in text
     assert found["headline"].startswith("No change of the drive is told")
     assert (found["parameters"], inferred(found)) == ("unlike", {})
-    found = document(family(), ratios={"before": 1.0, "today": 1.64})
+    found = document(family(), stated=ratios(1.0, 1.64))
     assert "linkage ratio was 1 and is 1.64" in found["warnings"][0]
     (other,) = unlike([], {"opening": {"before": 178.0, "today": 190.0}}, {})
     assert other["what"] == "inferred stroke"
-    assert document(family(), today=records(stroke=84.8))["warnings"]
-    for same in (records(stroke=81.6), records(stroke=84.8, slow=1.1)):
-        assert (
-            document(family(), today=same, ratios={"before": 1.0, "today": None})["warnings"] == []
-        )
+    assert document(family(), today=records(stroke=81.6))["warnings"]
+    for same in (records(stroke=80.8), records(stroke=84.8, slow=1.1)):
+        stated = {"before": {"linkage ratio": 1.0}}
+        assert document(family(), today=same, stated=stated)["warnings"] == []
 
 
 def test_limits_are_judged_by_the_second_visit():
@@ -219,7 +222,8 @@ def test_measured_changes_are_those_of_means():
     assert rows["closing_speed_mean"]["worse"] > 0.9
 
 
-def test_a_way_that_may_be_nothing_changes_in_shares_of_the_stroke_and_a_late_touch_is_worse():
+def test_a_way_past_the_rest_changes_in_shares_of_itself_and_a_late_touch_is_worse():
+    """And by less than 1 % of the stroke, it does not."""
     rng, time = np.random.default_rng(7), np.arange(0.0, 80.0, 0.1)
 
     def visit(over, touch):
@@ -230,9 +234,12 @@ def test_a_way_that_may_be_nothing_changes_in_shares_of_the_stroke_and_a_late_to
 
     rows = measured_changes(visit(0.2, 29.0), visit(0.1, 30.0), SPEEDS)
     touch, over = (next(e for e in rows if e["name"] == f) for f in ("touch_time", "over_travel"))
-    assert over["change"][1] == pytest.approx(-10.0, abs=0.5)
+    assert over["change"][1] == pytest.approx(-50.0, abs=0.5)
     assert (over["verdict"], over["worse"]) == ("changed", pytest.approx(0.0, abs=0.01))
     assert touch["worse"] == touch["more"] > 0.95
+    rows = measured_changes(visit(0.002, 29.0), visit(0.004, 29.0), SPEEDS)
+    (over,) = (row for row in rows if row["name"] == "over_travel")
+    assert over["verdict"] == "did not change"
 
 
 def test_means_are_known_no_better_than_their_readings():

@@ -105,3 +105,105 @@ def test_infer_lays_records_over_a_good_one(folder, capsys):
 def test_a_reference_that_helps_nobody_is_refused(folder, capsys, arguments, said):
     assert main(["infer", "a.csv", *arguments]) == 1
     assert said in capsys.readouterr().err
+
+
+# ---- what files state against how they are read -------------------------------------------------
+
+
+def settings(name, **more):
+    """A configuration of exports without limits."""
+    form = {"time_column": None, "travel_column": "Travel 1", "rate": None} | more
+    with open(name, "w", encoding="utf-8") as file:
+        yaml.safe_dump({"endurance": {"draws": 50, "format": form}}, file)
+    return ["--config", name]
+
+
+def test_a_rate_that_the_file_contradicts_is_refused_and_a_stated_one_taken(visit, capsys):
+    right = ["infer", "today.csv", "--json", *settings("none.yaml")]
+    assert main(right) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["warnings"] == []
+    assert "the rate, 5 kHz, is the one that the file states" in found["records"][0]["remarks"]
+    wrong = settings("wrong.yaml", rate=10.0)
+    for command in (["infer", "today.csv"], ["report", "today.csv", "--output", "a.pdf"]):
+        assert main([*command, *wrong]) == 1
+        out, err = capsys.readouterr()
+        said = " ".join((out + err).split())
+        assert "the file states 5 kHz, and endurance.format.rate is 10 kHz: leave that out" in said
+    assert main(["compare", "before.csv", "--today", "today.csv", *wrong]) == 1
+    assert "the file states 5 kHz" in capsys.readouterr().err
+
+
+def test_a_table_that_names_the_file_wins_with_a_warning_on_top(visit, capsys):
+    (visit / "own").mkdir()
+    (visit / "today.csv").rename(visit / "own/today.csv")
+    table = "file,motion,operation,rate\ntoday.csv,closing,1,5.5\n"
+    (visit / "own/operations.csv").write_text(table)
+    assert main(["infer", "own", *settings("none.yaml")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert out.startswith("WARNING: own/today.csv states 5 kHz, and is read at 5.5 kHz, as operat")
+
+
+def test_a_length_that_the_settings_contradict_is_warned_of(visit, capsys):
+    text = (visit / "today.csv").read_text().replace("Sampling Speed (kC)", "User Field")
+    (visit / "today.csv").write_text(text)
+    assert main(["infer", "today.csv", *settings("ten.yaml", rate=10.0)]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert out.startswith(
+        "WARNING: today.csv states a length of 400 ms, and lasts 200 ms at the 10"
+    )
+
+
+def test_another_breaker_is_refused_in_a_report_and_warned_of_between_visits(visit, capsys):
+    write("other.csv", rate=5.0, seed=7, motions=("closing", "opening"), serial="X", bay="Bay 9")
+    assert report("today.csv", "other.csv", "--output", "a.html") == 1
+    assert "the files state serial HV-20417 and X" in capsys.readouterr().err
+    one = settings("one.yaml")
+    call = ["report", "today.csv", "--before", "other.csv", "--output", "a.html", *one]
+    assert main(call) == 0
+    page = (visit / "a.html").read_text(encoding="utf-8")
+    assert "WARNING: the serial number was X and is HV-20417; the bay was Bay 9" in page
+    capsys.readouterr()
+    assert main(["compare", "other.csv", "--today", "today.csv", *one]) == 0
+    assert capsys.readouterr().out.startswith("WARNING: the serial number was X and is HV-20417")
+
+
+def test_a_record_that_is_that_of_before_is_told(visit, capsys):
+    (visit / "copy.csv").write_bytes((visit / "today.csv").read_bytes())
+    call = ["compare", "copy.csv", "--today", "today.csv", *settings("one.yaml")]
+    assert main(call) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert out.startswith("WARNING: copy.csv and today.csv hold the same samples")
+
+
+def test_a_time_of_the_models_contact_has_a_star_and_no_verdict(visit, capsys):
+    limits = [{"quantity": "closing_time", "reference": 60, "tolerance": 10}]
+    limits.append({"quantity": "bounce_time", "reference": 1, "tolerance": 1})
+    (visit / "limits.yaml").write_text(yaml.safe_dump({"limits": limits}))
+    call = ["infer", "today.csv", "--json", "--motion", "closing", "--config"]
+    one = settings("one.yaml", trigger_column="Coil 1 (A)")[1]
+    assert main([*call, one, "limits.yaml"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["records"]
+    assert found["quantities"]["closing_time"]["source"] in ("measured, touch inferred", None)
+    assert found["quantities"]["latch_time"]["source"] == "measured"
+    limit, _ = found["limits"]
+    assert limit["verdict"] == "not shown"
+    assert limit["reason"] == "no contact channel: touch was not measured"
+    both = settings("both.yaml", trigger_column="Coil 1 (A)", contact_column="Contact 1")[1]
+    assert main([*call, both, "limits.yaml"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["records"]
+    assert found["quantities"]["closing_time"]["source"] == "measured"
+    assert [each["verdict"] for each in found["limits"]] == ["pass", "pass"]  # 0 is no less than 0
+
+
+def test_the_nameplate_has_what_the_file_states(visit):
+    assert report("today.csv", "--output", "a.html") == 0
+    page = (visit / "a.html").read_text(encoding="utf-8")
+    for name, value in {
+        "Breaker": "HV-20417",
+        "Linkage ratio": "1",
+        "Gas pressure": "6.2 bar",
+        "Temperature": "24 C",
+        "Operator": "A. Tester",
+    }.items():
+        assert f"<td>{name}</td><td>{value}</td>" in page

@@ -8,7 +8,7 @@ import yaml
 
 from breaker.cli import main
 from breaker.files import Printed
-from breaker.inspection.describing import stated_in
+from breaker.inspection.contents import stated_in
 from breaker.inspection.printed_results import measured_name
 from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of, report_of

@@ -41,6 +41,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "recorded": ["Recorded", "read_breakers"],
         "spread": ["Spread", "find_spread"],
+        "stated": ["stated_of"],
         "writing": ["overlay_of", "overlay_text", "report"],
     },
 )

@@ -15,38 +15,49 @@ __all__ = ["judged_today", "unlike"]
 # Shares of a stroke: by more than the first a worn drive differs only if its time does, too, as a
 # ratio scales ways alone; by more than the second, no wear of the family of drives does.
 _FEW, _MOST = 0.03, 0.1
+# Share from which a stroke, which stops set to far less, speaks for a ratio where speeds change as
+# much, to such shares of it, and times by less than that share of it.
+_SCALED, _AS_MUCH, _LESS = 0.005, (0.5, 2.0), 0.5
 _SAME = 1e-6  # share to which two stated ratios are one
 
 
 def unlike(
     rows: Sequence[Mapping],
     strokes: Mapping[str, Mapping[str, float]],
-    ratios: Mapping[str, float | None],
+    stated: Mapping[str, Mapping[str, float | str]],
 ) -> list[dict]:
     """Return what shows that two visits were measured differently.
 
     Args:
         rows: What ``measured_changes`` returns.
         strokes: What networks see of either visit, ``Compared.strokes``.
-        ratios: Of the linkage, as the files of either visit state it; None where they do not.
+        stated: What the files of either visit state, as ``stated_of`` returns it.
 
     Returns:
         Rows of ``what`` differs, its ``unit`` and ``motion``, and its value ``before`` and
-        ``today``: the ratio, or a stroke by more than its uncertainty and 3 %, or 10 % where a
-        travel time differs, too.
+        ``today``: what files state; the scale of all ways and speeds, where they alone changed, and
+        the stroke by more than two operations do, and 0.5 %; or a stroke by more than its
+        uncertainty and 3 %, or 10 % where a travel time differs, too.
 
     Example:
         >>> unlike([], {"closing": {"before": 178.0, "today": 291.9}}, {})[0]["what"]
         'inferred stroke'
-        >>> unlike([], {}, {"before": 1.0, "today": 1.64})
+        >>> stated = {"before": {"linkage ratio": 1.0}, "today": {"linkage ratio": 1.64}}
+        >>> unlike([], {}, stated)
         [{'what': 'linkage ratio', 'unit': '', 'motion': '', 'before': 1.0, 'today': 1.64}]
     """
-    found, (first, second) = [], (ratios.get(visit) for visit in ("before", "today"))
-    if first and second and abs(second - first) > _SAME * first:
-        about = {"what": "linkage ratio", "unit": "", "motion": ""}
-        found.append(about | {"before": first, "today": second})
+    found, (first, second) = [], (stated.get(visit, {}) for visit in ("before", "today"))
+    for name in [each for each in first if each in second and _differ(first[each], second[each])]:
+        values = {"before": first[name], "today": second[name]}
+        found.append({"what": name, "unit": "", "motion": ""} | values)
     slower = any(row["name"] == "travel_time" and _apart(row, _FEW) for row in rows)
     measured = {row["motion"]: row for row in rows if row["name"] == "stroke"}
+    scales = [_scale([row for row in rows if row["motion"] == motion]) for motion in measured]
+    # An opening alone scales where a weaker force has closed less far.
+    if "closing" in measured and all(scales):
+        what = "scale of all ways and speeds, as of another ratio of the transducer,"
+        about = {"what": what, "unit": "", "motion": ""}
+        return [*found, about | {"before": 1.0, "today": scales[0]}]
     for motion, seen in strokes.items():
         sd = np.sqrt(2.0) * usual_scatter("stroke", seen["before"], seen["before"])
         of = {"inferred": seen | {"sd": sd}, "measured": measured.get(motion)}
@@ -56,6 +67,26 @@ def unlike(
                 found.append({"what": f"{kind} stroke", "unit": "mm", "motion": motion} | values)
                 break
     return found
+
+
+def _differ(first: float | str, second: float | str) -> bool:
+    """Whether two stated things are not the same."""
+    if isinstance(first, str):
+        return first.casefold().split() != second.casefold().split()
+    return abs(second - first) > _SAME * first
+
+
+def _scale(rows: Sequence[Mapping]) -> float | None:
+    """By what the ways of a motion are longer, where its speeds say the same and times nothing."""
+    by = {row["name"]: row for row in rows}
+    if "stroke" not in by or not _apart(by["stroke"], _SCALED):
+        return None
+    logs = {name: np.log(row["today"] / row["before"]) for name, row in by.items() if row["before"]}
+    scale = logs.pop("stroke")
+    speeds = [logs[name] / scale for name in logs if "_speed" in name] or [1.0]
+    still = abs(logs.get("travel_time", np.nan) / scale) < _LESS
+    alike = _AS_MUCH[0] < min(speeds) and max(speeds) < _AS_MUCH[1]
+    return float(np.exp(scale)) if still and alike else None
 
 
 def _apart(row: Mapping[str, float], share: float) -> bool:

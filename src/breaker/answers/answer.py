@@ -9,7 +9,7 @@ import numpy as np
 from breaker.answers.operations import Record
 from breaker.family import LevelDraws, Levels, Match
 from breaker.files import SWITCHING
-from breaker.mechanism import NAMES, UNIT, Size, Speed, powers
+from breaker.mechanism import MOTIONS, NAMES, UNIT, Size, Speed, powers
 from breaker.records import SHAPE_TIMES, Measured
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ FACTS = (*NAMES, "wipe", *SWITCHING.values())
 NOTHING = Measured(np.nan, np.nan, "the record was rejected")
 """What is measured of a record that is not there."""
 
+_OF_EVENT = {"wipe", *SWITCHING.values(), *(f"{motion}_time" for motion in MOTIONS)}
 _IMPROBABLE = 1e-3  # share of a prior's drives that lie farther out than one that it expects
 
 
@@ -124,23 +125,22 @@ class Answer:
 
     def is_inferred(self, name: str) -> bool:
         """Whether draws tell a quantity, and no reading of the record."""
-        return name in NAMES or name == SWITCHING[self.record.motion]
+        of_event = name in ("wipe", SWITCHING[self.record.motion])
+        return name in NAMES or (of_event and not self.record.timed)
 
     def alone(self, name: str) -> bool:
         """Whether the record shows a quantity without an inferred touch or parting."""
-        of_event = [each.name for each in self.speeds if each.of_event]
-        return self.record.timed or name not in ("wipe", *SWITCHING.values(), *of_event)
+        of_event = {each.name for each in self.speeds if each.of_event} | _OF_EVENT
+        return self.record.timed or name not in of_event
 
     def inferred(self, name: str) -> np.ndarray | None:
-        """Draws of a parameter, or of the time of touch or parting; None of anything else."""
+        """Draws of a parameter, of the time of touch or parting, or of the wipe, ``(d,)``; None of
+        anything else.
+        """
         if name in NAMES:
             return self.draws.theta[:, NAMES.index(name)]
-        return self.after_release if self.is_inferred(name) else None
-
-    def of_fact(self, name: str) -> np.ndarray | None:
-        """Draws of what a fact is about, ``(d,)``; None where the motion does not have it."""
         if name != "wipe":
-            return self.inferred(name)
+            return self.after_release if name == SWITCHING[self.record.motion] else None
         record = self.record
         at = self.draws.switching[record.motion] / record.shape.duration
         way = np.interp(at, SHAPE_TIMES, record.shape.way)

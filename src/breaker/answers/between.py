@@ -1,10 +1,12 @@
 """Two visits to a drive, as their records were read: compared, in one document."""
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+
+from numpy import array_equal
 
 from breaker.answers.alike import judged_today, unlike
 from breaker.answers.changed import changes, compare, measured_changes
+from breaker.answers.stated import stated_of
 from breaker.answers.visited import visits_document
 from breaker.family import shipped_networks
 from breaker.mechanism import MOTIONS, from_list, speeds_of
@@ -27,7 +29,6 @@ def compared(
     config: Mapping,
     *,
     beyond: float = _BEYOND,
-    ratios: Mapping[str, float | None] = MappingProxyType({}),
     limits: Sequence[Mapping] = (),
 ) -> dict:
     """Return the document of a comparison.
@@ -36,7 +37,6 @@ def compared(
         visits: Records "before" and "today", as ``read_operations`` returns them.
         config: The configuration of both.
         beyond: Share beyond which a change counts.
-        ratios: Of the linkage, as the files of either visit state it; None where they do not.
         limits: Entries of the section ``limits`` on which to judge today's visit.
 
     Raises:
@@ -53,7 +53,10 @@ def compared(
     return visits_document(
         found,
         {
-            "differences": unlike(measured, found.strokes, ratios),
+            "warnings": _warnings(visits),
+            "differences": unlike(
+                measured, found.strokes, {v: stated_of(each) for v, each in visits.items()}
+            ),
             "changes": [*measured, *changes(found, beyond)],
             "limits": judged_today(found, today, entries, speeds, config["seed"]),
         },
@@ -61,6 +64,20 @@ def compared(
         rejected,
         {"share": beyond, "seed": config["seed"], "misfit_p_value": misfit},
     )
+
+
+def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
+    """What to say of records before anything else: of their rates, and which is there twice."""
+    found = [each.warning for records in visits.values() for each in records if each.warning]
+    before, today = ([each for each in records if not each.reason] for records in visits.values())
+    for one in before:
+        found += [
+            f"{one.operation.file} and {other.operation.file} hold the same samples: they are one "
+            "record, and nothing can have changed; name the records of either visit"
+            for other in today
+            if array_equal(one.raw.whole, other.raw.whole, equal_nan=True)
+        ]
+    return list(dict.fromkeys(found))
 
 
 def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[dict]]:

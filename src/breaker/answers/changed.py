@@ -17,7 +17,7 @@ import numpy as np
 
 from breaker.answers.documents import plainly
 from breaker.answers.judgement import NORMAL
-from breaker.answers.scatter import OF_STROKE, scattered, usual_scatter, visit_error
+from breaker.answers.scatter import PAST_REST, scattered, usual_scatter, visit_error
 from breaker.family import (
     LEAST_AGREEMENT,
     Changes,
@@ -55,9 +55,11 @@ VERDICT_WORDS = ("changed", "not told", "did not change")
 _SURE = 0.95  # probability from which a change is beyond a share
 _QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 4000
+# Shares of the stroke: a way that changes by less did not, and a way below is as good as none.
+_LITTLE, _NEXT_TO_NONE = 0.01, 1e-3
 # Whether more or less of it is the worse; less of a speed, and nothing else, is too.
 _WORSE = dict.fromkeys(("k_a", "k_b", "f"), -1) | dict.fromkeys(
-    ("gamma_a", "gamma_b", "L", "travel_time", "latch_time", *SWITCHING.values(), *OF_STROKE), 1
+    ("gamma_a", "gamma_b", "L", "travel_time", "latch_time", *SWITCHING.values(), *PAST_REST), 1
 )
 _WORSE |= dict.fromkeys(("closing_time", "opening_time", "bounce_time"), 1)
 
@@ -236,8 +238,8 @@ def measured_changes(
         For each quantity of a motion that both visits show a row as of ``changes``, its ``kind``
         "measured", with ``before``, ``today``, ``difference`` and its ``sd`` in its unit, and in
         percent the ``repeatability``, which two operations of one visit keep in 95 % of cases, and
-        the ``least`` change that counts, this and the share. Changes of over-travel and rebound are
-        in percent of the stroke.
+        the ``least`` change that counts: this, and the share, or of
+        over-travel and rebound 1 % of the stroke if that is more.
     """
     rows = []
     for motion in before:
@@ -250,18 +252,19 @@ def measured_changes(
                 continue
             first, second = (float(each[:, 0].mean()) for each in both)
             stroke = first if name == "stroke" else stroke
-            of = stroke if name in OF_STROKE else abs(first)
+            of = max(abs(first), _NEXT_TO_NONE * stroke * (name in PAST_REST))
             if not of > 0.0:
                 continue
             usual = usual_scatter(name, first, stroke)
             change, sd = (second - first) / of, visit_error(both, usual) / of
             scatter = np.sqrt(scattered(both, usual, 0.0)) / of
-            more, less = (_above(beyond, sign * change, sd) for sign in (1.0, -1.0))
+            counts = max(beyond, _LITTLE * stroke / of) if name in PAST_REST else beyond
+            more, less = (_above(counts, sign * change, sd) for sign in (1.0, -1.0))
             values = {"kind": "measured", "motion": motion}
             values |= {"before": first, "today": second, "difference": second - first}
             values |= {"sd": of * sd, "unchanged": None}
             values["repeatability"] = 100.0 * NORMAL[95] * np.sqrt(2.0) * scatter
-            values["least"] = 100.0 * beyond + values["repeatability"]
+            values["least"] = 100.0 * counts + values["repeatability"]
             values["change"] = 100.0 * (change + NORMAL[90] * sd * np.array([-1.0, 0.0, 1.0]))
             rows.append(_row(quantity, values, more, less))
     return rows

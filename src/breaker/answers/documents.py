@@ -41,14 +41,15 @@ def document(
         settings: What the answers were made with: the same.
 
     Returns:
-        ``{"drive", "settings", "records", "together"}``: a list with one entry for each record, and
-        what several records of a motion have in common.
+        ``{"warnings", "drive", "settings", "records", "together"}``: sentences to be said first, a
+        list with one entry for each record, and what several records of a motion have in common.
     """
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
     records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
-    found = {"drive": drive, "settings": settings, "records": records, "together": together}
-    return plainly(found)
+    warnings = [*dict.fromkeys(filter(None, (each.record.warning for each in answers)))]
+    found = {"warnings": warnings, "drive": drive, "settings": settings}
+    return plainly(found | {"records": records, "together": together})
 
 
 def _about(answer: Answer) -> dict:
@@ -136,6 +137,7 @@ def _quantities(answer: Answer) -> dict:
         else:
             measured = answer.measured[name]
             ends = [measured.value + sds * measured.sd for sds in (-NORMAL[95], NORMAL[95])]
+            ends[0] = max(ends[0], min(measured.value, 0.0))  # a way or a time is not negative
             row |= {"median": measured.value, "interval_50": None, "interval_95": ends}
             source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
         found[name] = row | {"source": source, "reason": reason or None}

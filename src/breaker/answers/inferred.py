@@ -12,7 +12,7 @@ import numpy as np
 
 from breaker.answers.answer import Answer, Given
 from breaker.answers.operations import Record
-from breaker.answers.weights import contradicted, surprise_of, weights_of
+from breaker.answers.weights import apart, contradicted, possible, surprise_of, weights_of
 from breaker.family import LevelDraws, Levels, choose_family
 from breaker.mechanism import NAMES, Size, speeds_of
 from breaker.model import generator
@@ -21,6 +21,7 @@ __all__ = ["infer_drive"]
 
 _ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
 _LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round
+_POSSIBLE = 0.2  # share of draws that is enough where they are not weighed
 _SURPRISING = 4.0  # sd, of the contact's time
 
 
@@ -55,39 +56,47 @@ def infer_drive(
         misfit = match.p_value < settings["misfit_p_value"]
         key = record.operation.number, record.operation.breaker, record.operation.phase
         groups.setdefault(key, []).append(Answer(record, levels, match, misfit, speeds=defined))
-    inferred = [each for group in groups.values() for each in _inferred(group, given, settings)]
+    inferred = []
+    for group in groups.values():
+        within = [each for each in group if not each.misfit]
+        odd = [each for each in group if each.misfit]
+        rng = generator(settings["seed"], "motions", group[0].record.operation.number)
+        if len(within) > 1 and (said := apart(within, rng)):
+            split = [replace(each, remarks=(said,)) for each in within]
+            inferred += [new for each in split for new in _inferred([each], given, settings)]
+        elif within:
+            inferred += _inferred(within, given, settings)
+        inferred += odd
     told = [replace(each, draws=None) if each.unresolved else each for each in inferred]
     found = {id(answer.record): _measured(answer) for answer in told}
     return [found.get(id(record), Answer(record)) for record in records]
 
 
-def _inferred(group: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:
-    """Infer one operation from its records that are in the family."""
-    within = [answer for answer in group if not answer.misfit]
-    if not within:
-        return list(group)
+def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:
+    """Infer one operation from its records, which are in the family."""
     levels, first = within[0].levels, within[0].record
     rng = generator(settings["seed"], "levels", first.operation.number)
     seen = {answer.record.motion: answer.record.seen for answer in within}
     weighed = bool(given.prior or given.known) or any(each.record.timed for each in within)
-    tries = [(n, given.size) for n in (_ROUNDS if weighed else (settings["draws"],))]
+    rounds = _ROUNDS if weighed else (settings["draws"], _ROUNDS[-1])
+    tries = [(n, given.size) for n in rounds]
     if given.prior is not None:  # it may be wider than the family's, whose draws then lack its ends
         tries.append((_ROUNDS[-1], None))
     effective = -1.0
     for n, size in tries:
         found = levels.draw(seen, n, rng, size=size)
         new = [replace(each, draws=found, motions=tuple(seen)) for each in within]
-        shares = weights_of(new, given, size) if weighed else np.full(n, 1.0 / n)
-        left = 1.0 / float(np.square(shares).sum()) if shares.any() else 0.0
+        shares = np.where(possible(new), weights_of(new, given, size), 0.0)
+        left = float(shares.sum() ** 2 / np.square(shares).sum()) if shares.any() else 0.0
         if left > effective:
             effective, draws, trial, weights = left, found, new, shares
-        if effective >= _ENOUGH:
+        if effective >= (_ENOUGH if weighed else _POSSIBLE * n):
             break
     unresolved = ""
-    if weighed and effective < _LEAST:
+    if effective < min(_LEAST, _POSSIBLE * weights.size):
         drawn = f"{effective:.0f} of {weights.size} draws"
         unresolved = f"effective size {drawn}, {_LEAST:.0f} are needed"
-    if weighed and effective:
+    if effective and (weighed or effective < len(weights) - 0.5):
         places = (np.arange(settings["draws"]) + rng.random()) / settings["draws"]
         chosen = rng.permutation(np.searchsorted(np.cumsum(weights), places * weights.sum()))
         chosen = np.minimum(chosen, weights.size - 1)
@@ -104,8 +113,10 @@ def _inferred(group: Sequence[Answer], given: Given, settings: Mapping) -> list[
         for each in trial
     ]
     said = contradicted(inferred, given)
-    beside = [_beside(each, given, said if not k else []) for k, each in enumerate(inferred)]
-    return [*beside, *(each for each in group if each.misfit)]
+    return [
+        _beside(each, given, [*each.remarks, *(said if not k else [])])
+        for k, each in enumerate(inferred)
+    ]
 
 
 def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:

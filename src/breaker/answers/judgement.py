@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.answers.answer import NOTHING, Answer
-from breaker.mechanism import Limit
+from breaker.mechanism import EVENTS, QUANTITIES, Limit
 from breaker.model import generator
 
 __all__ = ["NORMAL", "VERDICTS", "Told", "judge", "judged"]
@@ -91,6 +91,8 @@ def _row(
 
 def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
     """Probability that a limit is exceeded, of quantities that are known."""
+    if limit.of == "record" and all(not up and bound <= 0.0 for _, bound, up in limit.parts):
+        return 0.0  # no record shows a way or time below 0
     values, sds = np.array([(each.value, each.sd) for each in known]).T
     drawn = [each.draws for each in known if each.draws is not None]
     if not drawn:
@@ -121,7 +123,9 @@ def _told(answer: Answer, limit: Limit, name: str) -> Told:
     """What an answer tells of a quantity of a limit."""
     alone = limit.of == "record"
     if alone and not answer.alone(name):
-        return Told(reason="no contact was timed, and of: model takes the inferred one")
+        of_model = name not in QUANTITIES or "model" in QUANTITIES[name].of
+        takes = ", and of: model takes the inferred one" * of_model
+        return Told(reason=f"no contact channel: {EVENTS[limit.motion]} was not measured{takes}")
     if alone or not answer.is_inferred(name):
         measured = answer.measured.get(name, NOTHING)
         return Told(measured.value, measured.sd, None, measured.reason)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.answers.cells import NONE, RESULTS, Cell, Table, named, some_of
-from breaker.answers.words import bounds_in_words
+from breaker.answers.words import bounds_in_words, starred
 from breaker.mechanism import EVENTS, in_digits
 
 __all__ = ["Group", "measured_table"]
@@ -40,7 +40,7 @@ def measured_table(group: Group, printed: Mapping[tuple, tuple[float, str]]) -> 
         for name, each in entry["quantities"].items():
             found.setdefault(name, {})[phase] = each
     rows = _times(group)
-    for name in sorted(found, key=lambda name: any(map(_starred, found[name].values()))):
+    for name in sorted(found, key=lambda name: any(map(starred, found[name].values()))):
         rows.append(_row(name, found[name], group))
         values = [printed.get((group.file, group.motion, p, name), ()) for p in group.channels]
         if any(values):
@@ -57,21 +57,16 @@ def measured_table(group: Group, printed: Mapping[tuple, tuple[float, str]]) -> 
     return Table(group.title, tuple(head), rows, _notes(group))
 
 
-def _starred(each: Mapping) -> bool:
-    """Whether the model has a part in a quantity."""
-    return each["source"] not in ("measured", None)
-
-
 def _row(name: str, by: Mapping, group: Group) -> tuple[Cell, ...]:
     """A quantity of all channels, with its limits."""
     known = [each for each in by.values() if each["median"] is not None]
     halves = [(each["interval_95"][1] - each["interval_95"][0]) / 2.0 for each in known]
     cells = [
-        Cell(in_digits(each["median"], 4) + "*" * _starred(each)) if each in known else NONE
+        Cell(in_digits(each["median"], 4) + "*" * starred(each)) if each in known else NONE
         for each in (by.get(phase) for phase in group.channels)
     ]
     cells.append(Cell(in_digits(max(halves), 2) if halves else ""))
-    cells += _spread([each["median"] for each in known], group)
+    cells += _spread([each["median"] for each in known], group, "*" * any(map(starred, known)))
     unit = next(iter(by.values()))["unit"]
     return (Cell(name), Cell(unit), *cells, *_limits(name, group.channels))
 
@@ -90,11 +85,11 @@ def _times(group: Group) -> list[tuple[Cell, ...]]:
     return rows
 
 
-def _spread(values: Sequence[float], group: Group) -> list[Cell]:
-    """By how much channels differ; nothing of one channel."""
+def _spread(values: Sequence[float], group: Group, star: str = "") -> list[Cell]:
+    """By how much channels differ, with a star where the model has a part; nothing of one."""
     if len(group.channels) == 1:
         return []
-    return [Cell(in_digits(np.ptp(values), 2) if len(values) > 1 else "")]
+    return [Cell(in_digits(np.ptp(values), 2) + star if len(values) > 1 else "")]
 
 
 def _limits(name: str, channels: Mapping[str, Mapping]) -> tuple[Cell, ...]:
@@ -117,15 +112,15 @@ def _limits(name: str, channels: Mapping[str, Mapping]) -> tuple[Cell, ...]:
 
 def _notes(group: Group) -> list[str]:
     """Why values are missing, what a star means, and what is doubtful."""
-    said, starred = [], False
+    said, any_star = [], False
     points: dict[str, None] = {}
     for phase, entry in group.channels.items():
         for name, each in entry["quantities"].items():
-            starred |= _starred(each)
+            any_star |= starred(each)
             if "_speed" in name and not name[-1].isdigit():  # whose name does not say its points
                 points[f"{name}: {each['meaning']}"] = None
             said += [(phase, f"– {name}: {each['reason']}")] if each["reason"] else []
         said += [(phase, f"remark: {remark}") for remark in entry["remarks"]]
     event = EVENTS[group.motion]
     star = f"* the time of the {event} was not measured: by the model's, with its interval"
-    return [*points, *([star] if starred else []), *named(said, len(group.channels))]
+    return [*points, *([star] if any_star else []), *named(said, len(group.channels))]

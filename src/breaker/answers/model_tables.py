@@ -29,7 +29,7 @@ def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Tabl
     for (label, kind), found in by.items():
         worst = min((each["verdict"] for each in found.values()), key=VERDICT_WORDS.index)
         first = next(iter(found.values()))
-        if worst in other and first["name"] != "stroke":
+        if worst == VERDICT_WORDS[2] or (worst in other and kind != "measured"):
             other[worst].append(f"{label}, inferred" if kind == "time" else label)
             continue
         cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]

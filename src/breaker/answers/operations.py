@@ -1,12 +1,16 @@
 """The records of a drive, as networks of a family see them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from breaker.answers.stated import against_stated, with_stated_rate
 from breaker.family import NormalisedRecords, normalise_record
-from breaker.files import Operation
+from breaker.files import Operation, Preamble
+from breaker.inspection import stated_in
 from breaker.mechanism import MOTIONS, in_digits
 from breaker.records import Raw, Shape, read_raws, taken_apart
 
@@ -19,17 +23,21 @@ class Record:
 
     Attributes:
         operation, motion: What it is of.
+        stated: What stands above the samples of its file.
         reason: Why it cannot be used; empty if it can.
         raw: The record as it is in its file, if it can be used.
         shape, seen: What networks see of it.
+        warning: What its file states against how it was read, to be said before anything else.
     """
 
     operation: Operation
     motion: str
+    stated: Preamble
     reason: str = ""
     raw: Raw | None = None
     shape: Shape | None = None
     seen: NormalisedRecords | None = None
+    warning: str = ""
 
     @property
     def timed(self) -> bool:
@@ -55,47 +63,73 @@ def read_operations(
             other is left out, and a file of neither is there once. A motion that a file holds more
             than once is there as often, with numbers beyond those of the operations.
     """
-    found = {
-        motion: [
-            _records(operation, motion, raw, settings, beyond=len(each) if loose else 0)
-            for operation, raw in zip(each, read_raws(each, settings, motion), strict=True)
-        ]
-        for motion, each in operations.items()
-    }
+    files = dict.fromkeys(each.file for some in operations.values() for each in some)
+    stated = {file: stated_in(file) for file in files}
+    found = {}
+    for motion, each in operations.items():
+        rated = [with_stated_rate(one, stated[one.file], settings) for one in each]
+        told = {new.file for new, old in zip(rated, each, strict=True) if new is not old}
+        reader = _Reader(motion, settings, stated, told, len(each) if loose else 0)
+        raws = read_raws(rated, settings, motion)
+        found[motion] = [reader.records(*both) for both in zip(rated, raws, strict=True)]
     if loose and len(found) == len(MOTIONS):
         kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
         found = dict(zip(found, zip(*kept, strict=True), strict=True)) if kept else {}
     return [record for each in found.values() for some in each for record in some]
 
 
-def _records(
-    operation: Operation, motion: str, raw: Raw | Exception, settings: Mapping, *, beyond: int
-) -> list[Record]:
-    """The records of a motion in a file: one, or each that it has where numbers go beyond."""
-    apart = taken_apart(operation, raw) if beyond else []
-    if not apart:
-        return [_record(operation, motion, raw)]
-    each = [replace(one, number=one.number + k * beyond) for k, one in enumerate(apart)]
-    raws = read_raws(each, settings, motion)
-    return [_record(one, motion, raw) for one, raw in zip(each, raws, strict=True)]
+class _Reader(NamedTuple):
+    """How the records of a motion are read.
+
+    Attributes:
+        motion, settings: As of ``read_operations``.
+        stated: What stands above the samples, by file.
+        rated: Files that tell their rate themselves.
+        beyond: From which numbers of operations go on where a motion comes again.
+    """
+
+    motion: str
+    settings: Mapping
+    stated: Mapping[str | Path, Preamble]
+    rated: Collection[str | Path]
+    beyond: int
+
+    def records(self, operation: Operation, raw: Raw | Exception) -> list[Record]:
+        """The records of a motion in a file: one, or each that it has where numbers go beyond."""
+        apart = taken_apart(operation, raw) if self.beyond else []
+        if not apart:
+            return [self._record(operation, raw)]
+        each = [replace(one, number=one.number + k * self.beyond) for k, one in enumerate(apart)]
+        raws = read_raws(each, self.settings, self.motion)
+        return [self._record(*both) for both in zip(each, raws, strict=True)]
+
+    def _record(self, operation: Operation, raw: Raw | Exception) -> Record:
+        about = operation, self.motion, self.stated[operation.file]
+        if not isinstance(raw, Raw):
+            return Record(*about, str(raw))
+        try:
+            warning = against_stated(raw, about[2])
+            shape, seen = normalise_record(raw)
+        except ValueError as error:
+            return Record(*about, f"{operation.file}: {error}")
+        if lacks := _lacks(shape, raw.settings["missing"]):
+            return Record(*about, f"{operation.file}: {lacks}")
+        if operation.file in self.rated:
+            told = f"the rate, {in_digits(1.0 / raw.step, 4)} kHz, is the one that the file states"
+            raw = replace(raw, said=(*raw.said, told))
+        return Record(*about, "", raw, shape, seen, warning)
 
 
-def _record(operation: Operation, motion: str, raw: Raw | Exception) -> Record:
-    if not isinstance(raw, Raw):
-        return Record(operation, motion, str(raw))
-    try:
-        shape, seen = normalise_record(raw)
-    except ValueError as error:
-        return Record(operation, motion, f"{operation.file}: {error}")
+def _lacks(shape: Shape, allowed: float) -> str:
+    """Say where too large a share of a motion is missing; "" where it is not."""
     inside = np.flatnonzero(shape.present)
     missing = 1.0 - float(shape.present[inside[0] : inside[-1] + 1].mean()) if inside.size else 1.0
-    if missing > raw.settings["missing"]:
-        reason = (
-            f"{operation.file}: a share of {in_digits(missing, 2)} of the motion is missing, and "
-            f"endurance.format.missing allows {in_digits(raw.settings['missing'], 4)}"
-        )
-        return Record(operation, motion, reason)
-    return Record(operation, motion, "", raw, shape, seen)
+    if missing <= allowed:
+        return ""
+    return (
+        f"a share of {in_digits(missing, 2)} of the motion is missing, and "
+        f"endurance.format.missing allows {in_digits(allowed, 4)}"
+    )
 
 
 def _kept(first: list[Record], second: list[Record]) -> tuple[list[Record], list[Record]]:

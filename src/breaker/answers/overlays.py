@@ -20,6 +20,7 @@ TOLERANCE = 0.05
 """Share of the stroke, half of the band about a good record."""
 
 _BEFORE, _AFTER = 0.5, 7.0  # of the durations, before and after the first motion
+_NONE = 1e-3  # share of the band, below which a difference is none
 _LASTING = 0.3, 3  # ms and samples: for less, the difference is no motion of the drive
 
 
@@ -68,6 +69,8 @@ class Overlay(NamedTuple):
         share = in_digits(100.0 * self.share, 4)
         band = f"±{in_digits(self.band, 3)} mm ({share} % of the stroke)"
         most = f"{in_digits(self.farthest[1], 3, sign=True)} mm at {self.farthest[0]:.1f} ms"
+        if self.leaves is None and abs(self.farthest[1]) < _NONE * self.band:
+            return "is the same as the reference"
         if self.leaves is None:
             return f"stays within {band} of the reference; farthest {most} after the first motion"
         at, by = self.leaves

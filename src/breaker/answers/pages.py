@@ -23,7 +23,7 @@ th:first-child, td:first-child { text-align: left; }
 def report_page(report: Report, pictures: Sequence[bytes], title: str = "Test report") -> str:
     """Return a report as HTML, with pictures as PNG in it.
 
-    >>> "<h1>Test report</h1>" in report_page(Report([], Cell("pass"), [], []), [])
+    >>> "<h1>Test report</h1>" in report_page(Report([], [], Cell("pass"), [], []), [])
     True
     """
     plate = "".join(f"<tr><td>{escape(k)}</td><td>{escape(v)}</td></tr>" for k, v in report.plate)
@@ -34,6 +34,7 @@ def report_page(report: Report, pictures: Sequence[bytes], title: str = "Test re
             '<meta name="generator" content="breaker report">',
             f"<title>{title}</title>\n<style>{_STYLE}</style>\n</head>\n<body>",
             f"<h1>{title}</h1>\n<table>{plate}</table>",
+            *(f'<p class="bad">{escape(each)}</p>' for each in report.warnings),
             f'<p class="{report.verdict.tone}">{escape(report.verdict.text)}</p>',
             *map(_table, report.tables),
             *(f'<img alt="curves" src="data:image/png;base64,{each}">' for each in images),

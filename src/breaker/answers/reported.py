@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from breaker.answers.answer import Answer
-from breaker.answers.cells import RESULTS, Cell, Table, few, some_of
+from breaker.answers.cells import RESULTS, Cell, Table, few, named, some_of
 from breaker.answers.documents import document as document_of
 from breaker.answers.measured_tables import Group, measured_table
 from breaker.answers.model_tables import changes_table, model_table
@@ -23,12 +23,14 @@ class Report(NamedTuple):
 
     Attributes:
         plate: Names and values of the nameplate and the test.
+        warnings: What is to be said first, as of a rate, or of visits that are not alike.
         verdict: What all limits together say.
         tables: In their order.
         panels: One for each motion of each operation.
     """
 
     plate: list[tuple[str, str]]
+    warnings: list[str]
     verdict: Cell
     tables: list[Table]
     panels: list[Panel]
@@ -46,7 +48,8 @@ def report_of(
             document of a comparison by phase; ``printed``, what ``measured_table`` takes;
             ``rejected``, sentences on what was not read.
     """
-    found = document_of(answers, verdicts, {}, {})["records"]
+    document = document_of(answers, verdicts, {}, {})
+    found = document["records"]
     pairs = [pair for pair in zip(answers, found, strict=True) if pair[1]["accepted"]]
     entries = [entry for _, entry in pairs]
     phases = list(dict.fromkeys(map(_phase, entries)))
@@ -60,10 +63,13 @@ def report_of(
     lines = [*beside.get("rejected", ()), *(e["reason"] for e in found if not e["accepted"])]
     if lines:
         tables.append(Table("Not read", (), [], few(list(dict.fromkeys(lines)))))
-    if changed := beside.get("changes"):
+    if changed := beside.get("changes", {}):
         tables.append(changes_table(changed, phases))
     tables.append(model_table(entries))
-    return Report(list(beside["plate"]), _verdict(entries, len(phases)), tables, panels)
+    said = [(phase, w) for phase, each in changed.items() for w in each.get("warnings", ())]
+    warnings = [*(f"WARNING: {each}" for each in document["warnings"]), *named(said, len(changed))]
+    verdict = _verdict(entries, len(phases))
+    return Report(list(beside["plate"]), warnings, verdict, tables, panels)
 
 
 def _phase(entry: Mapping) -> str:

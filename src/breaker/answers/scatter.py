@@ -4,17 +4,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["OF_STROKE", "scattered", "usual_scatter", "visit_error"]
+__all__ = ["PAST_REST", "scattered", "usual_scatter", "visit_error"]
 
 # Usual scatter of operations, and how well it is known, as from so many records more than one.
 _SCATTER, _KNOWN = 0.004, 4
-OF_STROKE = {"over_travel", "rebound"}
-"""Ways that may be 0, so that their changes are in shares of the stroke."""
+_PAST = 0.05, 0.002  # of ways past a rest: of themselves, and of the stroke
+_BOUNCE = 0.2, 0.3  # of a bounce: of itself, and ms, as it hits another time each time
+PAST_REST = {"over_travel", "rebound"}
+"""Ways past a rest, which may be 0."""
 
 
 def usual_scatter(name: str, value: float, stroke: float) -> float:
     """Return how far a quantity usually scatters from operation to operation, in its unit."""
-    return _SCATTER * (stroke if name in OF_STROKE else abs(value))
+    if name in PAST_REST:
+        return float(np.hypot(*np.multiply(_PAST, (value, stroke))))
+    if name == "bounce_time":
+        return float(np.hypot(_BOUNCE[0] * value, _BOUNCE[1]))
+    return _SCATTER * abs(value)
 
 
 def visit_error(visits: Sequence[np.ndarray], usual: float) -> float:

@@ -34,7 +34,8 @@ def visits_document(
 
     Args:
         found: The comparison.
-        told: Rows of it: ``differences``, what ``unlike`` returns; ``changes``, what
+        told: Rows of it: ``warnings``, sentences; ``differences``, what ``unlike`` returns;
+            ``changes``, what
             ``measured_changes`` returns, then what ``changes`` returns, which is left out where
             visits were measured differently; ``limits``, what ``judged_today`` returns.
         records: Number of records by motion and visit.
@@ -64,18 +65,21 @@ def visits_document(
         "changes": rows,
         "limits": plainly(told["limits"]),
     }
-    said = {"warnings": _warnings(document), "headline": _headline(document)}
+    warnings = [f"WARNING: {each}" for each in told.get("warnings", ())] + _unlike(document)
+    said = {"warnings": warnings, "headline": _headline(document)}
     return said | {"trust": _trust(document)} | document
 
 
-def _warnings(document: Mapping) -> list[str]:
-    """What goes before anything else: how the visits were measured differently."""
+def _unlike(document: Mapping) -> list[str]:
+    """How the visits were measured differently."""
     if not document["differences"]:
         return []
     differ = [
         f"the {each['what']}{' of' * bool(each['motion'])} {each['motion']}".rstrip()
-        + f" was {in_digits(each['before'], 4)} {each['unit']}".rstrip()
-        + f" and is {in_digits(each['today'], 4)} {each['unit']}".rstrip()
+        + " and".join(
+            f" {verb} {_text(each[visit])} {each['unit']}".rstrip()
+            for verb, visit in (("was", "before"), ("is", "today"))
+        )
         for each in document["differences"]
     ]
     return [
@@ -83,6 +87,10 @@ def _warnings(document: Mapping) -> list[str]:
         "drives or phases: check transducer, ratio and endurance.format of both. What follows "
         "compares the records, not the drive"
     ]
+
+
+def _text(value: float | str) -> str:
+    return value if isinstance(value, str) else in_digits(value, 4)
 
 
 def _headline(document: Mapping) -> str:

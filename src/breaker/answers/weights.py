@@ -7,11 +7,14 @@ import numpy as np
 
 from breaker.answers.answer import Answer, Given
 from breaker.answers.operations import Record
-from breaker.mechanism import Size, in_digits, powers
+from breaker.family import LEAST_AGREEMENT, agreement_of
+from breaker.mechanism import NAMES, Size, in_digits, in_p, powers
+from breaker.records import SHAPE_TIMES
 
-__all__ = ["contradicted", "surprise_of", "weights_of"]
+__all__ = ["apart", "contradicted", "possible", "surprise_of", "weights_of"]
 
 _CONTRADICTED = 3.0  # sd, of a fact
+_DRAWS = 1000  # of each motion, by which they are held against each other
 
 
 def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np.ndarray:
@@ -41,13 +44,42 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
 
 def _of_fact(answers: Sequence[Answer], name: str) -> np.ndarray | None:
     """Draws of what a fact is about, ``(d,)``, by the first record that has it."""
-    about = (answer.of_fact(name) for answer in answers)
+    about = (answer.inferred(name) for answer in answers)
     return next((each for each in about if each is not None), None)
 
 
 def _contact(record: Record) -> float:
     """When the contact was seen to switch, ms after 10 % of the way."""
     return record.raw.switching - record.tenth
+
+
+def possible(answers: Sequence[Answer]) -> np.ndarray:
+    """Which draws ``(d,)`` may be: the stroke is longer than the gap, and the contact switches
+    between the rests, on the way there.
+    """
+    found = np.ones(len(answers[0].draws.theta), bool)
+    for answer in answers:
+        shape, at = answer.record.shape, answer.draws.switching[answer.record.motion]
+        there = SHAPE_TIMES[shape.way >= 1.0]
+        found &= (answer.inferred("L") < shape.stroke) & ~(answer.inferred("wipe") <= 0.0)
+        found &= at < (there[0] if there.size else np.inf) * shape.duration
+    return found
+
+
+def apart(answers: Sequence[Answer], rng: np.random.Generator) -> str:
+    """In which parameter records of an operation contradict each other, in words; "" if in none."""
+    alone = [
+        each.levels.draw({each.record.motion: each.record.seen}, _DRAWS, rng).theta
+        for each in answers
+    ]
+    agreement = agreement_of(*alone)
+    least = int(agreement.argmin())
+    if agreement[least] >= LEAST_AGREEMENT:
+        return ""
+    return (
+        f"closing and opening contradict each other ({NAMES[least]}, {in_p(agreement[least])}): "
+        "each is inferred by itself, and no drive of the family has both; trust what is measured"
+    )
 
 
 def surprise_of(answer: Answer) -> float:

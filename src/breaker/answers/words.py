@@ -6,7 +6,7 @@ from textwrap import wrap
 from breaker.answers.judgement import VERDICTS
 from breaker.mechanism import in_digits, in_p
 
-__all__ = ["bounds_in_words", "in_words", "limit_lines", "wrapped"]
+__all__ = ["bounds_in_words", "in_words", "limit_lines", "starred", "wrapped"]
 
 _WIDTH = 98
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
@@ -24,7 +24,10 @@ def in_words(document: Mapping) -> str:
     block = _short if len(files) > 1 else _long
     head = _drive(document) if any(each["accepted"] for each in records) else []
     if head and block is _short:
-        head.append("± is half of a 95 % interval; --json, --output and --draws have all numbers")
+        head.append(
+            "± is half of a 95 % interval, * by the model's touch or parting; --json, --output and "
+            "--draws have all numbers"
+        )
     parts = ["\n".join(head)] if head else []
     for file in dict.fromkeys(each["file"] for each in records):
         there = [each for each in records if each["file"] == file]
@@ -35,7 +38,8 @@ def in_words(document: Mapping) -> str:
 
 
 def _drive(document: Mapping) -> list[str]:
-    return [line for each in document["drive"]["words"] for line in wrapped(each, "", "  ")]
+    said = [f"WARNING: {each}" for each in document["warnings"]] + document["drive"]["words"]
+    return [line for each in said for line in wrapped(each, "", "  ")]
 
 
 def _rejected(record: Mapping, of_file: Sequence[Mapping]) -> list[str]:
@@ -62,7 +66,7 @@ def _both(found: Mapping) -> tuple[dict, dict]:
     """What is measured of a record, or of several, or is not shown; and what is inferred."""
     drawn = {n: each for n, each in found["quantities"].items() if each["source"] == "inferred"}
     others = {n: each for n, each in found["quantities"].items() if n not in drawn}
-    alone = {n: each for n, each in others.items() if each["source"] in ("measured", None)}
+    alone = {n: each for n, each in others.items() if not starred(each)}
     return alone | others, found["parameters"] | drawn
 
 
@@ -71,7 +75,10 @@ def _short(record: Mapping) -> list[str]:
     lines = [_title(record)]
     for title, some in zip(("", "inferred"), _both(record), strict=True):
         known = {n: each for n, each in some.items() if each["median"] is not None}
-        cells = [f"{name} {_number(e['median'])} ±{_half(e)}" for name, e in known.items()]
+        cells = [
+            f"{n} {_number(e['median'])}{'*' * (not title and starred(e))} ±{_half(e)}"
+            for n, e in known.items()
+        ]
         if cells and title:
             lines.append(f"  {title}:")
         for begin in range(0, len(cells), _CELLS):
@@ -80,6 +87,11 @@ def _short(record: Mapping) -> list[str]:
         missing = {n: each["reason"] for n, each in some.items() if each.get("reason")}
         lines += [line for n, each in missing.items() for line in wrapped(f"no {n}: {each}")]
     return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
+
+
+def starred(each: Mapping) -> bool:
+    """Whether the model has a part in a quantity."""
+    return each["source"] not in ("measured", None)
 
 
 def _half(each: Mapping) -> str:
@@ -215,7 +227,9 @@ def _number(value: float) -> str:
 
 
 def _interval(ends: Sequence[float]) -> str:
-    return f"{_number(ends[0])} to {_number(ends[1])}"
+    """Ends of an interval, with as many digits as set them apart."""
+    texts = ([in_digits(end, digits) for end in ends] for digits in range(4, 8))
+    return " to ".join(next((each for each in texts if each[0] != each[1]), map(_number, ends)))
 
 
 def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:

@@ -5,10 +5,9 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from functools import reduce
-from math import isnan
 from operator import getitem
 
-from breaker.cli.named import add_choice, add_path, operations_of, percent, stated_by
+from breaker.cli.named import add_choice, add_path, operations_of, percent
 from breaker.cli.outputs import check_outputs, whole
 from breaker.cli.settings import limits_of, settings_of
 
@@ -68,7 +67,6 @@ def _run(options: argparse.Namespace) -> int:
         },
         config,
         beyond=options.beyond,
-        ratios={visit: _ratio(each) for visit, (each, _) in listed.items()},
         limits=limits_of(config, options.config),
     )
     if options.plot:
@@ -96,13 +94,6 @@ def _config_of(own: Sequence[str], shared: Sequence[str], config: Mapping) -> Ma
         if here != both:
             raise ValueError(f"{' '.join(own)}: {key} holds for both visits; set it by --config")
     return found
-
-
-def _ratio(operations: Mapping[str, Sequence]) -> float | None:
-    """Ratio of the linkage that the files of a visit state; None where they differ or do not."""
-    stated = stated_by(each for some in operations.values() for each in some)
-    ratios = {each.ratio for each in stated.values() if not isnan(each.ratio)}
-    return ratios.pop() if len(ratios) == 1 else None
 
 
 def _check_no_facts(known: Mapping) -> None:

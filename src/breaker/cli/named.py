@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +13,6 @@ __all__ = [
     "each_once",
     "operations_of",
     "percent",
-    "stated_by",
 ]
 
 MOTIONS = ("closing", "opening")
@@ -105,15 +104,6 @@ def each_once(paths: Sequence[str | Path]) -> list:
     for path in sorted(paths, key=natural):
         found.setdefault(os.path.realpath(path), path)
     return list(found.values())
-
-
-def stated_by(operations: Iterable) -> dict:
-    """What stands above the samples of the files of operations; nothing where that cannot be read,
-    as is said where the record is.
-    """
-    from breaker.inspection import stated_in
-
-    return {file: stated_in(file) for file in dict.fromkeys(each.file for each in operations)}
 
 
 def _is_folder(name: str) -> bool:

@@ -1,19 +1,29 @@
 """`breaker report`: a test report of a visit, to leave with the breaker."""
 
 import argparse
+import re
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from breaker.cli.named import MOTIONS, add_path, each_once, stated_by
+from breaker.cli.named import MOTIONS, add_path, each_once
 from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
 from breaker.mechanism import in_digits
 
+if TYPE_CHECKING:
+    from breaker.files import Preamble
+
 __all__ = ["add"]
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
+_BESIDE = {  # and of the test, by words in its name
+    "Gas pressure": r"gas.*(?:press|druck)|gasdruck|sf6.*(?:press|druck)|\bpression|presi[oó]n",
+    "Temperature": r"temperat|\btemp\b",
+    "Operator": r"\boperator\b|tested by|engineer|prüfer|opérateur|operador|technici",
+}
 # What analysers print by the definition of the house, and its unit where they print none.
 _PRINTED = dict.fromkeys(("stroke", "over_travel", "wipe"), "mm") | {"speed": "m/s"}
 _PRINTED |= dict.fromkeys(("closing_time", "opening_time"), "ms")
@@ -59,7 +69,8 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
     good = _read([options.reference], options, form) if options.reference else []
     overlays = overlays_of(records, good, options)
-    stated = stated_by(each.operation for each in records)
+    _check_one(records)
+    stated = {each.operation.file: each.stated for each in records}
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
     settings["seed"] = config["seed"]
     config["speeds"] = points = _points(stated, config)
@@ -113,6 +124,17 @@ def _read(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> l
     return [*read_operations(rows, form), *read_operations(whole, form, loose=True)]
 
 
+def _check_one(records: Sequence) -> None:
+    """Refuse files that name different breakers: poles of one may have numbers, but one bay."""
+    for name, beside in (("serial", "bay"), ("bay", "serial")):
+        named, same = ({getattr(each.stated, of) for each in records} for of in (name, beside))
+        if len(named - {""}) > 1 and (len(same) > 1 or not all(same)):
+            raise ValueError(
+                f"a report is of one breaker, and the files state {name} "
+                f"{' and '.join(sorted(named - {''}))}; write one report of each"
+            )
+
+
 def _channels(file: Path, chosen: Sequence[str]) -> dict[str, tuple[str, Mapping]]:
     """Names of channels, and what goes with each, by columns of travel of a file; the name of one
     alone is empty.
@@ -136,18 +158,23 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     operations = [each.operation for each in records]
     files = dict.fromkeys(each.operation.file for each in records if not each.reason)
     first, *more = (printable(file).rpartition("/")[2] for file in files)
+    shown = [
+        f"{in_digits(each.temperature, 4)} °C" if each.temperature == each.temperature else ""
+        for each in operations
+    ]
+    beside = {name: [_beside(each, name) for each in stated.values()] for name in _BESIDE}
+    serials = [each.serial for each in stated.values()]
     known = {
-        "Breaker": [each.breaker for each in operations],
+        "Breaker": [each.breaker for each in operations if each.breaker] or serials,
         "Test date": [
             each.date or " or ".join(dict.fromkeys(stated[each.file].dates)) for each in operations
         ],
         "Files": [first + (f" and {len(more)} more" if more else "")],
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
-        "Temperature": [
-            f"{in_digits(each.temperature, 4)} °C"
-            for each in operations
-            if each.temperature == each.temperature
+        "Linkage ratio": [
+            in_digits(each.ratio, 6) for each in stated.values() if each.ratio == each.ratio
         ],
+        **(beside | ({"Temperature": shown} if any(shown) else {})),
         "Channels": [each.phase for each in operations],
         "Contacts": [str(each.settings.get("contact_column") or "") for each in operations],
         "Motions": [each.motion for each in records],
@@ -155,6 +182,14 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     pairs = [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
     always = "Breaker", "Test date"
     return [(name, text or "not stated") for name, text in pairs if text or name in always]
+
+
+def _beside(stated: "Preamble", name: str) -> str:
+    """What a file states of a test by the words of its name, with its unit; nothing if it does
+    not.
+    """
+    found = (each for each in stated.pairs if re.search(_BESIDE[name], each.name.lower()))
+    return next((f"{each.text} {each.unit}".rstrip() for each in found if each.text), "")
 
 
 def _points(stated: Mapping, config: Mapping) -> dict:

@@ -20,13 +20,15 @@ _EDGE = _MARGIN / _POINTS  # inches
 _ROOM = _WIDTH * _POINTS - 2 * _MARGIN  # points
 _LETTER = 0.6  # width of one over its size, on average
 _SIZES = (5.2, 7.6)  # points, of letters in tables
+_NOTE = 6.6  # points, of letters in notes
+_PAGES, _SCALES = 2, (1.0, 0.93, 0.86, 0.8)  # that are wanted, and how small letters get for them
 _GAP = 1.9  # letters between columns
 _LEADING = 1.42  # of lines, over the size of letters
 _LINES = 1.2  # the same within a cell
 _TONES = {"good": "#1B7837", "bad": style.WARNING, "doubt": "#B35806", "faint": "#777777"}
 _CHANNELS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _PANELS = {False: 4, True: 3}  # on a page, without and with a reference
-_TALLEST = 3.6  # inches, of a panel
+_TALLEST, _PANEL_LEAST = 3.6, 1.7  # inches, of a panel
 _NAME = 28  # letters of a channel's name
 _LEGEND = 0.19  # inches, of a line of the legend
 _KEYS_WIDE = 118  # letters in a line of the legend
@@ -48,7 +50,8 @@ class _Written(NamedTuple):
 class _Sheet:
     """Pages that are written from above, each begun where the one before is full."""
 
-    def __init__(self) -> None:
+    def __init__(self, scale: float = 1.0) -> None:
+        self.scale = scale
         self.pages: list[list[_Written]] = [[]]
         self.y = _MARGIN
 
@@ -75,7 +78,7 @@ class _Sheet:
         self.room(70.0)
         self.paragraph(table.title, 9.0, weight="bold")
         if table.rows:
-            size, places = _columns(table)
+            size, places = _columns(table, self.scale)
             head = tuple(Cell(_stacked(each)) for each in table.head)
             self._row(head, size, places, weight="bold")
             for row in table.rows:
@@ -86,7 +89,7 @@ class _Sheet:
                 self._row(row, size, places)
         self.y += 2.0
         for note in table.notes:
-            self.paragraph(note, 6.2, color="#555555")
+            self.paragraph(note, _NOTE * self.scale, color="#555555")
         self.y += 7.0
 
     def _row(self, row: Sequence[Cell], size: float, places: Sequence[float], **look) -> None:
@@ -111,7 +114,7 @@ def _height(row: Sequence[Cell], size: float) -> float:
     return size * (_LEADING + _LINES * (lines - 1)) + (2.0 if lines > 1 else 0.0)
 
 
-def _columns(table: Table) -> tuple[float, list[float]]:
+def _columns(table: Table, scale: float) -> tuple[float, list[float]]:
     """Size of letters, and where columns are: the first begins, the others end there."""
     cells = [
         [_stacked(each) for each in table.head],
@@ -122,7 +125,7 @@ def _columns(table: Table) -> tuple[float, list[float]]:
         for column in zip(*cells, strict=True)
     ]
     letters = sum(widths) + _GAP * (len(widths) - 1)
-    size = min(max(_ROOM / (letters * _LETTER), _SIZES[0]), _SIZES[1])
+    size = min(max(_ROOM / (letters * _LETTER), _SIZES[0]), _SIZES[1] * scale)
     wide = [width * size * _LETTER for width in widths]
     gap = (_ROOM - sum(wide)) / max(1, len(widths) - 1)
     gap = min(max(gap, 0.0), 4.0 * _GAP * size * _LETTER)
@@ -134,23 +137,39 @@ def _columns(table: Table) -> tuple[float, list[float]]:
 
 
 def pages(report: Report) -> Iterator[Figure]:
-    """Draw the pages of a report, one after the other: A4, upright."""
-    sheet = _Sheet()
+    """Draw the pages of a report, one after the other: A4, upright; two where they hold it."""
+    for scale in _SCALES:
+        sheet = _sheet(report, scale)
+        drawn = _parts(report.panels)
+        free = _HEIGHT - (sheet.y + _MARGIN) / _POINTS
+        total = len(sheet.pages) + len(drawn)
+        joined = total > _PAGES and bool(drawn) and free > _PANEL_LEAST * len(drawn[0]) + 1.0
+        total -= joined
+        if total <= _PAGES:
+            break
+    name = ", ".join(v for _, v in report.plate[:3] if v != "not stated")  # whose it is
+    parts = [(texts, (), 0.0) for texts in sheet.pages] + [((), each, 0.0) for each in drawn]
+    if joined:
+        last = len(sheet.pages) - 1
+        parts[last : last + 2] = [(sheet.pages[last], drawn[0], sheet.y / _POINTS)]
+    for number, part in enumerate(parts, start=1):
+        yield _page(*part, f"{name} · page {number} of {total}")
+
+
+def _sheet(report: Report, scale: float) -> _Sheet:
+    """All that is written, with letters of tables and notes at a scale."""
+    sheet = _Sheet(scale)
     sheet.paragraph("Test report", 15.0, weight="bold")
     sheet.y += 4.0
     _plate(sheet, report.plate)
+    for each in report.warnings:
+        sheet.paragraph(each, 8.5, weight="bold", color=_TONES["bad"])
     tone = report.verdict.tone
     sheet.paragraph(report.verdict.text, 9.5, weight="bold", color=_TONES.get(tone, "black"))
     sheet.y += 6.0
     for table in report.tables:
         sheet.table(table)
-    drawn = _parts(report.panels)
-    total = len(sheet.pages) + len(drawn)
-    name = ", ".join(v for _, v in report.plate[:3] if v != "not stated")  # whose it is
-    for number, texts in enumerate(sheet.pages, start=1):
-        yield _written(texts, f"{name} · page {number} of {total}")
-    for number, part in enumerate(drawn, start=len(sheet.pages) + 1):
-        yield _curves(part, f"{name} · page {number} of {total}")
+    return sheet
 
 
 def _plate(sheet: _Sheet, plate: Sequence[tuple[str, str]]) -> None:
@@ -171,23 +190,13 @@ def _plate(sheet: _Sheet, plate: Sequence[tuple[str, str]]) -> None:
 def curve_pages(report: Report) -> Iterator[Figure]:
     """Draw the pages of curves alone."""
     for part in _parts(report.panels):
-        yield _curves(part)
+        yield _page((), part, 0.0)
 
 
 def _parts(panels: Sequence[Panel]) -> list[Sequence[Panel]]:
     """Panels by page."""
     most = _PANELS[any(each.overlays for each in panels)]
     return [panels[k : k + most] for k in range(0, len(panels), most)]
-
-
-@style.styled
-def _written(texts: Sequence[_Written], foot: str) -> Figure:
-    figure = Figure(figsize=(_WIDTH, _HEIGHT))
-    for each in texts:
-        x, y = each.x / (_WIDTH * _POINTS), 1.0 - each.y / (_HEIGHT * _POINTS)
-        figure.text(x, y, each.text, **each.look)
-    _foot(figure, foot)
-    return figure
 
 
 def _foot(figure: Figure, text: str) -> None:
@@ -197,15 +206,28 @@ def _foot(figure: Figure, text: str) -> None:
 
 
 @style.styled
-def _curves(panels: Sequence[Panel], foot: str = "") -> Figure:
-    """Draw panels below each other on a page, each with its marks and differences."""
-    figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+def _page(
+    texts: Sequence[_Written], panels: Sequence[Panel], below: float, foot: str = ""
+) -> Figure:
+    """Draw texts, and panels below each other so many inches from the upper edge."""
+    figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained" if panels else None)
+    for each in texts:
+        x, y = each.x / (_WIDTH * _POINTS), 1.0 - each.y / (_HEIGHT * _POINTS)
+        figure.text(x, y, each.text, **each.look)
+    if panels:
+        _curves(figure, panels, max(below, _EDGE))
+    _foot(figure, foot)
+    return figure
+
+
+def _curves(figure: Figure, panels: Sequence[Panel], top: float) -> None:
+    """Draw panels below each other, each with its marks and differences."""
     phases = list(dict.fromkeys(each.phase for panel in panels for each in panel.curves))
     colours = {phase: _CHANNELS[k % len(_CHANNELS)] for k, phase in enumerate(phases)}
     below = any(each.overlays for each in panels)
-    free = _HEIGHT - 2 * _EDGE - _legend(figure, colours, below)
+    free = _HEIGHT - top - _EDGE - _legend(figure, colours, below)
     used = min(free, _TALLEST * (1.5 if below else 1.0) * len(panels)) / _HEIGHT
-    box = (_EDGE / _WIDTH, 1.0 - _EDGE / _HEIGHT - used, 1.0 - 2 * _EDGE / _WIDTH, used)
+    box = (_EDGE / _WIDTH, 1.0 - top / _HEIGHT - used, 1.0 - 2 * _EDGE / _WIDTH, used)
     figure.get_layout_engine().set(rect=box)
     ratios = [r for each in panels for r in ([1.7, 1.0] if each.overlays else [2.7])]
     axes = list(figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False).flat)
@@ -221,8 +243,6 @@ def _curves(panels: Sequence[Panel], foot: str = "") -> Figure:
     for axis in axes:
         axis.tick_params(labelsize=7.5)
         axis.yaxis.label.set_size(8.0)
-    _foot(figure, foot)
-    return figure
 
 
 def _legend(figure: Figure, colours: dict[str, str], below: bool) -> float:

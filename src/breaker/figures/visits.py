@@ -61,7 +61,7 @@ def visits(document: Mapping) -> Figure:
             axis.axhline(y - 0.5, color=style.REFERENCE, lw=0.6)
     _changes(middle, places, share)
     _texts(left, right, places, share)
-    middle.set_xlabel("change since the first visit (%; over-travel, rebound: of the stroke)")
+    middle.set_xlabel("change since the first visit (%)")
     style.legend_below(figure, _keys(share))
     return figure
 

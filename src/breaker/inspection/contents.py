@@ -5,10 +5,12 @@ delimiter and decimal sign.
 """
 
 import io
+import os
 import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from charset_normalizer import from_bytes
 from breaker.files import (
     FORMAT,
     OTHER_KINDS,
+    Preamble,
     RejectedCurveError,
     cells_of,
     is_other_kind,
@@ -38,7 +41,7 @@ from breaker.inspection.layouts import (
     layout_of_lines,
 )
 
-__all__ = ["guess_layout", "look_into"]
+__all__ = ["guess_layout", "look_into", "stated_in"]
 
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
 _WORDS = re.compile("行程|位移|时间|時間|电流|速度|采样|変位|время|ход|путь")
@@ -56,11 +59,27 @@ def look_into(file: str | Path) -> Layout:
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
+    with suppress(OSError):
+        now = os.stat(file)
+        return _layout_of(str(file), now.st_mtime_ns, now.st_size)
+    return _layout_of.__wrapped__(str(file), 0, 0)
+
+
+@lru_cache(maxsize=4)
+def _layout_of(file: str, _changed: int, _size: int) -> Layout:
+    """The layout of a file as it is now: several ask for it, one after the other."""
     if not is_other_kind(file):
         return guess_layout(file)
     _, kind, extra = OTHER_KINDS[Path(file).suffix.lower()]
     with understood(file):
         return replace(_LOOK[extra](file), kind=kind)
+
+
+def stated_in(file: str | Path) -> Preamble:
+    """Return what a file states above its samples; nothing of one that cannot be read."""
+    with suppress(LayoutError, RejectedCurveError):
+        return look_into(file).stated
+    return Preamble()
 
 
 def _workbook(file: str | Path) -> Layout:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.files import TO_MM, Description, Part, Preamble, RejectedCurveError
+from breaker.files import TO_MM, Description, Part, RejectedCurveError
 from breaker.inspection.channels import InspectionError, Travel, chosen_travels
 from breaker.inspection.contents import look_into
 from breaker.inspection.guesses import guess_direction
@@ -17,7 +17,7 @@ from breaker.inspection.proposals import motions_of
 from breaker.inspection.timing import Clock, find_clock
 from breaker.inspection.wiring import Beside, columns_beside
 
-__all__ = ["Channel", "describe_file", "stated_in", "travel_channels"]
+__all__ = ["Channel", "describe_file", "travel_channels"]
 
 
 class Channel(NamedTuple):
@@ -30,13 +30,6 @@ class Channel(NamedTuple):
 
     name: str
     beside: Mapping[str, Beside]
-
-
-def stated_in(file: str | Path) -> Preamble:
-    """Return what a file states above its samples; nothing of one that cannot be read."""
-    with suppress(LayoutError, RejectedCurveError):
-        return look_into(file).stated
-    return Preamble()
 
 
 def travel_channels(file: str | Path) -> dict[str, Channel]:

@@ -1,0 +1,77 @@
+"""What files state of their records: of which breaker they are, and the rate, which nothing else
+shows.
+
+The rate that a file states counts before the configuration, which may be that of another export;
+the table of a folder, which names the file, counts before both.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from math import isfinite, isnan
+
+from breaker.files import FORMAT, Operation, Preamble, channel_of, phase_in, printable
+from breaker.mechanism import in_digits
+from breaker.records import Raw
+
+__all__ = ["against_stated", "stated_of", "with_stated_rate"]
+
+_RATES, _LENGTHS = 0.01, 0.02  # shares, by which rates and lengths of a record may differ
+
+
+def with_stated_rate(operation: Operation, stated: Preamble, settings: Mapping) -> Operation:
+    """Return an operation with the rate that its file states, where nothing else gives times."""
+    own = {**FORMAT, **settings, **operation.settings}
+    if isnan(stated.rate) or own["rate"] is not None or own["time_column"] is not None:
+        return operation
+    return replace(operation, settings={**operation.settings, "rate": stated.rate})
+
+
+def against_stated(raw: Raw, stated: Preamble) -> str:
+    """Return a warning where a file states another rate or length than a record has; else nothing.
+
+    Raises:
+        ValueError: If the rate of the configuration is not the stated one.
+    """
+    if isnan(stated.rate) and isnan(stated.length):
+        return ""
+    name, rate = printable(raw.operation.file), f"{in_digits(1.0 / raw.step, 4)} kHz"
+    timed = raw.settings["time_column"] is not None
+    if isfinite(stated.rate) and abs(stated.rate * raw.step - 1.0) > _RATES:
+        states = f"states {in_digits(stated.rate, 4)} kHz"
+        if not (timed or "rate" in raw.operation.settings):
+            raise ValueError(
+                f"the file {states}, and endurance.format.rate is {rate}: leave that out, and the "
+                "stated one is taken. If the file is wrong, write the rate into the column rate of "
+                f"operations.csv; breaker inspect {name} has both"
+            )
+        by = "its column of times says" if timed else "operations.csv says"
+        return f"{name} {states}, and is read at {rate}, as {by}; see breaker inspect {name}"
+    lasts = raw.time.size * raw.step
+    if not timed and isfinite(stated.length) and abs(lasts / stated.length - 1.0) > _LENGTHS:
+        return (
+            f"{name} states a length of {in_digits(stated.length, 4)} ms, and lasts "
+            f"{in_digits(lasts, 4)} ms at the {rate} of the settings: check endurance.format.rate; "
+            f"see breaker inspect {name}"
+        )
+    return ""
+
+
+def stated_of(records: Iterable) -> dict[str, float | str]:
+    """Return what files state of a visit by what it is called: the ratio of the linkage, serial
+    number, bay and phase; what they do not, or differently, is left out.
+    """
+    found: dict[str, set] = {}
+    for each in records:
+        said = {"linkage ratio": each.stated.ratio, "serial number": each.stated.serial}
+        said |= {"bay": each.stated.bay, "phase": _phase(each)}
+        for name, value in said.items():
+            if value and value == value:
+                found.setdefault(name, set()).add(value)
+    return {name: values.pop() for name, values in found.items() if len(values) == 1}
+
+
+def _phase(record) -> str:
+    """Phase of a record's channel, by its name or its number."""
+    phases, operation = record.stated.phases, record.operation
+    column = operation.channel or str(record.raw.settings["travel_column"] if record.raw else "")
+    return phase_in(column) or phases.get(channel_of(column), phases.get(0, ""))
