@@ -56,6 +56,17 @@ def test_no_sample_of_a_rig_is_masked(prior, defaults, motion, rate):
     none_is_masked(exact, rate, rng)
 
 
+@pytest.mark.parametrize("between", [2, 4])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_no_sample_is_masked_between_which_others_were_interpolated(prior, motion, between):
+    rng = generator(4, "doubtful", motion, str(between))
+    time = np.arange(0.0, 76.0, 0.2)
+    fine = np.linspace(time[0], time[-1], between * (time.size - 1) + 1)
+    for exact in travel(prior.sample(40, rng), time, motion, onset=np.full(40, 10.0)).travel:
+        x = np.interp(fine, time, measured(exact, 14.0, rng))
+        assert not (doubts(x, 5.0 * between) != "").any()
+
+
 # ---- planted damage -----------------------------------------------------------------------------
 
 

@@ -27,6 +27,7 @@ from breaker.files import (
     open_comtrade,
     open_grid,
     open_workbook,
+    preamble_of,
     read_bytes,
     rows_of,
     understood,
@@ -50,6 +51,7 @@ _LOOKED_AT = (200, 100_000)  # lines, and signs, from which the delimiter is gue
 _TELLING = (1_000, 2**14)  # lines, and bytes, from which an encoding is guessed
 _LONGEST_LINE = 100_000  # signs; reading takes no longer ones
 _MOST_LINES = 2_000_000
+_HEAD = 100  # lines, in which what a file states is looked for first
 
 
 def look_into(file: str | Path) -> Layout:
@@ -76,8 +78,19 @@ def _layout_of(file: str, _changed: int, _size: int) -> Layout:
 
 
 def stated_in(file: str | Path) -> Preamble:
-    """Return what a file states above its samples; nothing of one that cannot be read."""
+    """Return what a file states above its samples; nothing of one that cannot be read.
+
+    Of a text the first lines are looked at, and of the others their number, if that is enough.
+    """
     with suppress(LayoutError, RejectedCurveError):
+        if is_other_kind(file):
+            return look_into(file).stated
+        encoding, stream = _opened(file)
+        first, below = list(islice(stream, _HEAD)), sum(1 for _ in stream)
+        with suppress(LayoutError):
+            layout = _layout(file, first, encoding)
+            samples = layout.columns[0].size + below
+            return preamble_of(layout.preamble, layout.settings["decimal"], samples)
         return look_into(file).stated
     return Preamble()
 
@@ -157,14 +170,24 @@ def guess_layout(file: str | Path) -> Layout:
         >>> layout.preamble, layout.names, layout.units
         ([['Rig 3']], ['Zeit', 'Weg'], ['ms', 'mm'])
     """
-    content = read_bytes(file)
-    encoding = _encoding(content)
-    # Damaged signs do not hide the rest; reading says where they are.
-    stream = io.TextIOWrapper(io.BytesIO(content), encoding, errors="replace")
+    encoding, stream = _opened(file)
     lines = list(islice(stream, _MOST_LINES + 1))
     if len(lines) > _MOST_LINES:
         reason = f"has more than {_MOST_LINES:,} lines; export a shorter part of the record"
         raise RejectedCurveError(file, reason)
+    return _layout(file, lines, encoding)
+
+
+def _opened(file: str | Path) -> tuple[str, io.TextIOWrapper]:
+    """Encoding of a text, and its lines."""
+    content = read_bytes(file)
+    encoding = _encoding(content)
+    # Damaged signs do not hide the rest; reading says where they are.
+    return encoding, io.TextIOWrapper(io.BytesIO(content), encoding, errors="replace")
+
+
+def _layout(file: str | Path, lines: list[str], encoding: str) -> Layout:
+    """The layout that lines of a text have."""
     lines[:1] = [line.removeprefix("\ufeff") for line in lines[:1]]
     if max(map(len, lines), default=0) > _LONGEST_LINE:
         long = next(i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE)

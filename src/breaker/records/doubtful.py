@@ -22,6 +22,7 @@ _ENDS = 3  # blocks at an end of a record, whose median stands for the outermost
 _BURST = 5.0  # ms, longest burst that leaves no trace in the running median
 _LEAST = 5e-4  # strokes, that count
 _RANGE = 0.5  # strokes, by which travel may be beyond its rest positions
+_THINNED, _SOON = (1, 2, 4), 0.4  # every so many samples, no more than so many ms apart
 _SPIKE = 7.0  # sd of the noise, from the median of five samples
 _JUMP = 9.0  # sd of the noise, from one sample to the next
 _COUNTS = 2.5  # quanta: unseen noise moves a reading by two at most
@@ -57,7 +58,10 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     if (~np.isnan(left)).sum() < 5:
         return kinds
     smooth, between = _smooth(left, step)
-    low, high, noise = smooth.min(), smooth.max(), white_noise(left)
+    low, high = smooth.min(), smooth.max()
+    # Samples between which others were interpolated show noise that these hide.
+    thinned = [left[::each] for each in _THINNED if each == 1 or each * step <= _SOON]
+    noise = max(map(white_noise, thinned))
     stroke = high - low
     margin = _RANGE * stroke + _JUMP * noise + _COUNTS * quantum
     leave_out((left < low - margin) | (left > high + margin), "out of range")
