@@ -6,7 +6,8 @@ no other. A life goes through all of them at once.
 
 from functools import cache
 
-from breaker.files import fingerprint, list_known, list_operations
+from breaker.files import fingerprint, list_breakers, list_fleet, list_known, list_operations
+from breaker.fleet import breaker_chunks
 from breaker.workflow import chunks_of, recorded_source
 
 STAND_IN = "stand-in"
@@ -97,3 +98,38 @@ def curves_of(motion):
         return [f"results/endurance/{motion}/curves_{chunk}.zarr" for chunk in chunks(motion)]
 
     return files
+
+
+# ---- of a fleet ----------------------------------------------------------------------------------
+
+BREAKERS = list_breakers(OWN_CURVES) if OWN_CURVES else []
+IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
+CHUNKS_OF_BREAKERS = breaker_chunks(BREAKERS, config["fleet"]["breakers_per_job"])
+FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png"]
+# What jobs of the fleet take from the configuration.
+ON_FLEET = ("endurance", "fleet", "limits", "motions", "planning", "seed", "speeds", "wear_model")
+
+
+@cache
+def rows_of(breakers):
+    """Rows of the table, by breaker."""
+    chosen = {key: config["endurance"][key] for key in ("phase", "events")}
+    return list_fleet(OWN_CURVES, breakers=breakers, **chosen)
+
+
+@cache
+def source_of_breakers(chunk):
+    """What the answers of a chunk come from: files of given names, sizes and times.
+
+    The plan lists all files at once, a job those of its own breakers.
+    """
+    names = CHUNKS_OF_BREAKERS[chunk]
+    rows = rows_of(None if snakemake_internals.is_first_process(workflow) else tuple(names))
+    return fingerprint(each for name in names for _, each in rows[name])
+
+
+def breaker_files(wildcards):
+    """Nothing: see ``curve_files``."""
+    store = f"results/fleet/chunk_{wildcards.chunk}.zarr"
+    again_where_changed(store, source_of_breakers(wildcards.chunk))
+    return []
