@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from breaker.figures import style
 from breaker.fleet import TypeOfBreaker
@@ -54,5 +55,6 @@ def fleet(
     axis.set_xticklabels(style.symbols(NAMES))
     style.title(figure, f"{len(table)} drives beside their type: {len(odd)} odd")
     keys = [style.dot_key(style.literal(n or "all drives"), f"C{t}") for t, n in enumerate(types)]
-    style.legend_below(figure, [*keys, style.dot_key("odd", style.WARNING)])
+    ring = Line2D([], [], ls="", marker="o", mfc="none", mec=style.WARNING, mew=1.6, label="odd")
+    style.legend_below(figure, [*keys, ring] if odd else keys)
     return figure
