@@ -3,6 +3,7 @@
 import pandas as pd
 
 from breaker.answers import Cell, Report, Table, report_page
+from breaker.mechanism import in_digits
 from breaker.wear import STATES
 
 __all__ = ["fleet_page"]
@@ -34,7 +35,9 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
     head = (*(name.replace("_", " ") for name in _SHOWN), "reason")
     notes = ["pole spread: ms, of travel times; fleet.csv has all columns"]
     known = [
-        tuple(Cell(f"{value:.3g}" if isinstance(value, float) else str(value)) for value in row)
+        tuple(
+            Cell(in_digits(value, 3) if isinstance(value, float) else str(value)) for value in row
+        )
         for row in types.itertuples(index=False)
     ]
     tables = [
@@ -43,7 +46,7 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
     ]
     worst = STATES[max(map(STATES.index, table.state))]
     verdict = Cell(f"{', '.join(states)}; unlike their type: {odd}", _TONES[worst])
-    return report_page(Report(plate, verdict, tables, []), [picture], "Fleet")
+    return report_page(Report(plate, [], verdict, tables, []), [picture], "Fleet")
 
 
 def _cell(name: str, value: object) -> Cell:
