@@ -6,7 +6,7 @@ of every append what the second run took: seconds of processor time, the largest
 process, jobs, and files in `results/`. The whole test of 20,000 operations, sampled at five sizes,
 takes some hours of two cores.
 
-    python -m studies.soak FOLDER [--operations 20000] [--samples 5] [--table docs/soak.csv]
+    python -m studies.soak FOLDER [--operations 20000] [--samples 5] [--table TABLE]
 """
 
 import argparse
