@@ -19,11 +19,11 @@ import pandas as pd
 from river import drift
 from tqdm import tqdm
 
+from breaker.family import shipped_networks
 from breaker.shipped import DEFAULTS
 from breaker.wear import Readout, Tracker
 from breaker.workflow import load
 from studies.lives import EVERY, LIFE, SEEDS, Life, simulated
-from studies.shared import shipped_networks
 
 FALSE = 0.02  # share of lives with a false alarm
 START = 100  # records before which no alarm counts
@@ -105,7 +105,7 @@ def statistics(name: str, number: int, config, networks) -> tuple[Life, dict[str
 def main(count: str, table: str) -> None:
     """Calibrate on steady lives, score on others, and write the table."""
     config = load([DEFAULTS])
-    networks = shipped_networks()
+    networks = [*shipped_networks()]
 
     def lives(name: str) -> list:
         numbers = tqdm(range(int(count)), desc=name, mininterval=10)

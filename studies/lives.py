@@ -24,7 +24,7 @@ import pandas as pd
 import xarray as xr
 from tqdm import tqdm
 
-from breaker.family import network_record
+from breaker.family import network_record, shipped_networks
 from breaker.mechanism import NAMES, Limit
 from breaker.model import Prior, Sensor, generator
 from breaker.records import measure_curve, shape_of
@@ -33,7 +33,7 @@ from breaker.synthetic import Drive, Family
 from breaker.wear import STATES, Future, Motion, Readout, Series, Tracker, follow_life, standing
 from breaker.workflow import load
 from studies.sensors import Reading
-from studies.shared import append, shipped_networks
+from studies.shared import append
 
 SEEDS = {"develop": 71, "calibrate": 72, "score": 73}
 SETS = {"family": 200, "foreign": 100, "steady": 200, "faults": 100}
@@ -343,7 +343,7 @@ def acted(limit: str, fails: float, data: xr.Dataset, stands: xr.Dataset) -> dic
 def follow(seed_name: str, file: str, *sets: str) -> None:
     """Follow all lives of a seed, and add their rows to a file; those that are there are done."""
     config, seed = load([DEFAULTS]), SEEDS[seed_name]
-    networks = shipped_networks()
+    networks = [*shipped_networks()]
     done = pd.read_csv(file)[["set", "life"]].drop_duplicates() if Path(file).exists() else None
     known = set() if done is None else set(done.itertuples(index=False, name=None))
     for name in sets or SETS:

@@ -18,13 +18,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from breaker.answers import changes, compare
-from breaker.family import network_record
+from breaker.family import network_record, shipped_networks
 from breaker.mechanism import MOTIONS, NAMES, Size
 from breaker.model import Prior, Sensor, generator
 from breaker.records import shape_of
 from breaker.shipped import DEFAULTS
 from breaker.workflow import load
-from studies.shared import shipped_networks
 from tests.raws import raw_of
 
 TIMES, LEAD = np.arange(-8.0, 58.0, 0.2), 8.0  # ms, of records that are compared
@@ -116,7 +115,7 @@ class Other:
 
 def levels(prior: Prior, sensor: Sensor, count: int) -> None:
     """Print which share of 95 % intervals holds the truth, one operation of each drive."""
-    (network, _), held = shipped_networks()[0], defaultdict(list)
+    (network, _), held = next(shipped_networks()), defaultdict(list)
     step = float(sensor.times[1] - sensor.times[0])
     for number in range(count):
         rng = generator(1, "other code", number)
@@ -158,7 +157,7 @@ def visit(drive: Other, count: int, rng: np.random.Generator) -> dict:
 
 def visits(prior: Prior, count: int, records: int = 3) -> None:
     """Print how well changes are known; every other drive has one or two, by up to ``WEAR``."""
-    networks = shipped_networks()
+    networks = [*shipped_networks()]
     rows = defaultdict(list)
     for number in range(count):
         rng = generator(1, "other code, changes", number)

@@ -8,13 +8,13 @@ changes from means with a fifth of that noise, of drives that wear in a few para
 
 import numpy as np
 
+from breaker.family import shipped_networks
 from breaker.mechanism import NAMES
 from breaker.model import Prior, generator
 from breaker.shipped import DEFAULTS
 from breaker.synthetic import Family, rows_of, sample_rows, simulate_family
 from breaker.validation import family_quality
 from breaker.workflow import load
-from studies.shared import shipped_networks
 
 DRIVES, DRAWS = 5000, 300
 NOISE, OF_MEANS = (0.0074, 0.0075), (0.0015, 0.00151)  # share of the stroke
@@ -24,7 +24,7 @@ def main() -> None:
     config = load([DEFAULTS])
     family = Family(Prior.from_settings(config["prior"]), config["family"])
     bank = simulate_family(family, DRIVES, generator(1, "sharpness"))
-    levels, changes = shipped_networks()[0]
+    levels, changes = next(shipped_networks())
     print("contraction of levels:", *NAMES)
     for source in ("closing", "opening", "both"):
         given = {"noise": NOISE, "told": np.ones(DRIVES, dtype=bool)}

@@ -22,6 +22,7 @@ import numpy as np
 import pandas as pd
 
 from breaker.answers import VERDICT_WORDS, changes, compare, measured_changes, read_operations
+from breaker.family import shipped_networks
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, NAMES, speeds_of
 from breaker.model import Prior, Sensor, generator
@@ -31,7 +32,7 @@ from breaker.synthetic import Drive, Family
 from breaker.workflow import read
 from studies.measuring import own_quantities
 from studies.sensors import Reading
-from studies.shared import append, shipped_networks
+from studies.shared import append
 
 SCATTER = 0.004
 TIMES, RELEASE = 0.1 * np.arange(900), 15.0  # ms
@@ -105,7 +106,7 @@ def one_rig(number: int, count: int, change: float | None, config: Mapping) -> p
     reading = Reading.draw(rng)
     before, today = (visit(each, count, sensor, reading, rng) for each in drives)
     misfit = config["endurance"]["misfit_p_value"]
-    found = compare(before, today, shipped_networks(), rng, misfit_p_value=misfit)
+    found = compare(before, today, [*shipped_networks()], rng, misfit_p_value=misfit)
     rows = pd.DataFrame([*measured_changes(before, today, SPEEDS), *changes(found)])
     true = truth(drives)
     whole = {"rig": number, "records": count, "change": change}

@@ -13,7 +13,7 @@ from breaker.family.membership import Membership
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS
 from breaker.model import ModelFileError, open_model, write_model
-from breaker.shipped import FAMILIES, model_file
+from breaker.shipped import FAMILIES, KINDS, model_file
 
 __all__ = ["open_network", "shipped_networks", "trained_on", "write_network"]
 
@@ -80,12 +80,12 @@ def open_network(path: str | Path) -> Levels | Changes:
 
 
 def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
-    """Yield the networks of each family that ships, of some kinds, in the order of being tried.
+    """Yield the networks of each family that ships, of some kinds or all, as they are tried.
 
     Each is opened when it is first asked for, and kept.
     """
     for family in FAMILIES:
-        yield tuple(_kept(family, kind) for kind in kinds)
+        yield tuple(_kept(family, kind) for kind in kinds or KINDS)
 
 
 @cache
