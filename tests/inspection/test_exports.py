@@ -9,7 +9,7 @@ import yaml
 from breaker.cli import main
 from breaker.files import Printed
 from breaker.inspection.contents import stated_in
-from breaker.inspection.printed_results import measured_name
+from breaker.inspection.printed_results import meant_motions, measured_name
 from breaker.inspection.proposals import inspect_file
 from breaker.inspection.wording import overlay_of, report_of
 from tests.exports import preamble, write
@@ -161,6 +161,19 @@ def test_nothing_above_the_samples(tmp_path):
 def test_a_printed_result_is_of_what_is_measured_alike(quantity, closing, opening):
     printed = Printed(quantity, "", "", 1.0, "mm", quantity)
     assert [measured_name(printed, m) for m in ("closing", "opening")] == [closing, opening]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "of", "there", "expected"),
+    [
+        ("over_travel", "", ["opening", "closing", "opening"], ["closing"]),
+        ("over_travel", "", ["opening"], ["opening"]),
+        ("over_travel", "opening", ["closing", "opening"], ["opening"]),
+        ("stroke", "", ["closing", "opening"], ["closing", "opening"]),
+    ],
+)
+def test_an_over_travel_of_no_motion_is_of_the_closing(quantity, of, there, expected):
+    assert meant_motions(Printed(quantity, of, "", 1.0, "mm", quantity), there) == expected
 
 
 def test_a_printed_time_stands_beside_that_from_coil_to_contact_or_has_its_reason(tmp_path):

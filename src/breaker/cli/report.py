@@ -212,7 +212,7 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
     A channel is meant by its phase, or else by its number among those of the file.
     """
     from breaker.files import channel_of, phase_in, printable
-    from breaker.inspection import measured_name, stated_speeds
+    from breaker.inspection import meant_motions, measured_name, stated_speeds
 
     found = {}
     for file, preamble in stated.items():
@@ -226,7 +226,7 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
                 phase = phases[place]
             usual = _PRINTED.get(each.quantity)
             size = _size(each.unit or usual) if usual else None
-            for motion in [each.motion] if each.motion else {each.motion: "" for each in own}:
+            for motion in meant_motions(each, (record.motion for record in own)):
                 name = measured_name(each, motion) or each.quantity
                 odd = each.quantity == "speed" and speeds.get(motion) != tuple(
                     points.get(name) or ()

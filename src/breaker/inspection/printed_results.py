@@ -1,7 +1,7 @@
 """What an analyser printed beside what is measured here of the same samples."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from breaker.mechanism import SPEEDS, Point, Speed, in_digits
 __all__ = [
     "Compared",
     "compare_printed",
+    "meant_motions",
     "measured_name",
     "phase_of",
     "stated_remarks",
@@ -86,6 +87,16 @@ def measured_name(printed: Printed, motion: str) -> str:
     return _MEASURED.get((printed.quantity, motion), "")
 
 
+def meant_motions(printed: Printed, motions: Iterable[str]) -> list[str]:
+    """Return of which motions of a record a result is: all of them where it names none, but of an
+    over-travel the closing, where there is one.
+    """
+    there = list(dict.fromkeys(motions))
+    if not printed.motion and printed.quantity == "over_travel" and "closing" in there:
+        return ["closing"]
+    return [printed.motion] if printed.motion else there
+
+
 def stated_speeds(stated: Preamble) -> dict[str, Speed]:
     """Return the speeds between the points that a text states in % of the stroke, by motion."""
     found = {}
@@ -127,9 +138,9 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
     measured: dict[int, dict] = {}
     for printed in stated.results:
         column = columns.get(printed.channel.casefold(), "")
-        own = [
-            m for m in motions if m.column == column and m.motion == (printed.motion or m.motion)
-        ]
+        own = [m for m in motions if m.column == column]
+        meant = meant_motions(printed, (m.motion for m in own))
+        own = [m for m in own if m.motion in meant]
         if not printed.value:
             continue  # a zero stands for what the analyser has not seen
         if not own:
