@@ -102,7 +102,7 @@ def test_a_breaker_of_another_type_stands_out(prior):
     findings = found(fitted_of(prior, places))["each breaker by the others"]
     assert [each.good for each in findings] == [True, True, False, True, True, True]
     # A breaker is known to a tenth of the prior's sds, and so hardly widens those of the others.
-    assert findings[2].text.startswith("Q2: farthest off is f, by +13.9 sd")
+    assert findings[2].text.startswith("Q2: farthest off is f, by +14.5 sd")
 
 
 def test_one_breaker_alone_is_a_warning_and_none_of_two_is_left_out(fitted, prior):

@@ -130,8 +130,8 @@ def _left_out(fitted: FittedPrior, seed: int) -> list[Finding]:
     if count < _LEAST_BREAKERS:
         return [Finding(f"needs {_LEAST_BREAKERS} breakers or more, of which one is left out")]
     findings = []
-    for name in fitted.fits:
-        others = fitted.without(name, generator(seed, "fit-prior without", name)).prior
+    for number, name in enumerate(fitted.fits):
+        others = fitted.without(name, generator(seed, "fit-prior without", number)).prior
         mean, sd = fitted.own(name)
         sds = np.hypot(others.log_sds, sd * fitted.reference.log_sds)
         off = np.log(fitted.reference.destandardise(mean) / others.medians) / sds

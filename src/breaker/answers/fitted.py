@@ -179,8 +179,9 @@ def fit_type(recorded: Recorded, room: np.ndarray, seed: int, least: float) -> F
     """
     levels, reference = recorded.levels, reference_of(recorded)
     fits = {}
-    for name, operations in recorded.operations.items():
-        rng = generator(seed, "fit-prior draws", name)
+    # By their order, as names hold the folder, which may be anywhere.
+    for number, (name, operations) in enumerate(recorded.operations.items()):
+        rng = generator(seed, "fit-prior draws", number)
         within = [
             each
             for each in operations
