@@ -88,12 +88,10 @@ def _run(options: argparse.Namespace) -> int:
 def _fitted(folders: Sequence[str], config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
     from breaker.answers import fit_type, read_breakers, reference_of, wear_allowance
-    from breaker.family import open_network
-    from breaker.shipped import FAMILIES, model_file
+    from breaker.cli.infer import families
 
     endurance, least = config["endurance"], config["endurance"]["misfit_p_value"]
-    families = (open_network(model_file(family, "levels")) for family in FAMILIES)
-    read = each_once(folders), config["motions"], endurance["format"], families, least
+    read = each_once(folders), config["motions"], endurance["format"], families(None), least
     recorded = read_breakers(*read)
     room = wear_allowance(config["rigs"]["wear"]["change"], reference_of(recorded))
     return recorded, fit_type(recorded, room, config["seed"], least)

@@ -11,6 +11,7 @@ __all__ = [
     "add_choice",
     "add_path",
     "each_once",
+    "is_folder",
     "operations_of",
     "percent",
 ]
@@ -73,7 +74,7 @@ def operations_of(
     motions, channel = [options.motion] if options.motion else MOTIONS, options.channel
     settings = config["endurance"]
     chosen = {key: getattr(options, key) or settings[key] for key in ("breaker", "phase")}
-    folders = [Path(each) for each in named if _is_folder(each)]
+    folders = [Path(each) for each in named if is_folder(each)]
     if len(named) == len(folders) == 1:
         folder = folders[0]
         parts = [motion for motion in motions if (folder / motion).is_dir()]
@@ -85,7 +86,7 @@ def operations_of(
         )
     files: list[Path] = []
     for each in named:
-        inside = record_files(each) if _is_folder(each) else [Path(each)]
+        inside = record_files(each) if is_folder(each) else [Path(each)]
         if not inside and len(named) == 1:
             raise FileNotFoundError(f"{each} has no file of a record, and no table {MANIFEST}")
         files += inside or [Path(each)]  # beside others it is rejected, and does not stop them
@@ -106,7 +107,7 @@ def each_once(paths: Sequence[str | Path]) -> list:
     return list(found.values())
 
 
-def _is_folder(name: str) -> bool:
+def is_folder(name: str) -> bool:
     """Whether a name is that of a folder that is no record."""
     return os.path.isdir(name) and Path(name).suffix.lower() != ".zarr"
 

@@ -4,10 +4,11 @@ import argparse
 import re
 from collections.abc import Mapping, Sequence
 from io import BytesIO
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.cli.named import MOTIONS, add_path, each_once
+from breaker.cli.named import MOTIONS, add_path, each_once, is_folder
 from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
@@ -24,9 +25,8 @@ _BESIDE = {  # and of the test, by words in its name
     "Temperature": r"temperat|\btemp\b",
     "Operator": r"\boperator\b|tested by|engineer|prüfer|opérateur|operador|technici",
 }
-# What analysers print by the definition of the house, and its unit where they print none.
-_PRINTED = dict.fromkeys(("stroke", "over_travel", "wipe"), "mm") | {"speed": "m/s"}
-_PRINTED |= dict.fromkeys(("closing_time", "opening_time"), "ms")
+# What analysers print by the definition of the house.
+_PRINTED = {"stroke", "over_travel", "wipe", "speed", "closing_time", "opening_time"}
 # Beside those of the configuration, which may need the contact: any record shows them.
 _SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
 
@@ -104,7 +104,7 @@ def _read(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> l
     rows: dict[str, list] = {motion: [] for motion in MOTIONS}
     files: list[Path] = []
     for each in map(Path, named):
-        if not (each.is_dir() and each.suffix.lower() != ".zarr"):
+        if not is_folder(str(each)):
             files.append(each)
         elif (each / MANIFEST).exists():
             for motion, operation in read_manifest(each / MANIFEST):
@@ -212,7 +212,7 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
     A channel is meant by its phase, or else by its number among those of the file.
     """
     from breaker.files import channel_of, phase_in, printable
-    from breaker.inspection import meant_motions, measured_name, stated_speeds
+    from breaker.inspection import meant_motions, measured_name, size_of, stated_speeds
 
     found = {}
     for file, preamble in stated.items():
@@ -224,25 +224,16 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
             phase = phase_in(each.channel) or each.channel
             if phase not in phases and 0 <= place < len(phases):
                 phase = phases[place]
-            usual = _PRINTED.get(each.quantity)
-            size = _size(each.unit or usual) if usual else None
+            size = size_of(each) if each.quantity in _PRINTED else nan
             for motion in meant_motions(each, (record.motion for record in own)):
                 name = measured_name(each, motion) or each.quantity
                 odd = each.quantity == "speed" and speeds.get(motion) != tuple(
                     points.get(name) or ()
                 )
-                if size:
+                if size == size:
                     value = each.value * size, "other points" * odd
                     found.setdefault((printable(file), motion, phase, name), value)
     return found
-
-
-def _size(unit: str) -> float | None:
-    """Size of a unit, in mm, ms or mm/ms; None of one that is not known."""
-    from breaker.files import TO_MM, TO_MS, unit_of
-
-    sizes = [(TO_MM | TO_MS).get(unit_of(each) or "") for each in unit.split("/")]
-    return None if None in sizes else sizes[0] / (sizes[1] if len(sizes) > 1 else 1.0)
 
 
 def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) -> dict:

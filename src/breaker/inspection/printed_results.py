@@ -17,6 +17,7 @@ __all__ = [
     "meant_motions",
     "measured_name",
     "phase_of",
+    "size_of",
     "stated_remarks",
     "stated_speeds",
 ]
@@ -159,13 +160,13 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
             reason = "the motion is not read"
         if printed.quantity == "speed" and motion.motion not in speeds:
             value, reason = math.nan, "between which points is not stated"
-        size = _size(printed)
+        size = size_of(printed)
         found.append(Compared(column, motion.motion, printed, value / size, reason))
     return found
 
 
-def _size(printed: Printed) -> float:
-    """Size of the unit of a result, mm, ms or mm/ms; NaN where it is another."""
+def size_of(printed: Printed) -> float:
+    """Return the size of the unit of a result, mm, ms or mm/ms; NaN where it is another."""
     if printed.quantity.endswith("_time"):
         return TO_MS.get(unit_of(printed.unit or "ms") or "", math.nan)
     if printed.quantity == "speed":
