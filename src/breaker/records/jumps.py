@@ -51,7 +51,7 @@ def jumps(travel: np.ndarray, quantum: float, coarse: float, stroke: float, pace
         leaps = means[length:] - means[:-length]
         over = _beyond(leaps, length) - limit
         over[:length] = over[-length:] = 0.0
-        while (k := int(over.argmax())) >= 0 and over[k] > 0.0:
+        while over[k := int(over.argmax())] > 0.0:
             over[max(k - length, 0) : k + length + 1] = 0.0
             place = max(int(np.searchsorted(there, k + length)) - 1, 0)
             if not found[max(place - length, 0) : place + length].any():
