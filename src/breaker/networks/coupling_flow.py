@@ -1,10 +1,9 @@
 r"""Coupling flow of rational-quadratic splines over a conditional Gaussian.
 
 Durkan et al. (2019), "Neural spline flows"; the conditional invertible network of the paper's
-abstract. The splines and the coupling are those of the library zuko. A coupling bends some
-dimensions of ``y``, each by a monotone spline whose knots a small network computes from the other
-dimensions and from the features. So the inverse and the determinant of the Jacobian are known,
-and both draws and density take one pass, without a solver.
+abstract. A coupling bends some dimensions of ``y``, each by a monotone spline whose knots a small
+network computes from the other dimensions and from the features. So the inverse and the
+determinant of the Jacobian are known, and both draws and density take one pass, without a solver.
 
 As in flow matching, ``y = P(s) (theta - m(s))`` is whitened first, by a linear head that here
 learns by the same likelihood. Splines act on [-5, 5] and leave alone what is beyond. All last
@@ -15,48 +14,15 @@ Data to noise is the forward direction.
 
 import math
 from collections.abc import Sequence
-from copy import copy
-from functools import partial
 from itertools import pairwise
 
 import torch
 from torch import Tensor, nn
-from torch.distributions import Transform
-from zuko.transforms import (
-    ComposedTransform,
-    CouplingTransform,
-    DependentTransform,
-    MonotonicRQSTransform,
-)
 
 from breaker.networks.blocks import GaussianHead
+from breaker.networks.splines import bend, unbend
 
 __all__ = ["CouplingFlow"]
-
-_BOUND = 5.0  # splines act on [-5, 5] whitened sds
-_SLOPE = 1e-3  # the smallest ratio of two bins, and the smallest slope at a knot
-
-
-_IDENTITY = MonotonicRQSTransform(torch.zeros(1), torch.zeros(1), torch.zeros(0))
-
-
-def spline(sizes: Tensor, slopes: Tensor) -> MonotonicRQSTransform:
-    """Return monotone rational-quadratic splines, from unbounded numbers of any size.
-
-    The knots are those that zuko's constructor makes, here computed for both axes at once and
-    without softmax, which over axes as short as the bins takes most of a draw's time.
-
-    Args:
-        sizes: Logarithms of the bins' widths and heights up to a bound, ``(..., 2 bins)``.
-        slopes: Logarithms of the slopes at the inner knots up to a bound, ``(..., bins - 1)``.
-    """
-    most = -math.log(_SLOPE)
-    bins = (sizes / (1.0 + sizes.abs() * (2.0 / most))).exp().unflatten(-1, (2, -1))
-    knots = nn.functional.pad(bins.cumsum(-1), (1, 0))
-    made = copy(_IDENTITY)
-    made.horizontal, made.vertical = (_BOUND * (2.0 * knots / knots[..., -1:] - 1.0)).unbind(-2)
-    made.derivatives = nn.functional.pad(slopes / (1.0 + slopes.abs() / most), (1, 1)).exp()
-    return made
 
 
 class Conditioner(nn.Module):
@@ -80,13 +46,17 @@ class Conditioner(nn.Module):
         nn.init.zeros_(self.leave.weight)
         nn.init.zeros_(self.leave.bias)
 
-    def forward(self, shift: Tensor, y: Tensor) -> Transform:
-        """Splines of d points given ``y_a (n, d, inputs)`` and the shift ``(n, 1, hidden[0])``."""
+    def forward(self, y: Tensor, shift: Tensor) -> Tensor:
+        """Numbers of the splines, ``(n, d, splines, 3 bins - 1)``.
+
+        Args:
+            y: The points' dimensions that stay, ``(n, d, inputs)``.
+            shift: Projected features, ``(n, 1, hidden[0])``.
+        """
         h = self.enter(y) + shift
         for layer in self.middle:
             h = layer(nn.functional.silu(h))
-        numbers = self.leave(nn.functional.silu(h)).unflatten(-1, (-1, 3 * self.bins - 1))
-        return DependentTransform(spline(*numbers.split([2 * self.bins, self.bins - 1], -1)), 1)
+        return self.leave(nn.functional.silu(h)).unflatten(-1, (-1, 3 * self.bins - 1))
 
 
 class CouplingFlow(nn.Module):
@@ -116,24 +86,39 @@ class CouplingFlow(nn.Module):
         self.dims = dims
         self.head = GaussianHead(features, dims)
         self.project = nn.Linear(features, transforms * hidden[0])
-        masks = torch.stack([_mask(dims, k) for k in range(transforms)])
-        self.register_buffer("masks", masks, persistent=False)
+        masks = [_mask(dims, k) for k in range(transforms)]
+        # Dimensions of each coupling, those that stay before those that it bends.
+        orders = torch.stack([torch.argsort(~mask, stable=True) for mask in masks])
+        self.register_buffer("orders", orders, persistent=False)
+        self.register_buffer("places", orders.argsort(), persistent=False)
         self.conditioners = nn.ModuleList(
             Conditioner(int(mask.sum()), int((~mask).sum()), bins=bins, hidden=hidden)
             for mask in masks
         )
 
-    def transform(self, features: Tensor) -> Transform:
-        """Map from y to noise, ``(n, d, q)``, given features ``(n, s)``, projected once a curve."""
-        shifts = self.project(features).unsqueeze(1).chunk(len(self.masks), dim=-1)
-        return ComposedTransform(
-            *(
-                CouplingTransform(partial(conditioner, shift), mask)
-                for conditioner, shift, mask in zip(
-                    self.conditioners, shifts, self.masks, strict=True
-                )
-            )
-        )
+    def whitened_to_noise(self, y: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
+        """Bend y ``(n, d, q)`` to noise, given features ``(n, s)``; log slopes ``(n, d)`` beside."""
+        log_slope = y.new_zeros(y.shape[:-1])
+        for conditioner, order, place, shift in self._couplings(features):
+            stay, turn = _parted(y, order, conditioner)
+            turned, log_slopes = bend(turn, conditioner(stay, shift))
+            y = torch.cat([stay, turned], -1).index_select(-1, place)
+            log_slope = log_slope + log_slopes.sum(-1)
+        return y, log_slope
+
+    def noise_to_whitened(self, noise: Tensor, features: Tensor) -> Tensor:
+        """Undo ``whitened_to_noise``, ``(n, d, q)``."""
+        y = noise
+        for conditioner, order, place, shift in reversed(self._couplings(features)):
+            stay, turn = _parted(y, order, conditioner)
+            turned = unbend(turn, conditioner(stay, shift))
+            y = torch.cat([stay, turned], -1).index_select(-1, place)
+        return y
+
+    def _couplings(self, features: Tensor) -> list[tuple[Conditioner, Tensor, Tensor, Tensor]]:
+        """Couplings with their shifts, for which features are projected once a curve."""
+        shifts = self.project(features).unsqueeze(1).chunk(len(self.orders), dim=-1)
+        return list(zip(self.conditioners, self.orders, self.places, shifts, strict=True))
 
     def loss(self, theta: Tensor, features: Tensor, noise: Tensor, time: Tensor) -> Tensor:
         """Return minus the log density of each row, ``(n,)``.
@@ -147,14 +132,20 @@ class CouplingFlow(nn.Module):
 
     def sample(self, noise: Tensor, features: Tensor, *, steps: int) -> Tensor:
         """Map noise ``(n, d, q)`` to draws ``(n, d, q)``; ``steps`` is not used."""
-        return self.head(features).restore(self.transform(features).inv(noise))
+        return self.head(features).restore(self.noise_to_whitened(noise, features))
 
     def log_prob(self, theta: Tensor, features: Tensor, *, steps: int) -> Tensor:
         """Return the log density of ``(n, d, q)``, ``(n, d)``; ``steps`` is not used."""
         base = self.head(features)
-        noise, log_slope = self.transform(features).call_and_ladj(base.whiten(theta))
+        noise, log_slope = self.whitened_to_noise(base.whiten(theta), features)
         log_normal = -0.5 * (noise.square().sum(-1) + self.dims * math.log(2 * math.pi))
         return log_normal + log_slope + base.log_det.unsqueeze(1)
+
+
+def _parted(y: Tensor, order: Tensor, conditioner: Conditioner) -> list[Tensor]:
+    """Return the dimensions of y that a coupling leaves alone, and those that it bends."""
+    stay = conditioner.enter.in_features
+    return y.index_select(-1, order).split([stay, len(order) - stay], -1)
 
 
 def _mask(dims: int, k: int) -> Tensor:
