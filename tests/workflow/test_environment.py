@@ -158,11 +158,12 @@ def test_tests_run_in_the_locked_environment_and_nothing_else_is_in_it(lock):
     assert {name: installed.get(name) for name in locked()} == locked()
 
 
-def test_version_is_stated_once_and_cited():
+def test_version_is_stated_once_cited_and_in_the_changelog():
     project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert project["dynamic"] == ["version"]  # from the package itself
     assert breaker.__version__ == citation["version"]
+    assert breaker.__version__ in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert project["name"] == breaker.DISTRIBUTION
     assert project["license"] == citation["license"] == "MIT"
     assert (ROOT / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
