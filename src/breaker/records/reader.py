@@ -76,9 +76,9 @@ class Record(Raw):
         """What the dataset of ``read_curves`` has of it, beside the travel."""
         return {
             "first_motion": self.gridded.start,
-            "contact_time": self.switching - self.gridded.start,
-            "contact_sd": self.switching_sd,
-            "latch_time": self.moves - self.trigger,
+            "contact_time": self.contact.time - self.gridded.start,
+            "contact_sd": self.contact.sd,
+            "latch_time": self.moves - self.contact.trigger,
             "masked": int((self.doubts[self.inside] != "").sum()),
             "noise": self.noise.sd,
             "colour": self.noise.colour,
