@@ -53,6 +53,7 @@ __all__ = ["Record", "read_curves", "read_record"]
 _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
     **{"masked": "1", "noise": "mm", "colour": "1", "rate": "kHz"},
+    **{"record_noise": "mm", "record_colour": "1"},
 }
 _NUMBERS = dict.fromkeys(_UNITS, np.nan) | {"masked": 0}
 
@@ -83,6 +84,7 @@ class Record(Raw):
             "noise": self.noise.sd,
             "colour": self.noise.colour,
             "rate": (len(self.time) - 1) / float(self.time[-1] - self.time[0]),
+            **dict(zip(("record_noise", "record_colour"), self.process, strict=True)),
         }
 
 
@@ -143,73 +145,54 @@ def _dataset(
     """Records, or why there is none, as the dataset of ``read_curves``."""
     read = [record if isinstance(record, Record) else None for record in records]
     longest = max((each.left.size for each in read if each), default=1)
-    travel, noise = np.full((len(read), len(times)), np.nan), np.full((len(read), 2), np.nan)
+    travel = np.full((len(read), len(times)), np.nan)
     whole = np.full((len(read), longest), np.nan, np.float32)
     for i, each in enumerate(read):
         if each:
-            travel[i], noise[i] = each.gridded.travel, each.process
-            whole[i, : each.left.size] = each.left
+            travel[i], whole[i, : each.left.size] = each.gridded.travel, each.left
     texts = {
         "reason": ["" if isinstance(record, Record) else str(record) for record in records],
         "remarks": ["; ".join(each.remarks) if each else "" for each in read],
         "file": [printable(each.file) for each in operations],
     }
-    numbers = [each.numbers if each else _NUMBERS for each in read]
     of_each = {
         "missing": np.isnan(travel).sum(axis=1),
         "accepted": np.array([each is not None for each in read], dtype=bool),
         **{name: np.array(values, dtype=str) for name, values in texts.items()},
+        **{name: np.array([getattr(each, name) for each in operations]) for name in ABOUT},
     }
-    about = {name: np.array([getattr(each, name) for each in operations]) for name in ABOUT}
-    measured, quantities = _variables(
-        [each and each.measured(speeds) for each in read], motion, speeds
-    )
+    numbers = [each.numbers if each else _NUMBERS for each in read]
+    names = quantities_of(motion, speeds, SOURCES)
+    rejected = dict.fromkeys(names, Measured(np.nan, np.nan, "the record was rejected"))
+    rows = [each.measured(speeds) if each else rejected for each in read]
+    kinds = {"measured": float, "measured_sd": float, "measured_reason": str}
+    parts = {
+        name: np.array([[row[each][i] for each in names] for row in rows], kind)
+        for i, (name, kind) in enumerate(kinds.items())
+    }
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
             "record": (("operation", "sample"), whole, {"unit": "mm"}),
-            "record_noise": ("operation", noise[:, 0], {"unit": "mm"}),
-            "record_colour": ("operation", noise[:, 1]),
             **{name: ("operation", values) for name, values in of_each.items()},
             **{
                 name: ("operation", np.array([each[name] for each in numbers]), {"unit": unit})
                 for name, unit in _UNITS.items()
             },
-            **{name: ("operation", values) for name, values in about.items()},
-            **measured,
+            **{
+                name: (("operation", "quantity"), values.reshape(len(read), len(names)))
+                for name, values in parts.items()
+            },
         },
         coords={
             "operation": ("operation", [each.number for each in operations]),
             "time": ("time", times, {"unit": "ms"}),
             "sample": np.arange(longest),
-            **quantities,
+            "quantity": list(names),
+            "quantity_unit": ("quantity", [each.unit for each in names.values()]),
         },
         attrs={"motion": motion},
     )
-
-
-def _variables(
-    found: Sequence[Mapping[str, Measured] | None], motion: str, speeds: Sequence[Speed]
-) -> tuple[dict, dict]:
-    """Variables and coordinates of a dataset of what is measured of records, None of a missing one.
-
-    Returns:
-        ``measured``, ``measured_sd`` and ``measured_reason`` over ``operation`` and ``quantity``,
-        and the coordinates ``quantity`` and ``quantity_unit``.
-    """
-    names = quantities_of(motion, speeds, SOURCES)
-    none = Measured(np.nan, np.nan, "the record was rejected")
-    rows = [[each[name] if each else none for name in names] for each in found]
-    over = ("operation", "quantity")
-    columns = {"measured": float, "measured_sd": float, "measured_reason": str}
-    shape = (len(rows), len(names))
-    return {
-        name: (over, np.array([[each[i] for each in row] for row in rows], kind).reshape(shape))
-        for i, (name, kind) in enumerate(columns.items())
-    }, {
-        "quantity": list(names),
-        "quantity_unit": ("quantity", [each.unit for each in names.values()]),
-    }
 
 
 def read_record(
