@@ -273,5 +273,4 @@ class Reading:
             return self._first_motion, self.before
         else:
             level = self.before + (self.after - self.before) * (point.amount / 100.0)
-        level = level + self.trace.error(0.0, self._rests.wander)
         return self.trace.reaches(level, self.located.moves), level

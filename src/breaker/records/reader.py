@@ -34,6 +34,7 @@ Example:
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -46,16 +47,17 @@ from breaker.records.measured import Measured
 from breaker.records.noise import Noise, noise_remarks
 from breaker.records.raw import Raw, read_raw, read_raws
 from breaker.records.scale import Scale
+from breaker.stores import open_store
 
-__all__ = ["Record", "read_curves", "read_record"]
+__all__ = ["Record", "open_curves", "read_curves", "read_record"]
 
-# Of a record that is rejected.
 _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
     **{"masked": "1", "noise": "mm", "colour": "1", "rate": "kHz"},
     **{"record_noise": "mm", "record_colour": "1"},
 }
-_NUMBERS = dict.fromkeys(_UNITS, np.nan) | {"masked": 0}
+_MEASURED = {"measured": float, "measured_sd": float, "measured_reason": str}
+_NUMBERS = dict.fromkeys(_UNITS, np.nan) | {"masked": 0}  # of a record that is rejected
 
 
 @dataclass(frozen=True)
@@ -165,10 +167,10 @@ def _dataset(
     names = quantities_of(motion, speeds, SOURCES)
     rejected = dict.fromkeys(names, Measured(np.nan, np.nan, "the record was rejected"))
     rows = [each.measured(speeds) if each else rejected for each in read]
-    kinds = {"measured": float, "measured_sd": float, "measured_reason": str}
-    parts = {
-        name: np.array([[row[each][i] for each in names] for row in rows], kind)
-        for i, (name, kind) in enumerate(kinds.items())
+    shape = len(rows), len(names)
+    measured = {
+        name: np.array([[row[each][i] for each in names] for row in rows], kind).reshape(shape)
+        for i, (name, kind) in enumerate(_MEASURED.items())
     }
     return xr.Dataset(
         {
@@ -179,10 +181,7 @@ def _dataset(
                 name: ("operation", np.array([each[name] for each in numbers]), {"unit": unit})
                 for name, unit in _UNITS.items()
             },
-            **{
-                name: (("operation", "quantity"), values.reshape(len(read), len(names)))
-                for name, values in parts.items()
-            },
+            **{name: (("operation", "quantity"), values) for name, values in measured.items()},
         },
         coords={
             "operation": ("operation", [each.number for each in operations]),
@@ -227,3 +226,22 @@ def _to_grid(raw: Raw, grid: Grid) -> Record:
     ]
     said = tuple(remark for remark in remarks if remark)
     return Record(**vars(raw), noise=noise, gridded=gridded, remarks=said)
+
+
+def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
+    """Read stores of what ``read_curves`` returned as one dataset over ``operation``.
+
+    Raises:
+        RejectedCurveError: If not one operation was accepted, since then the settings are wrong;
+            the first reasons are listed.
+    """
+    parts = [open_store(store) for store in stores]
+    curves = xr.concat(parts, dim="operation", join="outer", combine_attrs="override").load()
+    if not curves.accepted.any():
+        raise RejectedCurveError(
+            Path(str(curves.file.values[0])).parent,
+            f"none of {curves.sizes['operation']} {curves.attrs['motion']} files can be used; "
+            "check endurance.format and the folder. The first reasons: "
+            + " | ".join(curves.reason.values[:3].tolist()),
+        )
+    return curves
