@@ -26,7 +26,7 @@ from breaker.posterior.tables import (
     table_of_both,
 )
 from breaker.posterior.weights import importance
-from breaker.records.opened import open_curves
+from breaker.records.reader import open_curves
 from breaker.stores import save
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
 from tests.networks_fixtures import MARKS, operations_of

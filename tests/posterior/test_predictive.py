@@ -16,7 +16,7 @@ from breaker.posterior.predictive import (
     validate,
 )
 from breaker.posterior.tables import table
-from breaker.records.opened import open_curves
+from breaker.records.reader import open_curves
 from breaker.stores import save
 from tests.networks_fixtures import MARKS, exact_curves, frozen, operations_of, pin, simulated
 

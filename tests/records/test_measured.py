@@ -12,12 +12,13 @@ from breaker.mechanism.quantities import SOURCES, evaluate, quantities_of
 from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import speeds_of
 from breaker.model.randomness import generator
+from breaker.records import located
 from breaker.records.edges import Contact
 from breaker.records.export import write_curve
 from breaker.records.grid import Grid
 from breaker.records.landmarks import first_motion
+from breaker.records.located import LocatedMotion
 from breaker.records.measured import Reading, measure_curve
-from breaker.records.noise import noise_at_rest
 from breaker.records.reader import read_curves
 from breaker.records.segments import find_segment
 from tests.raws import smooth
@@ -45,16 +46,17 @@ def record_of(theta, motion, rng, *, size=AS_IT_IS, speeds=SPEEDS):
     touch = begins + timing + CONTACT_SD * rng.standard_normal()
     reading = reading_of(time, read, motion, Contact(touch, CONTACT_SD), speeds)
     lengths, times = size.lengths, size.times
-    rests = {name: lengths * getattr(reading.segment, name) for name in ("before", "after")}
-    return replace(
-        reading,
-        time=times * reading.time,
-        travel=lengths * reading.travel,
-        segment=replace(reading.segment, **rests),
-        moves=times * reading.moves,
-        noise=reading.noise._replace(sd=lengths * reading.noise.sd),
-        contact=Contact(*(times * each for each in reading.contact)),
-    ).quantities()
+    found = reading.located
+    rests = {name: lengths * getattr(found.segment, name) for name in ("before", "after")}
+    sized = replace(
+        found,
+        time=times * found.time,
+        whole=lengths * found.whole,
+        segment=replace(found.segment, **rests),
+        moves=times * found.moves,
+    )
+    contact = Contact(*(times * each for each in reading.contact))
+    return Reading(sized, contact, speeds).quantities()
 
 
 def reading_of(time, read, motion, contact=UNKNOWN, speeds=SPEEDS):
@@ -62,9 +64,8 @@ def reading_of(time, read, motion, contact=UNKNOWN, speeds=SPEEDS):
     segment = find_segment(time, read, motion)
     inside = slice(segment.begin, segment.end)
     moves = first_motion(time[inside], read[inside], motion)
-    noise = noise_at_rest(read[time < moves - 1.0], time[1] - time[0], 0.4, 0.0)
-    found = motion, segment, moves, noise, 0.0, contact, speeds
-    return Reading(time[inside], read[inside], *found)
+    about = motion, time, read, np.full(time.size, ""), 0.0, segment, moves
+    return Reading(LocatedMotion(*about), contact, speeds)
 
 
 def scores(motion, prior, n=40):
@@ -106,10 +107,12 @@ def test_measured_agrees_with_the_model_within_its_uncertainty(both, motion):
 
 
 @pytest.mark.parametrize("size", [Size(0.4, 0.5), Size(11.0, 4.0)])
-def test_any_size_is_read_alike(prior, size):
+def test_any_size_is_read_alike(prior, size, monkeypatch):
     theta = prior.sample(1, generator(4, "test", "sizes"))[0]
     here = record_of(theta, "closing", np.random.default_rng(1))
     sized = tuple(each.sized(size) for each in SPEEDS)
+    rest = tuple(size.times * each for each in located._REST)  # the one length in ms
+    monkeypatch.setattr(located, "_REST", rest)
     there = record_of(theta, "closing", np.random.default_rng(1), size=size, speeds=sized)
     for name, quantity in quantities_of("closing", SPEEDS, SOURCES).items():
         factor = size.factor(quantity.unit)
@@ -161,8 +164,9 @@ def test_a_record_that_ends_early(reading):
     """The stroke is that up to the end, with an error of what may follow."""
     whole = reading.quantities()["stroke"]
     for last, least in ((22.0, 0.1), (26.0, 0.01)):
-        there = reading.time <= last
-        found = reading_of(reading.time[there], reading.travel[there], "closing").quantities()
+        there = reading.located.time <= last
+        time, travel = reading.located.time[there], reading.located.whole[there]
+        found = reading_of(time, travel, "closing").quantities()
         for name in ("stroke", "travel_time", "over_travel", "closing_speed_mean"):
             assert found[name].reason == ""
         stroke = found["stroke"]
@@ -172,9 +176,10 @@ def test_a_record_that_ends_early(reading):
 
 def test_missing_samples(reading):
     """Only what needs them is missing."""
-    begin = reading.time[int(np.argmax(reading.travel > 0.1 * 13.5))]
-    travel = np.where(np.abs(reading.time - begin) < 1.5, np.nan, reading.travel)
-    found = replace(reading, travel=travel, contact=TIMING).quantities()
+    time, whole = reading.located.time, reading.located.whole
+    begin = time[int(np.argmax(whole > 0.1 * 13.5))]
+    missing = replace(reading.located, whole=np.where(np.abs(time - begin) < 1.5, np.nan, whole))
+    found = Reading(missing, TIMING).quantities()
     assert found["travel_time"].reason == "samples are missing at the point"
     assert found["stroke"].reason == found["closing_speed"].reason == ""
 

@@ -17,8 +17,7 @@ from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 from breaker.records.export import write_curve
 from breaker.records.grid import Grid
-from breaker.records.opened import open_curves
-from breaker.records.reader import read_curves, read_record
+from breaker.records.reader import open_curves, read_curves, read_record
 from breaker.records.scale import Scale
 from breaker.stores import describe, save
 

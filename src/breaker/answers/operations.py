@@ -42,7 +42,7 @@ class Record:
     @property
     def timed(self) -> bool:
         """Whether its contact was seen to switch."""
-        return bool(np.isfinite(self.raw.switching))
+        return bool(np.isfinite(self.raw.contact.time))
 
     @property
     def tenth(self) -> float:
