@@ -18,7 +18,7 @@ from breaker.posterior.corrections import correct
 from breaker.posterior.laplace import approximate
 from tests.corrections import SETTINGS, from_prior
 
-CURVES = 2  # of each motion
+CURVES = 3  # of each motion
 WALKERS, BURN_IN, STEPS = 160, 80, 320  # autocorrelation times are about 25 steps
 FALSE_ALARM = 1e-3  # of all comparisons of both motions together
 COMPARISONS = CURVES * len(MOTIONS) * 8 * 2 * 2  # means and sds, from either start
@@ -126,7 +126,7 @@ def simulated(model, i):
 
 @pytest.mark.parametrize("i", range(CURVES))
 def test_corrected_posteriors_are_those_of_mcmc(model, i):
-    """All 128 comparisons of the four curves together: false alarm 1e-3 (Bonferroni).
+    """All 192 comparisons of the six curves together: false alarm 1e-3 (Bonferroni).
 
     Corrected from draws of the prior, and from those about the mode. The errors are small enough to
     tell: below 15 per cent of a posterior sd. The faults, on the first curve: a likelihood without

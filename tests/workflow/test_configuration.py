@@ -88,17 +88,8 @@ def test_schema_and_defaults_have_the_same_keys(stated, default):
         (
             {"range": [0, 9]},
             [1.0, 2.0],
-            {
-                "type": "array",
-                "minItems": 2,
-                "maxItems": 2,
-                "items": {"type": "number", "minimum": 0, "maximum": 9},
-            },
-        ),
-        (
-            {"minItems": 1, "maxItems": 2, "items": {"enum": ["a", "b"]}},
-            ["a"],
-            {"type": "array", "minItems": 1, "maxItems": 2, "items": {"enum": ["a", "b"]}},
+            {"type": "array", "minItems": 2, "maxItems": 2}
+            | {"items": {"type": "number", "minimum": 0, "maximum": 9}},
         ),
     ],
 )
