@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from breaker.files import Operation
 from breaker.mechanism.curves import travel
 from breaker.mechanism.quantities import SOURCES, evaluate, quantities_of
 from breaker.mechanism.size import Size
@@ -14,12 +13,9 @@ from breaker.mechanism.speeds import speeds_of
 from breaker.model.randomness import generator
 from breaker.records import located
 from breaker.records.edges import Contact
-from breaker.records.export import write_curve
-from breaker.records.grid import Grid
 from breaker.records.landmarks import first_motion
 from breaker.records.located import LocatedMotion
 from breaker.records.measured import Reading, measure_curve
-from breaker.records.reader import read_curves
 from breaker.records.segments import find_segment
 from tests.raws import smooth
 
@@ -160,20 +156,6 @@ def test_times_from_the_trigger_and_of_bounces(reading):
     assert "no contact channel" in found["bounce_time"].reason
 
 
-def test_a_record_that_ends_early(reading):
-    """The stroke is that up to the end, with an error of what may follow."""
-    whole = reading.quantities()["stroke"]
-    for last, least in ((22.0, 0.1), (26.0, 0.01)):
-        there = reading.located.time <= last
-        time, travel = reading.located.time[there], reading.located.whole[there]
-        found = reading_of(time, travel, "closing").quantities()
-        for name in ("stroke", "travel_time", "over_travel", "closing_speed_mean"):
-            assert found[name].reason == ""
-        stroke = found["stroke"]
-        assert abs(stroke.value - whole.value) < 3.0 * stroke.sd
-        assert least < stroke.sd < 3.0
-
-
 def test_missing_samples(reading):
     """Only what needs them is missing."""
     time, whole = reading.located.time, reading.located.whole
@@ -196,17 +178,6 @@ def test_points_that_are_not_passed(reading):
     assert "does not travel as far" in found["closing_speed"].reason
     assert "does not pass the point" in found["closing_speed_long"].reason
     assert "touch is not after 90 % of stroke" in found["closing_speed_back"].reason
-
-
-def test_over_travel_below_the_noise():
-    time = np.arange(0.0, 100.0, 0.1)
-    rises = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
-    curve = 13.0 * (10 * rises**3 - 15 * rises**4 + 6 * rises**5)
-    read = curve + 0.1 * np.random.default_rng(5).standard_normal(time.size)
-    found = reading_of(time, read, "closing").quantities()
-    assert found["over_travel"].reason == ""
-    assert 0.0 <= found["over_travel"].value < 2.0 * found["over_travel"].sd < 0.5
-    assert found["stroke"].value == pytest.approx(13.0, abs=5 * found["stroke"].sd)
 
 
 # ---- records as breakers give them -------------------------------------------------------------
@@ -255,14 +226,6 @@ def test_a_value_with_a_wide_uncertainty_rather_than_none():
     assert (np.mean(held, axis=0) >= 0.9).all()
 
 
-def test_a_jump_behind_the_motion_costs_what_follows_alone():
-    time, travel, truth = made_up(0)
-    at = time[-1] * 0.6
-    jumped = measure_curve(time, travel + 0.3 * truth["stroke"] * (time > at), "closing")
-    assert jumped["stroke"].value == pytest.approx(truth["stroke"], abs=4 * jumped["stroke"].sd)
-    assert jumped["stroke"].sd < 0.01 * truth["stroke"]
-
-
 def test_speeds_between_points_that_makers_name():
     """From and to a rest, and about a point: as way over time of the exact curve."""
     time = np.arange(0.0, 100.0, 0.1)
@@ -288,29 +251,6 @@ def test_speeds_between_points_that_makers_name():
 
 
 # ---- dataset ---------------------------------------------------------------------------------
-
-
-def test_dataset_of_files(prior, tmp_path):
-    time = np.arange(0.0, 90.0, 0.1)
-    files = []
-    for number in (1, 2):
-        curve = travel(prior.medians[None], time, "opening", onset=10.0).travel[0]
-        curve += 0.05 * np.random.default_rng(number).standard_normal(time.size)
-        files.append(Operation(number, tmp_path / f"operation_{number}.csv"))
-        write_curve(files[-1].file, time, curve, motion="opening", operation=number)
-    files[1].file.write_text("nothing")
-    curves = read_curves(files, {}, Grid(np.linspace(-2.0, 58.0, 151)), "opening", speeds=SPEEDS)
-    names = list(quantities_of("opening", SPEEDS, SOURCES))
-    assert curves["quantity"].values.tolist() == names
-    assert curves.quantity_unit.sel(quantity="opening_speed_mean").item() == "mm/ms"
-    one, other = (curves.sel(operation=number) for number in (1, 2))
-    exact = evaluate(["stroke"], prior.medians[None], "opening")[0, 0]
-    error = (one.measured - exact) / one.measured_sd
-    assert abs(error.sel(quantity="stroke").item()) < 5.0
-    assert np.isnan(other.measured).all()
-    assert set(other.measured_reason.values) == {"the record was rejected"}
-    nothing = read_curves([], {}, Grid(np.linspace(-2.0, 58.0, 151)), "closing")
-    assert nothing.measured.shape == (0, len(quantities_of("closing", of=SOURCES)))
 
 
 def test_an_outlier_before_the_motion_stops_nothing():
