@@ -37,7 +37,19 @@ _BOUND = 5.0  # splines act on [-5, 5] whitened sds
 _SLOPE = 1e-3  # the smallest ratio of two bins, and the smallest slope at a knot
 
 
-_IDENTITY = MonotonicRQSTransform(torch.zeros(1), torch.zeros(1), torch.zeros(0))
+class _Spline(MonotonicRQSTransform):
+    """zuko's, by whose helper torch would import sympy in every process, for a second."""
+
+    def bin(self, k: Tensor) -> tuple[Tensor, ...]:
+        """Whether points ``(...)`` are in a bin ``k``, ends, slopes there and mean slope of it."""
+        inside, k = (k >= 0) & (k < self.bins), k % self.bins
+        ends = torch.stack((k, k + 1), -1)
+        knots = (self.horizontal, self.vertical, self.derivatives)
+        (x0, x1), (y0, y1), (d0, d1) = (each.gather(-1, ends).unbind(-1) for each in knots)
+        return inside, x0, x1, y0, y1, d0, d1, (y1 - y0) / (x1 - x0)
+
+
+_IDENTITY = _Spline(torch.zeros(1), torch.zeros(1), torch.zeros(0))
 
 
 def spline(sizes: Tensor, slopes: Tensor) -> MonotonicRQSTransform:
