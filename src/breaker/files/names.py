@@ -7,7 +7,8 @@ name: `Travel (S)`.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from breaker.files.guards import RejectedCurveError
 __all__ = [
     "BESIDE",
     "StatedUnit",
+    "by_words",
     "check_unit",
     "is_travel_name",
     "label_of",
@@ -183,6 +185,23 @@ def split_unit(name: str) -> tuple[str, str | None]:
     inches = found and "in" in found.groups()[1:3] and is_travel_name(found[1])
     unit = None if behind.strip() in _NAMES and not inches else unit_of(behind)
     return (found[1], unit) if unit else (name, None)
+
+
+def by_words(table: Mapping[str, str]) -> Callable[[str], tuple[str, ...]]:
+    """Return a function that says which keys of a table a text means, by regular expressions for
+    lower-case text. Files of a folder have the same names, so that it remembers them.
+
+    >>> by_words({"station": r"\bstation", "date": r"\bdat[ea]\b"})("Test Date")
+    ('date',)
+    """
+    compiled = {key: re.compile(words) for key, words in table.items()}
+
+    @lru_cache(maxsize=2048)
+    def meant(text: str) -> tuple[str, ...]:
+        low = text.lower()
+        return tuple(key for key, words in compiled.items() if words.search(low))
+
+    return lambda text: (meant if len(text) <= _LONGEST else meant.__wrapped__)(text)
 
 
 def is_travel_name(name: str) -> bool:
