@@ -50,13 +50,12 @@ def columns_of(
     settings: Mapping,
     channel: str = "",
 ) -> Columns:
-    """Return the columns of a table of cells.
+    """Return the columns of a table of cells; settings and channel are as of ``read_columns``.
 
     Args:
         file: Named in messages.
         blocks: Lines and rows of cells, block after block, without blank rows; the first one has
             all that stands above the samples.
-        settings, channel: As of ``sources.read_columns``.
 
     Raises:
         RejectedCurveError: If a column is not there, states another unit, or has a cell that is no

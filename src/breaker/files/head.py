@@ -15,7 +15,6 @@ from pathlib import Path
 from breaker.files.guards import RejectedCurveError
 from breaker.files.names import (
     BESIDE,
-    StatedUnit,
     check_unit,
     label_of,
     listed,
@@ -272,7 +271,7 @@ def _check_units(
         if not text:
             text, row = split_unit(table.cell(names, place))[1] or "", names
         line = None if row is None else table.lines[row]
-        remarks += check_unit(file, StatedUnit(kind, labels[kind], text), settings, line=line)
+        remarks += check_unit(file, (kind, labels[kind]), text, settings, line)
     return remarks
 
 

@@ -10,13 +10,11 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 from breaker.files.guards import RejectedCurveError
 
 __all__ = [
     "BESIDE",
-    "StatedUnit",
     "by_words",
     "check_unit",
     "is_travel_name",
@@ -133,29 +131,25 @@ def listed(row: Sequence[str]) -> str:
     return ", ".join(repr(cell.strip()[:40]) for cell in filter(str.strip, row[:40]))
 
 
-class StatedUnit(NamedTuple):
-    """The unit of a column, as it stands in the file.
-
-    Attributes:
-        kind: Of the column, "time" or "travel".
-        label: Its name for messages.
-        text: The unit, empty where none is stated.
-    """
-
-    kind: str
-    label: str
-    text: str
-
-
 def check_unit(
-    file: str | Path, unit: StatedUnit, settings: Mapping, *, line: int | None = None
+    file: str | Path,
+    column: tuple[str, str],
+    text: str,
+    settings: Mapping,
+    line: int | None = None,
 ) -> tuple[str, ...]:
     """Return what is to be remarked on the unit of a column: that it is not known.
+
+    Args:
+        file, line: Named in messages.
+        column: Its kind, "time" or "travel", and what messages call it.
+        text: The unit as it stands in the file, empty where none is stated.
+        settings: The section ``endurance.format``, complete.
 
     Raises:
         RejectedCurveError: If it is another than that of the settings.
     """
-    kind, label, text = unit
+    kind, label = column
     wanted, stated = settings[f"{kind}_unit"], unit_of(text)
     known = f"the unit of {label} is {text!r}"
     but = f"endurance.format.{kind}_unit is {wanted!r}"

@@ -78,10 +78,7 @@ def _float(text: str, decimal: str) -> float:
 
 
 def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
-    """Return the pairs of lines.
-
-    Args:
-        rows: Cells of each line; a line that has not been split is one cell.
+    """Return the pairs of lines, by their cells; a line that has not been split is one cell.
 
     >>> for pair in pairs_of([["Speed (kC) :", "10", "", "Range :", "8000"], ["Bay = 4"]]):
     ...     print(*pair[:3])

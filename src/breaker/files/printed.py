@@ -100,12 +100,7 @@ def quantity_of(name: str) -> str:
 def printed_of(
     rows: Sequence[Sequence[str]], pairs: Sequence[Pair], decimal: str
 ) -> tuple[Printed, ...]:
-    """Return the results that lines state.
-
-    Args:
-        rows: Cells of each line.
-        pairs: Those of the lines.
-        decimal: Sign of numbers.
+    """Return the results that lines state, by their cells, their pairs and the sign of numbers.
 
     >>> rows = [["Parameter", "CH1", "CH2"], ["Stroke (mm)", "178.1", "178.4"]]
     >>> [each[:5] for each in printed_of(rows, (), ".")]

@@ -13,7 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "bends": ["seen_touch", "speed_along"],
         "channels": ["InspectionError"],
         "contents": ["stated_in"],
-        "describing": ["Channel", "describe_file", "travel_channels"],
+        "describing": ["describe_file", "travel_channels"],
         "printed_results": ["meant_motions", "measured_name", "stated_speeds"],
         "proposals": ["InspectedMotion", "Proposal", "inspect_file"],
         "wording": ["alike", "overlay_of", "report_of"],

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,23 +15,12 @@ from breaker.inspection.proposals import motions_of
 from breaker.inspection.timing import Clock, find_clock
 from breaker.inspection.wiring import Beside, columns_beside
 
-__all__ = ["Channel", "describe_file", "travel_channels"]
+__all__ = ["describe_file", "travel_channels"]
 
 
-class Channel(NamedTuple):
-    """A column that travels.
-
-    Attributes:
-        name: Its phase, or else the column.
-        beside: By motion, what goes with it: see ``columns_beside``.
-    """
-
-    name: str
-    beside: Mapping[str, Beside]
-
-
-def travel_channels(file: str | Path) -> dict[str, Channel]:
-    """Return the channels of a file by those columns that move as a drive does.
+def travel_channels(file: str | Path) -> dict[str, tuple[str, Mapping[str, Beside]]]:
+    """Return the channels of a file by those columns that move as a drive does: what each is
+    called, and what goes with it by motion, as of ``columns_beside``.
 
     A channel is called by its phase, where the file states it and no other channel has the same;
     else by its column. What moves by far less than the others is left out, as by cross-talk.
@@ -48,7 +36,7 @@ def travel_channels(file: str | Path) -> dict[str, Channel]:
     phases = [each.phase for each in travels]
     names = phases if all(phases) and len({*phases}) == len(phases) else columns
     beside = columns_beside(layout, travels, sign)
-    return dict(zip(columns, map(Channel, names, beside), strict=True))
+    return dict(zip(columns, zip(names, beside, strict=True), strict=True))
 
 
 def describe_file(file: str | Path) -> Description:

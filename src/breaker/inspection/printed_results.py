@@ -104,13 +104,7 @@ def stated_speeds(stated: Preamble) -> dict[str, Speed]:
 
 
 def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence) -> list[Compared]:
-    """Set the results that a text states beside what is measured.
-
-    Args:
-        layout: Of the file.
-        travels: Its columns of travel.
-        motions: Every ``InspectedMotion``.
-    """
+    """Set the results that a text states beside what is measured of every ``InspectedMotion``."""
     stated, found = layout.stated, []
     speeds = stated_speeds(stated)
     columns = _columns(layout, travels)

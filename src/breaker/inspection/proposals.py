@@ -162,12 +162,8 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
 def motions_of(
     layout: Layout, clock: Clock, travels: Sequence[Travel], sign: int
 ) -> list[InspectedMotion]:
-    """Return the motions of all channels; one that is there more than once needs its part.
-
-    Args:
-        layout, clock: Of the file.
-        travels: All of its columns of travel.
-        sign: 1 if their reading grows towards closed, -1 if it falls.
+    """Return the motions of all travels of a file; one that is there more than once needs its
+    part. The sign is 1 if their reading grows towards closed, -1 if it falls.
     """
     rate, start = clock.likely_rate, 0.0
     if clock.place is not None:
