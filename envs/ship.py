@@ -10,6 +10,7 @@ import re
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -58,14 +59,20 @@ def unfit(model: Path, config: Mapping[str, Any], kind: str) -> list[str]:
 
 def described(text: str) -> str:
     """Return the model card with its table of the files that ship."""
-    rows = ["| file | drives | steps | bytes | SHA-256 |", "|---|---|---|---|---|"]
-    for file in [model_file(family, kind) for family in FAMILIES for kind in KINDS]:
+    rows = [
+        "| file | drives | steps | 90 % intervals hold | calibrated outputs | bytes | SHA-256 |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for family, kind in product(FAMILIES, KINDS):
+        file = model_file(family, kind)
         content = file.read_bytes()
         with open_model(file) as saved:
             drives = saved.settings["drives"]["drives"]
             steps = saved.settings["networks"]["training"]["steps"]
+        good = _coverage(_quality(family, kind))
         checksum = f"`{hashlib.sha256(content).hexdigest()}`"
-        rows.append(f"| {file.name} | {drives:,} | {steps:,} | {len(content):,} | {checksum} |")
+        row = f"{file.name} | {drives:,} | {steps:,} | {good} | {len(content):,} | {checksum}"
+        rows.append(f"| {row} |")
     return _put(text, "files", rows)
 
 
@@ -74,8 +81,7 @@ def judged(text: str) -> str:
     for kind, shown in (("levels", "contraction"), ("changes", "rms_error")):
         rows = []
         for family in FAMILIES:
-            table = pd.read_csv(Path("docs") / f"family_{family}.csv")
-            of = table[table.network == kind].set_index(["output", "motions"])
+            of = _quality(family, kind).set_index(["output", "motions"])
             names = [name for name in of.index.unique("output") if " " not in name]
             if not rows:
                 rows.append(f"| {kind} | {' | '.join(names)} | 90 % hold | calibrated |")
@@ -83,11 +89,21 @@ def judged(text: str) -> str:
             for motions in of.index.unique("motions"):
                 here = of.xs(motions, level="motions")
                 cells = [f"{here[shown][name]:.2f}" for name in names]
-                held = f"{100 * here.coverage_90.min():.0f} to {100 * here.coverage_90.max():.0f} %"
-                fine = f"{int(here.calibrated.sum())} of {len(here)}"
-                rows.append(f"| {family}, {motions} | {' | '.join(cells)} | {held} | {fine} |")
+                rows.append(f"| {family}, {motions} | {' | '.join(cells)} | {_coverage(here)} |")
         text = _put(text, kind, rows)
     return text
+
+
+def _quality(family: str, kind: str) -> pd.DataFrame:
+    """Rows of a network in the table of how good those of a family are."""
+    table = pd.read_csv(Path("docs") / f"family_{family}.csv")
+    return table[table.network == kind]
+
+
+def _coverage(outputs: pd.DataFrame) -> str:
+    """Two cells: lowest and highest share of truths in 90 % intervals; how many have flat ranks."""
+    low, high = 100 * outputs.coverage_90.min(), 100 * outputs.coverage_90.max()
+    return f"{low:.0f} to {high:.0f} % | {int(outputs.calibrated.sum())} of {len(outputs)}"
 
 
 def _put(text: str, mark: str, rows: Sequence[str]) -> str:

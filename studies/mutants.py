@@ -30,7 +30,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-PARTS = ("Snakefile", "README.md", "LICENSE", "CITATION.cff", "Makefile", "pyproject.toml")
+PAGES = ("README.md", "CHANGELOG.md")
+PARTS = ("Snakefile", "Makefile", "pyproject.toml", "LICENSE", "CITATION.cff", *PAGES)
 FOLDERS = ("config", "docs", "envs", "profiles", "src", "studies", "tests", "workflow", ".ci")
 CODE = (("src/breaker", "*.py"), ("workflow", "*.py"), ("workflow", "*.smk"), ("studies", "*.py"))
 TESTS = ("tests", "studies/tests")

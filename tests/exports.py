@@ -8,6 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+USUAL = {"rate": 10.0, "stroke": 178.0, "motions": ("closing",), "length": 400.0, "seed": 0}
+USUAL |= {"noise": 0.1, "channels": 3, "trip": 30.0, "ratio": 1.0, "unused": "zeros"}
+USUAL |= {"zero": 0.0, "sign": 1}  # where the open breaker rests, and which way it closes
+STATED = {"date": "14/03/2021", "clock": "10:42:17", "serial": "HV-20417", "bay": "Bay 4"}
+STATED |= {"results": {}, "plot": None}
+
 
 def way(time, begin, duration, *, over=0.06):
     """Share of the stroke (0 to 1) at times, ms: a smooth rise, over-travel, a damped return."""
@@ -18,151 +24,77 @@ def way(time, begin, duration, *, over=0.06):
     return rise + swing
 
 
-def record(
-    rate=10.0,
-    stroke=178.0,
-    *,
-    motions=("closing",),
-    length=400.0,
-    seed=0,
-    noise=0.1,
-    channels=3,
-    trip=30.0,
-    ratio=1.0,
-    unused="zeros",
-):
-    """Columns of an export: names and values ``(n, 27)``."""
-    rng = np.random.default_rng(seed)
-    t = np.arange(round(length * rate)) / rate
-    columns = {}
-    begins = [trip + 25.0 + 150.0 * k for k in range(len(motions))]
-    for i in range(6):  # coil currents
-        pulse = np.zeros_like(t)
-        if i < channels:
-            for k in range(len(motions)):
-                on = trip + 150.0 * k
-                pulse += (
-                    4.0 * (1 - np.exp(-np.clip(t - on, 0, None) / 6.0)) * (t > on) * (t < on + 60)
-                )
-        columns[f"Coil {i + 1} (A)"] = np.round(pulse + 0.02 * rng.normal(size=t.size), 3)
-    travels = []
+def record(**given):
+    """Columns of an export by name, of 27."""
+    of = {**USUAL, **given}
+    rng, channels, motions = np.random.default_rng(of["seed"]), of["channels"], of["motions"]
+    t = np.arange(round(of["length"] * of["rate"])) / of["rate"]
+    starts = of["trip"] + 150.0 * np.arange(len(motions))
+    coils, travels, contacts, resistances = {}, {}, {}, {}
+    for i in range(6):
+        current = 0.02 * rng.normal(size=t.size)
+        for on in starts if i < channels else ():
+            rise = 1 - np.exp(-np.clip(t - on, 0, None) / 6.0)
+            current += 4.0 * rise * ((t > on) & (t < on + 60))
+        coils[f"Coil {i + 1} (A)"] = np.round(current, 3)
+    exact = []
     for i in range(6):
         if i < channels:
-            position = 0.0 if motions[0] == "closing" else 1.0
-            y = np.full_like(t, position)
-            for m, begin in zip(motions, begins, strict=True):
-                s = way(t, begin + 0.4 * i, 62.0 if m == "closing" else 38.0)
-                y += s if m == "closing" else -s
-            mm = stroke * (1 + 0.002 * i) * y * ratio
-            travels.append(mm)
-            columns[f"Travel {i + 1} (mm)"] = np.round(mm + noise * rng.normal(size=t.size), 2)
-        elif unused == "zeros":
-            columns[f"Travel {i + 1} (mm)"] = np.zeros_like(t)
+            y = np.full(t.size, float(motions[0] != "closing"))
+            for m, on in zip(motions, starts, strict=True):
+                sign, duration = (1, 62.0) if m == "closing" else (-1, 38.0)
+                y += sign * way(t, on + 25.0 + 0.4 * i, duration)
+            exact.append(of["stroke"] * (1 + 0.002 * i) * y * of["ratio"])
+            reading = of["sign"] * exact[i] + of["zero"] + of["noise"] * rng.normal(size=t.size)
+        elif of["unused"] == "zeros":
+            reading = np.zeros(t.size)
         else:
-            columns[f"Travel {i + 1} (mm)"] = np.round(
-                0.08 * travels[i - channels] + noise * rng.normal(size=t.size), 2
-            )
+            reading = 0.08 * exact[i - channels] + of["noise"] * rng.normal(size=t.size)
+        travels[f"Travel {i + 1} (mm)"] = np.round(reading, 2)
     for i in range(6):  # main contacts, 1 closed
-        closed = np.zeros_like(t)
-        if i < channels:
-            closed = (travels[i] > 0.45 * stroke * ratio).astype(float)
-        columns[f"Contact {i + 1}"] = closed.astype(int)
-    for i in range(6):
-        closed = columns[f"Contact {i + 1}"]
-        columns[f"Res {i + 1} (uOhm)"] = (
-            np.where(closed > 0, np.round(45 + rng.normal(size=t.size), 1), 8000.0)
-            if i < channels
-            else np.full_like(t, np.nan)
-        )
-    for i in range(3):
-        columns[f"Aux {i + 1}"] = np.full_like(t, np.nan)
-    return t, columns
+        used = i < channels
+        closed = exact[i] > 0.45 * of["stroke"] * of["ratio"] if used else np.zeros(t.size, bool)
+        contacts[f"Contact {i + 1}"] = closed.astype(int)
+        ohms = np.round(45 + rng.normal(size=t.size), 1) if used else np.nan
+        resistances[f"Res {i + 1} (uOhm)"] = np.where(closed | (not used), ohms, 8000.0)
+    return coils | travels | contacts | resistances | {f"Aux {i}": np.nan * t for i in (1, 2, 3)}
 
 
-def preamble(
-    rate=10.0,
-    length=400.0,
-    ratio=1.0,
-    *,
-    date="14/03/2021",
-    clock="10:42:17",
-    serial="HV-20417",
-    bay="Bay 4",
-    motions=("closing",),
-    results=None,
-    channels=3,
-    plot=None,
-):
-    kind = "".join(m[0].upper() for m in motions)
-    kind = "-".join(kind)
+def preamble(**given):
+    """Lines above the columns: what is stated in pairs, and the results that are printed."""
+    of = {**USUAL, **STATED, **given}
+    kind = "-".join(m[0].upper() for m in of["motions"])
     pairs = [
         [("Test Report", None)],
         [("Company :", "Utility"), ("Operator :", "A. Tester")],
-        [("Station :", "North 400 kV"), ("Bay :", bay)],
+        [("Station :", "North 400 kV"), ("Bay :", of["bay"])],
         [("CB Make :", "Maker"), ("CB Type :", "LTB 420")],
-        [("Serial No :", serial), ("Rated Voltage (kV) :", "420")],
+        [("Serial No :", of["serial"]), ("Rated Voltage (kV) :", "420")],
         [("Mechanism :", "Spring"), ("Year :", "2004")],
-        [("Test Date :", date), ("Test Time :", clock)],
+        [("Test Date :", of["date"]), ("Test Time :", of["clock"])],
         [("Test No :", "12"), ("Operation :", kind)],
-        [("Sampling Speed (kC) :", f"{rate:g}"), ("Resistance Range (uOhm) :", "8000")],
-        [("Plot Length (ms) :", f"{plot or length:g}"), ("Pre Trigger (ms) :", "30")],
-        [("Linkage Ratio :", f"{ratio:g}"), ("Transducer :", "Linear 225 mm")],
+        [("Sampling Speed (kC) :", f"{of['rate']:g}"), ("Resistance Range (uOhm) :", "8000")],
+        [("Plot Length (ms) :", f"{of['plot'] or of['length']:g}"), ("Pre Trigger (ms) :", "30")],
+        [("Linkage Ratio :", f"{of['ratio']:g}"), ("Transducer :", "Linear 225 mm")],
         [("Travel Unit :", "mm"), ("Velocity Unit :", "m/s")],
         [("Closing Velocity Point 1 (%) :", "40"), ("Closing Velocity Point 2 (%) :", "80")],
         [("Opening Velocity Point 1 (%) :", "20"), ("Opening Velocity Point 2 (%) :", "60")],
         [("Ambient Temp (C) :", "24"), ("SF6 Pressure (bar) :", "6.2")],
         [("Channel 1 :", "R"), ("Channel 2 :", "Y"), ("Channel 3 :", "B")],
     ]
-    lines = [
-        ",".join(f"{a},{b},," if b is not None else f"{a},,," for a, b in row) for row in pairs
-    ]
-    lines.append(",,,")
-    if results:
-        lines.append("Travel Analysis,,,")
-        lines.append("Parameter," + ",".join(f"CH{i + 1}" for i in range(channels)) + ",,")
-        for name, values in results.items():
-            lines.append(name + "," + ",".join(f"{v:.2f}" for v in values) + ",,")
-    while len(lines) < 43:
-        lines.append(",,,")
-    return lines
+    lines = [",".join(f"{a},{b or ''},," for a, b in row) for row in pairs] + [",,,"]
+    if of["results"]:
+        lines += ["Travel Analysis,,,"]
+        lines += ["Parameter," + ",".join(f"CH{i + 1}" for i in range(of["channels"])) + ",,"]
+    for name, values in of["results"].items():
+        lines.append(name + "," + ",".join(f"{v:.2f}" for v in values) + ",,")
+    return lines + [",,,"] * (43 - len(lines))
 
 
 def write(path, **given):
-    keys = (
-        "rate",
-        "stroke",
-        "motions",
-        "length",
-        "seed",
-        "noise",
-        "channels",
-        "trip",
-        "ratio",
-        "unused",
-    )
-    _, columns = record(**{k: given[k] for k in keys if k in given})
-    lines = preamble(
-        **{
-            k: v
-            for k, v in given.items()
-            if k
-            in (
-                "rate",
-                "length",
-                "ratio",
-                "date",
-                "clock",
-                "serial",
-                "bay",
-                "motions",
-                "results",
-                "channels",
-                "plot",
-            )
-        }
-    )
-    lines.append(",".join(columns) + ",")
-    table = np.stack([np.asarray(c, float) for c in columns.values()], axis=1)
-    for row in table:
-        lines.append(",".join("" if np.isnan(v) else f"{v:g}" for v in row) + ",")
+    """Write an export, with what is given in place of the usual."""
+    columns = record(**{key: given[key] for key in USUAL if key in given})
+    rows = np.stack([*columns.values()], axis=1)
+    cells = [",".join("" if np.isnan(v) else f"{v:g}" for v in row) + "," for row in rows]
+    lines = [*preamble(**given), ",".join(columns) + ",", *cells]
     Path(path).write_text("\n".join(lines) + "\n", encoding="latin-1")

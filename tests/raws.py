@@ -3,6 +3,7 @@
 import numpy as np
 
 from breaker.files import Operation
+from breaker.records.edges import Contact
 from breaker.records.raw import Raw
 from breaker.records.segments import Segment
 
@@ -12,8 +13,8 @@ def raw_of(way, step, moves, motion="closing"):
     whole = way if motion == "closing" else 3.0 - way
     segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
-    about = Operation(1, "a.csv"), motion, {}, time, whole, np.full(len(way), "")
-    return Raw(*about, segment, 0.0, moves, 0.0, *4 * (np.nan,), ())
+    located = motion, time, whole, np.full(len(way), ""), 0.0, segment, moves
+    return Raw(*located, Operation(1, "a.csv"), {}, 0.0, Contact(), ())
 
 
 def smooth(rng, motion="closing", *, stroke=80.0, noise=1e-3, late=0.0, bump=0.0, **more):

@@ -315,25 +315,17 @@ SHOWS = "import lazy_loader\nlazy_loader.attach(__name__, submod_attrs={})"
 CHECKS = {
     "upwards": (upward, {"records/a.py": "from breaker.model import Prior"}),
     "beside": (upward, {"wear/a.py": "def f():\n    from breaker.validation import ranks"}),
-    "a room whole": (upward, {"model/a.py": "from breaker import figures"}),
     "a module of another room": (
         hidden,
         {"model/a.py": "from breaker.mechanism.parameters import NAMES"},
     ),
     "a hidden name": (hidden, {"model/a.py": "from breaker.mechanism import _travel"}),
-    "another room whole": (hidden, {"model/a.py": "import breaker.mechanism"}),
-    "its own room": (hidden, {"model/a.py": "from breaker.model import Prior"}),
     "figures from their room": (hidden, {"../../workflow/scripts/a.py": "import breaker.figures"}),
     "no such room": (hidden, {"model/a.py": "from breaker.cellar import wine"}),
     "a room without a floor": (unused_rooms, {"cellar/a.py": ""}),
-    "a module on the floor": (unused_rooms, {"a.py": ""}),
     "a name that is a module": (
         clashes,
         {"model/__init__.py": SHOWS.replace("{}", "{'prior': ['prior']}")},
-    ),
-    "a missing module": (
-        clashes,
-        {"model/__init__.py": SHOWS.replace("{}", "{'priors': ['Prior']}")},
     ),
     "a missing name": (
         lost,
@@ -341,32 +333,18 @@ CHECKS = {
     ),
     "a long module": (tall, {"model/a.py": "\n" * (LONGEST_MODULE + 1)}),
     "a long function": (tall, {"model/a.py": LONG_FUNCTION}),
-    "a long method": (
-        tall,
-        {"model/a.py": "class A:\n    " + LONG_FUNCTION.replace("\n", "\n    ")},
-    ),
     "a broad function": (broad, {"model/a.py": "def f(a, b, /, c, *, d, e=1, f=2):\n    pass"}),
-    "a broad method": (
-        broad,
-        {"model/a.py": "class A:\n    def f(self, a, b, c, *, d, e, f):\n        pass"},
-    ),
     "an exemption without a function": (broad, {"networks/deep_set.py": ""}),
     "a packed tuple": (packed, {"model/a.py": "f(1, *(a, b))"}),
-    "a packed list": (packed, {"model/a.py": "def f():\n    g(*[a, b])"}),
     "a network of breakers": (
         breaker_in_networks,
         {"networks/a.py": "from breaker.mechanism import NAMES"},
     ),
     "torch in the wear": (torch_elsewhere, {"wear/a.py": "import torch.nn"}),
-    "torch for types": (
-        torch_elsewhere,
-        {"cli.py": "if TYPE_CHECKING:\n    from torch import Tensor"},
-    ),
     "a study in a room": (
         of_a_study,
         {"wear/a.py": "def f():\n    from studies.lives import Life"},
     ),
-    "a study in a script": (of_a_study, {"../../workflow/scripts/a.py": "import studies.visits"}),
 }
 
 

@@ -2,13 +2,17 @@
 
 Rooms, each a subpackage, import only rooms of a line above their own:
 
-    mechanism, records, networks    the drive; measured records; neural networks
-    model, workflow                 the joint probability model; what rules and scripts share
-    posterior, family               posteriors of single records; networks of a family of drives
-    validation, wear, typical       checks on known truth; a life followed; typical drives
-    decisions                       how a drive stands to its limits, and what to do
-    answers                         what one call infers of a drive, judged and put into words
-    synthetic, figures              simulated drives and lives; data in, figures out
+    stores, shipped              Zarr stores; defaults and networks that ship
+    mechanism, networks          the drive; neural networks
+    files                        what instruments write
+    records                      measured records
+    model, workflow, inspection  the joint probability model; rules and scripts; unknown files
+    posterior, family            posteriors by the model; networks of a family of drives
+    validation, wear             checks on known truth; a life followed to decisions
+    answers                      what one call tells of a drive
+    fleet                        many drives side by side
+    synthetic, figures           simulated drives; data in, figures out
+    cli                          the command
 
 The command ``breaker`` is in ``breaker.cli``. The workflow is in ``Snakefile`` and ``workflow``.
 """

@@ -10,6 +10,7 @@ from breaker.answers.answer import Given
 from breaker.answers.inferred import infer_drive
 from breaker.answers.operations import read_operations
 from breaker.files.manifest import Operation
+from breaker.records import Contact
 from tests.cli.conftest import written
 
 SETTINGS = {"draws": 400, "misfit_p_value": 1e-3, "seed": 1}
@@ -56,7 +57,7 @@ def timed(records):
     """The first closing, with the touch that a contact's voltage would show, and its sd."""
 
     def timed(switching, sd=0.1):
-        raw = replace(records[0].raw, switching=switching, switching_sd=sd)
+        raw = replace(records[0].raw, contact=Contact(switching, sd))
         return replace(records[0], raw=raw)
 
     return timed

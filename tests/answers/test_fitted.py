@@ -11,9 +11,6 @@ from breaker.answers.fitted import fit_type, precision_of, wear_allowance
 from breaker.answers.recorded import Recorded, read_breakers
 from breaker.answers.spread import Spread
 from breaker.family.membership import Match
-from breaker.mechanism.parameters import NAMES
-from breaker.mechanism.size import Size
-from breaker.model.prior import Prior
 from breaker.model.randomness import generator
 from breaker.workflow.magnitudes import UNLIKE
 from tests.answers.drives import breakers_of, type_of, write_breakers
@@ -80,17 +77,6 @@ def test_further_breakers_are_inferred_right_and_better(types):
     assert np.median(ratio) < 1.0
 
 
-def test_one_breaker_alone_makes_a_wider_prior(types):
-    _, fitted, _ = types[0]
-    alone = fitted
-    for name in ("Q1", "Q2"):
-        alone = alone.without(name, generator(1, "test without"))
-    assert alone.alone
-    assert not fitted.alone
-    assert np.all(alone.prior.log_sds > fitted.reference.log_sds)
-    assert np.mean(alone.prior.log_sds / fitted.prior.log_sds) > 1.0
-
-
 def test_an_operation_of_which_a_motion_is_out_of_the_family_is_left_out(levels, records):
     operations = {"Q0": [{each.motion: each.seen for each in records[::3]}]}
     operations["Q1"] = [{"closing": records[1].seen}]
@@ -138,29 +124,3 @@ def test_a_prior_is_as_wide_as_it_is_accepted(types):
     assert bounded.prior.log_sds[~wide].tolist() == fitted.spread_seen[~wide].tolist()
     with pytest.raises(ValueError, match="too wide"):
         fitted.accepted(refuse(0.01))
-
-
-def test_room_for_wear(defaults, prior):
-    room = wear_allowance(defaults["rigs"]["wear"]["change"], prior)
-    by_name = dict(zip(NAMES, room * prior.log_sds, strict=True))
-    assert by_name["mu"] == 0.0
-    assert by_name["f"] == pytest.approx(-np.log(0.88) / 3.0)
-    assert by_name["gamma_a"] == pytest.approx(np.log(1.3) / 3.0)
-
-
-def test_data_of_the_figure(types):
-    _, fitted, _ = types[0]
-    data = fitted.to_dataset()
-    assert data.sizes == {"kind": 2, "parameter": 7, "breaker": BREAKERS}
-    np.testing.assert_allclose(data["median"].sel(kind="fitted"), fitted.prior.medians)
-    assert bool((data.low < data.middle).all() & (data.middle < data.high).all())
-
-
-def test_a_size_that_is_read_hides_what_is_common(prior):
-    """Under its precision logarithms are known no better than the size allows."""
-    sds = prior.log_sds * np.sqrt(np.linalg.inv(precision_of(prior)).diagonal())
-    by_name = dict(zip(NAMES, sds, strict=True))
-    assert by_name["mu"] == pytest.approx(0.2)
-    assert by_name["L"] == pytest.approx(np.hypot(0.05, 0.3))
-    big = Prior(prior.medians * Size(9.0, 4.0).factors, prior.log_sds)
-    np.testing.assert_allclose(precision_of(big), precision_of(prior))

@@ -5,7 +5,7 @@ import pytest
 from breaker.answers import recorded
 from breaker.answers.recorded import read_breakers
 from breaker.model.randomness import generator
-from tests.answers.drives import NAMELESS, breakers_of, type_of, write_breakers
+from tests.answers.drives import breakers_of, type_of, write_breakers
 
 MOTIONS = ("closing", "opening")
 
@@ -53,15 +53,6 @@ def test_phases_are_records_of_their_breaker(folder, read):
     found = read(folder)
     assert names_and_counts(found)["Q0"] == {"closing": 2, "opening": 2}
     assert len(found.operations["Q0"]) == 2
-
-
-def test_folders_without_names_are_breakers(tmp_path, drives, read):
-    rng = generator(1, "test files")
-    folders = [
-        write_breakers(tmp_path / name, [drive], 1, rng, head=NAMELESS)
-        for name, drive in zip(("one", "other"), drives, strict=True)
-    ]
-    assert list(read(*folders).records) == [str(each) for each in folders]
 
 
 def test_a_motion_that_is_nowhere_is_left_out(tmp_path, drives, read):

@@ -74,12 +74,6 @@ def test_the_parts_of_a_log_sd_are_under_their_names(prior):
     assert first.split()[4:8] == [f"{part * prior.log_sds[0]:.3f}" for part in (3, 4, 5, 6)]
 
 
-def test_it_is_the_same_every_time(written, folder, tmp_path):
-    again = tmp_path / "again.yaml"
-    main(["fit-prior", str(folder), "--output", str(again)])
-    assert again.read_bytes() == written[0].read_bytes()
-
-
 def test_what_the_files_need_is_written_along(folder, tmp_path, capsys):
     overlay = tmp_path / "format.yaml"
     overlay.write_text("endurance: {format: {zero: rest}}\nmotions: [closing]\n")

@@ -74,21 +74,6 @@ def test_a_closing_and_an_opening_are_found_in_any_folder(folder, capsys, prior)
     assert alone["quantities"]["stroke"] == opening["quantities"]["stroke"]
 
 
-def test_a_block_of_text_for_each_motion(folder, capsys):
-    assert call("both.csv") == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    assert max(map(len, out.splitlines())) <= 100
-    blocks = re.split(r"\n(?=both\.csv: )", out)
-    assert [block.split("\n")[0] for block in blocks] == ["both.csv: closing", "both.csv: opening"]
-    for block in blocks:
-        assert "of both motions together" in block
-        assert re.search(r"^  L +\d[\d.]+ +\d[\d.]+ to \d[\d.]+ +mm +contact gap$", block, re.M)
-        assert re.search(r"^  stroke +\d[\d.]+ .* mm +measured$", block, re.M)
-        assert "fits the family medium_voltage (p = " in block
-        assert "verdict" not in block  # the limits that ship are an example
-
-
 def test_a_record_out_of_the_family_has_measured_quantities_alone(folder, capsys, prior):
     """A drive that halts for 15 ms half-way is no circuit breaker."""
     written(folder / "odd.csv", prior, "closing", halts=150)
@@ -101,21 +86,6 @@ def test_a_record_out_of_the_family_has_measured_quantities_alone(folder, capsys
     assert call("odd.csv", "--plot", "odd.png") == 0
     assert "OUT OF the family" in capsys.readouterr().out
     assert answered(capsys, "a.csv", "odd.csv")["records"][0]["fit"]["resolved"]
-
-
-def test_several_files_are_one_drive(folder, capsys):
-    found = answered(capsys, "a.csv", "b 2.csv", "open.csv")
-    assert [each["file"] for each in found["records"]] == ["a.csv", "b 2.csv", "open.csv"]
-    together = found["together"]
-    assert set(together) == {"closing"}
-    touch = together["closing"]["quantities"]["touch_time"]
-    medians = [each["quantities"]["touch_time"]["median"] for each in found["records"][:2]]
-    assert (touch["lowest"], touch["highest"]) == (min(medians), max(medians))
-    assert call("a.csv", "b 2.csv", "open.csv") == 0
-    out = capsys.readouterr().out
-    assert max(map(len, out.splitlines())) <= 100
-    assert "\n2 records of closing\n" in out
-    assert re.search(r"^  mu \d[\d.]+ ±\d", out, re.M)
 
 
 def test_the_size_may_be_given_and_a_fact_narrows(folder, capsys):
@@ -159,18 +129,6 @@ def test_a_network_of_another_family_may_be_named(folder, capsys):
     shipped = str(model_file("medium_voltage", "levels"))
     shutil.copy(shipped, folder / "own.safetensors")
     assert answered(capsys, "a.csv", "--model", "own.safetensors") == answered(capsys, "a.csv")
-
-
-def test_a_prior_of_ones_own_weighs_the_draws(folder, capsys):
-    """Of a type that is known far better in L than the family, and at another median."""
-    (folder / "own.yaml").write_text("prior: {L: {median: 10.3, log_sd: 0.005}}")
-    words = ["infer", "a.csv", "--json", "--config", "few.yaml", "own.yaml"]
-    assert main(words) == 0
-    (record,) = json.loads(capsys.readouterr().out)["records"]
-    assert record["fit"]["resolved"]
-    low, high = record["parameters"]["L"]["interval_95"]
-    assert 10.1 < low < high < 10.5
-    assert abs(record["parameters"]["L"]["prior_sds"]) < 2.5
 
 
 # ---- which files --------------------------------------------------------------------------------

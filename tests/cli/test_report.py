@@ -194,16 +194,3 @@ def test_a_time_of_the_models_contact_has_a_star_and_no_verdict(visit, capsys):
     (found,) = json.loads(capsys.readouterr().out)["records"]
     assert found["quantities"]["closing_time"]["source"] == "measured"
     assert [each["verdict"] for each in found["limits"]] == ["pass", "pass"]  # 0 is no less than 0
-
-
-def test_the_nameplate_has_what_the_file_states(visit):
-    assert report("today.csv", "--output", "a.html") == 0
-    page = (visit / "a.html").read_text(encoding="utf-8")
-    for name, value in {
-        "Breaker": "HV-20417",
-        "Linkage ratio": "1",
-        "Gas pressure": "6.2 bar",
-        "Temperature": "24 C",
-        "Operator": "A. Tester",
-    }.items():
-        assert f"<td>{name}</td><td>{value}</td>" in page

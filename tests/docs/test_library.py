@@ -43,14 +43,6 @@ def test_the_page_runs_as_it_stands(tmp_path, monkeypatch):
     assert examples > 20
 
 
-def test_a_number_that_is_not_so_is_found():
-    part = TEXT[TEXT.index("## The exact posterior") :]
-    setting = ">>> from breaker.model import generator\n>>> from breaker.workflow import load\n"
-    setting += ">>> from breaker.shipped import DEFAULTS\n>>> config = load([DEFAULTS])\n\n"
-    assert run(setting + part)[1] == 0
-    assert run(setting + part.replace("mu       ", "mu   9   "))[1] == 1
-
-
 def test_a_network_takes_thirty_lines():
     """Examples of the first section, a statement over several lines counted by its lines."""
     first = TEXT[TEXT.index("## A network") : TEXT.index("## The exact posterior")]

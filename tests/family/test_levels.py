@@ -35,17 +35,6 @@ def test_an_answer_scales_exactly(levels, motions, known):
             np.testing.assert_allclose(getattr(other, name)[motion], scaled, rtol=2e-6)
 
 
-def test_a_known_size_and_another_motion_say_more(levels):
-    def widths(motions, size=None):
-        records = {m: record(levels, m) for m in motions}
-        theta = levels.draw(records, 2000, np.random.default_rng(1), size=size).theta
-        return np.log(theta).std(axis=0)
-
-    alone = widths(["closing"])
-    assert widths(["closing"], UNIT)[6] < 0.8 * alone[6]  # the gap
-    assert widths(MOTIONS).sum() < 0.9 * alone.sum()
-
-
 def test_a_shape_of_no_drive_is_not_of_the_family(levels):
     usual = record(levels, "closing")
     assert levels.match("closing", usual).p_value > 0.05

@@ -1,9 +1,87 @@
-"""What tests of figures read from a drawn figure: words, lines, boxes, overlaps, colours."""
+"""What tests of figures read from a drawn figure: all that is in it, overlaps, colours.
 
-from itertools import combinations
+Of figures that somebody has looked at, ``drawn.json`` has a checksum for each panel. After a change
+that is meant, look at the figures and write it anew: ``BREAKER_RENEW=1 python -m pytest
+tests/figures``.
+"""
+
+import json
+import os
+from itertools import combinations, zip_longest
+from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 from matplotlib.colors import to_hex, to_rgb
+
+KEPT = Path(__file__).with_name("drawn.json")
+
+
+def numbers(values):
+    """Numbers of any shape in five digits: few as they are, of many how many and some sums."""
+    flat = np.ravel(np.asarray(np.ma.filled(values, np.nan), dtype=float))
+    largest = np.max(np.abs(flat), initial=1e-9, where=np.isfinite(flat))
+    flat = np.round(flat, 5 - int(np.ceil(np.log10(largest))))  # a zero is one on any processor
+    if flat.size > 12:
+        there = np.where(np.isfinite(flat), flat, 0.0)
+        places = np.linspace(0.0, 1.0, flat.size)
+        sums = [np.isfinite(flat).sum(), there.sum(), there @ places, there @ np.sin(9 * places)]
+        flat = np.concatenate([flat[:2], flat[-2:], sums])
+    return " ".join(f"{each:.5g}" for each in flat + 0.0)
+
+
+def parts(axis):
+    """A line of text for each thing that is drawn in a panel."""
+    yield from (f"title: {axis.get_title(loc)!r}" for loc in ("left", "center", "right"))
+    yield f"title is {to_hex(axis.title.get_color())}"
+    for name in "xy":
+        ticks = [tick.get_text() for tick in getattr(axis, f"get_{name}ticklabels")()]
+        yield f"{name}: {getattr(axis, f'get_{name}label')()!r} {ticks}"
+        scale, limits = (getattr(axis, f"get_{name}{of}")() for of in ("scale", "lim"))
+        yield f"{name}: {scale} {numbers(limits)}"
+    for text in axis.texts:
+        yield f"text: {text.get_text()!r} {to_hex(text.get_color())} {numbers(text.get_position())}"
+    for line in axis.lines:
+        look = line.get_marker(), line.get_linestyle(), line.get_drawstyle()
+        x, y = (numbers(each) for each in line.get_data())
+        yield f"line: {to_hex(line.get_color())} {look} x {x} y {y}"
+    for patch in axis.patches:
+        yield f"box: {to_hex(patch.get_facecolor())} {numbers(patch.get_bbox().extents)}"
+    for part in axis.collections:
+        colours = {to_hex(each) for each in [*part.get_facecolor(), *part.get_edgecolor()][:9]}
+        places = [part.get_offsets(), *(path.vertices for path in part.get_paths())]
+        found = np.concatenate([np.reshape(each, (-1, 2)) for each in places])
+        yield f"{type(part).__name__}: {sorted(colours)} {numbers(found)}"
+    yield from (f"image: {each.get_array().shape}" for each in axis.images)
+    if axis.get_legend() is not None:
+        yield f"legend: {[text.get_text() for text in axis.get_legend().get_texts()]}"
+
+
+def around(figure):
+    """A line of text for each thing that is drawn beside the panels."""
+    yield f"title: {figure.get_suptitle()!r}"
+    if figure.get_suptitle():
+        yield f"title is {to_hex(figure._suptitle.get_color())}"
+    for legend in figure.legends:
+        texts = [text.get_text() for text in legend.get_texts()]
+        yield f"legend: {legend.get_title().get_text()!r} {texts}"
+    yield from (f"text: {text.get_text()!r}" for text in figure.texts)
+
+
+def assert_drawn(figure, name):
+    """It is drawn as it was when somebody looked at it, and nothing overlaps."""
+    figure.canvas.draw()  # ticks are known from here on
+    found = ["\n".join(each) for each in (around(figure), *map(parts, figure.axes))]
+    sums = [f"{crc32(each.encode()):08x}" for each in found]
+    kept = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
+    if os.environ.get("BREAKER_RENEW"):
+        kept[name] = sums
+        lines = [f"{json.dumps(of)}: {json.dumps(each)}" for of, each in sorted(kept.items())]
+        KEPT.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+    pairs = zip_longest(found, sums, kept[name])
+    other = [text for text, one, before in pairs if one != before]
+    assert not other, f"{name} is drawn in another way (see tests/figures/drawn.py): {other}"
+    assert_nothing_overlaps(figure)
 
 
 def words(figure):
@@ -25,12 +103,6 @@ def line_of(axis, colour, marker=None):
     """The first line of a colour, and of a marker where one is given."""
     lines = [line for line in axis.lines if line.get_color() == colour]
     return next(line for line in lines if marker is None or line.get_marker() == marker)
-
-
-def boxes(axis, colour):
-    """From where to where the spans of a colour reach."""
-    found = [each for each in axis.patches if to_hex(each.get_facecolor()).upper() == colour]
-    return [(box.x0, box.x1) for box in (each.get_bbox() for each in found)]
 
 
 def segments(axis, colour):

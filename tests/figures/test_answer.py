@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
 
 from breaker.answers.drawn import Curve, Shown
 from breaker.figures.answer import answer
-from breaker.figures.style import WARNING
-from tests.figures.drawn import assert_nothing_overlaps
+from tests.figures.drawn import assert_drawn
 
 MOTIONS = ["closing", "opening"]
 
@@ -34,31 +32,16 @@ def data(motions=("closing",), *, good=True, inferred=True, file="{}$.csv"):
     )
 
 
-@pytest.mark.parametrize("motions", [["closing"], MOTIONS])
-def test_each_motion_has_its_record_and_each_parameter_its_panel(motions):
-    figure = answer(data(motions))
-    assert len(figure.axes) == 2 * len(motions) + 8
-    titles = [axis.get_title(loc="left") for axis in figure.axes]
-    for motion in motions:
-        assert any(each.startswith(f"{motion} in {motion}") for each in titles)
-    assert "touch at" in figure.axes[0].texts[0].get_text()
-    said = [each.get_text() for each in figure.findobj(Text)]
-    assert any("posterior of " + " and ".join(motions) in each for each in said)
+NAME = "North_400_kV_Bay_4_circuit_breaker_Q0_after_overhaul_of_drive_and_linkage_{}.csv"
+CASES = {
+    "a closing": {},
+    "both motions": {"motions": MOTIONS, "file": NAME},
+    "a misfit": {"good": False},
+    "nothing inferred": {"good": False, "inferred": False},
+}
 
 
-@pytest.mark.parametrize(("good", "colour"), [(True, "black"), (False, WARNING)])
-def test_a_misfit_is_red(good, colour):
-    figure = answer(data(good=good))
-    (title,) = (e for e in figure.axes[0].findobj(Text) if "words of a fit" in e.get_text())
-    assert title.get_color() == colour
-
-
-def test_where_nothing_is_inferred_the_records_are_drawn():
-    figure = answer(data(good=False, inferred=False))
-    assert not figure.axes[0].texts
-    assert "not inferred" in [text.get_text() for text in figure.axes[-1].texts]
-
-
-def test_long_names_of_files_stay_above_their_panels():
-    name = "North_400_kV_Bay_4_circuit_breaker_Q0_after_overhaul_of_drive_and_linkage_{}.csv"
-    assert_nothing_overlaps(answer(data(MOTIONS, file=name)))
+@pytest.mark.parametrize("case", CASES)
+def test_an_answer_is_drawn_as_it_was(case):
+    """Each motion has its record, each parameter its panel; long names stay above theirs."""
+    assert_drawn(answer(data(**CASES[case])), f"answer, {case}")

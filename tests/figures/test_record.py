@@ -62,12 +62,6 @@ def test_first_motions_are_marked_where_they_are(figure, proposal):
         assert f"{each.motion} begins at {each.record.moves:.1f} ms" in axis.get_title("left")
 
 
-def test_the_noise_is_that_of_the_rest(figure, proposal):
-    sd = proposal.motions[0].record.noise.sd
-    assert sd == pytest.approx(0.05, rel=0.2)
-    assert f"sd {sd:.2g} mm" in figure.axes[-1].get_title("left")
-
-
 def test_words_and_units_and_nothing_overlaps(figure):
     text = words(figure)
     for word in ("record_1.csv", "first motion", "rest position", "doubtful sample"):

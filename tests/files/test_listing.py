@@ -57,13 +57,6 @@ def test_names_that_leave_a_doubt_are_refused_with_the_table_as_remedy(tmp_path,
         list_operations(tmp_path, "closing")
 
 
-def test_many_such_names_make_a_short_message(tmp_path):
-    fill(tmp_path / "closing", *(f"{i}_{i}.csv" for i in range(200)))
-    with pytest.raises(ValueError, match="; 197 more") as told:
-        list_operations(tmp_path, "closing")
-    assert len(str(told.value)) < 1000
-
-
 @pytest.mark.parametrize("other", ["b_007.csv", "a_7.xlsx"])
 def test_two_files_of_one_operation_are_refused_and_both_named(tmp_path, other):
     fill(tmp_path / "closing", "a_7.csv", other, "c_8.csv")
@@ -134,13 +127,6 @@ def test_a_choice_without_a_table_is_refused(tmp_path):
         list_operations(tmp_path, "closing", phase="L1")
 
 
-def test_a_table_that_is_a_pipe_is_refused_at_once(tmp_path):
-    fill(tmp_path, "closing/1.csv")
-    os.mkfifo(tmp_path / "operations.csv")
-    with pytest.raises(ValueError, match="is a pipe, not a file"):
-        list_operations(tmp_path, "closing")
-
-
 # ---- before a plan -------------------------------------------------------------------------------
 
 
@@ -176,15 +162,6 @@ def test_what_is_no_file_is_refused(tmp_path, by):
         list_operations(tmp_path, "closing")
 
 
-def test_a_name_that_is_not_utf_8_is_an_operation_like_another(tmp_path):
-    (tmp_path / "closing").mkdir()
-    with open(os.fsencode(tmp_path / "closing") + b"/caf\xe9_3.csv", "w"):
-        pass
-    (found,) = list_operations(tmp_path, "closing")
-    assert found.number == 3
-    assert fingerprint([found])
-
-
 # ---- the source ----------------------------------------------------------------------------------
 
 
@@ -212,39 +189,6 @@ def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
 
 
 # ---- from the table to curves --------------------------------------------------------------------
-
-
-def test_several_operations_of_one_file_are_read_by_their_rows(tmp_path):
-    """Two phases as channels, the second 10 ms later, which close and open 200 ms apart."""
-    time = np.arange(0.0, 500.0, 0.1)
-    rng = np.random.default_rng(0)
-
-    def moved(closes, opens):
-        up, down = (1.0 / (1.0 + np.exp(at - time)) for at in (closes, opens))
-        return 14.0 * (up - down) + 0.05 * rng.standard_normal(time.size)
-
-    table_of = np.stack([time / 1e3, moved(60.0, 260.0), moved(70.0, 270.0)], axis=1)
-    file = tmp_path / "co.csv"
-    np.savetxt(file, table_of, fmt="%.5f", delimiter=",", header="time,L1,L2", comments="")
-    rows = [
-        f"co.csv,{motion},9,{phase},{phase},21.5,greased,{part}"
-        for phase in ("L1", "L2")
-        for motion, part in (("closing", "0,160"), ("opening", "160,"))
-    ]
-    table(tmp_path, *rows, head="file,motion,operation,channel,phase,temperature,event,from,to")
-    begins = {}
-    for motion in ("closing", "opening"):
-        for phase in ("L1", "L2"):
-            operations = list_operations(tmp_path, motion, phase=phase)
-            curves = read_curves(operations, {}, Grid(np.arange(-2.0, 58.0, 0.4)), motion)
-            assert curves.accepted.all(), curves.reason.values
-            begins[motion, phase] = curves.first_motion.item()
-            assert curves.operation.values.tolist() == [9]
-            assert (curves.phase.item(), curves.temperature.item()) == (phase, 21.5)
-            assert curves.event.item() == "greased"
-    assert begins["opening", "L1"] - begins["closing", "L1"] == pytest.approx(200.0, abs=0.5)
-    for motion in ("closing", "opening"):
-        assert begins[motion, "L2"] - begins[motion, "L1"] == pytest.approx(10.0, abs=0.5)
 
 
 def test_each_record_is_read_with_what_its_row_states(tmp_path):

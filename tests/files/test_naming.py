@@ -115,8 +115,3 @@ def test_no_name_that_is_added_changes_the_number_of_another_one():
                 assert old == new, stems
             changed += isinstance(old, int) != isinstance(new, int)
     assert changed > 20  # the folders are such that names do become ambiguous
-
-
-def test_the_order_of_names_does_not_matter():
-    stems = [stem for each, _ in CLEAR for stem in each]
-    assert numbers_in(stems[::-1])[::-1] == numbers_in(stems)

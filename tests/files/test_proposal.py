@@ -181,11 +181,6 @@ def test_an_analysers_files_say_breaker_phase_date_and_motion(tmp_path, capsys):
     assert len(read_manifest(tmp_path / "operations.csv")) == 9
 
 
-def test_the_bay_is_the_breaker_where_no_serial_number_is_stated(tmp_path):
-    rows = analysers(tmp_path, ("a.csv", {"serial": "", "bay": "E04"}))
-    assert {row["breaker"] for row in rows} == {"E04"}
-
-
 def test_two_motions_of_a_kind_in_a_file_are_two_operations(tmp_path):
     motions = ("opening", "closing", "opening")
     rows = analysers(tmp_path, ("a.csv", {"motions": motions, "length": 600.0, "channels": 1}))
@@ -216,12 +211,6 @@ def test_copies_and_what_differs_between_files_are_named(tmp_path, capsys):
     assert "files differ in the stated rate: 10 kHz, 20 kHz" in shown
     assert "files differ in the stated ratio: 1, 1.64" in shown
     assert "the rate of 1 files is to be filled in, first d.csv: 'Sampling Speed (kC): 10'" in shown
-
-
-def test_a_date_that_no_file_decides_is_left_empty(tmp_path, capsys):
-    rows = analysers(tmp_path, ("a_03-02-2021.csv", {"date": "02/03/2021"}))
-    assert {row["date"] for row in rows} == {""}
-    assert "day and month may be either, and no other file tells" in capsys.readouterr().err
 
 
 def test_contacts_that_are_not_taken_are_named(tmp_path):

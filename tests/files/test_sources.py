@@ -5,7 +5,6 @@ import json
 import os
 import re
 import struct
-import subprocess
 import sys
 import tomllib
 import zipfile
@@ -152,14 +151,6 @@ def test_a_workbook_that_would_take_the_memory_is_refused(
     with_rows(file, sheet)
     with pytest.raises(RejectedCurveError, match=f"{re.escape(str(file))}: .*{reason}"):
         read(file, "excel") if way == "read" else look_into(file)
-
-
-def test_a_part_that_is_many_sheets_is_refused(tmp_path, monkeypatch):
-    workbook(tmp_path / "a.xlsx", {"a": [[1.0]], "b": [[1.0]]})
-    monkeypatch.setattr(workbooks, "_MOST_ELEMENTS", 500)
-    assert ": no line has" in rejection(tmp_path / "a.xlsx", "excel")
-    workbook(tmp_path / "a.xlsx", {str(i): [[1.0]] for i in range(60)})
-    assert "more than 500 cells and other" in rejection(tmp_path / "a.xlsx", "excel")
 
 
 @pytest.mark.parametrize("joined", [lambda x: x + x, lambda x: b"x" + x, lambda x: x + b"x"])
@@ -510,12 +501,6 @@ def test_extras_are_tested():
     assert needed == set(extras) - {"networks", "workflow", "slurm", "test"}
     tested = {extra for each in extras["test"] for extra in Requirement(each).extras}
     assert needed <= tested
-
-
-def test_texts_need_none_of_these_packages():
-    code = "import sys, breaker.files.sources; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not {"openpyxl", "comtrade", "h5py", "xarray"} & set(done.stdout.split())
 
 
 def test_a_workbook_is_no_text(tmp_path):

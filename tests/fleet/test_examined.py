@@ -11,11 +11,10 @@ from breaker.answers.inferred import infer_drive
 from breaker.answers.operations import read_operations
 from breaker.figures.fleet import fleet as picture
 from breaker.files.listing import list_fleet
-from breaker.fleet.examined import examine
+from breaker.fleet.examined import examine, stored
 from breaker.fleet.members import members_of
 from breaker.fleet.page import fleet_page
 from breaker.fleet.ranked import FLEET, fleet_table, learn_types, type_table
-from breaker.fleet.summed import stored
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.records.export import write_curve

@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 import yaml
 
@@ -63,12 +62,6 @@ def test_unused_channels_are_no_travels(tmp_path, unused):
         assert [t.place for t in inspected(tmp_path, "Travel 5", unused=unused).travels] == [10]
 
 
-def test_a_resistance_is_no_travel(tmp_path):
-    proposal = inspected(tmp_path)
-    assert proposal.layout.units[18] == "uOhm"
-    assert {str(each.column)[:6] for each in proposal.motions} == {"Travel"}
-
-
 def test_printed_results_stand_beside_measured_ones(tmp_path):
     results = {"Stroke (mm)": [178.0, 182.0, 178.7], "Closing Velocity (m/s)": [4.1, 4.1, 4.4]}
     proposal = inspected(tmp_path, results=results)
@@ -119,19 +112,6 @@ def test_remarks_that_differ_in_numbers_only_are_said_once(tmp_path, capsys):
     assert any(line.startswith("  - closing, Travel 1 and 5 more: 1 sample") for line in said)
 
 
-def test_of_a_file(tmp_path):
-    file = tmp_path / "a.csv"
-    write(file, rate=20.0, results={"Stroke (mm)": [178.0, 178.4, 178.7]})
-    found = stated_in(file)
-    assert (found.rate, found.length, found.rate_doubt) == (20.0, 400.0, "")
-    assert len(found.results) == 3
-    write(file, rate=20.0, plot=200)
-    assert "but 8000 samples in a length of 200 ms are 40 kHz" in stated_in(file).rate_doubt
-    write(file, serial="Münster 1")
-    assert stated_in(file).serial == "Münster 1"
-    assert stated_in(tmp_path / "none.csv").pairs == ()
-
-
 def test_of_a_workbook(tmp_path):
     book = pytest.importorskip("openpyxl").Workbook()
     lines = preamble(rate=5.0, length=8.0)
@@ -140,14 +120,6 @@ def test_of_a_workbook(tmp_path):
     book.save(tmp_path / "a.xlsx")
     found = stated_in(tmp_path / "a.xlsx")
     assert (found.rate, found.serial, found.rate_doubt) == (5.0, "HV-20417", "")
-
-
-def test_nothing_above_the_samples(tmp_path):
-    file = tmp_path / "a.csv"
-    rows = [f"{t:.1f},{t:.2f}" for t in np.arange(0.0, 50.0, 0.1)]
-    file.write_text("\n".join(rows), encoding="utf-8")
-    found = stated_in(file)
-    assert (found.pairs, found.results, found.date, found.doubts) == ((), (), "", ())
 
 
 @pytest.mark.parametrize(

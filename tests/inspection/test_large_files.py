@@ -43,13 +43,11 @@ def numbers(count, last=""):
     [
         (numbers(1000, "," * 5_000_000), "line 7: has 5,000,00. signs; export a table"),
         ((",".join(["1.5"] * 1_000_000) + "\n") * 8, "line 1: has 4,000,000 signs; export a table"),
-        ((",".join(["1"] * 20_000) + "\n") * 100, "line 1: has 20,000 columns, .* fewer channels"),
         ((",".join(["1"] * 600) + "\n") * 30_000, "line 1: has 600 columns, .* fewer channels"),
         ((",".join(["1"] * 30) + "\n") * 300_000, "300,000 samples, but of 30 columns at most"),
-        ("a text\n" * 20_000 + numbers(1000), "no columns of numbers .* in the first 10,000 lines"),
         ("\n" * 5_000_000, "has more than 2,000,000 lines; export a shorter part"),
     ],
-    ids=["commas", "million", "columns", "wide", "cells", "preamble", "blank"],
+    ids=["commas", "million", "wide", "cells", "blank"],
 )
 def test_what_no_recorder_writes_is_refused_in_little_memory(tmp_path, text, said):
     file = tmp_path / "hostile.csv"

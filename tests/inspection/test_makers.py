@@ -102,7 +102,7 @@ def test_what_is_proposed_for_a_maker_reads_its_export(tmp_path, maker):
     assert not proposal.lacking
     settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
     assert (settings["time_column"], settings["rate"]) == (None, rate)
-    names = [each.name for each in travel_channels(file).values()]
+    names = [name for name, _ in travel_channels(file).values()]
     assert " ".join(names) == phases
     for motion in proposal.motions:
         own = complete({**settings, "travel_column": motion.column})

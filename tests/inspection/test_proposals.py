@@ -63,7 +63,7 @@ def read(file, settings, motion="closing"):
 def assert_read(proposal, closing):
     """The proposal, as it is printed, reads the file: the closing comes out."""
     settings = yaml.safe_load(overlay_of(proposal))["endurance"]["format"]
-    curves = read(proposal.file, settings)
+    curves = read(proposal.layout.file, settings)
     time, travel = closing
     exact = np.interp(curves.first_motion.item() + TIMES, time, travel)
     np.testing.assert_allclose(curves.travel.values[0], exact - exact[0], atol=0.25)

@@ -74,8 +74,8 @@ def test_a_channel_without_a_signal_is_none():
 def test_channels_of_an_export(tmp_path):
     write(tmp_path / "a.csv", motions=("closing", "opening"))
     found = travel_channels(tmp_path / "a.csv")
-    assert [each.name for each in found.values()] == ["R", "Y", "B"]
-    assert found["Travel 2"].beside["opening"].settings == {
+    assert [name for name, _ in found.values()] == ["R", "Y", "B"]
+    assert found["Travel 2"][1]["opening"].settings == {
         "contact_column": "Contact 2",
         "trigger_column": "Coil 2 (A)",
     }

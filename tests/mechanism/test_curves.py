@@ -54,28 +54,6 @@ def test_matrix_exponentials_agree(prior, sensor, motion, k_b, atol):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_same_on_every_grid(prior, sensor, motion):
-    theta, onset = draws(prior, 50, "grid")
-    result = travel(theta, sensor.times, motion, onset=onset)
-    coarse = [0, 7, 31, 33, 80, 149, 150]
-    rng = generator(1, "test", "mechanism", "irregular")
-    more = np.union1d(sensor.times, rng.uniform(-2, 58, 3000))
-    for times, chosen in ((sensor.times[coarse], coarse), (more, slice(None))):
-        other = travel(theta, times, motion, onset=onset)
-        shared = np.isin(times, sensor.times)
-        np.testing.assert_allclose(
-            other.travel[:, shared], result.travel[:, chosen], rtol=0, atol=1e-12
-        )
-        np.testing.assert_allclose(other.switching, result.switching, rtol=0, atol=1e-12)
-    for k in (6, 30):
-        single = travel(theta, sensor.times[[k]], motion, onset=onset)
-        np.testing.assert_allclose(single.travel[:, 0], result.travel[:, k], rtol=0, atol=1e-12)
-        # Switching is known as far as the record goes.
-        known = result.switching + onset < sensor.times[k]
-        np.testing.assert_array_equal(np.isfinite(single.switching), known)
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
 def test_bytes_depend_on_nothing_but_the_row(prior, sensor, motion, monkeypatch):
     """Not on other rows, their order, the blocks or the threads that they are in."""
     theta, onset = draws(prior, 200, "bytes")
@@ -211,16 +189,6 @@ def test_touch_by_a_ripple():
     assert found > 50
 
 
-def test_touch_by_a_maximum_alone(prior):
-    """A damped drive with little force: the contact touches at its first maximum or never."""
-    for row in changed(draws(prior, 10, "grazing")[0], gamma_a=0.1):
-        _, top = peaks(row, 60.0)[0]
-        for share, touches in ((1 - 1e-9, True), (1 + 1e-9, False)):
-            drive = changed(row, L=top * share)[None]
-            found = travel(drive, np.array([0.0, 60.0]), "closing").switching[0]
-            assert np.isfinite(found) == touches
-
-
 # ---- reopening -------------------------------------------------------------------------------
 
 
@@ -291,9 +259,3 @@ def test_drives_that_are_too_fast_are_refused_by_row(small_blocks, prior, sensor
     theta[19, NAMES.index("k_b")], onsets[19] = k_b, onset
     with pytest.raises(ValueError, match=f"row 19 is too fast to follow over {span} ms.*'k_b'"):
         check(theta, sensor.times, "closing", onsets)
-
-
-def test_no_operation_is_no_curve(sensor):
-    result = travel(np.empty((0, 7)), sensor.times, "closing")
-    assert result.travel.shape == (0, sensor.samples)
-    assert result.switching.shape == result.reopening.shape == (0,)

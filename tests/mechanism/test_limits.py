@@ -38,16 +38,8 @@ def test_parts_and_words():
         ((), "model", "it has no quantity. Name one"),
         ((("part_time", 1.0, True),), "model", "part_time is a quantity of opening, not of clos"),
         ((("speed", 1.0, False), ("rebound", 1.0, True)), "model", "speed is .* rebound is a qu"),
-        (
-            (("f", 0.8, True), ("f", 0.7, False)),
-            "model",
-            r"f cannot be above 0\.8 and below 0\.7",
-        ),
-        (
-            (("f", 0.8, False), ("f", 0.8, True)),
-            "model",
-            r"f cannot be above 0\.8 and below 0\.8",
-        ),
+        ((("f", 0.8, True), ("f", 0.7, False)), "model", r"f cannot be above 0\.8 and below 0\.7"),
+        ((("f", 0.8, False), ("f", 0.8, True)), "model", r"f cannot be above 0\.8 and below 0\.8"),
         ((("wipe", 1.0, True),), "record", "wipe is a quantity of the model, which no record sho"),
         ((("part_time", 1.0, True),), "record", "part_time is a quantity of opening, not of clos"),
         ((("stroke", 1.0, True),), "file", r"of is file\. Set it to model or record or change\."),

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS
-from breaker.mechanism.quantities import QUANTITIES, check_quantity, evaluate
+from breaker.mechanism.parameters import NAMES
+from breaker.mechanism.quantities import check_quantity, evaluate
 from breaker.model.randomness import generator
 from tests.mechanism_references import changed as with_values
 from tests.mechanism_references import integrate
@@ -53,22 +53,6 @@ def test_brute_force_agrees(prior, motion, names):
     np.testing.assert_allclose(found[:, 3], expected[:, 3], atol=1e-4)
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_parameters_are_quantities(prior, motion):
-    theta = prior.sample(5, generator(1, "test", "parameters"))
-    np.testing.assert_array_equal(evaluate(NAMES, theta, motion), theta)
-    np.testing.assert_array_equal(evaluate(("L", "mu"), theta, motion), theta[:, [6, 0]])
-
-
-def test_columns_and_rows_do_not_depend_on_each_other(prior):
-    """Also across the blocks in which sets are simulated."""
-    theta = prior.sample(8200, generator(1, "test", "blocks"))
-    together = evaluate(CLOSING, theta, "closing")
-    for column, name in enumerate(CLOSING):
-        alone = evaluate([name], theta[8180:], "closing")[:, 0]
-        np.testing.assert_array_equal(alone, together[8180:, column])
-
-
 # ---- what does not exist ---------------------------------------------------------------------
 
 
@@ -107,18 +91,7 @@ def test_drive_that_comes_to_rest_without_passing_it():
     assert evaluate(["rebound"], changed(gamma_a=0.5), "opening")[0, 0] == 0.0
 
 
-def test_no_rows():
-    assert evaluate(CLOSING, np.empty((0, 7)), "closing").shape == (0, 4)
-
-
 # ---- names -----------------------------------------------------------------------------------
-
-
-def test_labels():
-    for parameter in PARAMETERS:
-        assert QUANTITIES[parameter.name].label == parameter.label
-    assert QUANTITIES["mu"].label == r"$\mu$"
-    assert QUANTITIES["touch_time"].label == r"$t_\mathrm{touch}$ (ms)"
 
 
 def test_complaints():

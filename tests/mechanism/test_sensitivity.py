@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from breaker.mechanism import curves
-from breaker.mechanism.curves import rest_position, sensitivity, travel
+from breaker.mechanism.curves import sensitivity, travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from tests.mechanism.test_curves import draws
 from tests.mechanism_references import contact_force, propagate
@@ -56,19 +56,6 @@ def test_complex_steps_agree(prior, sensor, motion):
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_symmetries(prior, sensor, motion):
-    """Curves scale with f and L together; k and f by -2, gamma by -1 stretch time."""
-    theta, onset = draws(prior, 200, "symmetries")
-    result, slopes = sensitivity(theta, sensor.times, motion, onset=onset)
-    np.testing.assert_allclose(slopes[..., [F, GAP]].sum(-1), result.travel, rtol=0, atol=CLOSE)
-    stretched = 2 * slopes[..., [K_A, K_B, F]].sum(-1) + slopes[..., [GAMMA_A, GAMMA_B]].sum(-1)
-    elapsed = np.maximum(sensor.times - onset[:, None], 0.0)
-    error = np.abs(stretched + elapsed * slopes[..., ONSET])
-    assert error.max() < 1e-2  # where the step carries an event across a sample
-    assert np.quantile(error, 0.999) < 10 * CLOSE
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
 def test_curves_and_chosen_derivatives(prior, sensor, motion, monkeypatch):
     """Curves are those of ``travel``, and neither they nor derivatives depend on blocks, on other
     rows or on which derivatives are asked for: bit by bit."""
@@ -92,21 +79,6 @@ def test_samples_at_the_onset_and_at_the_event(prior, sensor, motion):
         around = np.array([-1e-9, 0.0, 1e-9])
         times = np.concatenate([start + around, event + around, [50.0]])
         assert_right(row, start, times, motion, atol=1e-3)
-
-
-def test_before_the_motion_only_the_held_state_moves(prior):
-    theta, _ = draws(prior, 5, "rest")
-    times = np.array([-5.0, -1.0, 1.9])
-    _, slopes = sensitivity(theta, times, "closing", onset=2.0)
-    assert np.all(slopes == 0)
-    _, slopes = sensitivity(theta, times, "opening", onset=2.0)
-    _, k_a, k_b, _, _, f, gap = theta.T
-    held, total = rest_position(theta, "opening"), k_a + k_b
-    expected = np.zeros((5, 8))
-    expected[:, K_A], expected[:, K_B] = -k_a * held / total, k_b * (gap - held) / total
-    expected[:, F], expected[:, GAP] = f / total, k_b * gap / total
-    np.testing.assert_allclose(slopes, expected[:, None].repeat(3, axis=1), rtol=0, atol=1e-8)
-    assert np.all(slopes[..., [MU, GAMMA_A, GAMMA_B, ONSET]] == 0)
 
 
 @pytest.mark.parametrize(

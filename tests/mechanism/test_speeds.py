@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.mechanism.curves import rest_position, travel
-from breaker.mechanism.quantities import check_quantity, evaluate, quantities
+from breaker.mechanism.quantities import evaluate, quantities
 from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import SPEEDS, Point, Speed, speeds_of
 from breaker.model.randomness import generator
@@ -157,15 +157,6 @@ def test_either_rest_counts():
     assert Point.read("0 mm from closed", "closing") == Point(100.0, "%")
     sized = Point.read("4 ms after 6 mm from closed", "closing").sized(Size(2.0, 3.0))
     assert sized.text("closing") == "12 ms after 12 mm from closed"
-
-
-def test_names_of_configured_speeds():
-    speeds = speeds_of(DEFINED)
-    assert check_quantity("closing_speed_mean", "closing", speeds) is None
-    assert "not a known quantity" in check_quantity("closing_speed_mean", "closing")
-    assert "opening, not of closing" in check_quantity("opening_speed_mean", "closing", speeds)
-    assert quantities(speeds)["closing_speed"].meaning.endswith("from 10 ms before touch to touch")
-    assert speeds_of({each.name: each.points for each in speeds}) == speeds
 
 
 def test_usual_speeds_grow_with_the_drive():

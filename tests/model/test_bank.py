@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import kstest
 
 from breaker import __version__
 from breaker.mechanism import curves
@@ -122,19 +121,6 @@ def test_shards_that_do_not_fit_are_refused(shard, tmp_path, other, late, messag
     save(bank.assign_coords(time=bank.time + late), tmp_path / "second")
     with pytest.raises(ValueError, match=message):
         open_bank([tmp_path / "first", tmp_path / "second"])
-
-
-def test_no_shard_is_refused():
-    with pytest.raises(ValueError, match="at least one shard"):
-        open_bank([])
-
-
-def test_onsets(shard):
-    """Normal of the sd asked for (false alarm 1e-3), not of another; none at 0."""
-    onset = shard(n=4000).onset.values
-    assert kstest(onset / 0.3, "norm").pvalue > 1e-3
-    assert kstest(onset / 0.25, "norm").pvalue < 1e-6
-    assert np.all(shard(onset_sd=0.0).onset == 0)
 
 
 def test_curves_that_are_not_finite_are_counted(sensor):

@@ -60,15 +60,6 @@ def test_record_and_time_are_one_gaussian(model, missing):
     assert np.abs(faulty - expected).max() > 0.1
 
 
-def test_nothing_known_changes_nothing(model):
-    record = some_record(model, 2)
-    z = 0.4 * np.random.default_rng(2).standard_normal((8, 8))
-    nothing = model.conditioned_on(Facts.from_settings({}))
-    assert nothing.facts is None
-    np.testing.assert_array_equal(nothing.log_joint(z, record), model.log_joint(z, record))
-    assert model.auxiliary_residuals(z).shape == (8, 0)
-
-
 def test_a_contact_that_does_not_switch_excludes_its_parameters(model):
     """Long before the grid ends, a drive with a gap that it does not reach has no such time."""
     model = replace(

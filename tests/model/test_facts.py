@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from breaker.mechanism import Size, evaluate, speeds_of
+from breaker.mechanism import Size, evaluate
 from breaker.model import Facts, Model
 from tests.networks_fixtures import PRIOR, SENSOR
 
@@ -37,17 +37,6 @@ def test_facts_multiply_the_density(model):
     np.testing.assert_allclose(found, model.log_joint(z, record) + expected, rtol=1e-10)
     swapped = Facts.from_settings({name: each[::-1] for name, each in SETTINGS.items()})
     assert np.abs(model.conditioned_on(swapped).log_joint(z, record) - found).max() > 1.0
-
-
-def test_speeds_of_any_definition():
-    speeds = speeds_of({"closing_speed_mean": ["10 % of stroke", "90 % of stroke"]})
-    facts = Facts.from_settings(
-        {"closing_speed_mean": [1.0, 0.1], "closing_speed": [1.2, 0.2]}, speeds
-    )
-    theta = np.array([[2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10.0]])
-    found = evaluate(facts.names, theta, "closing", speeds)
-    np.testing.assert_allclose(facts.residuals(theta), (found - [1.0, 1.2]) / [0.1, 0.2])
-    assert abs(found[0, 0] - found[0, 1]) > 0.01
 
 
 def test_a_quantity_that_does_not_exist_contradicts_any_fact(model):

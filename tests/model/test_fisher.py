@@ -76,17 +76,6 @@ def test_missing_samples_tell_nothing(prior, sensor, motion):
         assert np.abs(faulty / fisher - 1.0).max() > 1e-3
 
 
-def test_limit_between_nothing_and_everything_known(prior, sensor):
-    def limit(**changes):
-        model = model_of(prior, sensor, "closing", **changes)
-        return contraction_limit(model, model.destandardise(outputs_of(model, 20)))
-
-    np.testing.assert_allclose(limit(noise_sd=1e6), 0.0, atol=1e-8)
-    keen, usual = limit(noise_sd=1e-4), limit()
-    assert np.all((keen > 0.99) & (keen < 1))
-    assert np.all((usual > 0) & (usual < keen))
-
-
 @pytest.mark.parametrize("changes", [{}, PAPER], ids=["default", "paper"])
 def test_limit_over_the_prior(prior, sensor, changes):
     """At draws of parameters and onsets, in this order."""

@@ -64,12 +64,6 @@ def a_record(model):
 # ---- change of variables -----------------------------------------------------------------------
 
 
-def test_outputs(model, setting):
-    expected = [*NAMES, "onset"] if setting["sensor"]["onset_sd"] else list(NAMES)
-    assert model.names == expected
-    assert [output.name for output in model.outputs] == expected
-
-
 def test_standardised_outputs_and_back(model):
     values = unknowns(model, 60, "round trip").reshape(3, 20, -1)
     z = model.standardise(values)
@@ -78,32 +72,6 @@ def test_standardised_outputs_and_back(model):
     by_hand = np.log(values[..., :P] / model.prior.medians) / scale
     np.testing.assert_allclose(z[..., :P], by_hand, atol=1e-12)
     np.testing.assert_allclose(z[..., P:] * model.sensor.onset_sd, values[..., P:], rtol=1e-14)
-
-
-def log_jacobian(model, point):
-    """Log of ``|d z / d values|`` by central differences.
-
-    A step of 1e-5 of the scale of each output leaves 1e-10 of its logarithm's third derivative,
-    and round-off of 1e-16 times |z| over 1e-5.
-    """
-    q = point.size
-    jacobian = np.empty((q, q))
-    for j in range(q):
-        step = 1e-5 * (point[j] if j < P else model.sensor.onset_sd)
-        up, down = point.copy(), point.copy()
-        up[j] += step
-        down[j] -= step
-        jacobian[:, j] = (model.standardise(up) - model.standardise(down)) / (up[j] - down[j])
-    return np.linalg.slogdet(jacobian)[1]
-
-
-def test_log_scaling_is_the_jacobian(model):
-    values = unknowns(model, 5, "jacobian")
-    expected = [log_jacobian(model, point) for point in values]
-    np.testing.assert_allclose(model.log_scaling(values), expected, atol=1e-8)
-    np.testing.assert_array_equal(
-        model.log_scaling(values[:, None]), model.log_scaling(values)[:, None]
-    )
 
 
 # ---- prior -------------------------------------------------------------------------------------
@@ -196,11 +164,3 @@ def test_log_joint_is_prior_times_likelihood(model, which):
     likelihood = log_normal_density(model, record, curves)
     result = model.log_joint(z, record)
     np.testing.assert_allclose(result, model.log_prior(z) + likelihood, rtol=1e-11)
-
-
-# ---- construction ------------------------------------------------------------------------------
-
-
-def test_unknown_motion_is_refused(prior, sensor):
-    with pytest.raises(ValueError, match="known: closing, opening"):
-        Model(prior, sensor, "tripping")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from breaker.mechanism import curves
-from breaker.mechanism.curves import sensitivity, travel
+from breaker.mechanism.curves import travel
 from breaker.model.bank import simulate
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
@@ -59,19 +59,6 @@ def test_curves(theta, form):
     few, many = needed(FEW), needed(MANY)
     assert many < few + SLACK
     assert few < curves._ROWS * 200
-
-
-def test_derivatives(theta):
-    times = np.linspace(-2, 58, 7)
-
-    def needed(n):
-        return beside(
-            lambda: sensitivity(theta[:n], times, "opening"),
-            lambda output: arrays_of(output[0]) + output[1].nbytes,
-        )
-
-    needed(8)
-    assert needed(FEW) < needed(FEW // 8) + SLACK
 
 
 def test_bank(prior, sensor):

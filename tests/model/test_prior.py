@@ -99,11 +99,6 @@ def test_density_is_zero_outside_the_support(prior):
     assert np.isneginf(prior.log_prob(-prior.medians))
 
 
-def test_settings_are_read_by_name(defaults):
-    turned = dict(reversed(defaults["prior"].items()))
-    assert Prior.from_settings(turned).medians.tolist() == [2.0, 0.045, 0.040, 0.30, 0.12, 0.75, 10]
-
-
 @pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan, np.inf])
 @pytest.mark.parametrize("name", ["medians", "log_sds"])
 def test_wrong_numbers_are_refused(prior, name, wrong):

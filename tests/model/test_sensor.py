@@ -118,11 +118,6 @@ def test_grid(sensor):
     np.testing.assert_array_equal(grid(-2.0, 58.0, 151), sensor.times)
 
 
-def test_settings_and_back(sensor, defaults):
-    assert sensor.settings() == defaults["sensor"]
-    assert Sensor.from_settings(sensor.settings()) == sensor
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [

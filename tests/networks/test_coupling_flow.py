@@ -48,20 +48,6 @@ def test_any_two_dimensions_meet_both_ways(dims):
     assert all(0 < mask.sum() < dims for mask in masks)
 
 
-def test_a_coupling_leaves_its_mask_alone_and_depends_on_it_alone():
-    network, features, y = curved(transforms=1), normal(1, FEATURES), normal(1, 1, DIMS, seed=2)
-    mask = network.masks[0]
-    jacobian = torch.autograd.functional.jacobian(
-        lambda point: network.transform(features)(point[None, None])[0, 0], y[0, 0]
-    )
-    unit = torch.eye(DIMS, dtype=torch.float64)
-    assert torch.equal(jacobian[mask], unit[mask])
-    among_bent = jacobian[~mask][:, ~mask]
-    assert (among_bent.diagonal() > 0).all()
-    assert torch.equal(among_bent, among_bent.diagonal().diag())
-    assert (jacobian[~mask][:, mask].abs() > 1e-4).all()
-
-
 # ---- draws and density --------------------------------------------------------------------------
 
 
@@ -74,22 +60,6 @@ def test_density_is_that_of_the_sampling_map(dims):
     with torch.no_grad():
         density = curved(dims).log_prob(points, features, steps=1)
     torch.testing.assert_close(density, expected, rtol=0, atol=1e-8)
-
-
-def test_single_precision_is_enough():
-    """Draws and their density in float32 against float64: far below a posterior sd, and a nat."""
-    network, features, noise = curved(8), normal(2, FEATURES), normal(2, 500, 8, seed=2)
-    with torch.no_grad():
-        exact = network.sample(noise, features, steps=1)
-        density = network.log_prob(exact, features, steps=1)
-        network.float()
-        draws = network.sample(noise.float(), features.float(), steps=1)
-        base = network.head(features.float())
-        off = base.whiten(draws) - base.whiten(exact.float())
-        single = network.log_prob(draws, features.float(), steps=1)
-    assert off.abs().max() < 0.01
-    assert (single - density).abs().mean() < 1e-3
-    assert (single - density).abs().max() < 0.05
 
 
 def test_steps_noise_and_time_make_no_difference():

@@ -106,14 +106,6 @@ def test_highway_is_the_regression_on_the_samples_there(network, components, ban
     assert (network.highway(filled)[0] - scores).abs().max() > 0.5
 
 
-def test_with_nothing_missing_it_is_the_plain_highway(network, components, bank):
-    mean, weights = components
-    whole = SENSOR.corrupt(bank[:50], np.random.default_rng(4))
-    scores, log_sd, _ = network.highway(*tensors(whole))
-    np.testing.assert_allclose(scores.numpy(), (whole - mean) @ weights, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(log_sd.numpy(), 0, rtol=0, atol=1e-10)
-
-
 def test_components_without_signal_do_no_harm():
     """As many components as samples, of curves that have four: the rest is noise."""
     rng = np.random.default_rng(1)

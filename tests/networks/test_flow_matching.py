@@ -84,23 +84,6 @@ def test_the_flow_does_not_pull_at_the_base():
     torch.testing.assert_close(from_loss, network.head.weight.grad, rtol=0, atol=1e-12)
 
 
-def test_divergence_is_the_trace_of_the_jacobian():
-    """To round-off, and beside the velocity itself."""
-    network, features, y = curved(), normal(2, FEATURES), normal(2, 3, DIMS, seed=2)
-    time = torch.full((1, 1, 1), 0.37, dtype=torch.float64)
-    projected = network.field.project(features)
-    with torch.no_grad():
-        velocity, divergence = network.field.with_divergence(y, time, projected)
-        torch.testing.assert_close(velocity, network.field(y, time, projected), rtol=0, atol=1e-13)
-    for i, j in np.ndindex(2, 3):
-
-        def field(point, shifts=projected[i : i + 1]):
-            return network.field(point[None, None], time, shifts)[0, 0]
-
-        jacobian = torch.autograd.functional.jacobian(field, y[i, j])
-        torch.testing.assert_close(divergence[i, j], jacobian.trace(), rtol=0, atol=1e-12)
-
-
 @pytest.mark.parametrize("tangents", [1, 4 * DIMS * WIDTH, 10**9])
 def test_blocks_of_points_make_no_difference(monkeypatch, tangents):
     network, features, theta = curved(), normal(6, FEATURES), normal(6, 5, DIMS, seed=2)

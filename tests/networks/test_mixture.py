@@ -53,17 +53,6 @@ def test_atoms_have_a_probability_and_the_rest_the_rest():
     assert free + atom == pytest.approx(1.0, abs=1e-3)
 
 
-def test_what_is_not_there_changes_nothing():
-    mixture, rng = network().inference, torch.Generator().manual_seed(1)
-    theta = torch.randn(5, 3, generator=rng, dtype=torch.float64)
-    features = torch.randn(5, 6, generator=rng, dtype=torch.float64)
-    there = torch.tensor([1.0, 0.0, 1.0]).expand(5, 3)
-    other = theta + torch.tensor([0.0, 7.0, 0.0])
-    torch.testing.assert_close(
-        mixture.log_prob(theta, features, there), mixture.log_prob(other, features, there)
-    )
-
-
 def test_features_of_arrays_are_those_of_torch():
     made = network()
     x = np.random.default_rng(1).standard_normal((4, 4))

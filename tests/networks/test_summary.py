@@ -6,7 +6,6 @@ import torch
 
 from breaker.networks import build
 from breaker.networks.blocks import ResidualMLP
-from breaker.networks.flow_matching import FlowMatching
 from breaker.networks.summary import TimeSeriesNetwork
 from tests.networks_fixtures import (
     MARKS,
@@ -131,14 +130,6 @@ def test_whole_network_by_hand(network, records):
     np.testing.assert_allclose(result, expected, rtol=0, atol=1e-12)
 
 
-def test_highway_starts_as_the_linear_map_it_is_given(network, records):
-    rng = np.random.default_rng(6)
-    centre, components = rng.standard_normal(SAMPLES), rng.standard_normal((SAMPLES, 9))
-    network.freeze(*map(torch.from_numpy, (centre, np.array(2.0), components)))
-    outputs = network.highway(torch.from_numpy(records - centre)).detach().numpy()
-    np.testing.assert_allclose(outputs, (records - centre) @ components, rtol=0, atol=1e-12)
-
-
 def test_gradients_reach_every_weight_and_scales_stay_frozen():
     network = built(TimeSeriesNetwork, SAMPLES, **SIZES)
     network.freeze(torch.full((SAMPLES,), 0.5), torch.tensor(3.0), torch.ones(SAMPLES, 9) / 20)
@@ -160,15 +151,6 @@ def test_too_few_steps_for_the_skip_raise():
     assert built(TimeSeriesNetwork, SAMPLES, **{**SIZES, "skip": 8}).skip == 8
     with pytest.raises(ValueError, match="leave 8 steps, fewer than skip = 9"):
         TimeSeriesNetwork(SAMPLES, **{**SIZES, "skip": 9})
-
-
-def test_build_joins_the_two_networks():
-    summary, inference = built(build, NETWORK, samples=31, dims=5)
-    assert isinstance(summary, TimeSeriesNetwork)
-    assert isinstance(inference, FlowMatching)
-    features = summary(torch.zeros(2, 31))
-    assert features.shape == (2, NETWORK["summary"]["features"])
-    assert inference.sample(torch.zeros(2, 3, 5), features, steps=1).shape == (2, 3, 5)
 
 
 @pytest.mark.parametrize("role", ["summary", "inference"])

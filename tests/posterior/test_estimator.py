@@ -7,16 +7,7 @@ from scipy.stats import lognorm, norm
 
 from breaker.mechanism.parameters import NAMES
 from breaker.posterior.estimator import Posterior
-from tests.networks_fixtures import (
-    MARKS,
-    PRIOR,
-    SENSOR,
-    frozen,
-    lose,
-    noise_of,
-    pin,
-    settings,
-)
+from tests.networks_fixtures import MARKS, PRIOR, SENSOR, frozen, lose, noise_of, pin, settings
 
 pytestmark = MARKS
 
@@ -68,14 +59,6 @@ def test_density_changes_variables_once(new):
         assert np.abs(density + times * new.model.log_scaling(values) - expected).min() > 0.1
 
 
-def test_draws_of_a_pinned_model_are_its_noise_in_physical_units(new):
-    mean, sd = np.linspace(-0.5, 0.7, len(new.outputs)), 0.6
-    pin(new, mean, sd)
-    noise = noise_of(new, 2, 6)
-    draws = new.sample(np.zeros((2, SENSOR["samples"])), noise)
-    np.testing.assert_allclose(new.model.standardise(draws), mean + sd * noise, rtol=0, atol=1e-5)
-
-
 @pytest.fixture(scope="module", params=["whole records", "samples missing"])
 def some(request, series, sets):
     """A model and records, for a deep set some with gaps."""
@@ -118,12 +101,6 @@ def test_draws_that_are_not_finite_raise(series):
     posterior = pin(frozen(), 1e30, 1.0)
     with pytest.raises(FloatingPointError, match="draws of 5 of 5 curves are not finite"):
         posterior.sample(records, noise_of(posterior, 5, 3))
-
-
-def test_rows_and_noise_that_do_not_match_raise(series):
-    posterior, records = series
-    with pytest.raises(ValueError, match=r"shorter|longer"):
-        posterior.sample(records, noise_of(posterior, 4, 3))
 
 
 def test_first_weights_come_from_the_seed_and_the_motion():

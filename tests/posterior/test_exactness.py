@@ -26,8 +26,6 @@ from breaker.posterior.tables import (
     table_of_both,
 )
 from breaker.posterior.weights import importance
-from breaker.records.opened import open_curves
-from breaker.stores import save
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
 from tests.networks_fixtures import MARKS, operations_of
 
@@ -153,24 +151,14 @@ def corrected(shifted):
 
 
 def test_what_is_added_and_what_stays(shifted, corrected):
-    assert set(corrected.data_vars) == {"draws", "truth", "measured", *ABSENT}
     for name, absent in ABSENT.items():
-        assert corrected[name].dims == ("curve",)
         assert np.issubdtype(corrected[name].dtype, np.dtype(type(absent)).type), name
-    xr.testing.assert_identical(
-        corrected[["truth", "measured"]].drop_attrs(deep=False),
-        shifted[["truth", "measured"]].drop_attrs(deep=False),
-    )
-    assert corrected.attrs == shifted.attrs
+    rest = corrected.drop_vars([*ABSENT, "draws"])
+    xr.testing.assert_identical(rest, shifted.drop_vars("draws"))
     assert corrected.draws.dims == shifted.draws.dims
-    assert corrected.draws.shape == shifted.draws.shape
     assert not np.any(corrected.draws.values == shifted.draws.values)
     assert (corrected.why_unresolved == "").all()
-    assert (corrected.rounds >= 1).all()
     np.testing.assert_allclose(corrected.efficiency, corrected.effective_size / 2000, rtol=1e-12)
-    assert (corrected.effective_size > 400).all()
-    assert (corrected.pareto_k < 0.7).all()
-    assert (corrected.faulty_weights == 0).all()
 
 
 def test_a_record_does_not_depend_on_those_beside_it(shifted, corrected):
@@ -286,18 +274,6 @@ def test_unresolved_operations_keep_what_follows_from_their_best_draws(inferred)
     assert result.accepted.values.tolist() == data.accepted.values.tolist()
 
 
-def test_chunks_through_stores_are_the_whole(inferred, operations, tmp_path):
-    """Jobs may be cut anywhere, even around operations of which none has a posterior."""
-    stores = []
-    for k, rows in enumerate(([0], [1], [2, 3], [4, 5])):
-        stores.append(tmp_path / f"{k}.zarr")
-        save(correct_these(inferred.isel(operation=rows)), stores[-1])
-    joined = open_curves(stores)
-    assert set(joined.variables) == set(operations.variables)
-    for name in operations.variables:
-        np.testing.assert_array_equal(joined[name].values, operations[name].values, err_msg=name)
-
-
 # ---- both posteriors -----------------------------------------------------------------------------
 
 DRAWN = ["draws", "median", "interval_50", "interval_95", "p_value", "misfit", "outside_support"]
@@ -307,11 +283,6 @@ DRAWN += ["far_onset"]
 @pytest.fixture(scope="module")
 def both(inferred, operations):
     return stack_posteriors(inferred, operations)
-
-
-def test_other_operations_are_not_put_beside(inferred, operations):
-    with pytest.raises(ValueError, match="operation"):
-        stack_posteriors(inferred.isel(operation=slice(4)), operations)
 
 
 def test_either_posterior_is_given_back(inferred, operations, both):
@@ -325,6 +296,8 @@ def test_either_posterior_is_given_back(inferred, operations, both):
         xr.testing.assert_identical(found.drop_vars("posterior"), expected)
     with pytest.raises(KeyError):
         select_posterior(both, "exact")
+    with pytest.raises(ValueError, match="operation"):
+        stack_posteriors(inferred.isel(operation=slice(4)), operations)
 
 
 def test_table_of_both_is_tidy(inferred, operations, both):
@@ -406,6 +379,8 @@ def test_a_judgement_by_hand(judged):
 
 def test_faulty_weights_are_counted_and_leave_nothing_else(judged):
     data, exact, _ = judged
+    with pytest.raises(ValueError, match="the corrected curves are not those to be judged"):
+        judge(Gaussian(), data.isel(curve=slice(1, 4)), exact)
     result = judge(Gaussian(nan_at=[3, 70, 71]), data, exact)
     assert result.faulty_weights.values.tolist() == [3] * JUDGED
     for name in ("efficiency", "pareto_k", "divergence", "log_evidence"):
@@ -415,14 +390,6 @@ def test_faulty_weights_are_counted_and_leave_nothing_else(judged):
     assert result.faulty_weights.values.tolist() == [0] * JUDGED
     assert np.isnan(result.gap).all()
     assert np.isfinite(result.efficiency).all()
-
-
-def test_a_part_of_the_corrected_curves_may_be_judged(judged):
-    data, exact, whole = judged
-    part = judge(Gaussian(), data.isel(curve=slice(4)), exact)
-    xr.testing.assert_identical(part, whole.isel(curve=slice(4)))
-    with pytest.raises(ValueError, match="the corrected curves are not those to be judged"):
-        judge(Gaussian(), data.isel(curve=slice(1, 4)), exact)
 
 
 # ---- in one row ----------------------------------------------------------------------------------
@@ -503,22 +470,8 @@ CASES = {
             "faulty_weights": np.full(6, 60),
             **dict.fromkeys(("efficiency", "divergence", "pareto_k"), np.full(6, np.nan)),
         },
-        {
-            "gap_curves": 0,
-            "faulty_curves": 6,
-            "pareto_k_below_0.7": 0,
-            **dict.fromkeys(
-                (
-                    "gap_nats",
-                    "gap_se",
-                    "efficiency_median",
-                    "efficiency_10_percent",
-                    "efficiency_lowest",
-                    "divergence_nats",
-                ),
-                np.nan,
-            ),
-        },
+        {"gap_curves": 0, "faulty_curves": 6, "pareto_k_below_0.7": 0, "gap_nats": np.nan}
+        | {"gap_se": np.nan, "efficiency_lowest": np.nan, "divergence_nats": np.nan},
     ),
 }
 
@@ -533,9 +486,3 @@ def test_summary_by_hand(case):
             value if isinstance(value, str) else pytest.approx(value, nan_ok=True)
         ), name
     assert row.index.tolist() == list(CASES["all sound"][1])
-
-
-def test_nothing_corrected_is_no_efficiency():
-    judged, corrected = judgement()
-    corrected["efficiency"] = ("curve", np.full(8, np.nan))
-    assert summary(judged, corrected).corrected_efficiency_median.item() == 0

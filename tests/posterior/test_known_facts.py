@@ -123,12 +123,3 @@ def test_times_that_the_record_contradicts_are_remarked(model, curves):
     assert np.isnan(found.contact_surprise.values[2])
     assert found.remarks.values[[0, 2]].tolist() == ["odd", ""]
     assert "sd from what the curve leads to expect" in found.remarks[1].item()
-
-
-def test_nothing_known_changes_nothing(model, curves, unaware):
-    network = unaware.isel(draw=slice(200))
-    untimed = timed(model, network).assign(contact_time=("operation", np.full(3, np.nan)))
-    unknown = model.conditioned_on(Facts.from_settings({}))
-    plain = correct_operations(model, network, SETTINGS, **COMMON)
-    none = correct_operations(unknown, untimed, SETTINGS, **COMMON)
-    np.testing.assert_array_equal(none.draws.values, plain.draws.values)

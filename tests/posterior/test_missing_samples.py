@@ -30,12 +30,6 @@ pytestmark = MARKS
 # ---- batches ------------------------------------------------------------------------------------
 
 
-def test_rows_take_what_the_summary_network_takes(sets, series):
-    for (posterior, _), expected in ((sets, 0.5), (series, 0.0)):
-        rows = Rows.of(bank_of(posterior, 4), posterior, torch.device("cpu"))
-        assert rows.missing == expected
-
-
 def test_samples_are_missing_by_a_share_of_each_record():
     """Shares are uniform up to the largest, and samples independent given a record's share.
 
@@ -108,16 +102,6 @@ def test_a_network_of_whole_records_draws_from_completed_ones(series, draws):
     for k in (0, 1, draws - 1):
         alone = posterior.sample(each[k % 100][None], noise[1:2, k : k + 1])[0]
         np.testing.assert_allclose(found[1, k], alone[0], rtol=1e-4)
-
-
-def test_a_deep_set_beyond_its_training_draws_from_completed_records(sets):
-    posterior, whole = sets
-    records = lose(whole, 0.8)
-    assert posterior.completes(records).all()
-    found = posterior.sample(records, noise_of(posterior, 5, 3))
-    each = completed(posterior.model, records[0], 100)[:1]
-    alone = posterior.sample(each, noise_of(posterior, 5, 3)[:1, :1])
-    np.testing.assert_allclose(found[0, 0], alone[0, 0], rtol=1e-4)
 
 
 def test_distance_of_records_with_missing_samples(sets, series):

@@ -11,8 +11,7 @@ import torch
 from safetensors import safe_open
 from safetensors.torch import save_file
 
-from breaker.mechanism.parameters import NAMES
-from breaker.model.saved import ModelFileError, write_model
+from breaker.model.saved import ModelFileError
 from breaker.posterior.estimator import Posterior
 from tests.networks_fixtures import (
     COMBINATIONS,
@@ -21,7 +20,6 @@ from tests.networks_fixtures import (
     Trap,
     curved_model,
     noise_of,
-    settings,
 )
 
 pytestmark = MARKS
@@ -62,6 +60,8 @@ def test_a_model_file_explains_itself(model_file):
         header = file.metadata()
     assert json.loads(header["settings"])["sensor"] == SENSOR
     assert set(header) == {"format", "breaker_version", "settings", "checksum"}
+    with pytest.raises(FileNotFoundError, match=r"there is no model file .*none"):
+        Posterior.load(model_file.with_name("none.safetensors"))
 
 
 def test_equal_models_are_equal_bytes(series, model_file, tmp_path):
@@ -69,15 +69,6 @@ def test_equal_models_are_equal_bytes(series, model_file, tmp_path):
     for _ in range(12):
         series[0].save(tmp_path / "again.safetensors")
         assert (tmp_path / "again.safetensors").read_bytes() == model_file.read_bytes()
-
-
-def test_the_order_of_tensors_does_not_matter(series, model_file, tmp_path):
-    posterior, _ = series
-    tensors = dict(reversed(posterior.state_dict().items()))
-    settings_of = dict(reversed(posterior.settings.items()))
-    arrays = {name: each.numpy() for name, each in tensors.items()}
-    write_model(tmp_path / "m.safetensors", settings_of, arrays)
-    assert (tmp_path / "m.safetensors").read_bytes() == model_file.read_bytes()
 
 
 def test_a_model_stays_as_it_was_when_its_file_is_written_over(series, model_file, tmp_path):
@@ -90,14 +81,6 @@ def test_a_model_stays_as_it_was_when_its_file_is_written_over(series, model_fil
         torch.testing.assert_close(loaded.state_dict()[name], value, rtol=0, atol=0)
 
 
-def test_a_model_on_other_settings_has_other_shapes(tmp_path):
-    """Without the onset: seven outputs, from the file alone; further settings are kept."""
-    Posterior({**settings(onset=False), "seed": 5}).save(tmp_path / "m.safetensors")
-    loaded = Posterior.load(tmp_path / "m.safetensors")
-    assert loaded.names == list(NAMES)
-    assert loaded.settings["seed"] == 5
-
-
 def parts(path):
     """Tensors and header of a model file, without the checksum, as if it was written like that."""
     with safe_open(str(path), framework="pt") as file:
@@ -105,26 +88,24 @@ def parts(path):
         return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118
 
 
-def flipped(sign, other):
-    """One byte after a text is another."""
+def with_bytes(change):
+    return lambda source, target: target.write_bytes(change(source.read_bytes()))
 
+
+def with_header(change):
     def fault(source, target):
-        content = source.read_bytes()
-        place = content.index(sign) + len(sign)
-        target.write_bytes(content[:place] + other + content[place + len(other) :])
+        tensors, header = parts(source)
+        save_file(tensors, target, metadata=change(header))
 
     return fault
 
 
 def with_settings(change):
-    def fault(source, target):
-        tensors, header = parts(source)
-        read = json.loads(header["settings"])
-        changed = change(read)
-        text = changed if isinstance(changed, str) else json.dumps(changed)
-        save_file(tensors, target, metadata={**header, "settings": text})
+    def changed(header):
+        new = change(json.loads(header["settings"]))
+        return {**header, "settings": new if isinstance(new, str) else json.dumps(new)}
 
-    return fault
+    return with_header(changed)
 
 
 def with_tensors(change):
@@ -136,20 +117,8 @@ def with_tensors(change):
     return fault
 
 
-def with_header(change):
-    def fault(source, target):
-        tensors, header = parts(source)
-        save_file(tensors, target, metadata=change(header))
-
-    return fault
-
-
 def cut_to(share):
-    def fault(source, target):
-        content = source.read_bytes()
-        target.write_bytes(content[: int(share * len(content))])
-
-    return fault
+    return with_bytes(lambda content: content[: int(share * len(content))])
 
 
 def summary_with(**changes):
@@ -178,6 +147,7 @@ def raw(header, size=None):
     return lambda _, target: target.write_bytes(length.to_bytes(8, "little") + header)
 
 
+GAMMA = b'\\"gamma_a\\": {\\"log_sd\\": 0.2', b'\\"gamma_a\\": {\\"log_sd\\": 0.9'
 SHAPE = "has the shape"
 DESCRIBE = "do not describe a model"
 NOT_A_MODEL = "is not a model file of breaker"
@@ -188,7 +158,6 @@ FAULTS = {
         lambda _, target: target.write_bytes(pickle.dumps(Trap(target.with_name("ran")))),
         NOT_A_MODEL,
     ),
-    "torch pickle": (lambda _, target: torch.save({"weights": torch.ones(3)}, target), NOT_A_MODEL),
     "cut in the header": (cut_to(0.001), NOT_A_MODEL),
     "cut in the weights": (cut_to(0.7), NOT_A_MODEL),
     "no header": (with_header(lambda _: None), "format is None"),
@@ -199,19 +168,15 @@ FAULTS = {
     "no settings": (with_header(lambda h: {"format": h["format"]}), DESCRIBE),
     "tensor missing": (with_tensors(lambda t: t.pop("inference.head.bias")), SHAPE),
     "tensor too many": (with_tensors(lambda t: t.update(more=torch.ones(2))), SHAPE),
-    "wider network": (summary_with(width=25), SHAPE),
     "other sensor": (sensor_with(samples=41), SHAPE),
-    "onset off": (sensor_with(onset_sd=0.0), SHAPE),
     "not json": (with_settings(lambda _: "{steps: 3"), DESCRIBE),
     "a list": (with_settings(lambda _: [1, 2]), DESCRIBE),
     "no prior": (with_settings(lambda s: s | {"prior": {}}), DESCRIBE),
-    "prior of numbers": (with_settings(lambda s: s | {"prior": dict.fromkeys(NAMES, 1)}), DESCRIBE),
     "prior not positive": (
         with_settings(lambda s: s | {"prior": s["prior"] | {"mu": {"median": -1, "log_sd": 1}}}),
         DESCRIBE,
     ),
     "unknown size": (summary_with(depth=3), DESCRIBE),
-    "negative size": (summary_with(width=-3), DESCRIBE),
     "stride of zero": (summary_with(strides=[0, 1]), DESCRIBE),
     "skip of zero": (summary_with(skip=0), SHAPE),
     "weight nan": (with_value("inference.head.bias", torch.nan), "bias has numbers that are not"),
@@ -220,16 +185,9 @@ FAULTS = {
         with_tensors(lambda t: t.update({"curve_mean": t["curve_mean"].float()})),
         "curve_mean is of float32, not float64",
     ),
-    "steps of text": (
-        with_tensors(lambda t: t.update(solver_steps=torch.ones(()))),
-        "solver_steps is of float32",
-    ),
     "no steps": (with_value("solver_steps", 0), "solver_steps is 0, but must be from 1 to 1000"),
-    "setting changed": (flipped(b'\\"gamma_a\\": {\\"log_sd\\": 0.', b"9"), "checksum"),
-    "weight changed": (
-        lambda source, target: target.write_bytes(source.read_bytes()[:-3] + b"abc"),
-        "its checksum is another",
-    ),
+    "setting changed": (with_bytes(lambda c: c.replace(*GAMMA, 1)), "checksum"),
+    "weight changed": (with_bytes(lambda c: c[:-3] + b"abc"), "its checksum is another"),
     "header with more": (with_header(lambda h: {**h, "more": "x"}), "its header has 'more'"),
     "number infinite": (with_settings(lambda s: s | {"seed": float("inf")}), "seed is inf"),
     "number nan": (sensor_with(noise_sd=float("nan")), "sensor.noise_sd is nan"),
@@ -241,7 +199,6 @@ HEAVY = {
     "density steps": (with_value("density_solver_steps", 10**18), "density_solver_steps is 1000"),
     "many samples": (sensor_with(samples=10**8), ""),
     "samples to 1e300": (sensor_with(samples=1e300), DESCRIBE),
-    "wide": (summary_with(width=99_999), SHAPE),
     "wider": (summary_with(width=10**9), "network.summary.width is 1e+09"),
     "deep": (summary_with(blocks=10**9), "network.summary.blocks is 1e+09, more than 100"),
     "long": (summary_with(channels=[4] * 10**5), "network.summary.channels has more than 100"),
@@ -303,8 +260,3 @@ def test_no_model_file_takes_time_or_memory(model_file, tmp_path):
         assert said.endswith("train it anew"), (name, said)
         assert seconds < 2.0, name
         assert megabytes < 100.0, name
-
-
-def test_no_file_is_said(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"there is no model file .*none"):
-        Posterior.load(tmp_path / "none.safetensors")

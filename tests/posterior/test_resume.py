@@ -75,13 +75,6 @@ def test_a_gpu_trains_resumes_and_agrees_with_the_processor(trainer):
     np.testing.assert_allclose(posterior.log_prob(draws, measured), density, atol=1e-2)
 
 
-def test_resuming_is_said(trainer, capsys):
-    kill(trainer, 7)
-    training = trainer()
-    training.run()
-    assert f"going on from step 4 of {training.checkpoint.file}" in capsys.readouterr().out
-
-
 def test_a_checkpoint_of_another_training_is_ignored_and_said(trainer, capsys):
     """Left alone at first, and written over by this training's own."""
     kill(trainer, 7, mark="another training", learning_rate=1e-4)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, norm
+from scipy.stats import norm
 
 from breaker.model.randomness import generator
 from breaker.posterior.batches import truth
@@ -116,15 +116,3 @@ def test_held_out_density_of_a_gaussian_model(onset):
     found, error = held_out_log_density(posterior, records(posterior, rows, 1), rows)
     assert found == pytest.approx(expected.mean(), abs=1e-4)
     assert error == pytest.approx(expected.std(ddof=1) / np.sqrt(40), rel=1e-4)
-
-
-def test_records_carry_zero_and_noise_of_the_seed(curved):
-    rows = bank_of(curved, 200, seed=9)
-    one, again, other = (records(curved, rows, seed) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(one, again)
-    assert not np.any(one == other)
-    travel = rows.travel.values.astype(np.float64)
-    total = curved.sensor.chi_square(one, travel).sum()
-    # Exactly chi-square; two-sided with a false-alarm probability of 1e-3.
-    low, high = chi2.interval(1 - 1e-3, travel.size)
-    assert low < total < high

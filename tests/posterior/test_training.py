@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from breaker.posterior.training import choose_device, fingerprint
+from breaker.posterior.training import fingerprint
 from tests.networks_fixtures import MARKS, same, weights
 
 pytestmark = MARKS
@@ -169,9 +169,3 @@ def test_fingerprint_tells_settings_and_code_apart(tmp_path):
     assert fingerprint({"a": 1, "b": {"c": 2}}, []) != first
     code.write_text("x = 2\n")
     assert fingerprint({"a": 1, "b": {"c": 2}}, [code]) != first
-
-
-def test_device_by_name():
-    assert choose_device("cpu") == torch.device("cpu")
-    expected = "cuda" if torch.cuda.is_available() else "cpu"
-    assert choose_device("auto") == torch.device(expected)

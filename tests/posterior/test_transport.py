@@ -155,42 +155,6 @@ def test_moments_of_the_fit_are_those_of_weighted_draws():
     assert not np.allclose(TriangularMap.fit(draws).mean, chosen.mean, atol=1e-3)
 
 
-def test_weights_of_zero_are_as_good_as_absent():
-    rng = generator(1, "test transport", "absent")
-    draws = bent(600, 3, rng)
-    weights = np.where(np.arange(600) % 3 == 0, 0.0, 1 / 400)
-    kept = TriangularMap.fit(draws[weights > 0])  # equal weights, by default
-    draws[weights == 0] = 1e3
-    found, points = TriangularMap.fit(draws, weights), draws[:50]
-    np.testing.assert_allclose(found.log_prob(points), kept.log_prob(points), atol=1e-8)
-
-
-def test_similarities_of_the_draws_are_similarities_of_the_map():
-    """Moved, turned, mirrored and scaled by one factor; other maps change which way is widest."""
-    draws = bent(800, 3, generator(1, "test transport", "similar"))
-    turn = 7.0 * rotation(3) * np.array([1.0, -1.0, 1.0])
-    moved = draws @ turn + np.array([5.0, -20.0, 1e3])
-    one, other = TriangularMap.fit(draws), TriangularMap.fit(moved)
-    points = draws[:100]
-    expected = one.log_prob(points) - 3 * np.log(7.0)
-    image = points @ turn + np.array([5.0, -20.0, 1e3])
-    # To the round-off of a thousand over a spread of about one.
-    np.testing.assert_allclose(other.log_prob(image), expected, atol=1e-8)
-
-
-def test_few_draws_do_not_overfit():
-    """40 draws of a normal carry 36 functions of 7 coordinates: the ridge holds them down.
-
-    Without any functions the map would be the truth. In the mean log density of fresh draws plain
-    regression loses 6.7 nats to that.
-    """
-    rng = generator(1, "test transport", "few")
-    draws, fresh = rng.standard_normal((40, 8)), rng.standard_normal((4000, 8))
-    chosen = TriangularMap.fit(draws)
-    straight = replace(chosen, coefficients=0 * chosen.coefficients, scales=np.ones(8))
-    assert 0 < np.mean(straight.log_prob(fresh) - chosen.log_prob(fresh)) < 3.3
-
-
 # ---- what cannot be fitted -----------------------------------------------------------------------
 
 GOOD = bent(200, 3, generator(1, "test transport", "spoilt"))

@@ -73,21 +73,6 @@ def test_evidence_is_unbiased_and_its_error_calibrated():
     assert errors_p_value(error, [r.size**-0.5 for r in results]) < 1e-6
 
 
-def test_constants_shift_the_evidence_alone(judged):
-    """Weights are never exponentiated before their largest is taken off.
-
-    Round-off: 1e5 has a spacing of 1.5e-11, and normalised weights sum to 1 within 1e-11.
-    """
-    joint, density, result = judged
-    for constant in (-1e5, 1e5):
-        shifted = importance(joint + constant, density)
-        np.testing.assert_allclose(shifted.log_weights, result.log_weights, atol=1e-9)
-        assert shifted.log_evidence == pytest.approx(result.log_evidence + constant, abs=1e-9)
-        assert shifted.size == pytest.approx(result.size, rel=1e-9)
-        assert shifted.gap == pytest.approx(result.gap, abs=1e-6)
-        assert shifted.pareto_k == pytest.approx(result.pareto_k, abs=1e-6)
-
-
 # ---- Pareto k ----------------------------------------------------------------------------------
 
 
@@ -150,17 +135,6 @@ def test_zero_weights_are_legitimate():
     assert result.log_evidence_se == pytest.approx(np.sqrt((1 - share) / (4000 * share)))
     assert result.gap == pytest.approx(-np.log(share))
     assert np.isneginf(result.log_weights[z <= 0.3]).all()
-
-
-def test_zero_weights_count_as_draws():
-    """The tail of the others is fitted without them, the mean weight is taken over all."""
-    log_ratio = generator(1, "test exact", "padded").standard_normal(500)
-    padded = np.concatenate([log_ratio, np.full(500, -np.inf)])
-    few, all_ = importance(log_ratio, np.zeros(500)), importance(padded, np.zeros(1000))
-    assert all_.size == pytest.approx(few.size)
-    assert all_.efficiency == pytest.approx(few.efficiency / 2)
-    assert all_.log_evidence == pytest.approx(few.log_evidence - np.log(2))
-    assert all_.pareto_k == pytest.approx(few.pareto_k)
 
 
 def test_nothing_in_the_support():

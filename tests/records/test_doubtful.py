@@ -100,18 +100,6 @@ def test_damage_is_masked_and_nothing_else(prior, damage, motion, stroke):
         assert len(found) >= len(wrong) - 1
 
 
-@pytest.mark.parametrize("rate", [2.5, 5.0, 20.0, 100.0])
-def test_damage_is_masked_at_any_rate(prior, rate):
-    """A burst of 8 mm for 0.8 ms, half a ms before the motion: it was taken for its start."""
-    rng = generator(4, "rates", str(rate))
-    time = np.arange(0.0, 76.0, 1.0 / rate)
-    for x in travel(prior.sample(10, rng), time, "closing", onset=10.0).travel:
-        record = measured(x, 14.0, rng)
-        wrong = (time > 8.7) & (time < 9.5)
-        record[wrong] += 8.0
-        np.testing.assert_array_equal(doubts(record, rate) != "", wrong)
-
-
 def median(prior, motion="closing"):
     """The curve of the median drive at 10 kHz."""
     return travel(prior.medians[None], np.arange(0.0, 76.0, 0.1), motion, onset=10.0).travel[0]

@@ -7,9 +7,10 @@ from breaker.files.manifest import Operation
 from breaker.files.settings import complete
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS
-from breaker.records.edges import LocatedMotion, events_of, switching_of, trigger_of
+from breaker.records.edges import events_of, switching_of, trigger_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Grid
+from breaker.records.located import LocatedMotion
 from breaker.records.reader import read_curves
 from breaker.records.segments import Segment
 
@@ -80,7 +81,8 @@ def test_triggers():
 
 def events(known=None, channels=None, motion="closing", **settings):
     operation = Operation(1, "a.csv", **(known or {}))
-    located = LocatedMotion(motion, TIME, SEGMENT, MOVES)
+    travel = np.zeros(TIME.size), np.full(TIME.size, ""), 0.0
+    located = LocatedMotion(motion, TIME, *travel, SEGMENT, MOVES)
     return events_of(operation, complete(settings), located, channels or {})
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from breaker.model.randomness import generator
 from breaker.records.errors import UnusableError
-from breaker.records.grid import check_missing, cubic_weights, grid_remarks, on_grid
+from breaker.records.grid import check_missing, grid_remarks, on_grid
 
 GRID = np.linspace(-2.0, 58.0, 151)
 RATES = [1.0, 2.2, 3.0, 4.0, 7.3, 9.6, 100.0]
@@ -31,16 +31,6 @@ def test_white_noise_stays_as_large_and_nearly_white(rate):
     # Neither is information made up: each sample of the grid is mostly a sample of its own.
     own = np.abs(weights).argmax(axis=1)
     assert len(set(own.tolist())) == len(own) <= 60 * rate + 1
-
-
-def test_the_gain_of_a_cubic_never_exceeds_one():
-    """At no frequency, wherever a sample is moved to."""
-    place = np.linspace(5.0, 6.0, 101)
-    indices, weights = cubic_weights(place)
-    for frequency in np.linspace(0.0, np.pi, 200):
-        gain = np.abs((weights * np.exp(1j * frequency * indices)).sum(axis=1))
-        assert gain.max() <= 1.0 + 1e-12
-    np.testing.assert_allclose(weights.sum(axis=1), 1.0)
 
 
 @pytest.mark.parametrize("every", [1, 2, 4, 40])

@@ -6,19 +6,16 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from breaker.files import Operation
 from breaker.mechanism.curves import travel
 from breaker.mechanism.quantities import SOURCES, evaluate, quantities_of
 from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import speeds_of
 from breaker.model.randomness import generator
+from breaker.records import located
 from breaker.records.edges import Contact
-from breaker.records.export import write_curve
-from breaker.records.grid import Grid
 from breaker.records.landmarks import first_motion
+from breaker.records.located import LocatedMotion
 from breaker.records.measured import Reading, measure_curve
-from breaker.records.noise import noise_at_rest
-from breaker.records.reader import read_curves
 from breaker.records.segments import find_segment
 from tests.raws import smooth
 
@@ -45,16 +42,17 @@ def record_of(theta, motion, rng, *, size=AS_IT_IS, speeds=SPEEDS):
     touch = begins + timing + CONTACT_SD * rng.standard_normal()
     reading = reading_of(time, read, motion, Contact(touch, CONTACT_SD), speeds)
     lengths, times = size.lengths, size.times
-    rests = {name: lengths * getattr(reading.segment, name) for name in ("before", "after")}
-    return replace(
-        reading,
-        time=times * reading.time,
-        travel=lengths * reading.travel,
-        segment=replace(reading.segment, **rests),
-        moves=times * reading.moves,
-        noise=reading.noise._replace(sd=lengths * reading.noise.sd),
-        contact=Contact(*(times * each for each in reading.contact)),
-    ).quantities()
+    found = reading.located
+    rests = {name: lengths * getattr(found.segment, name) for name in ("before", "after")}
+    sized = replace(
+        found,
+        time=times * found.time,
+        whole=lengths * found.whole,
+        segment=replace(found.segment, **rests),
+        moves=times * found.moves,
+    )
+    contact = Contact(*(times * each for each in reading.contact))
+    return Reading(sized, contact, speeds).quantities()
 
 
 def reading_of(time, read, motion, contact=UNKNOWN, speeds=SPEEDS):
@@ -62,9 +60,8 @@ def reading_of(time, read, motion, contact=UNKNOWN, speeds=SPEEDS):
     segment = find_segment(time, read, motion)
     inside = slice(segment.begin, segment.end)
     moves = first_motion(time[inside], read[inside], motion)
-    noise = noise_at_rest(read[time < moves - 1.0], time[1] - time[0], 0.4, 0.0)
-    found = motion, segment, moves, noise, 0.0, contact, speeds
-    return Reading(time[inside], read[inside], *found)
+    about = motion, time, read, np.full(time.size, ""), 0.0, segment, moves
+    return Reading(LocatedMotion(*about), contact, speeds)
 
 
 def scores(motion, prior, n=40):
@@ -106,10 +103,12 @@ def test_measured_agrees_with_the_model_within_its_uncertainty(both, motion):
 
 
 @pytest.mark.parametrize("size", [Size(0.4, 0.5), Size(11.0, 4.0)])
-def test_any_size_is_read_alike(prior, size):
+def test_any_size_is_read_alike(prior, size, monkeypatch):
     theta = prior.sample(1, generator(4, "test", "sizes"))[0]
     here = record_of(theta, "closing", np.random.default_rng(1))
     sized = tuple(each.sized(size) for each in SPEEDS)
+    rest = tuple(size.times * each for each in located._REST)  # the one length in ms
+    monkeypatch.setattr(located, "_REST", rest)
     there = record_of(theta, "closing", np.random.default_rng(1), size=size, speeds=sized)
     for name, quantity in quantities_of("closing", SPEEDS, SOURCES).items():
         factor = size.factor(quantity.unit)
@@ -157,24 +156,12 @@ def test_times_from_the_trigger_and_of_bounces(reading):
     assert "no contact channel" in found["bounce_time"].reason
 
 
-def test_a_record_that_ends_early(reading):
-    """The stroke is that up to the end, with an error of what may follow."""
-    whole = reading.quantities()["stroke"]
-    for last, least in ((22.0, 0.1), (26.0, 0.01)):
-        there = reading.time <= last
-        found = reading_of(reading.time[there], reading.travel[there], "closing").quantities()
-        for name in ("stroke", "travel_time", "over_travel", "closing_speed_mean"):
-            assert found[name].reason == ""
-        stroke = found["stroke"]
-        assert abs(stroke.value - whole.value) < 3.0 * stroke.sd
-        assert least < stroke.sd < 3.0
-
-
 def test_missing_samples(reading):
     """Only what needs them is missing."""
-    begin = reading.time[int(np.argmax(reading.travel > 0.1 * 13.5))]
-    travel = np.where(np.abs(reading.time - begin) < 1.5, np.nan, reading.travel)
-    found = replace(reading, travel=travel, contact=TIMING).quantities()
+    time, whole = reading.located.time, reading.located.whole
+    begin = time[int(np.argmax(whole > 0.1 * 13.5))]
+    missing = replace(reading.located, whole=np.where(np.abs(time - begin) < 1.5, np.nan, whole))
+    found = Reading(missing, TIMING).quantities()
     assert found["travel_time"].reason == "samples are missing at the point"
     assert found["stroke"].reason == found["closing_speed"].reason == ""
 
@@ -191,17 +178,6 @@ def test_points_that_are_not_passed(reading):
     assert "does not travel as far" in found["closing_speed"].reason
     assert "does not pass the point" in found["closing_speed_long"].reason
     assert "touch is not after 90 % of stroke" in found["closing_speed_back"].reason
-
-
-def test_over_travel_below_the_noise():
-    time = np.arange(0.0, 100.0, 0.1)
-    rises = np.clip((time - 20.0) / 10.0, 0.0, 1.0)
-    curve = 13.0 * (10 * rises**3 - 15 * rises**4 + 6 * rises**5)
-    read = curve + 0.1 * np.random.default_rng(5).standard_normal(time.size)
-    found = reading_of(time, read, "closing").quantities()
-    assert found["over_travel"].reason == ""
-    assert 0.0 <= found["over_travel"].value < 2.0 * found["over_travel"].sd < 0.5
-    assert found["stroke"].value == pytest.approx(13.0, abs=5 * found["stroke"].sd)
 
 
 # ---- records as breakers give them -------------------------------------------------------------
@@ -250,14 +226,6 @@ def test_a_value_with_a_wide_uncertainty_rather_than_none():
     assert (np.mean(held, axis=0) >= 0.9).all()
 
 
-def test_a_jump_behind_the_motion_costs_what_follows_alone():
-    time, travel, truth = made_up(0)
-    at = time[-1] * 0.6
-    jumped = measure_curve(time, travel + 0.3 * truth["stroke"] * (time > at), "closing")
-    assert jumped["stroke"].value == pytest.approx(truth["stroke"], abs=4 * jumped["stroke"].sd)
-    assert jumped["stroke"].sd < 0.01 * truth["stroke"]
-
-
 def test_speeds_between_points_that_makers_name():
     """From and to a rest, and about a point: as way over time of the exact curve."""
     time = np.arange(0.0, 100.0, 0.1)
@@ -283,29 +251,6 @@ def test_speeds_between_points_that_makers_name():
 
 
 # ---- dataset ---------------------------------------------------------------------------------
-
-
-def test_dataset_of_files(prior, tmp_path):
-    time = np.arange(0.0, 90.0, 0.1)
-    files = []
-    for number in (1, 2):
-        curve = travel(prior.medians[None], time, "opening", onset=10.0).travel[0]
-        curve += 0.05 * np.random.default_rng(number).standard_normal(time.size)
-        files.append(Operation(number, tmp_path / f"operation_{number}.csv"))
-        write_curve(files[-1].file, time, curve, motion="opening", operation=number)
-    files[1].file.write_text("nothing")
-    curves = read_curves(files, {}, Grid(np.linspace(-2.0, 58.0, 151)), "opening", speeds=SPEEDS)
-    names = list(quantities_of("opening", SPEEDS, SOURCES))
-    assert curves["quantity"].values.tolist() == names
-    assert curves.quantity_unit.sel(quantity="opening_speed_mean").item() == "mm/ms"
-    one, other = (curves.sel(operation=number) for number in (1, 2))
-    exact = evaluate(["stroke"], prior.medians[None], "opening")[0, 0]
-    error = (one.measured - exact) / one.measured_sd
-    assert abs(error.sel(quantity="stroke").item()) < 5.0
-    assert np.isnan(other.measured).all()
-    assert set(other.measured_reason.values) == {"the record was rejected"}
-    nothing = read_curves([], {}, Grid(np.linspace(-2.0, 58.0, 151)), "closing")
-    assert nothing.measured.shape == (0, len(quantities_of("closing", of=SOURCES)))
 
 
 def test_an_outlier_before_the_motion_stops_nothing():

@@ -17,8 +17,7 @@ from breaker.mechanism.parameters import MOTIONS
 from breaker.model.randomness import generator
 from breaker.records.export import write_curve
 from breaker.records.grid import Grid
-from breaker.records.opened import open_curves
-from breaker.records.reader import read_curves, read_record
+from breaker.records.reader import open_curves, read_curves, read_record
 from breaker.records.scale import Scale
 from breaker.stores import describe, save
 
@@ -90,46 +89,6 @@ def test_what_is_written_is_read_back_sample_by_sample(file, prior, times, motio
     assert start == pytest.approx(10.0, abs=0.5)
 
 
-def test_the_text_is_what_an_instrument_writes(file, prior):
-    time, x = written(file, prior)
-    lines = file.read_text(encoding="utf-8").split("\n")
-    head = ["motion: closing", "operation: 12", "zero: open position", "time,travel", "s,mm"]
-    assert lines[1:HEAD] == head
-    assert lines[HEAD] == f"0.0000000,{x[0]:.3f}"
-    assert lines[HEAD + 300] == f"0.0300000,{x[300]:.3f}"
-    assert len(lines) == HEAD + time.size + 1
-    assert lines[-1] == ""
-
-
-@pytest.mark.parametrize("offset", [-2.0, 0.0, 3600.0])
-def test_the_clock_of_the_file_does_not_matter(file, prior, times, offset):
-    # With seed 1 the first motion is half-way between two samples: round-off would decide.
-    time, x = written(file, prior, seed=2)
-    plain, start = read_curve(file, FORMAT, times, "closing")
-    write_curve(file, time + offset, x, motion="closing", operation=1)
-    read, later = read_curve(file, FORMAT, times, "closing")
-    assert later - offset == pytest.approx(start, abs=1e-6)
-    np.testing.assert_array_equal(read, plain)
-
-
-DIALECTS = {
-    "ms and cm": {"time_unit": "ms", "travel_unit": "cm"},
-    "zero and sign, in inch": {"zero": 1.5, "sign": -1, "travel_unit": "inch"},
-    "names": {"time_column": "t (Zeit)", "travel_column": "Weg µ"},
-}
-
-
-@pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("name", DIALECTS)
-def test_settings_say_how_a_file_is_written(file, prior, times, name, motion):
-    settings = BARE | DIALECTS[name]
-    time, x = record(prior, motion)
-    export(file, settings, time, x)
-    read, start = read_curve(file, settings, times, motion)
-    first = round((start + times[0]) / STEP)
-    np.testing.assert_allclose(read, x[first : first + EVERY * times.size : EVERY], atol=2e-6)
-
-
 # ---- bad lines: file, line and reason ----------------------------------------------------------
 
 
@@ -144,14 +103,6 @@ def edit(file, change, at):
     line = change(lines[at - 1])
     lines[at - 1 : at] = [] if line is None else [line]
     file.write_text("\n".join(lines), encoding="utf-8")
-
-
-def test_a_bad_line_is_named(file, prior, times):
-    """A clock that jitters; a text is named with those of many files below."""
-    written(file, prior)
-    edit(file, cell(0, "0.02933"), 300)
-    reason = "the time steps are uneven before this line"
-    assert rejection(file, FORMAT, times).startswith(f"{file}, line 300: {reason}")
 
 
 # ---- missing samples ----------------------------------------------------------------------------
@@ -183,23 +134,6 @@ def test_missing_samples_are_read_as_such(file, prior, times, name, motion):
     expected = whole.copy()
     expected[gone] = np.nan
     np.testing.assert_array_equal(read, expected)
-
-
-def test_too_many_missing_samples_are_told(file, prior, times):
-    written(file, prior)
-    _, start = read_curve(file, FORMAT, times, "closing")
-    at = HEAD + 1 + round((start + times[0]) / STEP)
-    fifth = FORMAT | {"missing": 0.2}
-    for k in range(31):  # of 151: at most 30.2
-        edit(file, cell(1, ""), at + EVERY * (70 + k))
-        if k == 29:
-            assert np.isnan(read_curve(file, fifth, times, "closing")[0]).sum() == 30
-    assert rejection(file, fifth, times) == (
-        f"{file}: 31 of the 151 samples of the model's grid are missing, more than the share of "
-        "0.2 that endurance.format.missing allows"
-    )
-    assert np.isnan(read_curve(file, FORMAT, times, "closing")[0]).sum() == 31
-    assert "31 of the 151 samples" in rejection(file, FORMAT | {"missing": 0}, times)
 
 
 # ---- bad records: file and reason -------------------------------------------------------------

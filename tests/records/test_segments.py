@@ -158,13 +158,6 @@ def test_single_samples_and_bursts_and_gaps_do_not_matter():
         assert segment.stroke == pytest.approx(before.stroke, abs=0.05)
 
 
-def test_a_counter_whose_rest_has_no_spread():
-    time, travel = record({30.0: "closing", 130.0: "opening"}, 220.0, noise=0.0)
-    for motion in MOTIONS:
-        segment = find_segment(time, 0.3 * np.round(travel / 0.3), motion)
-        assert segment.stroke == pytest.approx(13.5, abs=0.4)
-
-
 def test_nothing_to_look_in():
     time, travel = record({30.0: "closing"}, 100.0)
     with pytest.raises(UnusableError, match="only 0 samples"):

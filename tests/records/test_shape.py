@@ -36,11 +36,6 @@ def test_the_way_is_the_mean_over_a_step_of_the_grid():
     np.testing.assert_allclose(found.way, exact, atol=5e-4)
 
 
-def test_a_rate_that_is_coarser_hardly_changes_the_shape():
-    fine, coarse = shape_of(motion(TIME), 0.1), shape_of(motion(TIME[::4]), 0.4)
-    np.testing.assert_allclose(coarse.way, fine.way, atol=0.02)
-
-
 def test_like_another_record_a_record_keeps_its_own_change():
     one = shape_of(motion(TIME), 0.1)
     slower = shape_of(1.1 * motion((TIME - 20.0) / 1.2 + 20.0), 0.1, one)

@@ -46,14 +46,6 @@ def test_stated_uncertainties(colour):
     assert np.all((square > 0.65) & (square < 1.35)), square
 
 
-def test_overlapping_windows_share_their_errors():
-    """The difference of a value from itself is certain."""
-    trace = trace_of(CURVE + 0.05 * np.random.default_rng(1).standard_normal(TIME.size))
-    level = trace.rest(0.0, 10.0, "before")
-    assert trace.sd(level - level) == 0.0
-    assert trace.sd(level + level) == pytest.approx(2.0 * trace.sd(level))
-
-
 def test_rounding_of_a_rest_does_not_average_out():
     coarse = trace_of(np.round(CURVE / 0.3) * 0.3, noise=0.3 / np.sqrt(12.0), quantum=0.3)
     assert coarse.sd(coarse.rest(0.0, 10.0, "before")) > 0.08

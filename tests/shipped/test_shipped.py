@@ -69,7 +69,8 @@ def test_networks_of_other_settings_are_noticed(place, value, line):
     assert f"{file}: {line}" in ship.unfit(file, changed, "levels")
 
 
-def test_the_model_card_is_that_of_the_files():
+def test_the_model_card_is_that_of_the_files(monkeypatch):
+    monkeypatch.chdir(ROOT)
     text = CARD.read_text(encoding="utf-8")
     assert ship.described(text) == text
     assert "bytes | SHA-256" in text

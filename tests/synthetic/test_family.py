@@ -31,12 +31,6 @@ def flat(section, above=""):
     return found
 
 
-def turned(section):
-    """A section with its keys in the opposite order, at any depth."""
-    items = reversed(section.items())
-    return {name: turned(value) if isinstance(value, dict) else value for name, value in items}
-
-
 def test_elements_are_drawn_from_their_ranges(family, drives):
     """Uniform, or uniform in the logarithm where the range has no 0."""
     drawn = [flat(asdict(drive.elements)) for drive in drives]
@@ -83,21 +77,6 @@ def test_a_family_of_which_no_drive_holds_is_explained(prior, family, monkeypatc
     wear |= {"parameters": [1, 1]}
     with pytest.raises(RuntimeError, match="in none of 20 worn conditions"):
         Family(prior, family.settings | {"wear": wear}).worn(family.new(rng), rng)
-
-
-def test_a_family_without_strength_has_no_elements(family):
-    """So that its drives are the model's: see the tests of drives."""
-    bare = Family(family.prior, family.settings | {"strength": 0.0})
-    drive = bare.new(np.random.default_rng(3))
-    assert drive.elements == drive.elements.scaled(0.0)
-
-
-def test_a_draw_does_not_depend_on_the_order_of_a_file(family):
-    other = Family(family.prior, turned(family.settings))
-    rngs = np.random.default_rng(4), np.random.default_rng(4)
-    one, two = family.new(rngs[0]), other.new(rngs[1])
-    assert one == two
-    assert family.worn(one, rngs[0]) == other.worn(two, rngs[1])
 
 
 def test_wear_is_a_mixture_within_its_ranges(family):

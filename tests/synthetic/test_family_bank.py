@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from breaker.mechanism.curves import travel
-from breaker.mechanism.parameters import MOTIONS, NAMES
+from breaker.mechanism.parameters import MOTIONS
 from breaker.model.prior import Prior
 from breaker.shipped import DEFAULTS
 from breaker.synthetic import family_bank
@@ -118,15 +118,6 @@ def test_drives_of_any_kind():
         rigid = ((one.elements.sel(element="linkage") == 0) & (one.switching < GRID[-1])).values
         expected = touch.values if motion == "closing" else 1.0 - touch.values
         np.testing.assert_allclose(way[rigid], expected[rigid], atol=2e-3)
-
-
-def test_changes_are_uniform_in_their_logarithm(family, bank):
-    ranges = family.settings["wear"]["change"]
-    by = bank.parameters.values[:, 1, 1:] / bank.parameters.values[:, 0, 1:] - 1.0
-    share = (by / [max(ranges[name], key=abs) for name in NAMES[1:]])[by != 0]
-    assert 0.01 <= share.min() <= share.max() <= 1.0 + 1e-12
-    place = 1.0 - np.log(share) / np.log(0.01)
-    assert place.mean() == pytest.approx(0.5, abs=0.05)  # 4 sd of 600 draws
 
 
 def test_a_drive_without_a_shape_is_drawn_again_and_counted(family, monkeypatch):

@@ -30,13 +30,6 @@ def changes(bank):
     return rows_of("changes", bank, open_network(model_file("medium_voltage", "changes")))
 
 
-def test_the_same_generator_gives_the_same_rows(levels, changes):
-    for rows in (levels, changes):
-        one, other = (rows.rows(np.arange(20), np.random.default_rng(1)) for _ in range(2))
-        for a, b in zip(one, other, strict=True):
-            np.testing.assert_array_equal(a, b)
-
-
 def test_levels_are_logarithms_in_the_units_of_the_record(levels, bank):
     drives = np.arange(40)
     condition = np.zeros(40, dtype=int)

@@ -9,7 +9,6 @@ from breaker.files.listing import list_operations
 from breaker.mechanism.curves import travel
 from breaker.mechanism.limits import Limit, from_list
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.mechanism.quantities import evaluate
 from breaker.model.joint import Model
 from breaker.posterior.laplace import mode
 from breaker.records.grid import Grid
@@ -46,13 +45,6 @@ def fitted(model, curve):
     z, precision = mode(model, curve)
     left = curve - model.curves(model.destandardise(z[None]))[0]
     return z[:7], np.sqrt(np.diag(np.linalg.inv(precision)))[:7], left - left.mean()
-
-
-def test_its_parameters_are_plausible_and_not_the_medians(rig, prior):
-    z = prior.standardise(np.array(rig.new.theta))
-    assert np.abs(z).max() < 1.2
-    assert np.abs(z).min() > 0.3
-    assert evaluate(["wipe"], np.array([rig.new.theta]), "closing")[0, 0] > 1.0
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -131,11 +123,6 @@ def test_truth_of_what_records_show(rig, truth):
     assert (truth.measured.sel(quantity="wipe") > 0.5).all()  # the contact's time is known
     never = Limit("latch", "closing", (("latch_time", 1.0, True),), of="record")
     assert np.isnan(failures(truth, [never])["latch"])
-
-
-def test_a_sensor_that_misses_the_motion_shows_nothing(rig):
-    short = settled(rig, operations=2, sensor={"length": 3.0})
-    assert np.isnan(truth_of(short, ["closing"], TIMES).measured).all()
 
 
 def test_lives_without_the_change_are_longer_as_the_wear_is_slower(rig, truth, defaults):

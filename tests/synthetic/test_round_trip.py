@@ -9,7 +9,6 @@ from scipy.stats import chi2
 from breaker.files.settings import FORMAT
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
-from breaker.mechanism.size import Size
 from breaker.model.joint import Model
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
@@ -92,14 +91,6 @@ def test_other_rates(prior, sensor, rate):
     assert tail(sensor, "opening", measured, truth).min() > FALSE_ALARM / (2 * 20)
 
 
-def test_without_an_onset_the_truth_has_only_the_seven(prior, sensor):
-    plain = replace(sensor, onset_sd=0.0, zero_sd=0.0)
-    model = Model(prior, plain, "opening")
-    measured, truth, *_ = through_files(model, 3, generator(8, "test plain"))
-    assert measured.shape == (3, sensor.samples)
-    assert truth.shape == (3, len(NAMES))
-
-
 def test_rejected_records_are_counted_by_reason(prior, sensor):
     far = replace(sensor, zero_sd=3.0)  # a zero beyond what the reader takes for an open breaker
     found = through_files(Model(prior, far, "closing"), 24, generator(8, "test far"))
@@ -112,11 +103,3 @@ def test_rejected_records_are_counted_by_reason(prior, sensor):
     farther = replace(sensor, zero_sd=1e4)
     with pytest.raises(RuntimeError, match=r"all 4 curves of the model are rejected: .*near #"):
         through_files(Model(prior, farther, "closing"), 4, generator(8, "test farther"))
-
-
-def test_instruments_reach_as_far_as_the_drive(prior, sensor):
-    size = Size(12.0, 4.0)
-    model = Model(prior.sized(size), sensor.sized(size), "closing")
-    found = through_files(model, 6, generator(8, "test long"), [DIALECTS["angles"]])
-    assert found.rejected == {}
-    assert tail(model.sensor, "closing", *found[:2]).min() > FALSE_ALARM / (2 * 6)

@@ -117,11 +117,3 @@ def test_words_of_identifiability_at_the_edges(means, expected):
     limit = np.array([means])
     found = comparison.reached({"limit": limit}, ["mu", "k_a", "k_b"])
     assert comparison.identifiability_words(found) == f"over the prior: {expected}"
-
-
-def test_unusable_contractions_are_refused():
-    values = contractions()
-    with pytest.raises(ValueError, match="limit must be"):
-        comparison.reached(values | {"limit": values["limit"][0]}, NAMES)
-    with pytest.raises(ValueError, match="corrected must be finite"):
-        comparison.reached(values | {"corrected": np.full((3, 8), np.nan)}, NAMES)

@@ -5,7 +5,7 @@ import pytest
 
 from breaker.model.randomness import generator
 from breaker.posterior.tables import share_inside
-from breaker.validation.diagnostics import correlation, prior_check, recovery, scores
+from breaker.validation.diagnostics import prior_check, recovery, scores
 from tests.validation.made import exact_posteriors
 
 PRIOR_SD = np.array([0.2, 0.4, 0.3])
@@ -72,13 +72,6 @@ def test_recovery():
         np.testing.assert_allclose(inside, level, atol=allowed)
 
 
-def test_correlation_is_of_logarithms_where_asked():
-    a = np.array([1.0, 2.0, 3.0, 5.0])
-    both = np.stack([np.exp(a), 2 * a + 1], axis=1)
-    np.testing.assert_allclose(correlation(both, log=[True, False]), 1.0)
-    assert correlation(both, log=[False, False])[0, 1] < 0.95
-
-
 def test_the_band_of_the_prior_holds_95_percent_at_each_time():
     curves = np.arange(201.0)[:, None] * [1.0, 2.0]
     check = prior_check(curves, [[100.0, 400.0], [np.nan, 100.0]])
@@ -108,11 +101,3 @@ def test_unusable_input_is_refused():
         recovery(draws, np.where(truth == truth[0, 0], np.nan, truth))
     with pytest.raises(ValueError, match="must be finite"):
         prior_check([[1.0, np.nan]], [[1.0, 1.0]])
-
-
-def test_contraction_of_a_family_is_over_its_own_spread():
-    rng = generator(7, "test spread")
-    truth = 3.0 * rng.standard_normal((400, 2))
-    draws = truth[:, None] + rng.standard_normal((400, 200, 2))
-    judged = scores(draws, truth, prior_sd=None, log=[False, False])
-    assert judged.mean_contraction == pytest.approx(8.0 / 9.0, abs=0.03)

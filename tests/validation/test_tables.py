@@ -10,7 +10,6 @@ from breaker.model.randomness import generator
 from breaker.validation.calibration import judge_draws
 from breaker.validation.tables import (
     family_quality,
-    parameters_of,
     quality,
     quality_words,
     with_width,
@@ -84,15 +83,6 @@ def test_without_a_reader_its_column_is_unknown(exact):
     assert "files" not in quality_words(table)
 
 
-def test_logarithms_are_taken_where_they_are_said_to_be(exact):
-    """Planted fault: judged in plain units, contraction is nonsense."""
-    plain = quality(
-        validation(), validation(seed=2), CONTRACTION, prior_sd=PRIOR_SD, log=np.zeros(3, bool)
-    )
-    assert (plain.contraction[:2] < -1).all()
-    assert plain.contraction[2] == exact.contraction[2]
-
-
 def test_words_name_the_worst_output_and_what_fails(exact):
     text = quality_words(exact)
     worst = exact.loc[exact.shortfall.idxmax()]
@@ -141,13 +131,6 @@ def test_right_posteriors_of_a_family_pass():
 @pytest.mark.parametrize("fault", [{"width": 0.8}, {"bias": 0.4}])
 def test_wrong_posteriors_of_a_family_are_noticed(fault):
     assert not family_quality(held_out(**fault), log=True).calibrated.any()
-
-
-def test_what_does_not_vary_has_no_contraction_and_figures_show_what_has_a_symbol():
-    data = held_out()
-    data["truth"][:, 2] = 0.0
-    assert np.isnan(family_quality(data, log=True).contraction.iloc[2])
-    assert parameters_of(data).output.values.tolist() == ["f", "L"]
 
 
 def test_draws_that_are_all_the_same_have_no_score():

@@ -59,20 +59,6 @@ def test_the_first_coordinates_are_those_in_which_wear_shows_most(seen):
     np.testing.assert_allclose(found, np.diag(curve.variance), atol=1e-9 * curve.variance[0])
 
 
-def test_a_change_comes_back_as_the_curve_that_it_was(seen):
-    curve = seen[2].curves["closing"]
-    change = np.zeros((1, curve.variance.size))
-    change[0, :3] = 5.0, -2.0, 1.0
-    way = curve.mean + curve.change(change)
-    again = curve.project(way, np.ones_like(way, dtype=bool))
-    basis = a_basis()
-    slope = np.gradient(curve.mean, SHAPE_TIMES)
-    free = np.stack([np.ones(G), slope]) @ basis.directions[: len(curve.variance)].T
-    if np.abs(free).max() < 1e-3:  # what a shift explains is no change
-        np.testing.assert_allclose(again, change, atol=1e-6)
-    assert np.linalg.norm(again - change) < 2.0
-
-
 def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
     series, _sizes, coordinates = seen
     reading = coordinates.readings[0]
@@ -86,14 +72,6 @@ def test_a_measured_quantity_is_linear_in_coordinates_and_its_own(seen):
     # What is left is far less than the quantity scatters by itself: the curve explains it.
     assert reading.scatter < 0.7 * np.nanstd(time)
     assert coordinates.row("closing", "stroke") is None
-
-
-def test_few_records_take_the_scatter_that_is_usual():
-    series, _ = a_series()
-    few = Series(series.operations, series.motions, np.arange(3), {})
-    curve = Coordinates.of(few, {"closing": a_basis()}).curves["closing"]
-    values = curve.project(series.motions["closing"].way, series.motions["closing"].present)
-    assert 0.3 < np.median(values[:, :12].std(axis=0)) < 4.0
 
 
 def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):

@@ -98,12 +98,6 @@ def test_limits_are_judged_by_what_they_are_read_from(life):
     assert life.new.values[1] == 0.0
 
 
-def test_operations_left_fall_as_the_limit_comes_near(life):
-    left = life.steady.sel(limit="stiff").values[:, 1]
-    early, late = left[life.asked.values.searchsorted([70, 100])]
-    assert 0.0 < late < early < np.inf
-
-
 def test_an_unchanged_drive_has_no_change(followed):
     still = followed(a_series(worn=0.0, seed=2), [])
     low, middle, high = still.changed.isel(asked=-1).values.T
@@ -111,10 +105,6 @@ def test_an_unchanged_drive_has_no_change(followed):
     assert (high >= 0.0).all()
     assert np.abs(middle).max() < 1.0
     assert still.names.values[-1] == ""
-
-
-def test_the_same_life_gives_the_same_bytes(followed, life):
-    assert followed(a_series()).identical(life)
 
 
 def test_what_comes_later_changes_nothing_before(followed, life):

@@ -109,21 +109,6 @@ def test_a_motion_may_be_missing():
     assert path.variance[-1, 6] > 4.0 * path.variance[-1, 0]  # nothing was seen of it since
 
 
-def test_the_distance_of_records_is_no_setting():
-    some = blocks(add=0.05 * TIME)
-    one, ten = (Tracker().follow(by * TIME, some) for by in (1, 10))
-    np.testing.assert_allclose(ten.change[60:], one.change[60:])
-    np.testing.assert_allclose(10.0 * ten.rate[60:], one.rate[60:])
-    np.testing.assert_allclose(ten.evidence, one.evidence)
-
-
-def test_louder_scatter_after_the_reference_is_learnt():
-    loud = blocks()
-    for block in loud:
-        block.values[NEW:] *= 1.6
-    assert not follow(loud).changes
-
-
 def test_changes_are_not_sought_in_a_block_that_is_not_to_be():
     some = blocks(add=40.0 * (TIME >= 200))
     quiet = [Block(*some[0][:2], sought=False), some[1]]

@@ -88,17 +88,8 @@ def test_schema_and_defaults_have_the_same_keys(stated, default):
         (
             {"range": [0, 9]},
             [1.0, 2.0],
-            {
-                "type": "array",
-                "minItems": 2,
-                "maxItems": 2,
-                "items": {"type": "number", "minimum": 0, "maximum": 9},
-            },
-        ),
-        (
-            {"minItems": 1, "maxItems": 2, "items": {"enum": ["a", "b"]}},
-            ["a"],
-            {"type": "array", "minItems": 1, "maxItems": 2, "items": {"enum": ["a", "b"]}},
+            {"type": "array", "minItems": 2, "maxItems": 2}
+            | {"items": {"type": "number", "minimum": 0, "maximum": 9}},
         ),
     ],
 )
@@ -139,12 +130,6 @@ def test_a_default_stands_in_one_file():
     assert not advanced & own
 
 
-def test_the_page_of_a_user_is_short():
-    lines = STATED[1].read_text(encoding="utf-8").splitlines()
-    assert len(lines) <= 130
-    assert len(leaves(read(STATED[1]))) <= 90
-
-
 @pytest.mark.parametrize("file", STATED, ids=lambda file: file.name)
 def test_every_default_has_a_comment(file):
     lines = file.read_text(encoding="utf-8").splitlines()
@@ -163,11 +148,6 @@ def test_overlays_are_valid_and_hold_only_what_differs(name):
     defaults = leaves(read(DEFAULTS))
     same = [key for key, value in leaves(read(overlay)).items() if defaults[key] == value]
     assert same == []
-
-
-def test_both_overlays_fit_together():
-    config = load([DEFAULTS, *(ROOT / "config" / name for name in OVERLAYS)])
-    assert config["sensor"]["onset_sd"] == 0
 
 
 def test_every_number_list_and_text_is_bounded():
@@ -253,14 +233,10 @@ seed: first
 bank: {shards: 2.0}
     bank.shards is 2.0, but must be a whole number
     Write 2.
-bank: {shards: true}
-    bank.shards is true, but must be a whole number
 bank:
     bank is empty, but must be a section with the keys shards, curves_per_shard, resident, online
 sensor: {stop: .inf}
     sensor.stop is Infinity, but must be a number, at least 1 and at most 10000
-sensor: {zero_sd: .nan}
-    sensor.zero_sd is NaN, but must be a number, at least 0
 # ranges
 sensor: {noise_sd: -0.1}
     sensor.noise_sd is -0.1, but must be a number, at least 0.0001 and at most 10
@@ -271,14 +247,10 @@ motions: []
     motions is [], but must be a list of 1 to 2 entries, none twice
 motions: [closing, closing]
     motions is ["closing", "closing"], but
-motions: [closed]
-    motions[0] is "closed", but must be one of closing, opening
 # how YAML reads numbers
 training: {closing: {learning_rate: 1e-3}}
     learning_rate is "1e-3"
     YAML reads 1e-3 as a text; write 0.001.
-bank: {curves_per_shard: 1e5}
-    YAML reads 1e5 as a text; write 100000.
 sensor: {noise_sd: '0,1'}
     YAML reads 0,1 as a text; write 0.1.
 bank: {shards: '5'}
@@ -300,46 +272,21 @@ endurance: {events: {2024-11-20: [f], 12: [f], oil: 2024-11-20}}
     endurance.events.2024-11-20 is not a known key: YAML reads a number or a date, not
     endurance.events[12] is not a known key
     endurance.events.oil is "2024-11-20", but must be a list
-speeds: {1: null, 2024-11-20: [touch, part]}
-    speeds[1] is not a known key
-    speeds.2024-11-20 is not a known key
-known: {null: [1, 2], L: !!omap [a: {1: 2}]}
-    known.None is not a known key
-    known.L is [["a", {"1": 2}]], but must be a list of 2 entries
 # limits
 limits: [{name: a, motion: closing, upper: {touch: 1}}]
     limits[0].upper.touch is not a known key. Did you mean limits[0].upper.touch_time?
 limits: [{name: a, motion: closed, uper: {f: 1}}]
     limits[0].motion is "closed", but must be one of closing, opening
     limits[0].uper is not a known key. Did you mean limits[0].upper?
-limits: [{name: '', motion: opening, lower: {f: '0,8'}}]
-    limits[0].name is "", but must be a text, not empty
-    limits[0].lower.f is "0,8"
 limits: [{name: "a\\nb", motion: closing, upper: {f: 1}}]
     limits[0].name is "a\\nb", but must be a text, not empty
     (Name of the limit on one line
 limits: [{name: a; b, motion: closing, upper: {f: 1}}]
     limits[0].name is "a; b", but must be a text, not empty
     (Name of the limit on one line, without a semicolon
-limits: [{motion: closing, lower: {f: true, mu: .nan}, upper: 10}, 7]
-    limits[0].lower.f is true
-    limits[0].lower.mu is NaN
-    limits[0].upper is 10, but must be a section with the keys mu,
-    limits[1] is 7
-limits: [{name: a, motion: closing, lower: {rebound: 1}}]
-    limits cannot be used. a: rebound is a quantity of opening, not of closing. Known of closing: mu
-limits: [{name: a, motion: closing, of: records, lower: {stroke: 1}}]
-    limits[0].of is "records", but must be one of model, record, change
-limits: [{name: a, motion: closing, of: record, lower: {f: 1}}]
-    limits cannot be used. a: f is a quantity of the model, which no record shows. Take of:
-limits: [{name: a, motion: closing, upper: {latch_time: 1}}]
-    a: latch_time is not of the model: records alone show it, in limits with of: record.
 limits: [{name: a, of: change, upper: {stroke: +5 %}}, {name: b, lower: {f: 1}}]
     limits cannot be used. a: stroke
     b: it has no motion. Set it to closing or opening.
-limits: [{name: a, of: change, since: then, upper: {f: '+5 per cent'}}]
-    limits[0].since is "then", but must be one of new, event
-    limits[0].upper.f is "+5 per cent", but must be
 limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
     a: there are two limits of this name. Give one another name.
     a: it has no quantity. Name one under upper or lower, with a value.
@@ -360,8 +307,6 @@ network: {opening: {summary: {time_series: {kernels: [5], strides: [2, 2]}}}}
     network.opening.summary.time_series has 2 channels, 1 kernels, 2 strides. All three need
 network: {opening: {summary: {time_series: {kernels: [5, 5], strides: [2, 2], skip: 36}}}}
     network.opening.summary.time_series skips 36 steps, but the convolutions leave 35
-network: {opening: {summary: {time_series: {kernels: [5, 5], strides: [2, 200]}}}}
-    network.opening.summary.time_series skips 4 steps, but the convolutions leave 1
 solver: {reference: 8, candidates: [4, 8]}
     solver.reference is 8, but must be more than any of solver.candidates (8)
 validation: {curves: 100, judged_curves: 101}
@@ -403,8 +348,6 @@ rig: {parameters: {gamma_b: 386.0}}
 bank: {shards: 1000, curves_per_shard: 10000000}
     bank.curves_per_shard is 1e+07, which makes 1.51e+12 times bank.shards (1000) times
     sensor.samples (151): more than 1e+10
-validation: {draws: 100000}
-    validation.draws is 100000, which makes 1e+08 times validation.curves (1000): more than 2e+07
 rig: {operations: 90000}
 endurance: {operations_per_job: 1}
     rig.operations makes more than 2000 jobs. Lower it, or raise endurance.operations_per_job to 45
@@ -430,10 +373,6 @@ known: {touch: [9.5, 0.1], L: [10.0, 0]}
     known cannot be used. touch is not a known quantity. Known of closing: mu, k_a
     Known of opening: mu, k_a
     has L: [10.0, 0], which has the standard deviation 0, but must have one above 0
-known: {mu: 2.4, L: [10.0], wipe: [-1, 0.1]}
-    known.mu is 2.4, but must be a list of 2 entries, each a number
-    known.L is [10.0], but must be a list of 2 entries
-    known.wipe[0] is -1, but must be a number, at least 0
 known: {mu: [2.4, 0.1]}
 endurance: {posterior: amortised}
     known names mu, which networks do not know, but endurance.posterior is amortised. Set it to
@@ -512,11 +451,6 @@ def test_message_names_the_file_that_holds_the_value(complaint):
     assert "overlay_1.yaml, line 1: seed is -5" in message
 
 
-def test_an_entry_that_lacks_a_key_is_named_by_its_line(complaint):
-    message = complaint("limits:\n  - {motion: closing, lower: {f: 1}}\n")
-    assert "overlay_0.yaml, line 1: limits cannot be used. a limit has no name" in message
-
-
 def test_a_value_of_no_file_comes_from_the_command_line():
     config = merge(read(DEFAULTS), {"seed": -3})
     with pytest.raises(ConfigurationError, match="command line: seed is -3"):
@@ -583,10 +517,6 @@ def test_the_remedy_for_a_number_is_a_number_to_yaml(kind, written):
     assert list(schema.problems({"key": remedy}, part)) == []
 
 
-def test_a_key_that_yaml_does_not_read_as_text_is_unknown_too(complaint):
-    assert "overlay_0.yaml: True is not a known key" in complaint("on: 1")
-
-
 def test_files_that_cannot_be_read_are_named(tmp_path):
     for name, content, reason in (
         ("none.yaml", None, "is not there"),
@@ -618,33 +548,3 @@ def test_snakemake_shows_the_message_and_no_traceback(tmp_path):
     assert "mine.yaml, line 1: sensor.noise_sd is -0.1, but must be a number, at" in output
     assert 'mine.yaml, line 2: endurance.curves is "2024-11-20", but must be a text' in output
     assert "Traceback" not in output
-
-
-@pytest.mark.parametrize(
-    ("points", "words"),
-    [
-        ("[6 mm before part, touch]", "speeds cannot be used. closing_speed: '6 mm before part'"),
-        ("[touch, 6 mm before touch]", "is not forward; swap them."),
-        ("6 mm", 'speeds.closing_speed is "6 mm", but must be a list or null'),
-        ("[touch]", "2 entries"),
-    ],
-)
-def test_speeds_are_checked(complaint, points, words):
-    text = complaint(f"speeds: {{closing_speed: {points}}}")
-    assert words in text
-    assert "a problem" in text
-
-
-def test_speeds_of_other_names(complaint, tmp_path):
-    """A limit may be on them; a name of another form is unknown."""
-    mean = tmp_path / "mean.yaml"
-    mean.write_text(
-        "speeds: {closing_speed_mean: [10 % of stroke, 90 % of stroke]}\n"
-        "limits: [{name: slow, motion: closing, lower: {closing_speed_mean: 1.1}}]\n"
-    )
-    assert "closing_speed_mean" in load([DEFAULTS, mean])["speeds"]
-    text = complaint("speeds: {fast_speed: [touch, 6 mm after touch], closing_speed_a: null}")
-    assert "speeds.fast_speed is not a known key" in text
-    assert "speeds.closing_speed_a is empty" in text
-    text = complaint("limits: [{name: slow, motion: closing, lower: {closing_speed_mean: 1.1}}]")
-    assert "closing_speed_mean is not a known quantity" in text

@@ -99,7 +99,6 @@ def folder(tmp_path, monkeypatch):
     [
         ("--configfile {0}/config/config.yaml", False),
         ("--directory {0}", False),
-        ("--workflow-profile none --directory {0}", False),
         ("--workflow-profile none --configfile {0}/config/config.yaml", True),
     ],
 )

@@ -16,7 +16,7 @@ BANK, VALIDATION = config["bank"], config["validation"]
 FAMILY_TRAINING = config["family_networks"]["training"]
 # Sizes of the run, as multiples of the defaults.
 SIZES = {
-    "chunk": lambda: config["endurance"]["operations_per_job"] / 500,
+    "chunk": lambda: config["endurance"]["operations_per_job"] / 1000,
     "life": lambda: sum(map(len, chunks().values())) / 2000,
     "breakers": lambda: config["fleet"]["breakers_per_job"] / 30,
     "fleet": lambda: len(BREAKERS) / 1000,
@@ -46,9 +46,9 @@ TAKEN = {
     "judge": (500, 13, {}),
     "rig": (165, 4, {"rig": (38, 10)}),
     "rig_truth": (245, 4, {"rig": (0, 7)}),
-    "read_curves": (222, 3, {"chunk": (27, 6)}),
-    "infer": (485, 10, {"chunk": (25, 6)}),
-    "correct_operations": (245, 8, {"chunk": (57, 25)}),
+    "read_curves": (222, 3, {"chunk": (54, 12)}),
+    "infer": (485, 10, {"chunk": (50, 12)}),
+    "correct_operations": (245, 8, {"chunk": (114, 50)}),
     "gather": (100, 3, {"life": (145, 0)}),
     "endurance_predictive": (220, 5, {"life": (65, 0)}),
     "life": (235, 6, {"life": (140, 13)}),

@@ -10,7 +10,7 @@ params, config = snakemake.params, dict(snakemake.params.items())
 chosen = {key: params.endurance[key] for key in ("phase", "events")}
 rows = list_fleet(params.folder, breakers=params.breakers, **chosen)
 examined = []
-for member in members_of(rows, params.motions):
+for member in members_of(rows, params.motions, params.endurance["format"]):
     examined.append(examine(member, config))
     document = examined[-1].document
     log.info("%s %s: %s by %s", member.breaker, member.phase, document["state"], document["how"])

@@ -97,7 +97,7 @@ def _fit(answer: Answer) -> dict:
         "noise": raw.noise_at(raw.step).sd,
     }
     if answer.record.timed:
-        found |= {"contact_time": raw.switching - raw.moves, "contact_sd": raw.switching_sd}
+        found |= {"contact_time": raw.contact.time - raw.moves, "contact_sd": raw.contact.sd}
         found["contact_surprise"] = answer.surprise
     return found
 

@@ -42,7 +42,7 @@ class Record:
     @property
     def timed(self) -> bool:
         """Whether its contact was seen to switch."""
-        return bool(np.isfinite(self.raw.switching))
+        return bool(np.isfinite(self.raw.contact.time))
 
     @property
     def tenth(self) -> float:
@@ -63,8 +63,11 @@ def read_operations(
             other is left out, and a file of neither is there once. A motion that a file holds more
             than once is there as often, with numbers beyond those of the operations.
     """
-    files = dict.fromkeys(each.file for some in operations.values() for each in some)
-    stated = {file: stated_in(file) for file in files}
+    files = {each.file: each for some in operations.values() for each in some}
+    stated = {
+        file: stated_in(file, {**settings, **each.settings}, each.channel)
+        for file, each in files.items()
+    }
     found = {}
     for motion, each in operations.items():
         rated = [with_stated_rate(one, stated[one.file], settings) for one in each]

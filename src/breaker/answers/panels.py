@@ -63,7 +63,7 @@ def _marked(answer: Answer) -> Marked:
     """The curve of a record, and its marks."""
     record, raw = answer.record, answer.record.raw
     time, left = raw.time[raw.inside], raw.left
-    switching, timed = raw.switching, record.timed
+    switching, timed = raw.contact.time, record.timed
     if not timed and answer.draws is not None:
         switching = record.tenth + float(np.median(answer.draws.switching[record.motion]))
     known = np.isfinite(left)

@@ -31,7 +31,7 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
     for answer in answers:
         if answer.record.timed:
             off = draws.switching[answer.record.motion] - _contact(answer.record)
-            log -= 0.5 * np.square(off / answer.record.raw.switching_sd)
+            log -= 0.5 * np.square(off / answer.record.raw.contact.sd)
     for name, (value, sd) in given.known.items():
         if (known := _of_fact(answers, name)) is not None:
             log -= 0.5 * np.square((known - value) / sd)
@@ -50,7 +50,7 @@ def _of_fact(answers: Sequence[Answer], name: str) -> np.ndarray | None:
 
 def _contact(record: Record) -> float:
     """When the contact was seen to switch, ms after 10 % of the way."""
-    return record.raw.switching - record.tenth
+    return record.raw.contact.time - record.tenth
 
 
 def possible(answers: Sequence[Answer]) -> np.ndarray:
@@ -87,7 +87,7 @@ def surprise_of(answer: Answer) -> float:
     if not answer.record.timed:
         return np.nan
     expected = answer.draws.switching[answer.record.motion]
-    sd = np.hypot(expected.std(), answer.record.raw.switching_sd)
+    sd = np.hypot(expected.std(), answer.record.raw.contact.sd)
     return float((_contact(answer.record) - expected.mean()) / sd)
 
 

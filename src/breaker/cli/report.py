@@ -212,7 +212,7 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
     A channel is meant by its phase, or else by its number among those of the file.
     """
     from breaker.files import channel_of, phase_in, printable
-    from breaker.inspection import meant_motions, measured_name, size_of, stated_speeds
+    from breaker.inspection import meant_motions, measured_name, stated_speeds
 
     found = {}
     for file, preamble in stated.items():
@@ -224,7 +224,7 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
             phase = phase_in(each.channel) or each.channel
             if phase not in phases and 0 <= place < len(phases):
                 phase = phases[place]
-            size = size_of(each) if each.quantity in _PRINTED else nan
+            size = each.size if each.quantity in _PRINTED else nan
             for motion in meant_motions(each, (record.motion for record in own)):
                 name = measured_name(each, motion) or each.quantity
                 odd = each.quantity == "speed" and speeds.get(motion) != tuple(

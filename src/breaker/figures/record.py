@@ -43,7 +43,7 @@ def record(proposal: Proposal) -> Figure:
     _noise(figure.add_subplot(grid[2, -1]), shown[0])
     masked = any((each.record.doubts != "").any() for each in read)
     touch = _touch(first) is not None
-    style.title(figure, style.literal(f"Record of {proposal.file.name}"))
+    style.title(figure, style.literal(f"Record of {proposal.layout.file.name}"))
     style.legend_below(figure, _keys(first, masked, touch))
     return figure
 
@@ -57,7 +57,7 @@ def _raw(proposal: Proposal) -> Figure:
         axis.plot(layout.columns[each.place], color=style.MEASURED, lw=0.8)
     axis.set(xlabel="sample", ylabel=f"{layout.column(travel.place)} ({travel.unit or 'no unit'})")
     axis.margins(x=0)
-    words = f"Record of {proposal.file.name}: no motion could be read"
+    words = f"Record of {proposal.layout.file.name}: no motion could be read"
     style.title(figure, style.literal(words), color=style.WARNING)
     return figure
 

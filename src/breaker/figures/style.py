@@ -7,7 +7,6 @@ nothing is kept open and no window system is asked for.
 import re
 from collections.abc import Callable, Sequence
 from functools import wraps
-from io import BytesIO
 from pathlib import Path
 from textwrap import fill
 from typing import ParamSpec
@@ -16,6 +15,7 @@ import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -107,10 +107,10 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure as PNG of 256 colours, a third of the size: a report holds all figures."""
-    drawn = BytesIO()
-    figure.savefig(drawn, format="png")
-    colours = Image.open(drawn).convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    colours.save(path, optimize=True)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    colours = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    colours.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
 def symbols(names: Sequence[str]) -> list[str]:

@@ -13,6 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "described": ["Description", "Part"],
         "grids": ["open_grid", "unit_text"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],
+        "lines": ["cells_of"],
         "listing": [
             "ENDINGS",
             "fingerprint",
@@ -41,7 +42,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "recorders": ["open_comtrade"],
         "settings": ["FORMAT", "TO_MM", "TO_MS", "complete", "lacking"],
         "sources": ["OTHER_KINDS", "is_other_kind", "read_columns", "understood"],
-        "text": ["cells_of"],
         "workbooks": ["open_workbook", "rows_of"],
     },
 )

@@ -2,15 +2,16 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
 from breaker.files.guards import RejectedCurveError
 from breaker.files.head import Head, Row, Table, find_head, is_remark
+from breaker.files.lines import Lines
 from breaker.files.names import BESIDE
 from breaker.files.numbers import LARGEST_NUMBER, strict_numbers, why_none
+from breaker.files.preamble import Preamble, preamble_of
 
 __all__ = ["Columns", "columns_of"]
 
@@ -25,6 +26,8 @@ class Columns:
         lines: Line of each in the file, ``(t,)``.
         remarks: What is doubtful about the file, in words.
         beside: Those of ``names.BESIDE`` that are wanted, by kind, ``(t,)``, NaN where missing.
+        above: Cells of the lines above the samples, but for names and units.
+        decimal: Sign of numbers in these.
     """
 
     time: np.ndarray | None
@@ -32,21 +35,27 @@ class Columns:
     lines: np.ndarray
     remarks: tuple[str, ...] = ()
     beside: Mapping[str, np.ndarray] = field(default_factory=dict)
+    above: Sequence[Row] = ()
+    decimal: str = "."
+
+    @property
+    def stated(self) -> Preamble:
+        """What the lines above the samples say."""
+        return preamble_of(self.above, self.decimal, self.travel.size)
 
 
 def columns_of(
     file: str | Path,
-    blocks: Iterable[tuple[list[int], list[list[str]]]],
+    blocks: Iterable[tuple[Sequence[int], Sequence[Row]]],
     settings: Mapping,
     channel: str = "",
 ) -> Columns:
-    """Return the columns of a table of cells.
+    """Return the columns of a table of cells; settings and channel are as of ``read_columns``.
 
     Args:
         file: Named in messages.
         blocks: Lines and rows of cells, block after block, without blank rows; the first one has
             all that stands above the samples.
-        settings, channel: As of ``sources.read_columns``.
 
     Raises:
         RejectedCurveError: If a column is not there, states another unit, or has a cell that is no
@@ -55,10 +64,9 @@ def columns_of(
     blocks = iter(blocks)
     lines, rows = next(blocks, ([], []))
     head = find_head(Table(file, lines, rows, settings), channel)
-    samples = chain([(lines[head.first :], rows[head.first :])], blocks)
-    parts = [_part(head, *block) for block in samples]
+    parts = [_part(head, lines, rows, head.first), *(_part(head, *each) for each in blocks)]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    travel, lines = columns["travel"], columns["lines"]
+    travel, numbers = columns["travel"], columns["lines"]
     there = np.flatnonzero(~np.isnan(travel))
     if there.size == 0:
         raise RejectedCurveError(file, f"{head.labels['travel']} has no samples")
@@ -66,32 +74,37 @@ def columns_of(
     kept = slice(0, there[-1] + 1)
     if "time" in columns:
         kept = np.flatnonzero(~np.isnan(columns["time"][kept]))
-    elif (gaps := np.flatnonzero(np.diff(lines[kept]) > 1)).size:
+    elif (gaps := np.flatnonzero(np.diff(numbers[kept]) > 1)).size:
         reason = (
             "stands before a line that is blank, a remark or too short; without a time column "
             "nobody knows whether it stands for a sample: delete or mend it"
         )
-        raise RejectedCurveError(file, reason, line=int(lines[gaps[0]]))
+        raise RejectedCurveError(file, reason, line=int(numbers[gaps[0]]))
     time = columns["time"][kept] if "time" in columns else None
     beside = {kind: columns[kind][kept] for kind in BESIDE if kind in columns}
-    return Columns(time, travel[kept], lines[kept], head.remarks, beside)
+    named = {lines[row] for row in head.named}
+    above = [row for i, row in enumerate(rows[: head.first]) if i not in head.named]
+    if isinstance(rows, Lines):
+        above = rows.above(lines[head.first], named)
+    found = travel[kept], numbers[kept], head.remarks, beside
+    return Columns(time, *found, above, settings["decimal"])
 
 
-def _part(head: Head, lines: Sequence[int], rows: Sequence[Row]) -> dict[str, np.ndarray]:
-    """The columns of a block of rows, and its lines, each ``(t,)``."""
+def _part(
+    head: Head, lines: Sequence[int], rows: Sequence[Row], first: int = 0
+) -> dict[str, np.ndarray]:
+    """The columns of a block, and its lines, each ``(t,)``, from the row of its first sample."""
+    every = rows.columns(first, head.width) if isinstance(rows, Lines) else None
+    lines, rows = lines[first:], rows if every else rows[first:]
     # Where a line has its time, what is not there is missing; without, it may be no sample at all.
     least = 0 if "time" in head.places else head.places["travel"] + 1
-    signs = not {row[0][:1] for row in rows}.isdisjoint("#!/% ")
-    if signs or min(map(len, rows), default=least) < least:
+    if not every:
         kept = [i for i, row in enumerate(rows) if len(row) >= least and not is_remark(row)]
         lines, rows = [lines[i] for i in kept], [rows[i] for i in kept]
-    _check_widths(head, lines, rows)
+        _check_widths(head, lines, rows)
     columns, wrong = {"lines": np.array(lines, dtype=int)}, {}
     for kind, place in head.places.items():
-        try:
-            cells = [row[place] for row in rows]
-        except IndexError:
-            cells = ["".join(row[place : place + 1]) for row in rows]
+        cells = every[place] if every else ["".join(row[place : place + 1]) for row in rows]
         form = head.table.settings["decimal"], LARGEST_NUMBER[kind]
         columns[kind], odd = strict_numbers(cells, *form)
         if odd:

@@ -65,12 +65,8 @@ def descriptions(
 ) -> tuple[dict[str, Description], list[str]]:
     """Return what is seen in each file but those that have the content of another, and remarks.
 
-    Where day and month of a date may be either, other files tell which is first.
-
-    Args:
-        folder: Folder of the files.
-        paths: Their paths from there.
-        look: Says what is seen in a file.
+    Where day and month of a date may be either, other files tell which is first. Paths are from
+    the folder.
     """
     copies = _copies(folder, paths)
     remarks = [f"left out: {path} has the content of {first}" for path, first in copies.items()]

@@ -12,7 +12,7 @@ import numpy as np
 
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, TooLargeError, read_bytes
-from breaker.files.names import BESIDE, StatedUnit, check_unit, label_of, place_of, wanted_columns
+from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
 from breaker.files.numbers import are_readings
 from breaker.files.zarr_metadata import check_store
 
@@ -157,8 +157,7 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
 
 
 def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:
-    unit = StatedUnit(kind, repr(variable.name), unit_text(variable))
-    return check_unit(file, unit, settings)
+    return check_unit(file, (kind, repr(variable.name)), unit_text(variable), settings)
 
 
 def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:

@@ -92,12 +92,14 @@ def read_bytes(file: str | Path) -> bytes:
             why = _too_large(f"{size / 2**20:.0f} MiB")
         if not why:
             with open(file, "rb") as stream:
-                content = stream.read(LARGEST + 1)
+                content = stream.read(size + 1)
+                if len(content) > size:  # more than was stated
+                    content += stream.read(LARGEST + 1 - len(content))
     except OSError as error:
         why = _why(error)
     except ValueError as error:
         why = f"is no name of a file: {error}"
-    if len(content) > LARGEST:  # more than was stated
+    if len(content) > LARGEST:
         why = _too_large("more")
     if why:
         raise RejectedCurveError(file, why)

@@ -6,15 +6,15 @@ without names by its numbers. An explicit ``skip_rows`` is taken at its word.
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from breaker.files.guards import RejectedCurveError
 from breaker.files.names import (
     BESIDE,
-    StatedUnit,
     check_unit,
     label_of,
     listed,
@@ -51,6 +51,11 @@ class Table:
     rows: Sequence[Row]
     settings: Mapping
 
+    @property
+    def first_rows(self) -> Iterator[Row]:
+        """Those in which names are looked for."""
+        return islice(self.rows, _LONGEST)
+
     def cell(self, row: int | None, place: int) -> str:
         """Return a cell; it is empty where there is none."""
         return "" if row is None else "".join(self.rows[row][place : place + 1]).strip()
@@ -76,6 +81,7 @@ class Head:
     Attributes:
         table: Where it stands.
         first: Row of the first sample.
+        named: Rows of names and of units above it, where names are wanted.
         places: Place of each column in a row, from 0, by its kind: see ``names.wanted_columns``.
         labels: What messages call these columns.
         width: Cells that a row may have.
@@ -84,6 +90,7 @@ class Head:
 
     table: Table
     first: int
+    named: Sequence[int]
     places: Mapping[str, int]
     labels: Mapping[str, str]
     width: int
@@ -99,7 +106,7 @@ def find_head(table: Table, channel: str) -> Head:
     rows = table.rows
     if not rows:
         raise RejectedCurveError(table.file, "is empty")
-    wanted = wanted_columns(rows[:_LONGEST], table.settings, channel)
+    wanted = wanted_columns(table.first_rows, table.settings, channel)
     timeless = _is_timeless(table)
     if timeless:
         del wanted["time"]
@@ -124,7 +131,8 @@ def find_head(table: Table, channel: str) -> Head:
     if timeless:
         time, rate = table.settings["time_column"], in_digits(table.settings["rate"], 6)
         remarks += (f"there is no column {time!r}: times are those of the rate, {rate} kHz",)
-    return Head(table, first, places, labels, width, remarks)
+    named = [] if unnamed else [row for row in (names, units) if row is not None]
+    return Head(table, first, named, places, labels, width, remarks)
 
 
 def is_remark(row: Row) -> bool:
@@ -136,8 +144,9 @@ def is_remark(row: Row) -> bool:
 def _is_timeless(table: Table) -> bool:
     """Whether a rate stands for a column of the time that is in no row."""
     time, rate = table.settings["time_column"], table.settings["rate"]
-    rows = table.rows[:_LONGEST] if rate and isinstance(time, str) else ()
-    return bool(rows) and not any(places_of(row, time) for row in rows)
+    if not rate or not isinstance(time, str):
+        return False
+    return not any(places_of(row, time) for row in table.first_rows)
 
 
 def _explicit_row(table: Table, skip: int) -> int:
@@ -155,7 +164,7 @@ def _explicit_row(table: Table, skip: int) -> int:
 def _names_row(table: Table, wanted: Mapping[str, str | int]) -> int:
     """The first row that has the names, if possible with numbers below it."""
     candidates = []
-    for i, row in enumerate(table.rows[:_LONGEST]):
+    for i, row in enumerate(table.first_rows):
         found = {kind: places_of(row, column) for kind, column in wanted.items()}
         if all(found.values()):
             places = {kind: where[0] for kind, where in found.items()}
@@ -169,7 +178,7 @@ def _names_row(table: Table, wanted: Mapping[str, str | int]) -> int:
 
 def _no_names(table: Table, wanted: Mapping[str, str | int]) -> str:
     """Why no row has the names."""
-    rows, delimiter = table.rows[:_LONGEST], table.settings["delimiter"]
+    rows, delimiter = list(table.first_rows), table.settings["delimiter"]
     lacking = [c for c in wanted.values() if not any(places_of(row, c) for row in rows)]
     columns = " and ".join(map(label_of, lacking or wanted.values()))
     for sign in ",;\t| ":
@@ -191,7 +200,7 @@ def _first_run(table: Table, places: Mapping[str, int], after: int = 0) -> int:
     """The first row, after as many, with numbers in these places, of rows that mostly have them and
     are alike.
     """
-    for i, row in enumerate(table.rows[:_LONGEST]):
+    for i, row in enumerate(table.first_rows):
         if i < after or not table.numeric(row, places):
             continue
         run = table.rows[i : i + _RUN]
@@ -262,7 +271,7 @@ def _check_units(
         if not text:
             text, row = split_unit(table.cell(names, place))[1] or "", names
         line = None if row is None else table.lines[row]
-        remarks += check_unit(file, StatedUnit(kind, labels[kind], text), settings, line=line)
+        remarks += check_unit(file, (kind, labels[kind]), text, settings, line)
     return remarks
 
 

@@ -2,26 +2,21 @@
 
 import re
 
+from breaker.files.names import by_words
+
 __all__ = ["motion_of", "motions_in", "sequence_of"]
 
-_WORDS = {
-    "closing": r"clos\w*|ein(?:schalt\w*)?|ferm\w*|enclench\w*|cierr\w*|chius\w*|вкл\w*",
-    "opening": r"open\w*|trip(?:s|ped|ping)?|aus(?:schalt\w*)?|ouvert\w*|déclench\w*|apert\w*"
-    r"|откл\w*",
-}
-_SIGNS = {"closing": "合[闸閘]", "opening": "分[闸閘]"}  # which stand within words, too
-_NAMED = {
-    motion: re.compile(rf"(?<![^\W\d_])(?:{words})(?![^\W\d_])|{_SIGNS[motion]}")
-    for motion, words in _WORDS.items()
-}
+_WORD = r"(?<![^\W\d_])(?:{})(?![^\W\d_])|{}"  # a whole word, or signs that stand within words
+_CLOSING = r"clos\w*|ein(?:schalt\w*)?|ferm\w*|enclench\w*|cierr\w*|chius\w*|вкл\w*"
+_OPENING = r"open\w*|trip(?:s|ped|ping)?|aus(?:schalt\w*)?|ouvert\w*|déclench\w*|apert\w*|откл\w*"
+motions_in = by_words(
+    {"closing": _WORD.format(_CLOSING, "合[闸閘]"), "opening": _WORD.format(_OPENING, "分[闸閘]")}
+)
+"""The motions that words of a text name."""
+
 _LETTERS = dict.fromkeys("c合", "C") | dict.fromkeys("o分", "O")
 _FOREIGN = {"e": "C", "f": "C", "a": "O"}  # in a sequence of letters only
 _BY_LETTER = {"C": "closing", "O": "opening"}
-
-
-def motions_in(text: str) -> tuple[str, ...]:
-    """Return the motions that words of a text name."""
-    return tuple(motion for motion, words in _NAMED.items() if words.search(text.lower()))
 
 
 def motion_of(text: str) -> str:

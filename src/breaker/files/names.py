@@ -7,15 +7,15 @@ name: `Travel (S)`.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 from breaker.files.guards import RejectedCurveError
 
 __all__ = [
     "BESIDE",
-    "StatedUnit",
+    "by_words",
     "check_unit",
     "is_travel_name",
     "label_of",
@@ -131,29 +131,25 @@ def listed(row: Sequence[str]) -> str:
     return ", ".join(repr(cell.strip()[:40]) for cell in filter(str.strip, row[:40]))
 
 
-class StatedUnit(NamedTuple):
-    """The unit of a column, as it stands in the file.
-
-    Attributes:
-        kind: Of the column, "time" or "travel".
-        label: Its name for messages.
-        text: The unit, empty where none is stated.
-    """
-
-    kind: str
-    label: str
-    text: str
-
-
 def check_unit(
-    file: str | Path, unit: StatedUnit, settings: Mapping, *, line: int | None = None
+    file: str | Path,
+    column: tuple[str, str],
+    text: str,
+    settings: Mapping,
+    line: int | None = None,
 ) -> tuple[str, ...]:
     """Return what is to be remarked on the unit of a column: that it is not known.
+
+    Args:
+        file, line: Named in messages.
+        column: Its kind, "time" or "travel", and what messages call it.
+        text: The unit as it stands in the file, empty where none is stated.
+        settings: The section ``endurance.format``, complete.
 
     Raises:
         RejectedCurveError: If it is another than that of the settings.
     """
-    kind, label, text = unit
+    kind, label = column
     wanted, stated = settings[f"{kind}_unit"], unit_of(text)
     known = f"the unit of {label} is {text!r}"
     but = f"endurance.format.{kind}_unit is {wanted!r}"
@@ -183,6 +179,23 @@ def split_unit(name: str) -> tuple[str, str | None]:
     inches = found and "in" in found.groups()[1:3] and is_travel_name(found[1])
     unit = None if behind.strip() in _NAMES and not inches else unit_of(behind)
     return (found[1], unit) if unit else (name, None)
+
+
+def by_words(table: Mapping[str, str]) -> Callable[[str], tuple[str, ...]]:
+    """Return a function that says which keys of a table a text means, by regular expressions for
+    lower-case text. Files of a folder have the same names, so that it remembers them.
+
+    >>> by_words({"station": r"\bstation", "date": r"\bdat[ea]\b"})("Test Date")
+    ('date',)
+    """
+    compiled = {key: re.compile(words) for key, words in table.items()}
+
+    @lru_cache(maxsize=2048)
+    def meant(text: str) -> tuple[str, ...]:
+        low = text.lower()
+        return tuple(key for key, words in compiled.items() if words.search(low))
+
+    return lambda text: (meant if len(text) <= _LONGEST else meant.__wrapped__)(text)
 
 
 def is_travel_name(name: str) -> bool:

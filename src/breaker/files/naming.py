@@ -216,6 +216,8 @@ def moments(text: str) -> list[Moment]:
     []
     """
     found: list[Moment] = []
+    if not _RUN.search(text):
+        return found
     for pattern in (*_MOMENTS, *_TIMES, *_PARTS):
         for match in pattern.finditer(text):
             moment = _moment(match)

@@ -21,6 +21,7 @@ _COMMAS = re.compile(r"[:=]\s*,|,\s*,")  # a line of commas in a file of other s
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"({_NUMBER})\s*([^\d\s:,;]\S{{0,11}})?")
 _BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
+_NAMED = re.compile(r"[^\d\W].*?[:=：]")
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
 
@@ -70,17 +71,14 @@ def _float(text: str, decimal: str) -> float:
     three digits follow it each time.
     """
     other = "," if decimal == "." else "."
-    if re.fullmatch(rf"[-+]?\d{{1,3}}(?:{re.escape(other)}\d{{3}})+", text):
+    if other in text and re.fullmatch(rf"[-+]?\d{{1,3}}(?:[{other}]\d{{3}})+", text):
         text = text.replace(other, "")
     text = text.replace(",", ".")
     return float(text) if text.count(".") < 2 else float("nan")
 
 
 def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
-    """Return the pairs of lines.
-
-    Args:
-        rows: Cells of each line; a line that has not been split is one cell.
+    """Return the pairs of lines, by their cells; a line that has not been split is one cell.
 
     >>> for pair in pairs_of([["Speed (kC) :", "10", "", "Range :", "8000"], ["Bay = 4"]]):
     ...     print(*pair[:3])
@@ -119,8 +117,8 @@ def _tokens(row: Sequence[str]) -> list[tuple[str, bool]]:
             cells[-1] += part  # in a cell of its own
         else:
             cells.append(part)
-    if any(_SIGN.search(cell) and not moments(cell) for cell in cells) or any(
-        re.match(r"[^\d\W].*?[:=：]", cell) for cell in cells
+    if any(map(_NAMED.match, cells)) or any(
+        _SIGN.search(cell) and not moments(cell) for cell in cells
     ):
         return [token for cell in cells for token in _signed(cell)]
     filled = [cell for cell in cells if cell]

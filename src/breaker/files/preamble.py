@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from breaker.files.dates import clock_of, dates_of
 from breaker.files.motions import sequence_of
-from breaker.files.names import unit_of
+from breaker.files.names import by_words, unit_of
 from breaker.files.pairs import Pair, numbers_of, pairs_of
 from breaker.files.printed import Printed, phase_in, printed_of
 from breaker.files.rates import StatedRate, rate_of
@@ -23,51 +23,40 @@ _NAN = math.nan
 _SHORTEST = 20.0  # ms, of a record whose length has no unit
 _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at
 _AGREE = 0.01  # share by which a length may differ from that of the samples: a trigger, a last one
-_NAMES = {
+_NAMES = {  # words of what a name means
     "station": r"\b(?:sub)?station\b|umspannwerk|schaltanlage|\bposte\b"
     r"|subesta[cç]|stazione|подстанц|\bs/s\b|变电站",
+    "site": r"\bsite\b|\blocation\b",
     "bay": r"\bbay\b|\bfeeder\b|\bfeld\b|abzweig|\btravée\b|\bbah[ií]a\b|\bvano\b|间隔",
     "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
     r"(?:typ|type|model|modell|tipo|型号)(?: designation)?$|schaltertyp",
     "serial": r"\bserial|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
     r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|matr[ií]c|заводск|n\S* de s[ée]rie|出厂编号",
+    "of another thing": r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive"
+    r"|antrieb|test|report|software|firmware|battery|relay|channel",
+    "date": r"\bdat[ea]\b|datum|\bfecha\b|дата|日期",
+    "of another day": r"manufact|install|commission|print|calib|next|due|export|overhaul|service"
+    r"|maint|herstell|\bbuilt",
+    "of the test": r"test|measur|record|prüf|mess|essai|ensayo|prueba|试验",
+    "time": r"^(?:test|measurement|record(?:ing)?|start|prüf|mess)?\W*(?:time|uhrzeit|zeit|heure"
+    r"|hora|时间)(?: of (?:test|day|measurement))?$",
+    "length": r"(?:plot|record(?:ing)?|test|trace|measurement|sampling|measuring)\W*"
+    r"(?:length|duration|window|span)|^duration|(?:mess|aufzeichnungs|aufnahme)-?dauer",
+    "ratio": r"linkage|(?:transfer|conversion|transducer|travel|lever)\W*ratio|^ratio$|übersetz",
+    "unit": r"(?:travel|stroke|hub|weg|displacement)\W*(?:unit|einheit)"
+    r"|unit of (?:travel|stroke)",
+    "operation": r"^(?:kind of |type of |test |cb )?(?:operation|plan|operating sequence|sequence"
+    r"|duty|schaltfolge|man\w{1,2}uvre|schaltung|operaci[oó]n|maniobra|manovra|операция|操作)"
+    r"(?: (?:type|mode|sequence|kind))?$|^(?:test|operation) (?:type|mode|sequence)$",
+    "phases": r"^(?:phase|pole|pol|channel)(?:s| names?)?$",
+    "point of speed": r"(?:veloc|speed|geschw|vitesse|veloci)"
+    r".*(?:point|punkt|\bpt|range|from|\bto\b|upper|lower|zone|def)"
+    r"|(?:point|punkt|zone)\w*.*(?:veloc|speed|geschw|vitesse)",
 }
-_OTHER_THING = re.compile(
-    r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive|antrieb|test|report"
-    r"|software|firmware|battery|relay|channel"
-)
-_DATE = re.compile(r"\bdat[ea]\b|datum|\bfecha\b|дата|日期")
-_OTHER_DATE = re.compile(
-    r"manufact|install|commission|print|calib|next|due|export|overhaul|service|maint|herstell|\bbuilt"
-)
-_TEST = re.compile(r"test|measur|record|prüf|mess|essai|ensayo|prueba|试验")
-_TIME = re.compile(
-    r"^(?:test|measurement|record(?:ing)?|start|prüf|mess)?\W*(?:time|uhrzeit|zeit|heure|hora|时间)"
-    r"(?: of (?:test|day|measurement))?$"
-)
-_LENGTH = re.compile(
-    r"(?:plot|record(?:ing)?|test|trace|measurement|sampling|measuring)\W*"
-    r"(?:length|duration|window|span)|^duration|(?:mess|aufzeichnungs|aufnahme)-?dauer"
-)
-_RATIO = re.compile(
-    r"linkage|(?:transfer|conversion|transducer|travel|lever)\W*ratio|^ratio$|übersetz"
-)
-_UNIT = re.compile(
-    r"(?:travel|stroke|hub|weg|displacement)\W*(?:unit|einheit)|unit of (?:travel|stroke)"
-)
-_KIND = re.compile(
-    r"^(?:kind of |type of |test |cb )?(?:operation|plan|operating sequence|sequence|duty"
-    r"|schaltfolge|man\w{1,2}uvre|schaltung|operaci[oó]n|maniobra|manovra|операция|操作)"
-    r"(?: (?:type|mode|sequence|kind))?$"
-    r"|^(?:test|operation) (?:type|mode|sequence)$"
-)
+_meant = by_words(_NAMES)
 _CHANNEL = re.compile(
     r"^(?:phase(?: name)? (?:of )?)?(?:ch|channel|kanal|travel|transducer|pole|trans)\W*(\d+)"
     r"(?:\W*(?:phase|name|label))*$"
-)
-_POINT = re.compile(
-    r"(?:veloc|speed|geschw|vitesse|veloci).*(?:point|punkt|\bpt|range|from|\bto\b|upper|lower|zone|def)"
-    r"|(?:point|punkt|zone)\w*.*(?:veloc|speed|geschw|vitesse)"
 )
 
 
@@ -137,9 +126,9 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
     """
     rows = [[cell[: _MOST[2]] for cell in row[: _MOST[1]]] for row in rows[: _MOST[0]]]
     pairs = pairs_of(rows)
-    named = {key: _named(pairs, words) for key, words in _NAMES.items()}
-    named["station"] = named["station"] or _named(pairs, r"\bsite\b|\blocation\b")
-    operations = filter(None, (sequence_of(pair.text) for pair in _of(pairs, _KIND)))
+    named = {key: _named(pairs, key) for key in ("station", "bay", "type", "serial")}
+    named["station"] = named["station"] or _named(pairs, "site")
+    operations = filter(None, (sequence_of(pair.text) for pair in _of(pairs, "operation")))
     stated, length = rate_of(pairs, decimal), _length(pairs, decimal, samples)
     rate, doubt = _checked(stated, length, samples)
     ratio, unsure = _ratio(pairs, decimal)
@@ -152,32 +141,32 @@ def preamble_of(rows: Sequence[Sequence[str]], decimal: str = ".", samples: int 
         rate_doubt=doubt,
         length=length,
         ratio=ratio,
-        travel_unit=next((pair.text for pair in _of(pairs, _UNIT)), ""),
+        travel_unit=next((pair.text for pair in _of(pairs, "unit")), ""),
         dates=dates,
         day_first=day_first,
         operation=next(operations, ""),
         phases=_phases(pairs),
-        speed_points=tuple(_of(pairs, _POINT)),
+        speed_points=tuple(_of(pairs, "point of speed")),
         results=printed_of(rows, pairs, decimal),
         doubts=unsure,
         **named,
     )
 
 
-def _of(pairs: Sequence[Pair], words: str | re.Pattern) -> list[Pair]:
-    """Those with a value whose name has some words."""
-    return [pair for pair in pairs if pair.values and re.search(words, pair.name.lower())]
+def _of(pairs: Sequence[Pair], meaning: str) -> list[Pair]:
+    """Those with a value whose name has a meaning."""
+    return [pair for pair in pairs if pair.values and meaning in _meant(pair.name)]
 
 
-def _named(pairs: Sequence[Pair], words: str) -> str:
+def _named(pairs: Sequence[Pair], meaning: str) -> str:
     """The first value of a name; not of the analyser, or a part of the breaker."""
-    own = (p.text for p in _of(pairs, words) if not _OTHER_THING.search(p.name.lower()))
+    own = (p.text for p in _of(pairs, meaning) if "of another thing" not in _meant(p.name))
     return next(own, "")
 
 
 def _length(pairs: Sequence[Pair], decimal: str, samples: int) -> float:
     """Length of the record or its plot, ms; a number without a unit may be that of samples."""
-    for pair in _of(pairs, _LENGTH):
+    for pair in _of(pairs, "length"):
         number, unit = pair.number(decimal)
         if number > 0:
             bare = "ms" if number >= _SHORTEST and abs(number - samples) > 1 else ""
@@ -202,7 +191,7 @@ def _checked(stated: StatedRate, length: float, samples: int) -> tuple[float, st
 
 def _ratio(pairs: Sequence[Pair], decimal: str) -> tuple[float, tuple[str, ...]]:
     """The ratio of the linkage, and a doubt where channels differ in it."""
-    for pair in _of(pairs, _RATIO):
+    for pair in _of(pairs, "ratio"):
         texts = [re.sub(r"^\s*1\s*:\s*|\s*:\s*1\s*$", "", value) for value in pair.values]
         numbers = [n for n in numbers_of(texts, decimal)[0] if n > 0]
         several = [in_digits(n, 6) for n in dict.fromkeys(numbers)]
@@ -217,9 +206,9 @@ def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
     """The date of the test in both orders of day and month, or in that of all dates if any tells,
     and which that is.
     """
-    every = [(pair, dates_of(pair.text)) for pair in _of(pairs, _DATE)]
-    own = [each for each in every if each[1] and not _OTHER_DATE.search(each[0].name.lower())]
-    own.sort(key=lambda each: not _TEST.search(each[0].name.lower()))
+    every = [(pair, dates_of(pair.text)) for pair in _of(pairs, "date")]
+    own = [each for each in every if each[1] and "of another day" not in _meant(each[0].name)]
+    own.sort(key=lambda each: "of the test" not in _meant(each[0].name))
     if not own:
         return (), None
     pair, found = own[0]
@@ -227,7 +216,7 @@ def _dates(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], bool | None]:
     orders = {first for _, each in every if len(each) == 1 for first in each}
     if len(orders) == 1 and orders <= {*found}:
         found = {first: found[first] for first in orders}
-    clocks = (clock_of(each.text) for each in _of(pairs, _TIME))
+    clocks = (clock_of(each.text) for each in _of(pairs, "time"))
     clock = clock_of(" ".join(pair.values)) or next(filter(None, clocks), "")
     dates = tuple(dict.fromkeys(found[first] + clock for first in sorted(found, reverse=True)))
     return dates, orders.pop() if len(orders) == 1 else None
@@ -237,10 +226,10 @@ def _phases(pairs: Sequence[Pair]) -> dict[int, str]:
     """Names of phases by number of the channel, from 1; by 0 that of all."""
     found: dict[int, str] = {}
     for pair in pairs:
-        name = pair.name.lower()
-        if (channel := _CHANNEL.fullmatch(name)) and (phase := phase_in(pair.text)):
+        channel = _CHANNEL.fullmatch(pair.name.lower())
+        if channel and (phase := phase_in(pair.text)):
             found.setdefault(int(channel[1]), phase)
-        elif re.fullmatch(r"(?:phase|pole|pol|channel)(?:s| names?)?", name) and pair.values:
+        elif pair.values and "phases" in _meant(pair.name):
             values = pair.values if len(pair.values) > 1 else re.split(r"[\s,/]+", pair.text)
             phases = list(filter(None, map(phase_in, values)))
             named = {0: phases[0]} if len(phases) == 1 else dict(enumerate(phases, start=1))

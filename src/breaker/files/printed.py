@@ -6,12 +6,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from breaker.files.motions import motion_of
-from breaker.files.names import split_unit, unit_of
+from breaker.files.names import by_words, split_unit, unit_of
 from breaker.files.pairs import Pair, numbers_of
+from breaker.files.settings import TO_MM, TO_MS
 
 __all__ = ["Printed", "channel_of", "phase_in", "printed_of"]
 
-_QUANTITIES = {  # the first that a name has
+_QUANTITIES = {  # the first that a name has, if it has none of those that are no results
+    "": r"point|punkt|range|limit|\bmin|rated|nominal|toler|refer|soll|sampl|ratio|unit|transducer"
+    r"|sensor|gauge|scale|level|delay|length|\bto\b|\bfrom\b|type|resol|definition",
     "maximum_speed": r"\b(?:max|peak)\w*\W.*(?:veloc|speed|geschw)",
     "maximum_travel": r"\b(?:max|peak)\w*\W.*(?:travel|stroke)",
     "over_travel": r"over.?\s?(?:travel|stroke|shoot)|überhub|überschwing|sobre\w*carrera|超程",
@@ -24,13 +27,14 @@ _QUANTITIES = {  # the first that a name has
     "opening_time": r"(?:open|trip)\w*\W*time|ausschalt\w*zeit|temps d.ouverture|分闸时间",
     "stroke": r"stroke|travel|\bhub\b|\bweg\b|schalthub|course|carrera|行程",
 }
-_LENGTHS = {"mm", "cm", "m", "um", "inch", "in", "deg", "°"}
-_SPEEDS = {"m/s", "mm/ms", "cm/s", "mm/s", "ft/s", "in/s", "rad/s", "deg/s"}
-_TIMES = {"ms", "s", "us"}
-_NO_RESULT = re.compile(
-    r"point|punkt|range|limit|\bmin|rated|nominal|toler|refer|soll|sampl|ratio|unit|transducer"
-    r"|sensor|gauge|scale|level|delay|length|\bto\b|\bfrom\b|type|resol|definition"
-)
+_meant = by_words(_QUANTITIES)
+_NAN = math.nan
+_SIZES = {  # mm/ms, ms and mm, by the end of a quantity's name
+    "speed": {"m/s": 1.0, "mm/ms": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "ft/s": 0.3048, "in/s": 0.0254}
+    | {"rad/s": _NAN, "deg/s": _NAN},
+    "time": TO_MS,
+    "": TO_MM | {"deg": _NAN},
+}
 _NONE = r"(?:(?<![^\W\d_])|(?<=[\u4e00-\u9fff]))"
 _CHANNEL = re.compile(
     rf"{_NONE}(?:ch|channel|kanal|travel|trans(?:ducer)?|tr?|pole|pol)[\W_]*(\d+)\b", re.I
@@ -65,6 +69,12 @@ class Printed(NamedTuple):
     unit: str
     name: str
 
+    @property
+    def size(self) -> float | None:
+        """Size of its unit, mm, ms or mm/ms; NaN of an angle, None where it may have no such."""
+        sizes = next(each for end, each in _SIZES.items() if self.quantity.endswith(end))
+        return sizes.get(unit_of(self.unit) or self.unit.lower()) if self.unit else 1.0
+
 
 def channel_of(text: str) -> int:
     """Return the number of the channel that a text names, 0 where it names none."""
@@ -84,21 +94,13 @@ def phase_in(text: str) -> str:
 
 def quantity_of(name: str) -> str:
     """Return the quantity that a name means, empty where it means none of an operation."""
-    low = name.lower()
-    if _NO_RESULT.search(low):
-        return ""
-    return next((q for q, words in _QUANTITIES.items() if re.search(words, low)), "")
+    return next(iter(_meant(name)), "")
 
 
 def printed_of(
     rows: Sequence[Sequence[str]], pairs: Sequence[Pair], decimal: str
 ) -> tuple[Printed, ...]:
-    """Return the results that lines state.
-
-    Args:
-        rows: Cells of each line.
-        pairs: Those of the lines.
-        decimal: Sign of numbers.
+    """Return the results that lines state, by their cells, their pairs and the sign of numbers.
 
     >>> rows = [["Parameter", "CH1", "CH2"], ["Stroke (mm)", "178.1", "178.4"]]
     >>> [each[:5] for each in printed_of(rows, (), ".")]
@@ -118,15 +120,8 @@ def printed_of(
         for place, number in enumerate(numbers, start=1):
             channel = str(place) if several else label
             found.append(Printed(quantity, motion, channel, number, unit, pair.name))
-    return tuple(dict.fromkeys(filter(_fits, found)))
-
-
-def _fits(each: Printed) -> bool:
-    """Whether a result is a number in a unit that its quantity may have."""
-    units = _TIMES if each.quantity.endswith("time") else _LENGTHS
-    units = _SPEEDS if each.quantity.endswith("speed") else units
-    known = unit_of(each.unit) or each.unit.lower()
-    return math.isfinite(each.value) and (not each.unit or known in units)
+    fit = (each for each in found if math.isfinite(each.value) and each.size is not None)
+    return tuple(dict.fromkeys(fit))
 
 
 def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed], set[int]]:
@@ -136,12 +131,11 @@ def _tables(rows: Sequence[Sequence[str]], decimal: str) -> tuple[list[Printed],
         cells = [cell.strip() for cell in row]
         while cells and not cells[-1]:
             cells.pop()
-        numbers, _ = numbers_of(cells[1:], decimal)
         if len(list(filter(None, cells))) == 1:
             title, head = motion_of(cells[0]) if cells[0] else "", None
         elif not cells or any(cell.endswith((":", "=")) for cell in cells):
             head = None
-        elif len(cells) > 1 and not any(map(math.isfinite, numbers)):
+        elif not any(map(math.isfinite, numbers := numbers_of(cells[1:], decimal)[0])):
             head = cells if _is_head(cells) else None
             taken |= {place} if head else set()
         elif head:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from breaker.files.names import unit_of
+from breaker.files.names import by_words, unit_of
 from breaker.files.pairs import Pair
 from breaker.files.settings import TO_MS
 from breaker.mechanism import in_digits
@@ -23,19 +23,18 @@ _PER = re.compile(r"(?:\bper |\bsamples? ?/) ?(m?s)(?:ec(?:ond)?s?)?\b")  # in t
 _EACH = re.compile(r"([µμu]?\w+) ?(?:/|per) ?samples?")
 _SIZES = {None: 1e-3} | dict.fromkeys(("k", "kilo", "к"), 1.0) | dict.fromkeys("mм", 1e3)
 _SIZES["mega"] = 1e3
-_RATE = re.compile(
-    r"sampl|\bfs\b|abtast|messrate|\brate\b|scan|acquisition|échantillon|echantillon|muestr|campion|takt"
-    r"|дискрет|采样|采樣|サンプリング"
-)
-_FREQUENCY = re.compile(r"freq|fréq|频率|頻率")
-_STEP = re.compile(
-    r"interv|increm|period|delta|\bdt\b|time.?step|schritt|raster|resolution|auflös|间隔|周期"
-)
-_TEMPO = re.compile(r"rate|speed|\bfs\b|freq|fréq|velocidad|频率|速率|周波数|takt")
-_OTHER = re.compile(
-    r"filter|bandw|cut.?off|grenz|low.?pass|tiefpass|滤波|rated"
-    r"|number|count|anzahl|no\b|baud|refresh|travel (?:res|speed)|veloc"
-)
+_NAMES = {  # words of what a name means
+    "samples": r"sampl|\bfs\b|abtast|messrate|\brate\b|scan|acquisition|échantillon|echantillon"
+    r"|muestr|campion|takt|дискрет|采样|采樣|サンプリング",
+    "frequency": r"freq|fréq|频率|頻率",
+    "step": r"interv|increm|period|delta|\bdt\b|time.?step|schritt|raster|resolution|auflös|间隔"
+    r"|周期",
+    "tempo": r"rate|speed|\bfs\b|freq|fréq|velocidad|频率|速率|周波数|takt",
+    "dt": "dt",
+    "other": r"filter|bandw|cut.?off|grenz|low.?pass|tiefpass|滤波|rated"
+    r"|number|count|anzahl|no\b|baud|refresh|travel (?:res|speed)|veloc",
+}
+_meant = by_words(_NAMES)
 _NO_UNIT, _OF_WHAT = "has no unit", "does not say that it is of the samples"
 
 
@@ -67,8 +66,9 @@ def rate_of(pairs: Iterable[Pair], decimal: str = ".") -> StatedRate:
     """
     sure, unsure = {}, {}
     for pair in pairs:
-        text = f"{pair.name}{f' ({pair.unit})' if pair.unit else ''}: {' '.join(pair.values[:2])}"
         for rate, doubt in _rates(pair, decimal):
+            unit = f" ({pair.unit})" if pair.unit else ""
+            text = f"{pair.name}{unit}: {' '.join(pair.values[:2])}"
             found = unsure if doubt else sure
             found.setdefault(float(f"{rate:.9g}"), (text, doubt))
     if len(sure) == 1:
@@ -94,20 +94,20 @@ def _per_ms(unit: str) -> float:
 
 def _rates(pair: Pair, decimal: str) -> list[tuple[float, str]]:
     """Rates of a recorder, kHz, that a pair states, and what is doubtful about each."""
-    name = pair.name.lower()
     number, unit = pair.number(decimal)
     if not number > 0:
         return []
-    step, named = _STEP.search(name), _RATE.search(name)
-    if named and (per := _PER.search(f"{name} {unit.lower()}")):
+    meant = _meant(pair.name)
+    named = "samples" in meant
+    if named and (per := _PER.search(f"{pair.name} {unit}".lower())):
         return _fit([number / TO_MS[per[1]]])
-    if _OTHER.search(name):
+    if "other" in meant:
         return []
     each = _EACH.fullmatch(unit.lower())
     if (ms := TO_MS.get(unit_of(each[1] if each else unit))) is not None:
-        return _fit([1.0 / (number * ms)]) if step or each else []
+        return _fit([1.0 / (number * ms)]) if "step" in meant or each else []
     if (per_ms := _per_ms(unit)) > 0:
-        sure = named or _FREQUENCY.search(name) or not re.search("hz|hertz|гц|k$", unit.lower())
+        sure = named or "frequency" in meant or not re.search("hz|hertz|гц|k$", unit.lower())
         if found := _fit([number * per_ms], "" if sure else _OF_WHAT):
             return found
         both = f"is {in_digits(number * per_ms, 6)} kHz, which no recorder has, "
@@ -115,9 +115,9 @@ def _rates(pair: Pair, decimal: str) -> list[tuple[float, str]]:
         return _fit([1e-3 * number], both) if named and per_ms >= 1.0 else []
     if unit:
         return []
-    if step and (named or "dt" in name):
+    if "step" in meant and (named or "dt" in meant):
         return _fit([1.0 / (number * ms) for ms in TO_MS.values()], _NO_UNIT)
-    if not (named and _TEMPO.search(name)):
+    if not (named and "tempo" in meant):
         return []
     # Thousands without a unit are Hz: no recorder takes as many in a ms.
     return _fit([1e-3 * number]) or _fit([number], _NO_UNIT)

@@ -11,7 +11,7 @@ import numpy as np
 
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, read_bytes
-from breaker.files.names import BESIDE, StatedUnit, check_unit, label_of, place_of, wanted_columns
+from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
 from breaker.files.numbers import are_readings
 from breaker.files.settings import TO_MS
 from breaker.mechanism import in_digits
@@ -35,8 +35,7 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
     column = wanted["travel"]
     place = place_of(file, names, column)
     described = cfg.analog_channels[place]
-    unit = StatedUnit("travel", label_of(column), described.uu)
-    remarks = check_unit(file, unit, settings)
+    remarks = check_unit(file, ("travel", label_of(column)), described.uu, settings)
     if described.pors.upper() == "S" and described.primary != described.secondary:
         ratio = " : ".join(in_digits(each, 6) for each in (described.primary, described.secondary))
         remarks += (f"{label_of(column)} is of the secondary side, with a ratio of {ratio}",)

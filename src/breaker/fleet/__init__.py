@@ -11,11 +11,10 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "chunks": ["breaker_chunks"],
-        "examined": ["Examined", "examine"],
+        "examined": ["Examined", "examine", "stored"],
         "members": ["Member", "members_of"],
         "page": ["fleet_page"],
         "ranked": ["FLEET", "fleet_table", "learn_types", "type_table"],
-        "summed": ["stored"],
         "types": ["Drawn", "TypeOfBreaker", "learn_type"],
     },
 )

@@ -4,12 +4,14 @@ Its last visit is inferred. Where there are many records its life is followed; o
 and the last visit are compared; a single visit is judged alone.
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from breaker.answers import Answer, Given, compared, infer_drive, judged, read_operations
 from breaker.family import shipped_networks
@@ -30,8 +32,9 @@ from breaker.wear import (
 )
 from breaker.workflow import read
 
-__all__ = ["Examined", "examine"]
+__all__ = ["Examined", "examine", "stored"]
 
+_DRAWS = 500  # of a drive, which are kept
 _MOST = 20  # operations of a visit that are read: more say no more of the drive
 _STILL = 0.05  # probability of no change, below which a parameter has changed
 _YEAR = 365.25  # days
@@ -87,6 +90,39 @@ def examine(member: Member, config: Mapping) -> Examined:
     drawn = {e.record.operation.number: e.draws.theta for e in used if e.draws is not None}
     shape = (0, endurance["draws"], len(NAMES))
     return Examined(document, np.array([*drawn.values()]) if drawn else np.empty(shape))
+
+
+def stored(examined: Sequence[Examined]) -> xr.Dataset:
+    """Return what is known of drives as a dataset: documents, and draws in few numbers.
+
+    Returns:
+        Dataset over ``drive``: ``document`` (JSON), ``count``, operations that were inferred,
+        ``mean (drive, parameter)`` of the logarithms of their draws, ``squares (drive, parameter,
+        parameter)``, the sum of products of the deviations of operations from it, and some draws,
+        ``theta (drive, draw, parameter)``; nan of a drive of which nothing was inferred.
+    """
+    p = len(NAMES)
+    mean, squares = np.full((len(examined), p), np.nan), np.zeros((len(examined), p, p))
+    theta = np.full((len(examined), _DRAWS, p), np.nan, np.float32)
+    for i, (_, draws) in enumerate(examined):
+        if len(draws):
+            each = np.log(draws).mean(axis=1)
+            mean[i] = each.mean(axis=0)
+            squares[i] = (each - mean[i]).T @ (each - mean[i])
+            flat = draws.reshape(-1, p)
+            theta[i] = flat[np.linspace(0, len(flat) - 1, _DRAWS).astype(int)]
+    over = ("drive", "parameter")
+    documents = np.array([json.dumps(each.document) for each in examined], dtype=str)
+    return xr.Dataset(
+        {
+            "document": ("drive", documents),
+            "count": ("drive", np.array([len(draws) for _, draws in examined])),
+            "mean": (over, mean),
+            "squares": ((*over, "other"), squares),
+            "theta": (("drive", "draw", "parameter"), theta),
+        },
+        {"parameter": list(NAMES)},
+    )
 
 
 def limits_of(config: Mapping) -> list:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
-from breaker.files import Operation
+from breaker.files import FORMAT, Operation
 from breaker.inspection import stated_in
 
 __all__ = ["Member", "members_of"]
@@ -62,7 +62,9 @@ class Member(NamedTuple):
 
 
 def members_of(
-    rows: Mapping[str, Sequence[tuple[str, Operation]]], motions: Sequence[str]
+    rows: Mapping[str, Sequence[tuple[str, Operation]]],
+    motions: Sequence[str],
+    settings: Mapping = FORMAT,
 ) -> list[Member]:
     """Return the drives of breakers, one for each phase.
 
@@ -70,6 +72,7 @@ def members_of(
         rows: Motion and operation of each row, by breaker, as of ``files.list_fleet``.
         motions: Those that are looked at. Where the table names no type, it is that which stands
             above the samples.
+        settings: The section ``endurance.format``.
     """
     found = []
     for breaker, of in rows.items():
@@ -80,7 +83,8 @@ def members_of(
             each = {m: [e for of_, e in own if of_ == m] for m in motions}
             each = {m: sorted(some, key=lambda e: e.number) for m, some in each.items() if some}
             named = next((e.type for _, e in own if e.type), "")
-            found.append(Member(breaker, phase, named or stated_in(own[-1][1].file).type, each))
+            named = named or stated_in(own[-1][1].file, settings, own[-1][1].channel).type
+            found.append(Member(breaker, phase, named, each))
     return found
 
 

@@ -174,10 +174,12 @@ def _compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
         for name, motion, value in document["measured"]:
             if name == "travel_time":
                 times.setdefault((document["breaker"], motion), []).append(value)
+    apart: dict[str, float] = {}
+    for (breaker, _), each in times.items():
+        if len(each) > 1:
+            apart[breaker] = max(apart.get(breaker, 0.0), max(each) - min(each))
     for row in rows:
-        own = [each for (name, _), each in times.items() if name == row["breaker"]]
-        spread = [max(each) - min(each) for each in own if len(each) > 1]
-        row["pole_spread"] = max(spread, default=np.nan)
+        row["pole_spread"] = apart.get(row["breaker"], np.nan)
 
 
 def _reason(row: Mapping, document: Mapping) -> str:

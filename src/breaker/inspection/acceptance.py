@@ -143,11 +143,8 @@ def _table(checked: Sequence[Checked]) -> str:
 
 def _range(values: np.ndarray) -> str:
     values = values[np.isfinite(values)]
-    return (
-        " to ".join(in_digits(end, 3) for end in (values.min(), values.max()))
-        if values.size
-        else ""
-    )
+    ends = (values.min(), values.max()) if values.size else ()
+    return " to ".join(in_digits(end, 3) for end in ends)
 
 
 def _outliers(curves: xr.Dataset) -> list[tuple[str, str]]:

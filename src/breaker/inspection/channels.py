@@ -5,12 +5,11 @@ Guessing, to propose settings: see ``layouts``.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.files import TO_MM, is_travel_name
+from breaker.files import TO_MM, channel_of, is_travel_name, phase_in
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
 from breaker.mechanism import in_digits
@@ -50,11 +49,13 @@ class Travel:
         place: Column.
         unit: As the settings call it; None where it is not stated.
         course: Its readings, and their motions ``(m,)``.
+        phase: Its phase, empty where nothing says it.
     """
 
     place: int
     unit: str | None
     course: Course
+    phase: str = ""
 
     @property
     def rises(self) -> np.ndarray:
@@ -127,9 +128,10 @@ def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
 
 
 def chosen_travels(
-    file: Path, layout: Layout, clock: Clock, channel: str
+    layout: Layout, clock: Clock, channel: str
 ) -> tuple[list[Travel], list[Travel], list[str]]:
     """Return the columns of travel, those of them that are asked for, and what is left out."""
+    file = layout.file
     if clock.place is not None:
         time = layout.columns[clock.place]
         time = time[np.isfinite(time)]
@@ -149,19 +151,36 @@ def chosen_travels(
         )
     unused = _unused_among(travels)
     used = [each for each in travels if each not in unused]
-    if channel:
-        for each in travels:
-            column = layout.column(each.place)
-            if channel in (layout.names[each.place], str(column), str(each.place + 1)):
-                return used if each in used else [each], [each], []
-        listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
-        raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
+    if not channel:
+        used = _with_phases(layout, used)
+        return used, used, _remarks(layout, unused, used)
+    for each in travels:
+        column = layout.column(each.place)
+        if channel in (layout.names[each.place], str(column), str(each.place + 1)):
+            every = _with_phases(layout, used if each in used else [each])
+            return every, [one for one in every if one.place == each.place], []
+    listed = ", ".join(repr(layout.column(travel.place)) for travel in travels)
+    raise InspectionError(f"{file}: {channel!r} is no column of travel; there are {listed}")
+
+
+def _remarks(layout: Layout, unused: Sequence[Travel], used: Sequence[Travel]) -> list[str]:
+    """What to say of columns that are not used."""
     names = ", ".join(repr(layout.column(each.place)) for each in unused)
     ways = (max((each.strokes.max() for each in of), default=0.0) for of in (unused, used))
     least, most = (in_digits(float(way), 4) for way in ways)
     said = f"{names} moved by up to {least} beside {most}: not used, as by cross-talk or of another"
     said += " quantity; if one is a travel, choose it by --channel"
-    return used, used, [said] if unused else []
+    return [said] if unused else []
+
+
+def _with_phases(layout: Layout, travels: Sequence[Travel]) -> list[Travel]:
+    """Travels with their phase: by their name, or else as stated for their number or order."""
+    phases, found = layout.stated.phases, []
+    for order, each in enumerate(travels, start=1):
+        name = layout.names[each.place]
+        stated = phases.get(channel_of(name) or order, phases.get(0, ""))
+        found.append(replace(each, phase=phase_in(name) or stated))
+    return found
 
 
 def _unused_among(travels: Sequence[Travel]) -> list[Travel]:

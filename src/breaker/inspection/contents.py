@@ -7,7 +7,7 @@ delimiter and decimal sign.
 import io
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
@@ -23,12 +23,13 @@ from breaker.files import (
     Preamble,
     RejectedCurveError,
     cells_of,
+    complete,
     is_other_kind,
     open_comtrade,
     open_grid,
     open_workbook,
-    preamble_of,
     read_bytes,
+    read_columns,
     rows_of,
     understood,
     unit_of,
@@ -51,7 +52,6 @@ _LOOKED_AT = (200, 100_000)  # lines, and signs, from which the delimiter is gue
 _TELLING = (1_000, 2**14)  # lines, and bytes, from which an encoding is guessed
 _LONGEST_LINE = 100_000  # signs; reading takes no longer ones
 _MOST_LINES = 2_000_000
-_HEAD = 100  # lines, in which what a file states is looked for first
 
 
 def look_into(file: str | Path) -> Layout:
@@ -61,36 +61,33 @@ def look_into(file: str | Path) -> Layout:
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
-    with suppress(OSError):
-        now = os.stat(file)
-        return _layout_of(str(file), now.st_mtime_ns, now.st_size)
-    return _layout_of.__wrapped__(str(file), 0, 0)
+    now = os.stat(file) if os.path.exists(file) else None
+    return _layout_of(str(file), now and (now.st_mtime_ns, now.st_size))
 
 
 @lru_cache(maxsize=4)
-def _layout_of(file: str, _changed: int, _size: int) -> Layout:
+def _layout_of(file: str, _changed: tuple[int, int] | None) -> Layout:
     """The layout of a file as it is now: several ask for it, one after the other."""
     if not is_other_kind(file):
         return guess_layout(file)
     _, kind, extra = OTHER_KINDS[Path(file).suffix.lower()]
     with understood(file):
-        return replace(_LOOK[extra](file), kind=kind)
+        return replace(_LOOK[extra](file), kind=kind, file=Path(file))
 
 
-def stated_in(file: str | Path) -> Preamble:
+def stated_in(file: str | Path, settings: Mapping = FORMAT, channel: str = "") -> Preamble:
     """Return what a file states above its samples; nothing of one that cannot be read.
 
-    Of a text the first lines are looked at, and of the others their number, if that is enough.
+    Args:
+        file: The file.
+        settings: The section ``endurance.format``; where a text cannot be read by it, its layout
+            is guessed.
+        channel: Column of the travel, where it is not that of the settings.
     """
     with suppress(LayoutError, RejectedCurveError):
-        if is_other_kind(file):
-            return look_into(file).stated
-        encoding, stream = _opened(file)
-        first, below = list(islice(stream, _HEAD)), sum(1 for _ in stream)
-        with suppress(LayoutError):
-            layout = _layout(file, first, encoding)
-            samples = layout.columns[0].size + below
-            return preamble_of(layout.preamble, layout.settings["decimal"], samples)
+        with suppress(ValueError):
+            if not is_other_kind(file):
+                return read_columns(file, complete(settings), channel).stated
         return look_into(file).stated
     return Preamble()
 
@@ -170,24 +167,14 @@ def guess_layout(file: str | Path) -> Layout:
         >>> layout.preamble, layout.names, layout.units
         ([['Rig 3']], ['Zeit', 'Weg'], ['ms', 'mm'])
     """
-    encoding, stream = _opened(file)
+    content = read_bytes(file)
+    encoding = _encoding(content)
+    # Damaged signs do not hide the rest; reading says where they are.
+    stream = io.TextIOWrapper(io.BytesIO(content), encoding, errors="replace")
     lines = list(islice(stream, _MOST_LINES + 1))
     if len(lines) > _MOST_LINES:
         reason = f"has more than {_MOST_LINES:,} lines; export a shorter part of the record"
         raise RejectedCurveError(file, reason)
-    return _layout(file, lines, encoding)
-
-
-def _opened(file: str | Path) -> tuple[str, io.TextIOWrapper]:
-    """Encoding of a text, and its lines."""
-    content = read_bytes(file)
-    encoding = _encoding(content)
-    # Damaged signs do not hide the rest; reading says where they are.
-    return encoding, io.TextIOWrapper(io.BytesIO(content), encoding, errors="replace")
-
-
-def _layout(file: str | Path, lines: list[str], encoding: str) -> Layout:
-    """The layout that lines of a text have."""
     lines[:1] = [line.removeprefix("\ufeff") for line in lines[:1]]
     if max(map(len, lines), default=0) > _LONGEST_LINE:
         long = next(i for i, line in enumerate(lines) if len(line) > _LONGEST_LINE)

@@ -1,9 +1,8 @@
 """What a file states, which of its columns travel, and what goes with each; no record is read."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,28 +11,16 @@ from breaker.inspection.channels import InspectionError, Travel, chosen_travels
 from breaker.inspection.contents import look_into
 from breaker.inspection.guesses import guess_direction
 from breaker.inspection.layouts import Layout, LayoutError
-from breaker.inspection.printed_results import phase_of
 from breaker.inspection.proposals import motions_of
 from breaker.inspection.timing import Clock, find_clock
 from breaker.inspection.wiring import Beside, columns_beside
 
-__all__ = ["Channel", "describe_file", "travel_channels"]
+__all__ = ["describe_file", "travel_channels"]
 
 
-class Channel(NamedTuple):
-    """A column that travels.
-
-    Attributes:
-        name: Its phase, or else the column.
-        beside: By motion, what goes with it: see ``columns_beside``.
-    """
-
-    name: str
-    beside: Mapping[str, Beside]
-
-
-def travel_channels(file: str | Path) -> dict[str, Channel]:
-    """Return the channels of a file by those columns that move as a drive does.
+def travel_channels(file: str | Path) -> dict[str, tuple[str, Mapping[str, Beside]]]:
+    """Return the channels of a file by those columns that move as a drive does: what each is
+    called, and what goes with it by motion, as of ``columns_beside``.
 
     A channel is called by its phase, where the file states it and no other channel has the same;
     else by its column. What moves by far less than the others is left out, as by cross-talk.
@@ -44,11 +31,12 @@ def travel_channels(file: str | Path) -> dict[str, Channel]:
         RejectedCurveError: If the file cannot be read.
     """
     layout = look_into(file)
-    travels, _, beside = _travels(Path(file), layout, find_clock(layout))
+    travels, sign = _travels(layout, find_clock(layout))
     columns = [str(layout.column(each.place)) for each in travels]
-    phases = _phases(layout, travels)
+    phases = [each.phase for each in travels]
     names = phases if all(phases) and len({*phases}) == len(phases) else columns
-    return dict(zip(columns, map(Channel, names, beside), strict=True))
+    beside = columns_beside(layout, travels, sign)
+    return dict(zip(columns, zip(names, beside, strict=True), strict=True))
 
 
 def describe_file(file: str | Path) -> Description:
@@ -62,29 +50,22 @@ def describe_file(file: str | Path) -> Description:
         clock = find_clock(layout := look_into(file))
         seen = Description(layout.stated, (), clock.rate, clock.place is not None)
         if seen.preamble.serial or seen.preamble.bay:
-            return seen._replace(parts=tuple(_parts(Path(file), layout)))
+            return seen._replace(parts=tuple(_parts(layout, clock)))
     return seen
 
 
-def _travels(
-    file: Path, layout: Layout, clock: Clock
-) -> tuple[list[Travel], int, list[dict[str, Beside]]]:
-    """Columns of travel, the sign of their reading, and what goes with each by motion."""
-    _, travels, _ = chosen_travels(file, layout, clock, "")
-    sign = guess_direction(file, layout, travels).settings["sign"]
-    return travels, sign, columns_beside(layout, travels, sign)
+def _travels(layout: Layout, clock: Clock) -> tuple[list[Travel], int]:
+    """Columns of travel, and the sign of their reading."""
+    _, travels, _ = chosen_travels(layout, clock, "")
+    return travels, guess_direction(layout, travels).settings["sign"]
 
 
-def _phases(layout: Layout, travels: Sequence[Travel]) -> list[str]:
-    return [phase_of(layout, each.place, k) for k, each in enumerate(travels, start=1)]
-
-
-def _parts(file: Path, layout: Layout) -> Iterator[Part]:
+def _parts(layout: Layout, clock: Clock) -> Iterator[Part]:
     """The motions of all channels; where they are only if the times of samples are known."""
-    travels, sign, besides = _travels(file, layout, clock := find_clock(layout))
-    for travel, phase, beside in zip(travels, _phases(layout, travels), besides, strict=True):
-        ratio = np.nan if travel.unit in (None, *TO_MM) else layout.stated.ratio
-        for each in motions_of(travel, file, layout, clock, sign):
-            found = each.operation
-            at = (np.nan, np.nan) if np.isnan(clock.rate) else (found.begin, found.end)
-            yield Part(each.motion, str(each.column), phase, *at, ratio, *beside[each.motion])
+    travels, sign = _travels(layout, clock)
+    other = {layout.column(t.place) for t in travels if t.unit not in (None, *TO_MM)}
+    for each in motions_of(layout, clock, travels, sign):
+        found, column = each.operation, each.column
+        at = (np.nan, np.nan) if np.isnan(clock.rate) else (found.begin, found.end)
+        ratio = layout.stated.ratio if column in other else np.nan
+        yield Part(each.motion, str(column), each.phase, *at, ratio, *each.beside)

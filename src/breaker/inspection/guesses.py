@@ -8,7 +8,6 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
@@ -100,9 +99,9 @@ def strokes_of(travels: Iterable[Travel]) -> np.ndarray:
     return np.concatenate([travel.strokes for travel in travels])
 
 
-def guess_direction(file: Path, layout: Layout, travels: Sequence[Travel]) -> Guess:
+def guess_direction(layout: Layout, travels: Sequence[Travel]) -> Guess:
     """Guess the sign: by what text, names or coils say of the first motion, or by the curve."""
-    travel, remarks = travels[0], []
+    travel, file, remarks = travels[0], layout.file, []
     texts = (
         file.stem,
         file.absolute().parent.name,

@@ -57,6 +57,7 @@ class Layout:
         texts: Cells of columns without any number, by place, of some of the samples.
         every: How many samples lie from one of these cells to the next.
         kind: What kind of file it is.
+        file: The file.
     """
 
     settings: dict
@@ -67,6 +68,7 @@ class Layout:
     texts: dict[int, list[str]] = field(default_factory=dict)
     every: int = 1
     kind: str = "a text"
+    file: Path = Path()
 
     @cached_property
     def stated(self) -> Preamble:
@@ -121,6 +123,7 @@ def layout_of_lines(
         columns=columns,
         texts={i: list(cells.get(i, ())) for i in range(width) if np.isnan(columns[i]).all()},
         every=every,
+        file=Path(file),
     )
 
 

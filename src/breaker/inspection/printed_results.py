@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from breaker.files import TO_MM, TO_MS, Preamble, Printed, channel_of, motion_of, phase_in, unit_of
+from breaker.files import TO_MM, Preamble, Printed, channel_of, motion_of, phase_in
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.mechanism import SPEEDS, Point, Speed, in_digits
@@ -16,22 +16,12 @@ __all__ = [
     "compare_printed",
     "meant_motions",
     "measured_name",
-    "phase_of",
-    "size_of",
     "stated_remarks",
     "stated_speeds",
 ]
 
 _DIFFERS = {"stroke": 0.01, "speed": 0.03}
 _CLOSE = 0.05  # share by which strokes may differ that tell whether samples are multiplied
-_TO_MM_PER_MS = {
-    "m/s": 1.0,
-    "mm/ms": 1.0,
-    "cm/s": 1e-2,
-    "mm/s": 1e-3,
-    "ft/s": 0.3048,
-    "in/s": 0.0254,
-}
 _MEASURED = {
     ("stroke", "closing"): "stroke",
     ("stroke", "opening"): "stroke",
@@ -113,29 +103,11 @@ def stated_speeds(stated: Preamble) -> dict[str, Speed]:
     return found
 
 
-def phase_of(layout: Layout, place: int, order: int) -> str:
-    """Return the phase of a column of travel, empty where nothing says it.
-
-    Args:
-        layout: Of the file.
-        place: Of the column.
-        order: Of the column among those of travel, from 1.
-    """
-    phases, name = layout.stated.phases, layout.names[place]
-    return phase_in(name) or phases.get(channel_of(name) or order, phases.get(0, ""))
-
-
 def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence) -> list[Compared]:
-    """Set the results that a text states beside what is measured.
-
-    Args:
-        layout: Of the file.
-        travels: Its columns of travel.
-        motions: Every ``InspectedMotion``.
-    """
+    """Set the results that a text states beside what is measured of every ``InspectedMotion``."""
     stated, found = layout.stated, []
     speeds = stated_speeds(stated)
-    columns = _columns(layout, [travel.place for travel in travels])
+    columns = _columns(layout, travels)
     measured: dict[int, dict] = {}
     for printed in stated.results:
         column = columns.get(printed.channel.casefold(), "")
@@ -160,38 +132,26 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
             reason = "the motion is not read"
         if printed.quantity == "speed" and motion.motion not in speeds:
             value, reason = math.nan, "between which points is not stated"
-        size = size_of(printed)
-        found.append(Compared(column, motion.motion, printed, value / size, reason))
+        found.append(Compared(column, motion.motion, printed, value / printed.size, reason))
     return found
 
 
-def size_of(printed: Printed) -> float:
-    """Return the size of the unit of a result, mm, ms or mm/ms; NaN where it is another."""
-    if printed.quantity.endswith("_time"):
-        return TO_MS.get(unit_of(printed.unit or "ms") or "", math.nan)
-    if printed.quantity == "speed":
-        return _TO_MM_PER_MS.get(printed.unit.lower() or "m/s", math.nan)
-    return TO_MM.get(unit_of(printed.unit or "mm") or "", math.nan)
-
-
-def _columns(layout: Layout, places: Sequence[int]) -> dict[str, str | int]:
+def _columns(layout: Layout, travels: Sequence[Travel]) -> dict[str, str | int]:
     """Columns of travel by what results call their channel."""
-    labels = list(dict.fromkeys(each.channel for each in layout.stated.results))
+    labels = list(dict.fromkeys(each.channel.casefold() for each in layout.stated.results))
+    columns = [layout.column(each.place) for each in travels]
     by_number, by_phase = {}, {}
-    for order, place in enumerate(places, start=1):
-        by_number[channel_of(layout.names[place]) or order] = place
-        by_phase.setdefault(phase_of(layout, place, order).casefold() or None, place)
-    found = {}
-    for label in labels:
-        place = by_number.get(channel_of(label), by_phase.get(phase_in(label).casefold()))
-        if place is not None:
-            found[label.casefold()] = layout.column(place)
-    if len(places) == 1 and "" in labels:
-        found[""] = layout.column(places[0])
-    if not found and len(labels) == len(places):
-        pairs = zip(labels, places, strict=True)
-        found = {label.casefold(): layout.column(place) for label, place in pairs}
-    return found
+    for order, (each, column) in enumerate(zip(travels, columns, strict=True), start=1):
+        by_number[channel_of(layout.names[each.place]) or order] = column
+        by_phase.setdefault(each.phase.casefold() or None, column)
+    meant = {
+        label: by_number.get(channel_of(label), by_phase.get(phase_in(label).casefold()))
+        for label in labels
+    }
+    found = {label: column for label, column in meant.items() if column is not None}
+    if len(columns) == 1 and "" in labels:
+        found[""] = columns[0]
+    return found or (dict(zip(labels, columns, strict=True)) if len(labels) == len(columns) else {})
 
 
 def stated_remarks(stated: Preamble, unit: str, compared: Sequence[Compared]) -> list[str]:

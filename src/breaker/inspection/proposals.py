@@ -26,7 +26,7 @@ from breaker.inspection.guesses import (
     strokes_of,
 )
 from breaker.inspection.layouts import Layout
-from breaker.inspection.printed_results import Compared, compare_printed, phase_of
+from breaker.inspection.printed_results import Compared, compare_printed
 from breaker.inspection.timing import Clock, find_clock
 from breaker.inspection.wiring import Beside, columns_beside
 from breaker.records import Grid, Record, Scale, noise_remarks, read_record
@@ -79,7 +79,6 @@ class Proposal:
     """What was found in a file.
 
     Attributes:
-        file: The file.
         layout, clock, travels: Its text, its time, and its columns of travel.
         settings: Keys of ``endurance.format`` that differ from their default.
         sensor: Keys of ``sensor`` that differ from the configuration; none of a drive of another
@@ -89,7 +88,6 @@ class Proposal:
         remarks: What has to be looked at, in words.
     """
 
-    file: Path
     layout: Layout
     clock: Clock
     travels: Sequence[Travel]
@@ -121,10 +119,9 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
-    file = Path(file)
     clock = find_clock(layout := look_into(file))
-    every, travels, unused = chosen_travels(file, layout, clock, channel)
-    direction = guess_direction(file, layout, travels)
+    every, travels, unused = chosen_travels(layout, clock, channel)
+    direction = guess_direction(layout, travels)
     guesses = [guess_time(layout, clock), guess_unit(layout, travels), direction]
     settings, lacking = {**FORMAT, **layout.settings}, {}
     for guess in guesses:
@@ -135,8 +132,8 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     mm = abs(Scale.from_settings(tried).factor)
     sign = settings["sign"]
     rest = guess_rest(travels, mm, sign)
-    seen = {travel.place: motions_of(travel, file, layout, clock, sign) for travel in travels}
-    found = _described(seen, layout, every, sign)
+    columns = {layout.column(travel.place) for travel in travels}
+    found = [each for each in motions_of(layout, clock, every, sign) if each.column in columns]
     grid = _grid(found, travels, clock.likely_rate, sensor)
     settings, tried = (each | rest.settings for each in (settings, tried))
     changed = {**grid.settings}
@@ -151,7 +148,6 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
     motions = [_judged(each, (sensor | changed) if sized else {}) for each in motions]
     guesses += [rest, grid] if sized else [rest]
     return Proposal(
-        file=file,
         layout=layout,
         clock=clock,
         travels=travels,
@@ -164,38 +160,27 @@ def inspect_file(file: str | Path, sensor: Mapping, channel: str = "") -> Propos
 
 
 def motions_of(
-    travel: Travel, file: Path, layout: Layout, clock: Clock, sign: int
+    layout: Layout, clock: Clock, travels: Sequence[Travel], sign: int
 ) -> list[InspectedMotion]:
-    """Return the motions of a channel; one that is there more than once needs its part."""
+    """Return the motions of all travels of a file; one that is there more than once needs its
+    part. The sign is 1 if their reading grows towards closed, -1 if it falls.
+    """
     rate, start = clock.likely_rate, 0.0
     if clock.place is not None:
         start = float(layout.columns[clock.place][0]) * TO_MS[clock.unit]
-    closing = travel.rises == (sign > 0)
     found = []
-    for k in range(closing.size):
-        part = travel.part(k) if (closing == closing[k]).sum() > 1 else (np.nan, np.nan)
-        begins = travel.begins(k)
-        still = max(round(_STILL * rate), 2 * (travel.course.middles[k] - begins))
-        times = [start + i / rate for i in (*part, begins, travel.arrives(k, still))]
-        operation = Operation(k + 1, file, begin=times[0], end=times[1])
-        motion = "closing" if closing[k] else "opening"
-        found.append(InspectedMotion(layout.column(travel.place), operation, motion, *times[2:]))
+    for travel, beside in zip(travels, columns_beside(layout, travels, sign), strict=True):
+        closing, column = travel.rises == (sign > 0), layout.column(travel.place)
+        for k in range(closing.size):
+            part = travel.part(k) if (closing == closing[k]).sum() > 1 else (np.nan, np.nan)
+            begins = travel.begins(k)
+            still = max(round(_STILL * rate), 2 * (travel.course.middles[k] - begins))
+            times = [start + i / rate for i in (*part, begins, travel.arrives(k, still))]
+            operation = Operation(k + 1, layout.file, begin=times[0], end=times[1])
+            motion = "closing" if closing[k] else "opening"
+            about = {"phase": travel.phase, "beside": beside[motion]}
+            found.append(InspectedMotion(column, operation, motion, *times[2:], **about))
     return found
-
-
-def _described(
-    motions: Mapping[int, Sequence[InspectedMotion]],
-    layout: Layout,
-    every: Sequence[Travel],
-    sign: int,
-) -> list[InspectedMotion]:
-    """Motions by place of their column, with their phase and what goes with them of all."""
-    besides = columns_beside(layout, every, sign)
-    return [
-        replace(each, phase=phase_of(layout, travel.place, order), beside=beside[each.motion])
-        for order, (travel, beside) in enumerate(zip(every, besides, strict=True), start=1)
-        for each in motions.get(travel.place, ())
-    ]
 
 
 def _grid(

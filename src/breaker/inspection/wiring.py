@@ -10,7 +10,6 @@ import numpy as np
 from breaker.files import TO_MM, motion_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
-from breaker.inspection.printed_results import phase_of
 from breaker.mechanism import MOTIONS
 
 __all__ = ["Beside", "coils_before", "columns_beside"]
@@ -77,8 +76,8 @@ def columns_beside(
         sign: 1 if their reading grows towards closed, -1 if it falls.
     """
     own = [_marks(layout.names[each.place]) for each in travels]
-    for order, (travel, (phases, _)) in enumerate(zip(travels, own, strict=True), start=1):
-        phases |= {phase_of(layout, travel.place, order).casefold()} - {""}
+    for travel, (phases, _) in zip(travels, own, strict=True):
+        phases |= {travel.phase.casefold()} - {""}
     travelling = {each.place for each in travels}
     there = [i for i in range(len(layout.names)) if _has_signal(layout, i)]
     there = [i for i in there if i not in travelling and layout.units[i] not in TO_MM]

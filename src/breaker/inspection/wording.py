@@ -50,8 +50,8 @@ def _yaml(value: object) -> str:
 
 def report_of(proposal: Proposal) -> str:
     """Return what was found in a file, and whether it can be read with the proposal."""
-    parts = [f"{proposal.file}\n  {_text(proposal)}\n  {_time(proposal)}", *_stated(proposal)]
-    parts += [_table(proposal), *_wired(proposal), *_compared(proposal)]
+    parts = [f"{proposal.layout.file}\n  {_text(proposal)}\n  {_time(proposal)}"]
+    parts += [*_stated(proposal), _table(proposal), *_wired(proposal), *_compared(proposal)]
     unit = {**FORMAT, **proposal.settings}["travel_unit"]
     about = stated_remarks(proposal.layout.stated, unit, proposal.compared)
     said = [*proposal.remarks, *about, *_said_of(proposal)]
@@ -68,7 +68,7 @@ def report_of(proposal: Proposal) -> str:
 def _said_of(proposal: Proposal) -> list[str]:
     """What there is to say of single motions; once, where several differ in numbers only."""
     said = [
-        (str(proposal.file), f"{each.motion}, {each.column}", text)
+        (str(proposal.layout.file), f"{each.motion}, {each.column}", text)
         for each in proposal.motions
         for text in each.said
     ]

@@ -171,8 +171,11 @@ def blocks(n: int, curves: int = 1) -> Iterator[slice]:
 
 
 def _contiguous(*arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return arrays as compiled code takes them; copies only of those that are not so already."""
-    return tuple(np.ascontiguousarray(array, dtype=np.float64) for array in arrays)
+    """Return arrays as compiled code takes them; copies only of those that are not so already.
+
+    All may be written to: for those that may not, numba would compile the same code again.
+    """
+    return tuple(np.require(array, np.float64, ["C", "W"]) for array in arrays)
 
 
 def _check_motion(motion: str) -> None:

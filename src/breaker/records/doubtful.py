@@ -11,14 +11,13 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.mechanism import in_digits
 from breaker.records.jumps import fitting, jumps
-from breaker.records.running import filled, running_mean, running_median
+from breaker.records.running import filled, running_mean, running_median, smoothed
 from breaker.records.segments import white_noise
 
 __all__ = ["doubtful_samples", "doubts_in_words"]
 
 _ABSURD = 1e6  # mm, beyond every stroke: arithmetic with more may overflow
-_BLOCK = 0.5  # ms, whose median stands for it
-_ENDS = 3  # blocks at an end of a record, whose median stands for the outermost
+_FINE = 0.05  # ms, between samples of the running median
 _BURST = 5.0  # ms, longest burst that leaves no trace in the running median
 _LEAST = 5e-4  # strokes, that count
 _RANGE = 0.5  # strokes, by which travel may be beyond its rest positions
@@ -57,7 +56,9 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     leave_out(np.abs(travel) > _ABSURD, "out of range")
     if (~np.isnan(left)).sum() < 5:
         return kinds
-    smooth, between = _smooth(left, step)
+    every = max(1, round(_FINE / step))
+    between = every * step
+    smooth = smoothed(filled(left)[::every], max(1, round(_BURST / between)))
     low, high = smooth.min(), smooth.max()
     # Samples between which others were interpolated show noise that these hide.
     thinned = [left[::each] for each in _THINNED if each == 1 or each * step <= _SOON]
@@ -112,21 +113,6 @@ def doubts_in_words(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray) -> 
     count = int((kinds != "").sum())
     samples = "sample" if count == 1 else "samples"
     return f"{count} {samples} that no sensor of this stroke gives: {', '.join(places)}{more}"
-
-
-def _smooth(travel: np.ndarray, step: float) -> tuple[np.ndarray, float]:
-    """Running median of blocks of half a ms, and the time between them, ms.
-
-    Where the travel only rises or only falls it is the travel itself.
-    """
-    block = max(1, round(_BLOCK / step))
-    line = filled(travel)
-    whole = line[: line.size // block * block] if line.size >= block else line[:1]
-    blocks = np.median(whole.reshape(-1, min(block, whole.size)), axis=1)
-    # Those at the ends stand for what is beyond: bad ones would fill half a window.
-    blocks[0], blocks[-1] = np.median(blocks[:_ENDS]), np.median(blocks[-_ENDS:])
-    window = 2 * round(_BURST / (block * step)) + 1
-    return running_median(blocks, window), block * step
 
 
 def _runs(travel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

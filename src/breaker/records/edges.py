@@ -13,9 +13,9 @@ import numpy as np
 
 from breaker.files import SWITCHING, Operation, label_of
 from breaker.records.errors import UnusableError
-from breaker.records.segments import Segment
+from breaker.records.located import LocatedMotion
 
-__all__ = ["Contact", "LocatedMotion", "events_of", "switching_of", "trigger_of"]
+__all__ = ["Contact", "events_of", "switching_of", "trigger_of"]
 
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms
@@ -40,22 +40,6 @@ class Contact(NamedTuple):
     settles: float = np.nan
 
 
-class LocatedMotion(NamedTuple):
-    """A motion in its record.
-
-    Attributes:
-        motion: "closing" or "opening".
-        time: Times of the record, ``(n,)``, ms.
-        segment: The part of the record that is the motion.
-        moves: Time of the first motion, ms.
-    """
-
-    motion: str
-    time: np.ndarray
-    segment: Segment
-    moves: float
-
-
 def events_of(
     operation: Operation,
     settings: Mapping,
@@ -76,15 +60,15 @@ def events_of(
     Raises:
         UnusableError: If a time that the table states cannot be one of this motion.
     """
-    motion, time, segment, moves = located
-    inside, said = slice(segment.begin, segment.end), []
+    motion, time, inside, moves = located.motion, located.time, located.inside, located.moves
+    said = []
     switching, trigger, settles = operation.switching, operation.trigger, np.nan
     sd = settings["timing_sd"]
     if not np.isnan(switching):
         _check_stated(SWITCHING[motion], switching, moves - _EARLY, time[inside][-1], moves)
     elif "contact" in channels:
         switching, settles = switching_of(time[inside], channels["contact"][inside], moves)
-        sd = float(np.hypot(sd, (time[1] - time[0]) / np.sqrt(12.0)))  # it is between two samples
+        sd = float(np.hypot(sd, located.step / np.sqrt(12.0)))  # it is between two samples
         if not switching >= moves - _EARLY:
             said.append(_not_seen("contact", settings, f"switch during the {motion}"))
             switching = settles = np.nan
@@ -94,7 +78,7 @@ def events_of(
         trigger = trigger_of(time[inside], channels["trigger"][inside], moves)
         if np.isnan(trigger):
             said.append(_not_seen("trigger", settings, f"rise before the {motion}"))
-    elif settings["trigger_column"] == 0 and segment.begin == 0 and moves >= 0.0:
+    elif settings["trigger_column"] == 0 and inside.start == 0 and moves >= 0.0:
         trigger = 0.0
     return Contact(switching, np.nan if np.isnan(switching) else sd, trigger, settles), said
 

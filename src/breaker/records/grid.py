@@ -68,8 +68,7 @@ def on_grid(time: np.ndarray, travel: np.ndarray, times: np.ndarray, moves: floa
     start = float(time[first] if 0 <= first < len(time) else time[0] + first * step)
     start -= float(times[0])
     if every > 0.5 and abs(every - round(every)) <= _WHOLE:
-        record = _at(travel, first + round(every) * np.arange(len(times)))
-        return Gridded(record, start, np.full(len(times), True), 0.0)
+        every = round(every)
     place = first + every * np.arange(len(times))
     nearest = np.rint(place)
     # Of the times that have the same nearest sample, the one that is nearest to it has it.

@@ -14,6 +14,7 @@ describe the rest of the stroke, where stops and dampers act.
 import numpy as np
 
 from breaker.records.errors import UnusableError
+from breaker.records.scale import seen_quantum
 from breaker.records.segments import Course, white_noise
 
 __all__ = ["first_motion", "main_motion"]
@@ -53,13 +54,13 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
             record begins, or samples are missing or noisy where the start must be.
     """
     travel = travel if motion == "closing" else -travel
-    there = ~np.isnan(travel)
+    there, quantum = ~np.isnan(travel), seen_quantum(travel)
     for _ in range(2):  # once more, since a burst in the rise moves the running median
         smooth = Course(time, np.where(there, travel, np.nan)).smooth
         off = np.abs(travel - smooth)
         noise = max(white_noise(travel), 1.4826 * np.median(off[there]))
         first, last, way = _rise(smooth, noise)
-        noise = max(noise, _FLAT * way, _quantum(travel[first : last + 1], way) / np.sqrt(12.0))
+        noise = max(noise, _FLAT * way, quantum / np.sqrt(12.0))
         there = off <= _WRONG * noise
     end, part = time[last], first + np.flatnonzero(there[first : last + 1])
     if part.size < _FEWEST:
@@ -103,12 +104,6 @@ def _colour(off: np.ndarray) -> float:
     rho = off[1:] @ off[:-1] / max(off @ off, np.finfo(float).tiny)
     rho = np.clip(rho, 0.0, _MOST_COLOUR)
     return float(np.sqrt((1.0 + rho) / (1.0 - rho)))
-
-
-def _quantum(travel: np.ndarray, way: float) -> float:
-    """Step of a counter, mm: the least that two samples differ by if they do."""
-    steps = np.abs(np.diff(travel[~np.isnan(travel)]))
-    return float(steps[steps > 1e-6 * way].min(initial=way))
 
 
 def _start(time: np.ndarray, travel: np.ndarray, noise: float) -> tuple[float, float]:

@@ -21,10 +21,10 @@ from breaker.records.edges import Contact
 from breaker.records.errors import NotShownError, UnusableError
 from breaker.records.jumps import leap_at
 from breaker.records.landmarks import first_motion
-from breaker.records.noise import Noise, noise_at_rest, rest_before
+from breaker.records.located import LocatedMotion
 from breaker.records.rests import Rests
 from breaker.records.scale import seen_quantum
-from breaker.records.segments import Segment, find_segment, white_noise
+from breaker.records.segments import find_segment
 from breaker.records.uncertain import Trace, Uncertain
 
 __all__ = ["Measured", "Reading", "measure_curve"]
@@ -71,7 +71,10 @@ def measure_curve(
 
     Args:
         time: Times, ``(n,)``, ms, evenly spaced, some of them before the first motion.
-        travel, motion, contact, speeds: As of ``Reading``, of whose quantities all are returned.
+        travel: Travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
+        motion: "closing" or "opening".
+        contact: When the contact touched or parted, and the trigger came.
+        speeds: How speeds are defined.
 
     Raises:
         ValueError: If the motion is not in the curve, or its beginning is not.
@@ -87,15 +90,13 @@ def measure_curve(
         'no contact timing: the time of touch or parting is not known'
     """
     quantum, step = seen_quantum(travel), float(time[-1] - time[0]) / (time.size - 1)
-    kinds = doubtful_samples(travel, step, quantum)
-    travel = np.where(kinds == "", travel, np.nan)
-    segment = find_segment(time, travel, motion)
+    doubts = doubtful_samples(travel, step, quantum)
+    left = np.where(doubts == "", travel, np.nan)
+    segment = find_segment(time, left, motion)
     inside = slice(segment.begin, segment.end)
-    time, travel = time[inside], travel[inside]
-    moves = first_motion(time, travel, motion)
-    noise = noise_at_rest(rest_before(time, travel, moves), step, step, quantum)
-    found = segment, moves, noise, quantum, contact, speeds, kinds[inside]
-    return Reading(time, travel, motion, *found).quantities()
+    moves = first_motion(time[inside], left[inside], motion)
+    located = LocatedMotion(motion, time, travel, doubts, quantum, segment, moves)
+    return Reading(located, contact, speeds).quantities()
 
 
 @dataclass(eq=False)
@@ -103,53 +104,37 @@ class Reading:
     """What is read of the part of a record that is one motion.
 
     Attributes:
-        time: Its times, ``(n,)``, ms.
-        travel: Its travel towards closed, ``(n,)``, mm; NaN where a sample is missing.
-        motion: "closing" or "opening".
-        segment: What is known of that part.
-        moves: Time of the first motion, ms.
-        noise: Noise at rest.
-        quantum: Step of the reading, mm.
+        located: That motion.
         contact: When the contact touched or parted, and the trigger came.
         speeds: How speeds are defined.
-        doubts: Kind of each doubtful sample, ``(n,)`` of text, as of ``doubtful_samples``; None
-            where there is none.
     """
 
-    time: np.ndarray
-    travel: np.ndarray
-    motion: str
-    segment: Segment
-    moves: float
-    noise: Noise
-    quantum: float = 0.0
+    located: LocatedMotion
     contact: Contact = _UNKNOWN
     speeds: Sequence[Speed] = SPEEDS
-    doubts: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        time, moves, stroke = self.time, self.moves, self.segment.stroke
-        sign = 1.0 if self.motion == "closing" else -1.0
-        forward = sign * self.travel
-        done = (forward - sign * self.segment.before) / stroke >= _TRAVEL[1]
+        located, segment, moves = self.located, self.located.segment, self.located.moves
+        time, sign = located.time[located.inside], 1.0 if located.motion == "closing" else -1.0
+        forward = sign * located.left
+        done = (forward - sign * segment.before) / segment.stroke >= _TRAVEL[1]
         done &= time >= moves  # an outlier may lie before
         if not done.any():
             raise UnusableError("the motion does not go on to 90 % of its stroke")
         self.arrival = float(time[int(done.argmax())])
-        self.duration = max(self.arrival - moves, 2.0 * float(time[1] - time[0]))
+        self.duration = max(self.arrival - moves, 2.0 * located.step)
         first = moves - _AROUND[0] * self.duration
         last = self.arrival + _AROUND[1] * self.duration
         near = slice(*np.searchsorted(time, [first, last]))
-        known = self.noise.process if np.isfinite(self.noise.sd) else (white_noise(forward), 0.0)
         errors = _ERRORS * (len(self.speeds) + _ERRORS)
-        around = *known, self.quantum, self.duration, stroke, errors
-        count = round(_LEAP * self.duration / float(time[1] - time[0]))
-        kinds = np.full(time.shape, "") if self.doubts is None else self.doubts
+        around = *located.process, located.quantum, self.duration, segment.stroke, errors
+        kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
         slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
+        count = round(_LEAP * self.duration / located.step)
         slips = [(k - near.start, leap_at(forward, k, count)) for k in slips]
         self.trace = Trace(time[near], forward[near], *around, slips)
-        self._rests = Rests(self.trace, self.segment, moves, self.arrival)
+        self._rests = Rests(self.trace, segment, moves, self.arrival)
 
     def quantities(self) -> dict[str, Measured]:
         """Return all of ``mechanism.quantities_of`` by name: the model's and those of records."""
@@ -164,7 +149,7 @@ class Reading:
             "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
         }
-        names = quantities_of(self.motion, self.speeds, SOURCES)
+        names = quantities_of(self.located.motion, self.speeds, SOURCES)
         return {name: self.told(ways[name]) for name in names}
 
     def told(self, way) -> Measured:
@@ -206,7 +191,7 @@ class Reading:
         first, last = self.contact.time, self.contact.settles
         if not np.isfinite(last):
             raise NotShownError("no contact channel: whether the contact bounces is not known")
-        return self.trace.error(last - first, _EDGE * float(self.time[1] - self.time[0]))
+        return self.trace.error(last - first, _EDGE * self.located.step)
 
     def stroke(self) -> Uncertain:
         """Way between the rests, mm."""
@@ -215,7 +200,7 @@ class Reading:
     def wipe(self) -> Uncertain:
         """Way between the touch or parting and the closed rest, mm."""
         level = self.trace.at(self._switching)
-        return self.after - level if self.motion == "closing" else level - self.before
+        return self.after - level if self.located.motion == "closing" else level - self.before
 
     def travel_time(self) -> Uncertain:
         """Time between two shares of the stroke, ms."""
@@ -244,9 +229,9 @@ class Reading:
     @cached_property
     def _first_motion(self) -> Uncertain:
         """Time of the first motion, ms."""
-        noise = self.trace.noise_of_mean / self.segment.stroke
+        noise = self.trace.noise_of_mean / self.trace.stroke
         sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
-        return self.trace.error(self.moves, sd)
+        return self.trace.error(self.located.moves, sd)
 
     @property
     def _trigger(self) -> float:
@@ -288,5 +273,4 @@ class Reading:
             return self._first_motion, self.before
         else:
             level = self.before + (self.after - self.before) * (point.amount / 100.0)
-        level = level + self.trace.error(0.0, self._rests.wander)
-        return self.trace.reaches(level, self.moves), level
+        return self.trace.reaches(level, self.located.moves), level

@@ -11,11 +11,7 @@ import numpy as np
 
 from breaker.mechanism import in_digits
 
-__all__ = ["Noise", "noise_at_rest", "noise_remarks", "rest_before"]
-
-# Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
-# an earlier motion may still ring.
-_REST = (50.0, 1.0)
+__all__ = ["Noise", "noise_at_rest", "noise_remarks"]
 
 _FEWEST = 10  # samples at rest, for an estimate
 _FALSE = 1e-4  # probability of a remark on noise of the right size
@@ -59,17 +55,6 @@ class Noise(NamedTuple):
         colour = float(np.clip(colour, 0.0, _COLOURED))
         lost = 2.0 * (1.0 + colour) / (1.0 - colour) / self.samples
         return self.sd / float(np.sqrt(1.0 - min(lost, _LOST))), colour
-
-
-def rest_before(time: np.ndarray, travel: np.ndarray, moves: float) -> np.ndarray:
-    """Return the travel that tells the noise, ``(r,)``, mm.
-
-    Args:
-        time: Times of a motion, ``(n,)``, ms.
-        travel: Its travel, ``(n,)``, mm; NaN where a sample is missing.
-        moves: Time of the first motion, ms.
-    """
-    return travel[(time >= moves - _REST[0]) & (time <= moves - _REST[1])]
 
 
 def noise_at_rest(rest: np.ndarray, step: float, grid_step: float, quantum: float) -> Noise:

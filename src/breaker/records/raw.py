@@ -14,14 +14,14 @@ from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, doubts_in_words
-from breaker.records.edges import Contact, LocatedMotion, events_of
+from breaker.records.edges import Contact, events_of
 from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
+from breaker.records.located import LocatedMotion
 from breaker.records.measured import Measured, Reading
-from breaker.records.noise import Noise, noise_at_rest, rest_before
 from breaker.records.scale import Scale, seen_quantum
-from breaker.records.segments import Segment, find_segment, white_noise
+from breaker.records.segments import find_segment
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
 __all__ = ["Raw", "read_raw", "read_raws", "taken_apart"]
@@ -30,80 +30,26 @@ _MANY = 100  # files, from which the progress is shown
 
 
 @dataclass(frozen=True)
-class Raw:
+class Raw(LocatedMotion):
     """A record as it is in its file.
 
     Attributes:
-        operation, motion: What it is of.
+        operation: What it is of.
         settings: The section ``endurance.format``, complete, and what its row states over it.
-        time: Times of the whole record, ``(n,)``, ms.
-        whole: Its travel, ``(n,)``, mm towards closed, doubtful samples among them.
-        doubts: Kind of each doubtful sample, ``(n,)`` of text; "" where nothing is doubtful.
-        segment: The part that is the motion.
         rest: Reading of the open breaker, mm, that is subtracted on the grid.
-        moves: Time of the first motion, ms.
-        quantum: Step of the reading, mm; 0 where it is fine.
-        switching, switching_sd: When the main contact touched or parted and how well that is known,
-            ms; nan where it is not.
-        trigger: When the coil was energised, ms; nan where that is not known.
-        settles: When the contact last changed its state, ms; nan where that is not known.
+        contact: When the main contact touched or parted, and the trigger came.
         said: What is doubtful about the file, in words; "" is nothing.
     """
 
     operation: Operation
-    motion: str
     settings: Mapping
-    time: np.ndarray
-    whole: np.ndarray
-    doubts: np.ndarray
-    segment: Segment
     rest: float
-    moves: float
-    quantum: float
-    switching: float
-    switching_sd: float
-    trigger: float
-    settles: float
+    contact: Contact
     said: tuple[str, ...]
-
-    @property
-    def inside(self) -> slice:
-        """The samples of the motion."""
-        return slice(self.segment.begin, self.segment.end)
-
-    @property
-    def sure(self) -> np.ndarray:
-        """Travel of the whole record, ``(n,)``, mm; NaN where a sample is missing or doubtful."""
-        return np.where(self.doubts == "", self.whole, np.nan)
-
-    @property
-    def left(self) -> np.ndarray:
-        """That of the motion."""
-        return self.sure[self.inside]
-
-    @property
-    def step(self) -> float:
-        """Time between two samples, ms."""
-        return float(self.time[1] - self.time[0])
 
     def on_grid(self, times: np.ndarray) -> Gridded:
         """Return the record on a model's grid ``(t,)``, ms around the first motion."""
         return on_grid(self.time[self.inside], self.left - self.rest, times, self.moves)
-
-    def noise_at(self, grid_step: float) -> Noise:
-        """Return the noise at rest, its colour at the step of a grid, ms."""
-        rest = rest_before(self.time[self.inside], self.left, self.moves)
-        return noise_at_rest(rest, self.step, grid_step, self.quantum)
-
-    @property
-    def process(self) -> tuple[float, float]:
-        """Standard deviation of the noise of a sample, mm, and its correlation with the next.
-
-        Of the rest before the motion; of a record without rest, what is white in it.
-        """
-        noise = self.noise_at(self.step)
-        sd, colour = noise.process if np.isfinite(noise.sd) else (white_noise(self.left), 0.0)
-        return max(sd, self.quantum / np.sqrt(12.0)), colour
 
     def remarks_on(self, noise_sd: float | None = None, zero_sd: float | None = None) -> list[str]:
         """Say what is doubtful about it, without a model's grid; "" is nothing.
@@ -119,11 +65,6 @@ class Raw:
             *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
         ]
 
-    @property
-    def contact(self) -> Contact:
-        """When the contact was seen to switch, and the trigger to come."""
-        return Contact(self.switching, self.switching_sd, self.trigger, self.settles)
-
     def measured(
         self, speeds: Sequence[Speed], contact: Contact | None = None
     ) -> dict[str, Measured]:
@@ -133,9 +74,7 @@ class Raw:
             speeds: How speeds are defined.
             contact: When it switched, where the record has not seen it.
         """
-        found = self.motion, self.segment, self.moves, self.noise_at(self.step), self.quantum
-        about = *found, contact or self.contact, speeds, self.doubts[self.inside]
-        return Reading(self.time[self.inside], self.left, *about).quantities()
+        return Reading(self, contact or self.contact, speeds).quantities()
 
 
 def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str) -> Raw:
@@ -162,16 +101,15 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         rest = rest_of_open(segment, settings, motion)
         inside = slice(segment.begin, segment.end)
         moves = first_motion(time[inside], left[inside], motion)
+        found = motion, time, whole, doubts, quantum, segment, moves
         beside = {kind: _placed(each, place, time) for kind, each in columns.beside.items()}
-        located = LocatedMotion(motion, time, segment, moves)
-        events, odd = events_of(operation, settings, located, beside)
+        contact, odd = events_of(operation, settings, LocatedMotion(*found), beside)
     except UnusableError as error:
         words = "" if doubts is None else doubts_in_words(time, whole, doubts)
         reason = f"{error}; left out: {words}" if words else str(error)
         raise RejectedCurveError(operation.file, reason, line=error.line) from error
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
-    found = operation, motion, settings, time, whole, doubts, segment, rest, moves, quantum
-    return Raw(*found, *events, said)
+    return Raw(*found, operation, settings, rest, contact, said)
 
 
 def read_raws(

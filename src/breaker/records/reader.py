@@ -34,6 +34,7 @@ Example:
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -46,15 +47,17 @@ from breaker.records.measured import Measured
 from breaker.records.noise import Noise, noise_remarks
 from breaker.records.raw import Raw, read_raw, read_raws
 from breaker.records.scale import Scale
+from breaker.stores import open_store
 
-__all__ = ["Record", "read_curves", "read_record"]
+__all__ = ["Record", "open_curves", "read_curves", "read_record"]
 
-# Of a record that is rejected.
 _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
     **{"masked": "1", "noise": "mm", "colour": "1", "rate": "kHz"},
+    **{"record_noise": "mm", "record_colour": "1"},
 }
-_NUMBERS = dict.fromkeys(_UNITS, np.nan) | {"masked": 0}
+_MEASURED = {"measured": float, "measured_sd": float, "measured_reason": str}
+_NUMBERS = dict.fromkeys(_UNITS, np.nan) | {"masked": 0}  # of a record that is rejected
 
 
 @dataclass(frozen=True)
@@ -76,13 +79,14 @@ class Record(Raw):
         """What the dataset of ``read_curves`` has of it, beside the travel."""
         return {
             "first_motion": self.gridded.start,
-            "contact_time": self.switching - self.gridded.start,
-            "contact_sd": self.switching_sd,
-            "latch_time": self.moves - self.trigger,
+            "contact_time": self.contact.time - self.gridded.start,
+            "contact_sd": self.contact.sd,
+            "latch_time": self.moves - self.contact.trigger,
             "masked": int((self.doubts[self.inside] != "").sum()),
             "noise": self.noise.sd,
             "colour": self.noise.colour,
             "rate": (len(self.time) - 1) / float(self.time[-1] - self.time[0]),
+            **dict(zip(("record_noise", "record_colour"), self.process, strict=True)),
         }
 
 
@@ -143,73 +147,51 @@ def _dataset(
     """Records, or why there is none, as the dataset of ``read_curves``."""
     read = [record if isinstance(record, Record) else None for record in records]
     longest = max((each.left.size for each in read if each), default=1)
-    travel, noise = np.full((len(read), len(times)), np.nan), np.full((len(read), 2), np.nan)
+    travel = np.full((len(read), len(times)), np.nan)
     whole = np.full((len(read), longest), np.nan, np.float32)
     for i, each in enumerate(read):
         if each:
-            travel[i], noise[i] = each.gridded.travel, each.process
-            whole[i, : each.left.size] = each.left
+            travel[i], whole[i, : each.left.size] = each.gridded.travel, each.left
     texts = {
         "reason": ["" if isinstance(record, Record) else str(record) for record in records],
         "remarks": ["; ".join(each.remarks) if each else "" for each in read],
         "file": [printable(each.file) for each in operations],
     }
-    numbers = [each.numbers if each else _NUMBERS for each in read]
     of_each = {
         "missing": np.isnan(travel).sum(axis=1),
         "accepted": np.array([each is not None for each in read], dtype=bool),
         **{name: np.array(values, dtype=str) for name, values in texts.items()},
+        **{name: np.array([getattr(each, name) for each in operations]) for name in ABOUT},
     }
-    about = {name: np.array([getattr(each, name) for each in operations]) for name in ABOUT}
-    measured, quantities = _variables(
-        [each and each.measured(speeds) for each in read], motion, speeds
-    )
+    numbers = [each.numbers if each else _NUMBERS for each in read]
+    names = quantities_of(motion, speeds, SOURCES)
+    rejected = dict.fromkeys(names, Measured(np.nan, np.nan, "the record was rejected"))
+    rows = [each.measured(speeds) if each else rejected for each in read]
+    shape = len(rows), len(names)
+    measured = {
+        name: np.array([[row[each][i] for each in names] for row in rows], kind).reshape(shape)
+        for i, (name, kind) in enumerate(_MEASURED.items())
+    }
     return xr.Dataset(
         {
             "travel": (("operation", "time"), travel, {"unit": "mm"}),
             "record": (("operation", "sample"), whole, {"unit": "mm"}),
-            "record_noise": ("operation", noise[:, 0], {"unit": "mm"}),
-            "record_colour": ("operation", noise[:, 1]),
             **{name: ("operation", values) for name, values in of_each.items()},
             **{
                 name: ("operation", np.array([each[name] for each in numbers]), {"unit": unit})
                 for name, unit in _UNITS.items()
             },
-            **{name: ("operation", values) for name, values in about.items()},
-            **measured,
+            **{name: (("operation", "quantity"), values) for name, values in measured.items()},
         },
         coords={
             "operation": ("operation", [each.number for each in operations]),
             "time": ("time", times, {"unit": "ms"}),
             "sample": np.arange(longest),
-            **quantities,
+            "quantity": list(names),
+            "quantity_unit": ("quantity", [each.unit for each in names.values()]),
         },
         attrs={"motion": motion},
     )
-
-
-def _variables(
-    found: Sequence[Mapping[str, Measured] | None], motion: str, speeds: Sequence[Speed]
-) -> tuple[dict, dict]:
-    """Variables and coordinates of a dataset of what is measured of records, None of a missing one.
-
-    Returns:
-        ``measured``, ``measured_sd`` and ``measured_reason`` over ``operation`` and ``quantity``,
-        and the coordinates ``quantity`` and ``quantity_unit``.
-    """
-    names = quantities_of(motion, speeds, SOURCES)
-    none = Measured(np.nan, np.nan, "the record was rejected")
-    rows = [[each[name] if each else none for name in names] for each in found]
-    over = ("operation", "quantity")
-    columns = {"measured": float, "measured_sd": float, "measured_reason": str}
-    shape = (len(rows), len(names))
-    return {
-        name: (over, np.array([[each[i] for each in row] for row in rows], kind).reshape(shape))
-        for i, (name, kind) in enumerate(columns.items())
-    }, {
-        "quantity": list(names),
-        "quantity_unit": ("quantity", [each.unit for each in names.values()]),
-    }
 
 
 def read_record(
@@ -244,3 +226,22 @@ def _to_grid(raw: Raw, grid: Grid) -> Record:
     ]
     said = tuple(remark for remark in remarks if remark)
     return Record(**vars(raw), noise=noise, gridded=gridded, remarks=said)
+
+
+def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
+    """Read stores of what ``read_curves`` returned as one dataset over ``operation``.
+
+    Raises:
+        RejectedCurveError: If not one operation was accepted, since then the settings are wrong;
+            the first reasons are listed.
+    """
+    parts = [open_store(store) for store in stores]
+    curves = xr.concat(parts, dim="operation", join="outer", combine_attrs="override").load()
+    if not curves.accepted.any():
+        raise RejectedCurveError(
+            Path(str(curves.file.values[0])).parent,
+            f"none of {curves.sizes['operation']} {curves.attrs['motion']} files can be used; "
+            "check endurance.format and the folder. The first reasons: "
+            + " | ".join(curves.reason.values[:3].tolist()),
+        )
+    return curves

@@ -25,7 +25,6 @@ _SEEN = 3.0  # sd, from which a drift is seen
 _DRIFTS = 0.6  # times the way that a drift goes until the end, its error
 _LATE = 0.6  # share of the time after the arrival in which it is looked for
 _CALMS = 2.0  # times the duration, for which a drive may swing
-_STRAYS = 2.0  # times the variance of noise, from which a mean of a rest wanders
 _ONWARD, _CREEPS = 2.8, 2.0  # times the way seen in a rest that drifts or creeps, its error
 _BRAKED = 0.4  # strokes: what a drive still goes, at its greatest speed; with the square of this
 # Strokes that a drive may still swing by at its arrival; they fade so fast, over its duration.
@@ -73,14 +72,6 @@ class Rests:
             if steady and abs(ways.sum()) > _SEEN * self.trace.sd(parts[-1] - parts[0]):
                 slopes.append(abs(float(ways.sum())) / (end - begin) * count / (count - 1))
         return max(slopes)
-
-    @cached_property
-    def wander(self) -> float:
-        """Standard deviation of what the rest before the motion wanders by beyond noise, mm."""
-        begin, end = np.searchsorted(self.trace.time, self._lead)
-        noise = self.trace.noise_of_mean**2 * self.trace.duration / self.trace.half
-        square = np.var(self.trace.smooth[begin:end]) - _STRAYS * noise
-        return float(np.sqrt(max(square, 0.0)))
 
     @cached_property
     def after(self) -> Uncertain:

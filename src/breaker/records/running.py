@@ -7,7 +7,7 @@ import numpy as np
 
 from breaker.mechanism import compiled
 
-__all__ = ["filled", "running_mean", "running_median"]
+__all__ = ["filled", "running_mean", "running_median", "smoothed"]
 
 _fast = compiled()
 
@@ -16,6 +16,18 @@ def filled(travel: np.ndarray) -> np.ndarray:
     """Return samples with straight lines where some are missing, ``(n,)``."""
     there = np.flatnonzero(~np.isnan(travel))
     return np.interp(np.arange(travel.size), there, travel[there])
+
+
+def smoothed(travel: np.ndarray, half: int) -> np.ndarray:
+    """Return the running median over so many samples before and after each, ``(n,)``.
+
+    Where samples are missing, straight lines count. Near the ends it goes on as it is there:
+    mirrored, a burst at the end would fill the window.
+    """
+    smooth = running_median(filled(travel), 2 * half + 1)
+    if smooth.size > 2 * half:
+        smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
+    return smooth
 
 
 @_fast

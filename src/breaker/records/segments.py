@@ -13,7 +13,7 @@ import numpy as np
 
 from breaker.mechanism import in_digits
 from breaker.records.errors import SeveralMotionsError, UnusableError
-from breaker.records.running import filled, running_median
+from breaker.records.running import smoothed
 
 __all__ = ["Course", "Segment", "find_segment", "white_noise"]
 
@@ -88,16 +88,8 @@ class Course:
 
     @cached_property
     def smooth(self) -> np.ndarray:
-        """Running median, ``(t,)``; where samples are missing, straight lines count.
-
-        Half a window from the ends it goes on as it is there: mirrored, a burst at the end would
-        fill the window.
-        """
-        half = self.half
-        smooth = running_median(filled(self.reading), 2 * half + 1)
-        if smooth.size > 2 * half:
-            smooth[:half], smooth[-half:] = smooth[half], smooth[-half - 1]
-        return smooth
+        """Running median, ``(t,)``."""
+        return smoothed(self.reading, self.half)
 
     @property
     def moves(self) -> bool:

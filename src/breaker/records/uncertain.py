@@ -21,7 +21,6 @@ __all__ = ["Trace", "Uncertain"]
 
 _FEWEST = 6  # samples of a local fit
 _LOCAL = 11.0  # of the width of local fits: with it, their own error is a third of the noise's
-_NARROWER, _NARROWEST = 1.4, 2.0  # times, and samples: half width of the fit of a top
 _WIDEST = 0.2  # of the time of the motion, half the width of a local fit
 _OFF = 0.02  # strokes, error of a fit half as wide as the motion lasts; it goes with the square
 _FORGOTTEN = 1e-4  # correlation
@@ -213,29 +212,10 @@ class Trace:
         return self._passes(level, self.time[below.size - 1 - int(below[::-1].argmax())])
 
     def top(self, begin: float, end: float) -> Uncertain:
-        """Return the largest travel between two times, as the top of a local fit.
-
-        It is as narrow as changes the top by more than noise does; the last change is an error.
-        """
+        """Return the largest travel between two times, as the top of a local fit."""
         stop = min(end, float(self.known[-2]))  # a fit has samples on both sides
         later = self._window(min(begin, stop), stop)
-        near = float(self.time[later[int(self.smooth[later].argmax())]])
-        found, near = self._top_of(self._fit(near))
-        half, error = self.half / _NARROWER, 0.0
-        while (
-            _NARROWEST * self.step < half < stop - near
-            and self._there[self._about(near, half)].all()
-        ):
-            narrower, near = self._top_of(self._fit(near, half))
-            change = narrower - found
-            error = abs(change.value)
-            if error <= self.sd(change):
-                break
-            found, half = narrower, half / _NARROWER
-        return found + self.error(0.0, error)
-
-    def _top_of(self, fit: Fit) -> tuple[Uncertain, float]:
-        """Top of a local fit, and its time."""
+        fit = self._fit(float(self.time[later[int(self.smooth[later].argmax())]]))
         time = min(fit.solve(fit.near, 0.0, 1), float(self.known[-1]))
         travel = self._of(fit.value(time), fit.window, fit.weights(time))
         # The top of a noisy curve is higher than that of its mean, by half its slope's variance
@@ -243,7 +223,7 @@ class Trace:
         slope = self.sd(self._of(0.0, fit.window, fit.weights(time, 1)))
         bend = max(-fit.value(time, 2), slope / fit.half)
         higher = 0.5 * slope**2 / bend if bend > 0.0 else 0.0  # a flat top, known exactly
-        return travel + -higher, time
+        return travel + -higher
 
     def _passes(self, level: Uncertain, near: float) -> Uncertain:
         """Time near another one at which the travel is at a level."""
@@ -272,22 +252,14 @@ class Trace:
         noise = max(self.noise**2 - alone**2, 0.0) / self.quantum**2
         return float(alone * np.exp(-2.0 * np.pi**2 * noise) / (1.0 + spread / alone))
 
-    def _about(self, near: float, half: float) -> slice:
-        """Samples about the sample next to a time, as far as half a width."""
-        centre, reach = (
-            round((near - float(self.time[0])) / self.step),
-            int(half / self.step + 1e-6),
-        )
-        return slice(max(centre - reach, 0), max(centre + reach + 1, 0))
-
-    def _fit(self, near: float, half: float | None = None) -> Fit:
-        """Polynomial through the samples about the sample next to a time, of half a width."""
+    def _fit(self, near: float) -> Fit:
+        """Polynomial through the samples about the sample next to a time."""
         step, n = self.step, self.time.size
         centre = min(max(round((near - float(self.time[0])) / step), 0), n - 1)
-        first = half or self.half
-        for half in (first, 2.0 * first):  # wider where samples are missing
-            about = self._about(near, half)
-            window = about.start + np.flatnonzero(self._there[about])
+        for half in (self.half, 2.0 * self.half):  # wider where samples are missing
+            reach = int(half / step + 1e-6)
+            first = max(centre - reach, 0)
+            window = first + np.flatnonzero(self._there[first : centre + reach + 1])
             if window.size >= _FEWEST - 1 and window[0] < centre < window[-1]:
                 break
         else:

@@ -1,0 +1,86 @@
+"""The lines of a text as rows of cells, each split where it is looked at.
+
+Lines of samples that are alike are split together, column by column.
+"""
+
+import csv
+import re
+from collections.abc import Sequence
+
+__all__ = ["Lines", "cells_of"]
+
+_COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is no cell of a line of names
+# The blank before a unit in brackets that follows a name, where blanks separate.
+_BEFORE_UNIT = re.compile(r"(?<=[^\s\])])\s+(?=[\[(])")
+_NOT_ALIKE = '"([#!%/'  # signs of which a line has its own meaning
+
+
+class Lines(Sequence):
+    """Rows of cells: the lines of a text that are not blank.
+
+    Args:
+        every: All lines of the text, or of a part of it.
+        kept: Places of those that are not blank.
+        delimiter: The sign between cells; where it is " ", any blanks are one.
+    """
+
+    def __init__(self, every: Sequence[str], kept: Sequence[int], delimiter: str) -> None:
+        self._every, self._delimiter = every, delimiter
+        self._kept = every if len(kept) == len(every) else [every[i] for i in kept]
+        self._columns: dict[tuple[int, int], list[list[str]] | None] = {}
+
+    def __len__(self) -> int:
+        return len(self._kept)
+
+    def __getitem__(self, place: int | slice) -> list:
+        if isinstance(place, slice):
+            return [cells_of(line, self._delimiter) for line in self._kept[place]]
+        return cells_of(self._kept[place], self._delimiter)
+
+    def above(self, line: int, others: Sequence[int]) -> list[list[str]]:
+        """Return the cells of what stands above a line, counted from 1, but for other lines; where
+        blanks separate, each is one cell, as blanks are between words, too.
+        """
+        some = (text for i, text in enumerate(self._every[: line - 1], 1) if i not in others)
+        if self._delimiter == " ":
+            return [[text.strip()] for text in some]
+        return [cells_of(text, self._delimiter) for text in some]
+
+    def columns(self, first: int, width: int) -> list[list[str]] | None:
+        """Return the columns of cells of the rows from the first on, or None where one has another
+        number of cells, or may be a remark.
+        """
+        if (first, width) not in self._columns:
+            self._columns[first, width] = self._split(self._kept[first:], width)
+        return self._columns[first, width]
+
+    def _split(self, lines: Sequence[str], width: int) -> list[list[str]] | None:
+        sign = self._delimiter
+        joined = f"{sign}\0{sign}".join(lines)  # no text has a zero byte
+        if any(each in joined for each in _NOT_ALIKE):
+            return None
+        cells, step = joined.split(None if sign == " " else sign), width + 1
+        ends = cells[width::step]
+        if len(cells) != step * len(lines) - 1 or ends.count("\0") != len(ends):
+            return None
+        return [cells[place::step] for place in range(width)]
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line; where " " is the delimiter, any blanks are one.
+
+    Each line is split for itself: an odd quotation mark, such as that of an inch, must not join
+    lines, or their numbers shift.
+
+    >>> cells_of('"1,5", 2', ","), cells_of("Travel (mm)  Time", " ")
+    (['1,5', '2'], ['Travel(mm)', 'Time'])
+    """
+    line = line.strip() if delimiter == " " else line.rstrip("\n")
+    if delimiter == " ":
+        line = _COMMENT.sub(r"\1", line)
+        line = _BEFORE_UNIT.sub("", line) if "(" in line or "[" in line else line
+    cells = line.split(None if delimiter == " " else delimiter)
+    if '"' in line and line.count('"') % 2 == 0:
+        reader = csv.reader([line], delimiter=delimiter, skipinitialspace=True)
+        cells = next(reader, [])
+    return [cell.strip() for cell in cells]
