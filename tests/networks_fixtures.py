@@ -57,6 +57,7 @@ COMBINATIONS = {
 TRAINING = {
     "steps": 10,
     "batch": 16,
+    "optimiser": "muon",
     "learning_rate": 5e-3,
     "warm_up": 0.2,
     "weight_decay": 0.01,

@@ -76,7 +76,7 @@ def test_every_step_has_its_learning_rate_and_a_clipped_gradient(trainer):
         rates.append(optimiser.param_groups[0]["lr"])
         norms.append(math.sqrt(sum(float(w.grad.square().sum()) for w in training.weights)))
 
-    training.optimiser.register_step_pre_hook(watch)
+    training.optimisers[0].register_step_pre_hook(watch)
     history = training.run()
     assert rates == [training.learning_rate(k) for k in range(10)]
     np.testing.assert_array_equal(history.learning_rate.values, rates)
@@ -97,7 +97,7 @@ def test_moving_average_by_hand(trainer):
         for mean, weight in zip(expected, training.weights, strict=True):
             mean.mul_(decay).add_(weight.detach(), alpha=1 - decay)
 
-    training.optimiser.register_step_post_hook(follow)
+    training.optimisers[0].register_step_post_hook(follow)
     training.run()
     assert count == 6
     for mean, weight in zip(expected, training.ema, strict=True):
@@ -110,7 +110,7 @@ def test_the_best_average_is_kept(trainer):
     """A learning rate that is far too high: the loss of the average rises."""
     training = trainer(steps=8, learning_rate=0.1, warm_up=0.9, evaluate_every=1, clip=100.0)
     averages = {}
-    training.optimiser.register_step_pre_hook(
+    training.optimisers[0].register_step_pre_hook(
         lambda *_: averages.update({training.step: [w.clone() for w in training.ema]})
     )
     history = training.run()
@@ -146,7 +146,7 @@ def test_a_loss_that_is_not_finite_names_motion_and_step(trainer, bad):
         if training.step == 5:
             training.rows.travel = torch.full_like(training.rows.travel, bad)
 
-    training.optimiser.register_step_post_hook(spoil)
+    training.optimisers[0].register_step_post_hook(spoil)
     message = r"the loss of opening is (nan|inf) at step 6; lower training.learning_rate"
     with pytest.raises(FloatingPointError, match=message):
         training.run()

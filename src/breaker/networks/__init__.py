@@ -11,7 +11,7 @@ from functools import partial
 
 from torch import nn
 
-from breaker.networks.blocks import ResidualMLP
+from breaker.networks.blocks import Hidden, ResidualMLP
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.deep_set import DeepSet
 from breaker.networks.flow_matching import FlowMatching
@@ -22,6 +22,7 @@ __all__ = [
     "INFERENCE_NETWORKS",
     "SUMMARY_NETWORKS",
     "AutoregressiveMixture",
+    "Hidden",
     "ResidualMLP",
     "build",
 ]

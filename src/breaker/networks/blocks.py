@@ -5,7 +5,11 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-__all__ = ["Gaussian", "GaussianHead", "ResidualMLP"]
+__all__ = ["Gaussian", "GaussianHead", "Hidden", "ResidualMLP"]
+
+
+class Hidden(nn.Linear):
+    """Linear layer between two hidden ones; optimisers may treat its matrix as one."""
 
 
 class ResidualMLP(nn.Module):
@@ -22,8 +26,8 @@ class ResidualMLP(nn.Module):
     def __init__(self, inputs: int, width: int, outputs: int, *, blocks: int) -> None:
         super().__init__()
         self.enter = nn.Linear(inputs, width)
-        self.inner = nn.ModuleList(nn.Linear(width, width) for _ in range(blocks))
-        self.outer = nn.ModuleList(nn.Linear(width, width) for _ in range(blocks))
+        self.inner = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
+        self.outer = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
         self.leave = nn.Linear(width, outputs)
         for layer in self.outer:
             nn.init.zeros_(layer.weight)

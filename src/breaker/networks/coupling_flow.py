@@ -19,7 +19,7 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-from breaker.networks.blocks import GaussianHead
+from breaker.networks.blocks import GaussianHead, Hidden
 from breaker.networks.splines import bend, unbend
 
 __all__ = ["CouplingFlow"]
@@ -40,7 +40,7 @@ class Conditioner(nn.Module):
         self.bins = bins
         self.enter = nn.Linear(inputs, hidden[0])
         self.middle = nn.ModuleList(
-            nn.Linear(size_in, size_out) for size_in, size_out in pairwise(hidden)
+            Hidden(size_in, size_out) for size_in, size_out in pairwise(hidden)
         )
         self.leave = nn.Linear(hidden[-1], splines * (3 * bins - 1))
         nn.init.zeros_(self.leave.weight)
@@ -97,7 +97,7 @@ class CouplingFlow(nn.Module):
         )
 
     def whitened_to_noise(self, y: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
-        """Bend y ``(n, d, q)`` to noise, given features ``(n, s)``; log slopes ``(n, d)`` beside."""
+        """Bend y ``(n, d, q)`` to noise, given features ``(n, s)``; with log slopes ``(n, d)``."""
         log_slope = y.new_zeros(y.shape[:-1])
         for conditioner, order, place, shift in self._couplings(features):
             stay, turn = _parted(y, order, conditioner)

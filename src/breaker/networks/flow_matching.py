@@ -25,7 +25,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from breaker.networks.blocks import GaussianHead
+from breaker.networks.blocks import GaussianHead, Hidden
 
 __all__ = ["FlowMatching"]
 
@@ -58,8 +58,8 @@ class VelocityField(nn.Module):
         self.enter = nn.Linear(dims, width)
         self.condition = nn.Linear(features, width * (blocks + 1))
         self.time = nn.Linear(2 * frequencies, width * (blocks + 1))
-        self.inner = nn.ModuleList(nn.Linear(width, width) for _ in range(blocks))
-        self.outer = nn.ModuleList(nn.Linear(width, width) for _ in range(blocks))
+        self.inner = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
+        self.outer = nn.ModuleList(Hidden(width, width) for _ in range(blocks))
         self.leave = nn.Linear(width, dims)
         for layer in (*self.outer, self.leave):
             nn.init.zeros_(layer.weight)

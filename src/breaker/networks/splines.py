@@ -152,7 +152,7 @@ def _of_numbers(at: Tensor, of_ends: Tensor, of_slopes: Tensor, slopes: Tensor, 
     widths, damped, ends, total, slope_damped = steps
     both = torch.cat([at, at + 1], -1)
     reached = ends.gather(-1, both.unsqueeze(-2).expand(*at.shape[:-1], 2, 2))
-    # A knot is a share of all bins, so that a bin moves the knots behind it one way and all another.
+    # A knot is a share of all bins: a bin moves those behind it one way, and all the other.
     pull = (of_ends * reached).sum(-1, keepdim=True) / total
     order = torch.arange(widths.shape[-1], device=at.device)
     before = (order < at).unsqueeze(-2) * of_ends.sum(-1, keepdim=True)

@@ -30,6 +30,7 @@ from breaker.model import seed_integer
 from breaker.posterior.batches import OnlineRows, Rows, StreamedRows
 from breaker.posterior.estimator import Posterior
 from breaker.posterior.family_network import FamilyNetwork, FamilyRows
+from breaker.posterior.optimisers import optimisers
 
 __all__ = ["Checkpoint", "Trainer", "choose_device", "fingerprint"]
 
@@ -99,11 +100,7 @@ class Trainer:
         self.weights = list(self.posterior.parameters())
         self.ema = [weight.detach().clone() for weight in self.weights]
         self.best = [weight.clone() for weight in self.ema]
-        self.optimiser = torch.optim.AdamW(
-            self.weights,
-            lr=self.settings["learning_rate"],
-            weight_decay=self.settings["weight_decay"],
-        )
+        self.optimisers = optimisers(self.posterior, self.settings)
         device = self.weights[0].device
         self.rng = torch.Generator(device).manual_seed(seed_integer(self.seed, "training", name))
         fixed = torch.Generator(device).manual_seed(seed_integer(self.seed, "validation", name))
@@ -149,12 +146,13 @@ class Trainer:
         loss = self.posterior.loss(*batch).mean()
         self.losses.append(loss.item())
         self._check("loss", self.losses[-1])
-        for group in self.optimiser.param_groups:
-            group["lr"] = self.learning_rate(self.step)
-        self.optimiser.zero_grad()
+        self.posterior.zero_grad()
         loss.backward()
         torch.nn.utils.clip_grad_norm_(self.weights, self.settings["clip"])
-        self.optimiser.step()
+        for optimiser in self.optimisers:
+            for group in optimiser.param_groups:
+                group["lr"] = self.learning_rate(self.step)
+            optimiser.step()
         self.step += 1
         # Early on the average spans the steps so far, so that it forgets the start.
         decay = min(self.settings["ema"], self.step / (self.step + 10))
@@ -190,7 +188,7 @@ class Trainer:
             "fingerprint": self.checkpoint.fingerprint,
             **{name: getattr(self, name) for name in _NUMBERS},
             **{name: [each.detach() for each in getattr(self, name)] for name in _WEIGHTS},
-            "optimiser": self.optimiser.state_dict(),
+            "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
             "rng": self.rng.get_state(),
         }
 
@@ -221,7 +219,8 @@ class Trainer:
             setattr(self, name, state[name])
         for name in _WEIGHTS:
             self._copy(state[name], getattr(self, name))
-        self.optimiser.load_state_dict(state["optimiser"])
+        for optimiser, kept in zip(self.optimisers, state["optimisers"], strict=True):
+            optimiser.load_state_dict(kept)
         self.rng.set_state(state["rng"].cpu())
         tqdm.write(f"going on from step {self.step} of {file}")
 
