@@ -13,7 +13,7 @@ def a_fit(n=40, k=3, last=39, precision=0.01):
     design = np.stack([np.ones(n), time], axis=1)
     values = rng.standard_normal((n, k)) + np.outer(time, [3.0, -1.0, 0.0])
     values[5] = np.nan
-    fit = Fit(Block(values, np.ones(k)))
+    fit = Fit([Block(values, np.ones(k))])
     fit.noise = np.array([1.0, 2.0, 0.5])
     fit.sum_up(design, 0)
     for i in range(last + 1):
@@ -30,9 +30,9 @@ def test_records_one_after_the_other_give_the_regression_of_all():
         expected = np.linalg.solve(square, design[there].T @ values[there, k] / fit.noise[k])
         np.testing.assert_allclose(fit.mean[k], expected)
         np.testing.assert_allclose(fit.cov[k], np.linalg.inv(square))
-    mean, variance = fit.about(design[-1])  # of a linear function
-    np.testing.assert_allclose(mean, fit.mean @ design[-1])
-    np.testing.assert_allclose(variance[1], design[-1] @ fit.cov[1] @ design[-1])
+    mean, cov = fit.about(design[-2:])  # of linear functions
+    np.testing.assert_allclose(mean[:, 1], fit.mean @ design[-1])
+    np.testing.assert_allclose(cov[1, 0, 1], design[-2] @ fit.cov[1] @ design[-1])
     gram, moment = fit.gram.copy(), fit.moment.copy()
     fit.sum_up(design, 40)  # anew
     np.testing.assert_allclose(fit.gram, gram)
@@ -46,7 +46,7 @@ def test_the_evidence_of_a_column_is_that_of_the_larger_regression(start, step):
     fit, design, values = a_fit()
     time = design[:, 1]
     row = np.array([1.0, 0.0]) if step else np.array([-time[start], 1.0])
-    found = fit.explained(np.array([start]), 39, row[None], 3).evidence(np.full((1, 3), 4.0))[0]
+    found = fit.explained(np.array([start]), 39, row[None]).evidence(np.full((1, 3), 4.0))[0]
     there = np.isfinite(values[:, 0])
     column = (np.arange(40) >= start) * (design @ row)
 

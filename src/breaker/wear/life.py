@@ -1,21 +1,20 @@
 """A life on the way: records come, the path is fitted, changes are noticed and placed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from breaker.wear.fit import Fit
-from breaker.wear.path import Block, Change, Path
+from breaker.wear.path import Change, Path
 
 if TYPE_CHECKING:
     from breaker.wear.tracker import Tracker
 
-__all__ = ["Life", "Operations"]
+__all__ = ["Life"]
 
 _LEVEL, _RATE, _LATER = 100.0, 10.0, 30.0  # prior sds, in changes of the family: none is known
 _STARTS = 40  # of changes that are weighed, closer together the later they are
-_LEADING = 12  # coordinates of a block in which changes are sought
 _NEAR = 8  # records about the last place of a change, where each is weighed
 _AGE = 2  # records that a change needs: one may be an outlier
 _MEMORY = 300.0  # records, over which the size of the scatter is followed
@@ -37,26 +36,21 @@ class _Best(NamedTuple):
     kind: str = ""
 
 
-class Operations(NamedTuple):
-    """Operations of a life, as ``Tracker.follow`` takes them."""
-
-    numbers: np.ndarray
-    new: np.ndarray | None
-    events: Mapping[int, bool]
-    temperature: np.ndarray | None
-
-
 class Life:
-    """A life of a drive, followed by a tracker; blocks as of ``Tracker.follow``."""
+    """A life of a drive, followed by a tracker; arguments as of ``Tracker.follow``."""
 
-    def __init__(self, tracker: "Tracker", operations: Operations, blocks: Sequence[Block]) -> None:
-        self.tracker = tracker
-        numbers, new, self.events, temperature = operations
-        self.fits = [Fit(block) for block in blocks]
-        self.sought = [fit for fit in self.fits if fit.sought]
-        some = np.logical_or.reduce([fit.there for fit in self.fits])
+    def __init__(
+        self,
+        tracker: "Tracker",
+        operations: np.ndarray,
+        fit: Fit,
+        new: np.ndarray | None,
+        temperature: np.ndarray | None,
+    ) -> None:
+        self.tracker, self.fit = tracker, fit
+        some = fit.seen.any(axis=1)
         self.new = np.flatnonzero(some)[: tracker.reference] if new is None else new
-        where = np.asarray(numbers, dtype=float)
+        where = np.asarray(operations, dtype=float)
         self.span = max(float(np.ptp(where[self.new])), 1.0)
         self.time = (where - where[self.new].mean()) / self.span
         self.warm = None if temperature is None else np.nan_to_num(temperature)
@@ -64,26 +58,23 @@ class Life:
         self.counted, self.alike = _FIRST, 0.0
         self._renew(0)
 
-    def followed(self) -> Path:
-        """Go through all operations."""
-        sizes = [fit.variance.size for fit in self.fits]
+    def followed(self, events: Mapping[int, bool]) -> Path:
+        """Go through all operations, with events as of ``Tracker.follow``."""
         n, full = len(self.time), int(self.new[-1])
-        found = {name: np.full((n, sum(sizes)), np.nan) for name in list(Path.__annotations__)[:7]}
+        known = np.full((n, 7, self.fit.variance.size), np.nan)
         evidence, weight = np.full((2, n), np.nan)
         for i in range(n):
-            if i in self.events and i > full:
-                self._begin(Change(i, i, i, i, "event", np.inf, self.events[i]), i - 1)
+            if i in events and i > full:
+                self._begin(Change(i, i, i, i, "event", np.inf, events[i]), i - 1)
             weight[i] = self._weigh(i, learnt=i > full)
-            for fit in self.fits:
-                fit.add(self.design[i], i)
+            self.fit.add(self.design[i], i)
             if i < full:
                 continue
             self._solve(i)
             if i > full:
                 evidence[i] = self._watch(i, full)
-            for name, values in self._known(i).items():
-                found[name][i] = np.concatenate(values)
-        return Path(**found, evidence=evidence, weight=weight, changes=tuple(self.changes))
+            known[i] = self._known(i)
+        return Path(*known.swapaxes(0, 1), evidence, weight, tuple(self.changes))
 
     def _design(self) -> np.ndarray:
         """Columns of the path: level, rate, curvature, temperature, and those of changes."""
@@ -109,16 +100,13 @@ class Life:
     def _renew(self, last: int) -> None:
         """Make the design anew, and add up the records before ``last``."""
         self.design = self._design()
-        for fit in self.fits:
-            fit.sum_up(self.design, last)
+        self.fit.sum_up(self.design, last)
 
-    def _precision(self, fit: Fit, i: int) -> np.ndarray:
+    def _precision(self, i: int) -> np.ndarray:
         """Prior precisions of the path, ``(k, p)``."""
-        family, past = fit.variance, max(self.time[i] - self.time[0], 1e-9)
-        square = np.square(fit.change)
-        roots = np.sqrt(family) / np.sqrt(family).sum()
-        bends = np.square(self.tracker.bend) * square
-        bends = bends + np.square(self.tracker.aside) * square[:_LEADING].sum() * roots + 1e-12
+        family, past = self.fit.variance, max(self.time[i] - self.time[0], 1e-9)
+        along, aside = self.fit.bends()
+        bends = self.tracker.bend**2 * along + self.tracker.aside**2 * aside + 1e-12
         columns = [
             np.square(_LEVEL) * family + 1.0,
             (np.square(_RATE) * family + 1.0) / past**2,
@@ -134,33 +122,30 @@ class Life:
 
     def _solve(self, i: int) -> None:
         """Fit the path to the records up to ``i``."""
-        row = self._since_new(i)
-        for fit in self.fits:
-            fit.solve(i, self._precision(fit, i))
-            fit.change = fit.mean @ row
+        self.fit.solve(i, self._precision(i))
+        self.fit.change = self.fit.mean @ self._since_new(i)
 
     def _weigh(self, i: int, *, learnt: bool) -> float:
         """Weigh record ``i`` by how far it is from what is expected; nan without one."""
-        there = [fit for fit in self.fits if fit.there[i]]
-        if not there:
+        fit, there = self.fit, self.fit.there[i]
+        if not there.any():
             return np.nan
         if not learnt:
             return 1.0
-        found = [fit.off(self.design, slice(i, i + 1), fit.variance.size)[0] for fit in there]
-        both = [(each, fit.last) for fit, each in zip(there, found, strict=True) if fit.sought]
-        left, last = (np.concatenate([p[k][:_LEADING] for p in both] or [[]]) for k in (0, 1))
-        count, square = left.size, float(left @ left)
-        weight = (self.tracker.tails + count) / (self.tracker.tails + square)
+        off = fit.off(self.design, slice(i, i + 1), slice(None))[0]
+        sought = fit.sought[there[fit.sought]]
+        left, count = off[sought], sought.size
+        weight = (self.tracker.tails + count) / (self.tracker.tails + float(left @ left))
         self.counted = min(self.counted + 1.0, _MEMORY)
-        for fit, each in zip(there, found, strict=True):
-            fit.weight[i], fit.last = weight, np.sqrt(min(weight, 1.0)) * each
-            fit.noise *= 1.0 + (np.minimum(weight * each**2, _ODD) - 1.0) / self.counted
         if count:
-            alike = float(np.clip(weight * (left @ last) / count, -1.0, 1.0))
+            alike = float(np.clip(weight * (left @ fit.last[sought]) / count, -1.0, 1.0))
             self.alike += (alike - self.alike) / self.counted
             colour = float(np.clip(self.alike, 0.0, _ALIKE))
-            for fit in self.fits:
-                fit.memory = (1.0 + colour) / (1.0 - colour)
+            fit.memory = (1.0 + colour) / (1.0 - colour)
+        grown = (np.minimum(weight * np.square(off), _ODD) - 1.0) / self.counted
+        fit.noise = fit.noise * np.where(there, 1.0 + grown, 1.0)
+        fit.last = np.where(there, np.sqrt(min(weight, 1.0)) * off, fit.last)
+        fit.weight[i] = weight
         return weight
 
     def _watch(self, i: int, full: int) -> float:
@@ -190,16 +175,12 @@ class Life:
 
     def _reweigh(self, start: int, i: int) -> None:
         """Weigh the records after a change by the path that has it."""
-        rows = slice(start, i + 1)
-        square = sum(
-            np.square(fit.off(self.design, rows, _LEADING)).sum(axis=1) * fit.there[rows]
-            for fit in self.sought
-        )
-        count = sum(min(_LEADING, fit.variance.size) * fit.there[rows] for fit in self.sought)
-        weight = (self.tracker.tails + count) / (self.tracker.tails + square)
-        for fit in self.fits:
-            fit.weight[rows] = np.where(fit.there[rows], weight, 0.0)
-            fit.sum_up(self.design, i + 1)
+        rows, fit = slice(start, i + 1), self.fit
+        there = fit.there[rows, fit.sought]
+        square = np.square(fit.off(self.design, rows, fit.sought) * there).sum(axis=1)
+        tails = self.tracker.tails
+        fit.weight[rows] = (tails + there.sum(axis=1)) / (tails + square)
+        fit.sum_up(self.design, i + 1)
 
     def _place(self, i: int, full: int) -> None:
         """Place the last change by all that is known now; take it back if nothing speaks for it."""
@@ -227,18 +208,15 @@ class Life:
         step, ramp = np.zeros((2, starts.size, self.design.shape[1]))
         step[:, 0] = 1.0
         ramp[:, 0], ramp[:, 1] = -before / (now - before), 1.0 / (now - before)
-        rate, tracker, total = self._rate(i), self.tracker, np.zeros((len(_SOUGHT), starts.size))
-        for fit in self.sought:
-            some = fit.variance[:_LEADING]
-            sums = (fit.explained(starts, i, each, some.size) for each in (ramp, step))
-            along = np.square(tracker.faster * np.outer(now - before, (fit.mean @ rate)[:_LEADING]))
-            other = np.tile(np.square(tracker.size) * some, (starts.size, 1))
-            ramps, steps = sums
-            sizes = other, _LARGE**2 * other
-            total += [
-                ramps.evidence(along),
-                *(each.evidence(size) for size in sizes for each in (ramps, steps)),
+        ramps, steps = (self.fit.explained(starts, i, each) for each in (ramp, step))
+        speed = (self.fit.mean @ self._rate(i))[self.fit.sought]
+        other = np.square(self.tracker.size) * self.fit.variance[self.fit.sought]
+        total = np.stack(
+            [
+                ramps.evidence(np.square(self.tracker.faster * np.outer(now - before, speed))),
+                *(e.evidence(size) for size in (other, _LARGE**2 * other) for e in (ramps, steps)),
             ]
+        )
         gaps = np.gradient(ages.astype(float)) if ages.size > 1 else np.ones(1)
         total += np.log(gaps / (gaps.sum() * len(_SOUGHT)))
         evidence = float(np.logaddexp.reduce(total.ravel()))
@@ -273,18 +251,11 @@ class Life:
         row[_BASE:] *= kept
         return row
 
-    def _known(self, i: int) -> dict[str, list[np.ndarray]]:
-        """What ``Path`` has of operation ``i``, by block."""
+    def _known(self, i: int) -> list[np.ndarray]:
+        """What ``Path`` has of operation ``i``, in its order."""
         row, rate = self._since_new(i), self._rate(i) / self.span
         events = [change for change in self._standing() if change.kind == "event"]
         after = self.design[i] - self.design[events[-1].start] if events else np.nan * row
-        after = self._cleared(after)
-        found: dict[str, list[np.ndarray]] = {}
-        for fit in self.fits:
-            change, since, speed = (fit.about(each) for each in (row, after, rate))
-            both = np.einsum("p,kpq,q->k", row, fit.cov, rate)
-            parts = (*change, *since, *speed, both)
-            names = list(Path.__annotations__)[:7]
-            for name, each in zip(names, parts, strict=True):
-                found.setdefault(name, []).append(each)
-        return found
+        mean, cov = self.fit.about(np.stack([row, self._cleared(after), rate]))
+        pairs = [each for k in range(3) for each in (mean[:, k], cov[:, k, k])]
+        return [*pairs, cov[:, 0, 2]]
