@@ -63,27 +63,29 @@ class Fit:
         self.weight = np.ones(len(self.values))
         self.noise, self.memory = np.ones_like(self.variance), 1.0
         self.change, self.last = np.zeros((2, self.variance.size))
+        # Sums over the records before each, as wide as the design was then.
+        self.gram = [np.zeros((self.seen.shape[1], 0, 0))]
+        self.moment = [np.zeros((0, self.variance.size))]
 
-    def sum_up(self, design: np.ndarray, last: int) -> None:
-        """Add up the records before ``last`` anew, with a design ``(o, p)``."""
-        (n, p), (k, s) = design.shape, (self.variance.size, self.seen.shape[1])
-        self.gram, self.moment = np.zeros((n + 1, s, p, p)), np.zeros((n + 1, p, k))
-        rows = design[:last, :, None]
-        weighted = self.weight[:last, None, None] * rows
-        squares = self.seen[:last, :, None, None] * (weighted * design[:last, None])[:, None]
-        np.cumsum(squares, axis=0, out=self.gram[1 : last + 1])
-        np.cumsum(weighted * self.values[:last, None], axis=0, out=self.moment[1 : last + 1])
+    def sum_up(self, rows: np.ndarray, first: int) -> None:
+        """Add up records from index ``first`` on, by their rows of a design, ``(r, p)``.
 
-    def add(self, row: np.ndarray, i: int) -> None:
-        """Add record ``i`` with its row of the design."""
-        weighted = (self.weight[i] * row)[:, None]
-        self.gram[i + 1] = self.gram[i] + self.seen[i][:, None, None] * (weighted * row)
-        self.moment[i + 1] = self.moment[i] + weighted * self.values[i]
+        Columns that are new are 0 before; what had been added from there on is forgotten.
+        """
+        (r, p), (k, s) = rows.shape, (self.variance.size, self.seen.shape[1])
+        gram, moment = np.zeros((1 + r, s, p, p)), np.zeros((1 + r, p, k))
+        q = min(p, len(self.moment[first]))
+        gram[0, :, :q, :q], moment[0, :q] = self.gram[first][:, :q, :q], self.moment[first][:q]
+        some = slice(first, first + r)
+        weighted = self.weight[some, None, None] * rows[:, :, None]
+        gram[1:] = self.seen[some, :, None, None] * (weighted * rows[:, None])[:, None]
+        moment[1:] = weighted * self.values[some, None]
+        self.gram[first:], self.moment[first:] = gram.cumsum(axis=0), moment.cumsum(axis=0)
 
     def solve(self, i: int, precision: np.ndarray) -> None:
         """Fit the records up to ``i``, with prior precisions of the coefficients, ``(k, p)``."""
         noise = self.memory * self.noise
-        matrix = self.gram[i + 1, self.alike] / noise[:, None, None]
+        matrix = self.gram[i + 1][self.alike] / noise[:, None, None]
         self.cov = np.linalg.inv(matrix + precision[:, :, None] * np.eye(precision.shape[1]))
         self.mean = (self.cov @ (self.moment[i + 1] / noise).T[:, :, None])[:, :, 0]
 
@@ -99,10 +101,10 @@ class Fit:
         """Return linear functions ``(r, p)`` of the coefficients: ``(k, r)``, and covariances."""
         return self.mean @ rows.T, rows @ self.cov @ rows.T
 
-    def off(self, design: np.ndarray, rows: slice, some: np.ndarray | slice) -> np.ndarray:
+    def off(self, rows: np.ndarray, first: int, some: np.ndarray | slice) -> np.ndarray:
         """Return how far records are from the path in some coordinates, in sds, ``(r, k)``."""
-        left = self.values[rows, some] - design[rows] @ self.mean[some].T
-        spread = ((design[rows] @ self.cov[some]) * design[rows]).sum(axis=-1).T
+        left = self.values[first : first + len(rows), some] - rows @ self.mean[some].T
+        spread = ((rows @ self.cov[some]) * rows).sum(axis=-1).T
         return left / np.sqrt(self.noise[some] + spread)
 
     def explained(self, starts: np.ndarray, i: int, columns: np.ndarray) -> Explained:
@@ -114,8 +116,8 @@ class Fit:
             columns: The column from there on as a sum of those of the design, ``(c, p)``.
         """
         some = self.sought
-        gram = self.gram[i + 1] - self.gram[starts]
-        moment = self.moment[i + 1][:, some] - self.moment[starts][:, :, some]
+        gram = self.gram[i + 1] - np.stack([self.gram[k] for k in starts])
+        moment = (self.moment[i + 1] - np.stack([self.moment[k] for k in starts]))[:, :, some]
         noise, alike = self.memory * self.noise[some], self.alike[some]
         cross = (columns[:, None, None] @ gram)[:, :, 0]
         square = (cross * columns[:, None]).sum(axis=-1)[:, alike]

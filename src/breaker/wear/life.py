@@ -1,6 +1,6 @@
 """A life on the way: records come, the path is fitted, changes are noticed and placed."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -21,19 +21,30 @@ _MEMORY = 300.0  # records, over which the size of the scatter is followed
 _ODD = 9.0  # square of a record's coordinate, in variances, as which a larger one counts in it
 _ALIKE = 0.9  # largest correlation of neighbouring records
 _FIRST = 100.0  # records that the scatter of the reference counts for in this
-_BASE = 3  # columns of the design: level, rate, curvature
 _SOUGHT = ("rate", "rate", "step", "rate", "step")
 _LARGE = 30.0  # size of a large change, over that of another
+_BASE = 3  # columns that any design has; the next is that of the temperature
+_POWERS = {"rate": (1, 2), "step": (0,), "event": (0, 1, 2)}  # of time, by kind of change
 
 
-class _Best(NamedTuple):
-    """The best of the changes that are sought, and how sure it is that there is one."""
+class _Column(NamedTuple):
+    """A column of the design: a power of the time since a change, or since the drive was new.
 
-    evidence: float
-    start: int = 0
-    earliest: int = 0
-    latest: int = 0
-    kind: str = ""
+    Attributes:
+        power: 0 a step, 1 a rate, 2 a curvature.
+        origin: Time from which it is counted.
+        before: Index of the last record without it, in which a prior of a rate counts from,
+        first: and of the first record with it.
+        size: Prior sd, in changes of the family; that of a curvature follows the change.
+        kept: Whether what it moves is a change of the drive.
+    """
+
+    power: int
+    origin: float
+    before: int = 0
+    first: int = 0
+    size: float = 0.0
+    kept: bool = True
 
 
 class Life:
@@ -56,7 +67,7 @@ class Life:
         self.warm = None if temperature is None else np.nan_to_num(temperature)
         self.changes: list[Change] = []
         self.counted, self.alike = _FIRST, 0.0
-        self._renew(0)
+        self._renew(0, 0)
 
     def followed(self, events: Mapping[int, bool]) -> Path:
         """Go through all operations, with events as of ``Tracker.follow``."""
@@ -67,7 +78,7 @@ class Life:
             if i in events and i > full:
                 self._begin(Change(i, i, i, i, "event", np.inf, events[i]), i - 1)
             weight[i] = self._weigh(i, learnt=i > full)
-            self.fit.add(self.design[i], i)
+            self.fit.sum_up(self._rows([i]), i)
             if i < full:
                 continue
             self._solve(i)
@@ -76,54 +87,50 @@ class Life:
             known[i] = self._known(i)
         return Path(*known.swapaxes(0, 1), evidence, weight, tuple(self.changes))
 
-    def _design(self) -> np.ndarray:
-        """Columns of the path: level, rate, curvature, temperature, and those of changes."""
-        columns = [np.ones_like(self.time), self.time, np.square(self.time)]
-        if self.warm is not None:
-            columns.append(self.warm)
-        for change in self._standing():
-            after = np.arange(self.time.size) >= change.start
-            since = np.where(after, self.time - self.time[max(change.start - 1, 0)], 0.0)
-            columns += self._columns(change, after, since, np.square(since))
-        return np.stack(columns, axis=1).astype(float)
-
-    @staticmethod
-    def _columns(change: Change, step, rate, bend) -> list:
-        """Columns that a kind of change has, of a step, a rate and a curvature."""
-        kinds = {"step": [step], "event": [step, rate, bend]}
-        return kinds.get(change.kind, [rate, bend])
-
     def _standing(self) -> list[Change]:
         """Changes that were not taken back."""
         return [change for change in self.changes if change.evidence >= 0.0]
 
-    def _renew(self, last: int) -> None:
-        """Make the design anew, and add up the records before ``last``."""
-        self.design = self._design()
-        self.fit.sum_up(self.design, last)
+    def _renew(self, first: int, last: int) -> None:
+        """Make the columns anew, and add up the records from ``first`` to before ``last``."""
+        columns = [
+            _Column(power, 0.0, size=size) for power, size in enumerate((_LEVEL, _RATE, 0.0))
+        ]
+        if self.warm is not None:
+            columns.append(_Column(0, 0.0, kept=False))
+        for change in self._standing():
+            before = max(change.start - 1, 0)
+            since = self.time[before], before, change.start, _LATER
+            powers = _POWERS[change.kind]
+            columns += [_Column(p, *since, p > 0 or not change.transducer) for p in powers]
+        self.columns = _Column(*map(np.array, zip(*columns, strict=True)))
+        self.mean_new = self._rows(self.new).mean(axis=0)
+        self.fit.sum_up(self._rows(np.arange(first, last)), first)
+
+    def _rows(self, where: Sequence[int]) -> np.ndarray:
+        """Rows of the design of operations, ``(r, p)``."""
+        since = self.time[where][:, None] - self.columns.origin
+        after = np.asarray(where)[:, None] >= self.columns.first
+        rows = np.where(after, since**self.columns.power, 0.0)
+        if self.warm is not None:
+            rows[:, _BASE] = self.warm[where]
+        return rows
 
     def _precision(self, i: int) -> np.ndarray:
         """Prior precisions of the path, ``(k, p)``."""
-        family, past = self.fit.variance, max(self.time[i] - self.time[0], 1e-9)
+        power, family = self.columns.power, self.fit.variance[:, None]
         along, aside = self.fit.bends()
         bends = self.tracker.bend**2 * along + self.tracker.aside**2 * aside + 1e-12
-        columns = [
-            np.square(_LEVEL) * family + 1.0,
-            (np.square(_RATE) * family + 1.0) / past**2,
-            bends / past**4,
-        ]
+        wide = np.where(power == 2, bends[:, None], self.columns.size**2 * family + 1.0)
         if self.warm is not None:
-            columns.append(np.square(self.tracker.warmth) * family)
-        later = np.square(_LATER) * family + 1.0
-        for change in self._standing():
-            since = max(self.time[i] - self.time[max(change.start - 1, 0)], 1e-9)
-            columns += self._columns(change, later, later / since**2, bends / since**4)
-        return 1.0 / np.stack(columns, axis=1)
+            wide[:, _BASE] = self.tracker.warmth**2 * self.fit.variance
+        since = np.maximum(self.time[i] - self.time[self.columns.before], 1e-9)
+        return since ** (2 * power) / wide
 
     def _solve(self, i: int) -> None:
         """Fit the path to the records up to ``i``."""
         self.fit.solve(i, self._precision(i))
-        self.fit.change = self.fit.mean @ self._since_new(i)
+        self.fit.change = self.fit.mean @ self._since(i, self.mean_new)
 
     def _weigh(self, i: int, *, learnt: bool) -> float:
         """Weigh record ``i`` by how far it is from what is expected; nan without one."""
@@ -132,15 +139,15 @@ class Life:
             return np.nan
         if not learnt:
             return 1.0
-        off = fit.off(self.design, slice(i, i + 1), slice(None))[0]
+        off = fit.off(self._rows([i]), i, slice(None))[0]
         sought = fit.sought[there[fit.sought]]
         left, count = off[sought], sought.size
         weight = (self.tracker.tails + count) / (self.tracker.tails + float(left @ left))
         self.counted = min(self.counted + 1.0, _MEMORY)
         if count:
-            alike = float(np.clip(weight * (left @ fit.last[sought]) / count, -1.0, 1.0))
+            alike = min(max(weight * (left @ fit.last[sought]) / count, -1.0), 1.0)
             self.alike += (alike - self.alike) / self.counted
-            colour = float(np.clip(self.alike, 0.0, _ALIKE))
+            colour = min(max(self.alike, 0.0), _ALIKE)
             fit.memory = (1.0 + colour) / (1.0 - colour)
         grown = (np.minimum(weight * np.square(off), _ODD) - 1.0) / self.counted
         fit.noise = fit.noise * np.where(there, 1.0 + grown, 1.0)
@@ -154,108 +161,89 @@ class Life:
         if last and last.kind != "event" and i <= last.noticed + self.tracker.settle:
             self._place(i, full)
             return np.nan
-        best = self._seek(i, self._first(full))
+        best = self._seek(i, full)
         if best.evidence > self.tracker.threshold and i > full + self.tracker.settle:
-            self._begin(Change(i, **best._asdict()), i)
+            self._begin(best, i)
             self._solve(i)
         return best.evidence
-
-    def _first(self, full: int) -> int:
-        """Index of the first record after which a change may be."""
-        standing = self._standing()
-        return standing[-1].start + self.tracker.settle if standing else full
 
     def _begin(self, change: Change, i: int) -> None:
         """Let a change be part of the path from now on."""
         self.changes.append(change)
-        self._renew(i + 1)
+        self._renew(change.start, i + 1)
         self._solve(i)
-        if change.kind != "event":
-            self._reweigh(change.start, i)
-
-    def _reweigh(self, start: int, i: int) -> None:
-        """Weigh the records after a change by the path that has it."""
-        rows, fit = slice(start, i + 1), self.fit
-        there = fit.there[rows, fit.sought]
-        square = np.square(fit.off(self.design, rows, fit.sought) * there).sum(axis=1)
-        tails = self.tracker.tails
-        fit.weight[rows] = (tails + there.sum(axis=1)) / (tails + square)
-        fit.sum_up(self.design, i + 1)
+        if change.kind == "event":
+            return
+        # Records after it are weighed anew, by the path that has it.
+        after, fit, tails = slice(change.start, i + 1), self.fit, self.tracker.tails
+        rows, there = self._rows(np.arange(change.start, i + 1)), fit.there[after, fit.sought]
+        square = np.square(fit.off(rows, change.start, fit.sought) * there).sum(axis=1)
+        fit.weight[after] = (tails + there.sum(axis=1)) / (tails + square)
+        fit.sum_up(rows, change.start)
 
     def _place(self, i: int, full: int) -> None:
         """Place the last change by all that is known now; take it back if nothing speaks for it."""
         last = self.changes.pop()
-        self._renew(i + 1)
+        self._renew(last.start, i + 1)
         self._solve(i)
-        best = self._seek(i, self._first(full), last.start)
-        if best.evidence < 0.0 or not best.kind:
+        best = self._seek(i, full, last.start)
+        if best.evidence < 0.0:
             self.changes.append(last._replace(evidence=-1.0))
-            self._renew(i + 1)
         else:
-            self._begin(last._replace(**best._asdict()), i)
+            self._begin(best._replace(noticed=last.noticed), i)
         self._solve(i)
 
-    def _seek(self, i: int, first: int, near: int | None = None) -> _Best:
-        """Weigh all changes that may have begun since ``first``; of those near one, each."""
+    def _seek(self, i: int, full: int, near: int | None = None) -> Change:
+        """Weigh all changes that may have begun since the last one; of those near one, each.
+
+        The evidence of the best is that for any.
+        """
+        standing = self._standing()
+        first = standing[-1].start + self.tracker.settle if standing else full
         if i + 1 - first < _AGE:
-            return _Best(-np.inf)
+            return Change(i, 0, 0, 0, "", -np.inf)
         ages = np.geomspace(_AGE, i + 1 - first, _STARTS).round().astype(int)
         if near is not None:
             ages = np.append(ages, i + 1 - np.arange(near - _NEAR, near + _NEAR + 1))
         ages = np.unique(np.clip(ages, _AGE, i + 1 - first))
         starts = i + 1 - ages
         now, before = self.time[i], self.time[starts - 1]
-        step, ramp = np.zeros((2, starts.size, self.design.shape[1]))
+        step, ramp = np.zeros((2, starts.size, len(self.mean_new)))
         step[:, 0] = 1.0
         ramp[:, 0], ramp[:, 1] = -before / (now - before), 1.0 / (now - before)
         ramps, steps = (self.fit.explained(starts, i, each) for each in (ramp, step))
         speed = (self.fit.mean @ self._rate(i))[self.fit.sought]
         other = np.square(self.tracker.size) * self.fit.variance[self.fit.sought]
-        total = np.stack(
-            [
-                ramps.evidence(np.square(self.tracker.faster * np.outer(now - before, speed))),
-                *(e.evidence(size) for size in (other, _LARGE**2 * other) for e in (ramps, steps)),
-            ]
-        )
+        along = np.square(self.tracker.faster * np.outer(now - before, speed))
+        sizes = (other, _LARGE**2 * other)
+        others = (each.evidence(size) for size in sizes for each in (ramps, steps))
+        total = np.stack([ramps.evidence(along), *others])
         gaps = np.gradient(ages.astype(float)) if ages.size > 1 else np.ones(1)
         total += np.log(gaps / (gaps.sum() * len(_SOUGHT)))
         evidence = float(np.logaddexp.reduce(total.ravel()))
         kind, place = np.unravel_index(total.argmax(), total.shape)
         share = np.cumsum(np.exp(total - evidence).sum(axis=0)[::-1])  # from the earliest on
-        low, high = (
-            int(starts[::-1][min((share < level).sum(), share.size - 1)]) for level in (0.05, 0.95)
-        )
-        return _Best(evidence, int(starts[place]), low, high, _SOUGHT[kind])
+        ends = np.minimum(np.searchsorted(share, (0.05, 0.95)), share.size - 1)
+        earliest, latest = starts[::-1][ends].tolist()
+        return Change(i, int(starts[place]), earliest, latest, _SOUGHT[kind], evidence)
 
     def _rate(self, i: int) -> np.ndarray:
         """Row of the design that gives the rate after operation ``i``."""
-        row = np.zeros(self.design.shape[1])
-        row[1], row[2] = 1.0, 2.0 * self.time[i]
-        found = [0.0] * (self.warm is not None)
-        for change in self._standing():
-            since = self.time[i] - self.time[max(change.start - 1, 0)]
-            found += self._columns(change, 0.0, 1.0, 2.0 * since)
-        row[_BASE:] = found
-        return row
+        since, power = self.time[i] - self.columns.origin, self.columns.power
+        return np.select([power == 1, power == 2], [1.0, 2.0 * since])
 
-    def _since_new(self, i: int) -> np.ndarray:
-        """Row of the design that gives the change since new; what a transducer moved is none."""
-        row = self.design[i] - self.design[self.new].mean(axis=0)
-        return self._cleared(row)
+    def _since(self, i: int, earlier: np.ndarray) -> np.ndarray:
+        """Row of the design that gives the change since an earlier row.
 
-    def _cleared(self, row: np.ndarray) -> np.ndarray:
-        """Return a row without temperature and transducers."""
-        kept = [0.0] * (self.warm is not None)
-        for change in self._standing():
-            kept += self._columns(change, float(not change.transducer), 1.0, 1.0)
-        row[_BASE:] *= kept
-        return row
+        What a temperature or a transducer moved is none.
+        """
+        return self.columns.kept * (self._rows([i])[0] - earlier)
 
     def _known(self, i: int) -> list[np.ndarray]:
         """What ``Path`` has of operation ``i``, in its order."""
-        row, rate = self._since_new(i), self._rate(i) / self.span
-        events = [change for change in self._standing() if change.kind == "event"]
-        after = self.design[i] - self.design[events[-1].start] if events else np.nan * row
-        mean, cov = self.fit.about(np.stack([row, self._cleared(after), rate]))
+        events = [change.start for change in self._standing() if change.kind == "event"]
+        event = self._rows(events[-1:])[0] if events else np.nan
+        rows = (self._since(i, self.mean_new), self._since(i, event), self._rate(i) / self.span)
+        mean, cov = self.fit.about(np.stack(rows))
         pairs = [each for k in range(3) for each in (mean[:, k], cov[:, k, k])]
         return [*pairs, cov[:, 0, 2]]

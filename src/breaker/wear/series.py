@@ -146,18 +146,16 @@ def _motion(
     records, step = sign * data.record.values, 1.0 / data.rate.values
     way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
     noise = np.full(n, np.nan)
+    told = zip(data.record_noise.values, data.record_colour.values, step, strict=True)
     own = [each for i in new if usable[i] and (each := _shape(records[i], step[i]))]
     if not own:
         return None
     stroke, duration = np.median([(each.stroke, each.duration) for each in own], axis=0).tolist()
     units = own[0]._replace(stroke=stroke, duration=duration)
-    for i in np.flatnonzero(usable):
-        shape = _shape(records[i], step[i], units)
-        if shape is None:
-            continue
-        way[i], present[i] = shape.way, shape.present
-        sd, colour = data.record_noise.values[i], data.record_colour.values[i]
-        noise[i] = network_record(shape, sd, colour, step[i], units).noise[0]
+    for i, (sd, colour, each) in enumerate(told):
+        if usable[i] and (shape := _shape(records[i], each, units)) is not None:
+            way[i], present[i] = shape.way, shape.present
+            noise[i] = network_record(shape, sd, colour, each, units).noise[0]
     there = data.measured.sel(quantity=list(names)).values.T if names else ()
     measured = dict(zip(names, there, strict=True))
     return Motion(way, present, noise, stroke, duration, measured)
