@@ -53,9 +53,9 @@ def run(folder: Path, settings: dict, targets: list[str]) -> dict[str, float]:
     return found | {"files": sum(each.is_file() for each in (folder / "results").rglob("*"))}
 
 
-def show(folder: Path, made: Path, last: int) -> None:
+def show(folder: Path, made: list[Path], last: int) -> None:
     """Let the folder of one's own records hold the operations up to a number, and no others."""
-    for motion in made.iterdir():
+    for motion in made:
         own = folder / "curves" / motion.name
         own.mkdir(parents=True, exist_ok=True)
         names = {each.name for each in sorted(motion.glob("*.csv"))[:last]}
@@ -86,9 +86,10 @@ def main() -> None:
     for each in (source, own):
         (each / "config").mkdir(parents=True, exist_ok=True)
         (each / "config/config.yaml").write_bytes((ROOT / "config/config.yaml").read_bytes())
-    made = source / "results/rig/curves"
-    rig = {"rig": {"operations": options.operations}}
-    run(source, rig, [f"results/rig/curves/{motion}" for motion in options.motions])
+    stores = [f"results/rig/curves/{motion}" for motion in options.motions]
+    made = [source / each for each in stores]
+    if not all(each.exists() for each in made):
+        run(source, {"rig": {"operations": options.operations}}, stores)
     settings = {"endurance": {"curves": "curves", "operations_per_job": 500}}
     settings |= {"motions": options.motions, "limits": limits(options.motions)}
     targets = ["results/decisions.csv"]
