@@ -50,7 +50,9 @@ def test_the_evidence_of_a_column_is_that_of_the_larger_regression(start, step):
     fit, design, values = a_fit()
     time = design[:, 1]
     row = np.array([1.0, 0.0]) if step else np.array([-time[start], 1.0])
-    found = fit.explained(np.array([start]), 39, row[None]).evidence(np.full((1, 3), 4.0))[0]
+    found = fit.explained(np.array([start]), 39, row[None, None])[0].evidence(np.full((1, 3), 4.0))[
+        0
+    ]
     there = np.isfinite(values[:, 0])
     column = (np.arange(40) >= start) * (design @ row)
 

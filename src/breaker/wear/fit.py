@@ -107,22 +107,23 @@ class Fit:
         spread = ((rows @ self.cov[some]) * rows).sum(axis=-1).T
         return left / np.sqrt(self.noise[some] + spread)
 
-    def explained(self, starts: np.ndarray, i: int, columns: np.ndarray) -> Explained:
+    def explained(self, starts: np.ndarray, i: int, columns: np.ndarray) -> list[Explained]:
         """Say what columns would explain that are 0 before a start, in coordinates that count.
 
         Args:
             starts: Index of the first record of each, ``(c,)``.
             i: Index of the last record.
-            columns: The column from there on as a sum of those of the design, ``(c, p)``.
+            columns: Kinds of column from there on, as sums of those of the design, ``(v, c, p)``.
         """
         some = self.sought
         gram = self.gram[i + 1] - np.stack([self.gram[k] for k in starts])
         moment = (self.moment[i + 1] - np.stack([self.moment[k] for k in starts]))[:, :, some]
         noise, alike = self.memory * self.noise[some], self.alike[some]
-        cross = (columns[:, None, None] @ gram)[:, :, 0]
-        square = (cross * columns[:, None]).sum(axis=-1)[:, alike]
-        cross = cross[:, alike].swapaxes(0, 1)
-        known = ((cross @ self.cov[some]) * cross).sum(axis=-1).T
-        explained = (cross @ self.mean[some][:, :, None])[:, :, 0].T
-        product = (columns[:, None] @ moment)[:, 0] - explained
-        return Explained(square / noise - known / np.square(noise), product / noise)
+        cross = (columns[:, :, None, None] @ gram)[:, :, :, 0]
+        square = (cross * columns[:, :, None]).sum(axis=-1)[..., alike]
+        cross = cross[:, :, alike].swapaxes(1, 2)
+        known = ((cross @ self.cov[some]) * cross).sum(axis=-1).swapaxes(1, 2)
+        foreseen = (cross @ self.mean[some][:, :, None])[..., 0].swapaxes(1, 2)
+        product = (columns[:, :, None] @ moment)[:, :, 0] - foreseen
+        precision = square / noise - known / np.square(noise)
+        return [Explained(*each) for each in zip(precision, product / noise, strict=True)]

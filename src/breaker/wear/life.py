@@ -208,10 +208,10 @@ class Life:
         ages = np.unique(np.clip(ages, _AGE, i + 1 - first))
         starts = i + 1 - ages
         now, before = self.time[i], self.time[starts - 1]
-        step, ramp = np.zeros((2, starts.size, len(self.mean_new)))
-        step[:, 0] = 1.0
-        ramp[:, 0], ramp[:, 1] = -before / (now - before), 1.0 / (now - before)
-        ramps, steps = (self.fit.explained(starts, i, each) for each in (ramp, step))
+        columns = np.zeros((2, starts.size, len(self.mean_new)))  # a ramp, and a step
+        columns[:, :, 0] = -before / (now - before), np.ones(starts.size)
+        columns[0, :, 1] = 1.0 / (now - before)
+        ramps, steps = self.fit.explained(starts, i, columns)
         speed = (self.fit.mean @ self._rate(i))[self.fit.sought]
         other = np.square(self.tracker.size) * self.fit.variance[self.fit.sought]
         along = np.square(self.tracker.faster * np.outer(now - before, speed))
