@@ -83,3 +83,10 @@ def test_a_reader_that_leaves_is_no_error_of_the_command():
         command.stdout.close()
         assert command.wait(timeout=60) == 141
         assert command.stderr.read() == b""
+
+
+def test_numpy_comes_after_the_number_of_its_threads():
+    """It reads that when it is loaded, and never again; and without it, --help is quick."""
+    code = "import sys, breaker.cli.command; print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

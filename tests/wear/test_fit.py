@@ -13,11 +13,10 @@ def a_fit(n=40, k=3, last=39, precision=0.01):
     design = np.stack([np.ones(n), time], axis=1)
     values = rng.standard_normal((n, k)) + np.outer(time, [3.0, -1.0, 0.0])
     values[5] = np.nan
-    fit = Fit(Block(values, np.ones(k)))
+    fit = Fit([Block(values, np.ones(k))])
     fit.noise = np.array([1.0, 2.0, 0.5])
-    fit.sum_up(design, 0)
     for i in range(last + 1):
-        fit.add(design[i], i)
+        fit.sum_up(design[i : i + 1], i)
     fit.solve(last, np.full((k, 2), precision))
     return fit, design, values
 
@@ -30,13 +29,18 @@ def test_records_one_after_the_other_give_the_regression_of_all():
         expected = np.linalg.solve(square, design[there].T @ values[there, k] / fit.noise[k])
         np.testing.assert_allclose(fit.mean[k], expected)
         np.testing.assert_allclose(fit.cov[k], np.linalg.inv(square))
-    mean, variance = fit.about(design[-1])  # of a linear function
-    np.testing.assert_allclose(mean, fit.mean @ design[-1])
-    np.testing.assert_allclose(variance[1], design[-1] @ fit.cov[1] @ design[-1])
-    gram, moment = fit.gram.copy(), fit.moment.copy()
-    fit.sum_up(design, 40)  # anew
-    np.testing.assert_allclose(fit.gram, gram)
-    np.testing.assert_allclose(fit.moment, moment)
+    mean, cov = fit.about(design[-2:])  # of linear functions
+    np.testing.assert_allclose(mean[:, 1], fit.mean @ design[-1])
+    np.testing.assert_allclose(cov[1, 0, 1], design[-2] @ fit.cov[1] @ design[-1])
+    before = np.array(fit.gram[1:]), np.array(fit.moment[1:])
+    fit.sum_up(
+        np.hstack([design, np.arange(40)[:, None] >= 25])[20:], 20
+    )  # a column more, after 20
+    assert fit.gram[40].shape == (1, 3, 3)
+    assert fit.moment[40].shape == (3, 3)
+    fit.sum_up(design[20:], 20)  # and none
+    np.testing.assert_allclose(fit.gram[1:], before[0])
+    np.testing.assert_allclose(fit.moment[1:], before[1])
 
 
 @pytest.mark.parametrize("start", [10, 25, 38])
@@ -46,7 +50,9 @@ def test_the_evidence_of_a_column_is_that_of_the_larger_regression(start, step):
     fit, design, values = a_fit()
     time = design[:, 1]
     row = np.array([1.0, 0.0]) if step else np.array([-time[start], 1.0])
-    found = fit.explained(np.array([start]), 39, row[None], 3).evidence(np.full((1, 3), 4.0))[0]
+    found = fit.explained(np.array([start]), 39, row[None, None])[0].evidence(np.full((1, 3), 4.0))[
+        0
+    ]
     there = np.isfinite(values[:, 0])
     column = (np.arange(40) >= start) * (design @ row)
 

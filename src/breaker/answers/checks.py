@@ -51,7 +51,7 @@ def check_fitted(
         "records in the family": _in_family(recorded, least),
         "each breaker by the others": _left_out(fitted, seed),
         "contact pressed, f > k_a L": [_support(fitted)],
-        "openings of the two-spring model": [_stopped(fitted, recorded)],
+        "openings of the two-spring model": [_stopped(fitted, recorded, seed)],
     }
 
 
@@ -146,9 +146,9 @@ def _near(off: float, text: str, warning: str) -> Finding:
     return Finding(text) if abs(off) <= _FAR else Finding(f"{text}: {warning}", good=False)
 
 
-def _stopped(fitted: FittedPrior, recorded: Recorded) -> Finding:
+def _stopped(fitted: FittedPrior, recorded: Recorded, seed: int) -> Finding:
     """Whether the model stops the openings that the workflow would simulate."""
-    share = swings_back(fitted.prior, recorded.size)
+    share = swings_back(fitted.prior, recorded.size, seed)
     text = f"{in_digits(100.0 * share, 2)} % swing back by more than half of their way"
     if share <= SWINGING:
         return Finding(text)

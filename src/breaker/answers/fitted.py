@@ -223,13 +223,13 @@ def _default() -> Prior:
     return Prior.from_settings(read(DEFAULTS)["prior"])
 
 
-def swings_back(prior: Prior, size: Size) -> float:
+def swings_back(prior: Prior, size: Size, seed: int) -> float:
     """Return the share of a prior's openings that swing back by more than half of their way.
 
     Of drives that dampers stop, friction is low, and the two-spring model has nothing else to stop.
     """
     usual = Sensor.from_settings(read(DEFAULTS)["sensor"]).sized(size).times
-    theta = prior.sample(_OPENINGS, generator(1, "fit-prior openings"))
+    theta = prior.sample(_OPENINGS, generator(seed, "fit-prior openings"))
     time, begin = usual[usual >= 0.0], np.zeros(_OPENINGS)
     ways = travel(theta, time, "opening", onset=begin).travel
     return float(np.mean([np.ptp(way[way.argmin() :]) > 0.5 * np.ptp(way) for way in ways]))

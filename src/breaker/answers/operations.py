@@ -69,12 +69,17 @@ def read_operations(
         for file, each in files.items()
     }
     found = {}
+    together: list[list[str]] = []  # motions that are looked for in the same files, read once
     for motion, each in operations.items():
+        same = [motions for motions in together if operations[motions[0]] == each]
+        same[0].append(motion) if same else together.append([motion])
+    for motions in together:
+        each = operations[motions[0]]
         rated = [with_stated_rate(one, stated[one.file], settings) for one in each]
         told = {new.file for new, old in zip(rated, each, strict=True) if new is not old}
-        reader = _Reader(motion, settings, stated, told, len(each) if loose else 0)
-        raws = read_raws(rated, settings, motion)
-        found[motion] = [reader.records(*both) for both in zip(rated, raws, strict=True)]
+        for motion, raws in zip(motions, read_raws(rated, settings, *motions), strict=True):
+            reader = _Reader(motion, settings, stated, told, len(each) if loose else 0)
+            found[motion] = [reader.records(*both) for both in zip(rated, raws, strict=True)]
     if loose and len(found) == len(MOTIONS):
         kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
         found = dict(zip(found, zip(*kept, strict=True), strict=True)) if kept else {}
@@ -103,7 +108,7 @@ class _Reader(NamedTuple):
         if not apart:
             return [self._record(operation, raw)]
         each = [replace(one, number=one.number + k * self.beyond) for k, one in enumerate(apart)]
-        raws = read_raws(each, self.settings, self.motion)
+        (raws,) = read_raws(each, self.settings, self.motion)
         return [self._record(*both) for both in zip(each, raws, strict=True)]
 
     def _record(self, operation: Operation, raw: Raw | Exception) -> Record:

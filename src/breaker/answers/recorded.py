@@ -157,7 +157,7 @@ def read_breakers(
         for name, listed in _listed(folders, motion, troubles).items():
             some = [listed[i] for i in _spread(len(listed))]
             left_out += len(listed) - len(some)
-            for each, raw in zip(some, read_raws(some, settings, motion), strict=True):
+            for each, raw in zip(some, read_raws(some, settings, motion)[0], strict=True):
                 if not isinstance(raw, Raw):
                     rejected.append(str(raw))
                     continue

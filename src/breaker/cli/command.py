@@ -25,10 +25,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupted and 141 where nobody reads its output to the end.
     """
     _prepare_streams()
+    set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     options = _parser().parse_args(arguments)
     _show_progress()
     logging.getLogger("breaker").setLevel(logging.ERROR)  # answers have the reasons of warnings
-    set_threads(1)  # records are small, and inferred one by one: more threads wait for each other
     status = 1
     try:
         status = options.run(options)

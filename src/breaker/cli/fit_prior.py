@@ -47,6 +47,7 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.shipped import DEFAULTS
     from breaker.workflow import check, merge, read
 
+    seed, least = config["seed"], config["endurance"]["misfit_p_value"]
     recorded, fitted = _fitted(options.folders, config)
     usual = read(DEFAULTS)
     format_settings = config["endurance"]["format"].items()
@@ -57,7 +58,7 @@ def _run(options: argparse.Namespace) -> int:
 
     fitted = fitted.accepted(lambda each: check(merge(config, overlay_with(each))))
     overlay = overlay_with(fitted)
-    if "closing" in recorded.motions and swings_back(fitted.prior, recorded.size) > SWINGING:
+    if "closing" in recorded.motions and swings_back(fitted.prior, recorded.size, seed) > SWINGING:
         closings = overlay | {"motions": ["closing"]}
         with suppress(ValueError):  # where limits are of openings alone
             check(merge(config, closings))
@@ -65,8 +66,7 @@ def _run(options: argparse.Namespace) -> int:
     own = merge(config, overlay)
     speeds = speeds_of(own["speeds"], Size(**own["size"]))
     limits = from_list(limits, recorded.motions, speeds, of=["model"])
-    least = config["endurance"]["misfit_p_value"]
-    checks = check_fitted(fitted, recorded, limits, config["seed"], least)
+    checks = check_fitted(fitted, recorded, limits, seed, least)
     text = overlay_text(overlay, recorded, checks)
     if options.output:
         write_lines(options.output, text)

@@ -12,7 +12,6 @@ from breaker.cli.named import MOTIONS, add_path, each_once, is_folder
 from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
-from breaker.mechanism import in_digits
 
 if TYPE_CHECKING:
     from breaker.files import Preamble
@@ -154,6 +153,7 @@ def _channels(file: Path, chosen: Sequence[str]) -> dict[str, tuple[str, Mapping
 def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     """Nameplate and test, as far as they are known: of the table of operations, and of files."""
     from breaker.files import printable
+    from breaker.mechanism import in_digits
 
     operations = [each.operation for each in records]
     files = dict.fromkeys(each.operation.file for each in records if not each.reason)

@@ -10,6 +10,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "cells": ["EVENTS", "event_words"],
+        "columns": ["Columns"],
         "described": ["Description", "Part"],
         "grids": ["open_grid", "unit_text"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],

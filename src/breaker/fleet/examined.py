@@ -81,7 +81,7 @@ def examine(member: Member, config: Mapping) -> Examined:
             before = read_operations(member.only(visits[0][-_MOST:]), endurance["format"])
             document |= _compared(member, {"before": before, "today": records}, config)
         else:
-            limits = from_list(limits_of(config), [*member.operations], used[0].speeds)
+            limits = from_list(_limits_of_any(config), [*member.operations], used[0].speeds)
             rows = [row for each in used for row in judged(each, limits, seed=config["seed"])]
             document |= {"how": "visit"} | _judged(rows)
             document["trust"] += [] if rows else ["one visit, and no limit on what it shows"]
@@ -125,7 +125,7 @@ def stored(examined: Sequence[Examined]) -> xr.Dataset:
     )
 
 
-def limits_of(config: Mapping) -> list:
+def _limits_of_any(config: Mapping) -> list:
     """The limits by which any drive of a fleet is judged."""
     limits = config["limits"]
     shipped = limits == read(DEFAULTS)["limits"]
@@ -174,7 +174,7 @@ def _judged(rows: Sequence[Mapping]) -> dict:
 
 def _compared(member: Member, visits: Mapping[str, Sequence], config: Mapping) -> dict:
     """First and last visit; what goes on as it did reaches a limit on a date."""
-    found = compared(visits, config, limits=limits_of(config))
+    found = compared(visits, config, limits=_limits_of_any(config))
     rows = found["changes"]
     changed = [row for row in rows if row["verdict"] == "changed"]
     said = {"how": "visits"} | _judged(found["limits"])
@@ -224,7 +224,7 @@ def _followed(member: Member, used: Sequence[Answer], config: Mapping) -> dict:
     warm = {each.number: each.temperature for each in rows if not np.isnan(each.temperature)}
     life = follow_curves(
         curves,
-        from_list(limits_of(config), [*curves], speeds),
+        from_list(_limits_of_any(config), [*curves], speeds),
         {"wear_model": config["wear_model"], "seed": config["seed"]}
         | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
         events=Event.by_operation(texts, config["endurance"]["events"]),

@@ -15,7 +15,6 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from charset_normalizer import from_bytes
 
 from breaker.files import (
     FORMAT,
@@ -200,6 +199,8 @@ def _encoding(content: bytes) -> str:
     for code in _CODES:  # so few signs leave doubts, but words do not
         if _WORDS.search(telling.decode(code, errors="ignore")):
             return code
+    from charset_normalizer import from_bytes  # here, as it is rarely needed
+
     best = from_bytes(telling, cp_isolation=_CODES).best()
     alike = best.could_be_from_charset if best else []
     return next((code for code in _CODES if code in alike), "latin-1")
@@ -208,10 +209,13 @@ def _encoding(content: bytes) -> str:
 def _signs(lines: Sequence[str]) -> tuple[str, str]:
     """Delimiter and decimal sign with which most cells, and the fewest others, are numbers."""
     filled = [line for line in lines[len(lines) // 5 :] if line.strip()]
-    signs = sum(map(len, filled))
-    some = filled[:: max(1, len(filled) // _LOOKED_AT[0], signs // _LOOKED_AT[1])]
-    quoted = any('"' in line for line in some)
-    pairs = [(d, sign) for d in _DELIMITERS for sign in ".," if d != sign or quoted]
+    every = max(1, len(filled) // _LOOKED_AT[0], sum(map(len, filled)) // _LOOKED_AT[1])
+    some = filled[::every]
+    signs = set().union(*some)
+    there = [d for d in _DELIMITERS if d in signs]
+    absent = [d for d in _DELIMITERS if d not in signs]  # one is like the other
+    either = sorted([*there, *absent[:1]], key=_DELIMITERS.index)
+    pairs = [(d, sign) for d in either for sign in ".," if d != sign or '"' in signs]
 
     def fit(pair: tuple[str, str]) -> tuple[bool, int]:
         rows = [cells_of(line, pair[0]) for line in some]

@@ -8,7 +8,7 @@ head is guessed from the first lines and some of the others: a file may hold any
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import pairwise, zip_longest
 from pathlib import Path
 
@@ -169,16 +169,18 @@ def _first_sample(
         LayoutError: If no column has numbers.
     """
 
-    def kinds_of(some: Iterable[str]) -> list[list[int]]:
-        return [[kind_of(cell, decimal) for cell in cells_of(line, delimiter)] for line in some]
+    @cache  # of a short file, all lines are looked at twice
+    def kinds_in(line: str) -> list[int]:
+        return [kind_of(cell, decimal) for cell in cells_of(line, delimiter)]
 
     body = _filled(lines[len(lines) // 5 :], delimiter)
-    body = list(filter(any, kinds_of(body[:: max(1, len(body) // _SAMPLE)])))
+    body = list(filter(any, map(kinds_in, body[:: max(1, len(body) // _SAMPLE)])))
     columns = list(zip_longest(*body, fillvalue=0))
     numeric = [i for i, kind in enumerate(columns) if kind.count(1) > 3 * kind.count(-1)]
     usual = np.median([row.count(1) for row in body]) if body else 0
     top = lines[: _ABOVE[0]]
-    kinds = kinds_of(top[: 1 + np.searchsorted(np.cumsum(list(map(len, top))), _ABOVE[1])])
+    looked_at = top[: 1 + np.searchsorted(np.cumsum(list(map(len, top))), _ABOVE[1])]
+    kinds = list(map(kinds_in, looked_at))
     fits = np.array(
         [
             0 < 2 * row.count(1) >= usual and not any(row[i] < 0 for i in numeric if i < len(row))

@@ -1,14 +1,17 @@
 """Compilation of inner loops by numba, whose result is kept where there is a place for it."""
 
 from collections.abc import Callable
-from typing import Any
+from functools import cached_property, update_wrapper
+from typing import Any, ClassVar
 
-from numba import njit
+import numpy as np
 
 __all__ = ["compiled"]
 
+_PLAIN = 30_000  # elements, with which plain Python takes less time than numba to load
 
-def compiled(**options: Any) -> Callable[[Callable], Callable]:
+
+def compiled(*, late: bool = False, **options: Any) -> Callable[[Callable], Callable]:
     """Return a decorator that compiles a function, and keeps the machine code for later processes.
 
     It is kept beside the module, or in the user's cache. Where neither can be written to, as in a
@@ -17,6 +20,8 @@ def compiled(**options: Any) -> Callable[[Callable], Callable]:
     A division by zero gives inf or nan, as it does in numpy.
 
     Args:
+        late: Whether a process runs the function as it is until it has seen some arrays: what reads
+            one record then does without numba, which takes longer to load than all else.
         options: Further ones of ``numba.njit``.
 
     Example:
@@ -28,6 +33,8 @@ def compiled(**options: Any) -> Callable[[Callable], Callable]:
     """
 
     def decorate(function: Callable) -> Callable:
+        from numba import njit
+
         try:
             return njit(cache=True, error_model="numpy", **options)(function)
         except RuntimeError as error:
@@ -35,4 +42,34 @@ def compiled(**options: Any) -> Callable[[Callable], Callable]:
                 raise
             return njit(error_model="numpy", **options)(function)
 
-    return decorate
+    return (lambda function: _Late(function, decorate)) if late else decorate
+
+
+class _Late:
+    """A function that is compiled once arrays of many elements went through such functions."""
+
+    left: ClassVar[int] = _PLAIN  # of all of them in this process
+
+    def __init__(self, function: Callable, compile_it: Callable[[Callable], Callable]) -> None:
+        update_wrapper(self, function)
+        self.function, self.compile_it = function, compile_it
+
+    @cached_property
+    def fast(self) -> Callable:
+        """The function compiled."""
+        return self.compile_it(self.function)
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes it for in compiled code that calls it."""
+        return self.fast._numba_type_
+
+    def __call__(self, *args: Any) -> Any:
+        _Late.left -= sum(getattr(each, "size", 0) for each in args)
+        if _Late.left > 0:
+            try:
+                with np.errstate(all="ignore"):
+                    return self.function(*args)
+            except ZeroDivisionError:  # of Python's own numbers
+                pass
+        return self.fast(*args)

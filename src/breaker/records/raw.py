@@ -5,11 +5,11 @@ All that a record shows without a model's grid; ``reader`` puts it there.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from tqdm import tqdm
 
-from breaker.files import Operation, RejectedCurveError, complete, lacking, read_columns
+from breaker.files import Columns, Operation, RejectedCurveError, complete, lacking, read_columns
 from breaker.mechanism import Speed
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
@@ -77,6 +77,33 @@ class Raw(LocatedMotion):
         return Reading(self, contact or self.contact, speeds).quantities()
 
 
+class _Samples(NamedTuple):
+    """A record as it is in its file, whatever its motion; see ``Raw``.
+
+    Attributes:
+        place: Of each sample of the columns among the even times, ``(t,)``.
+        uneven: What is doubtful about the times.
+    """
+
+    operation: Operation
+    settings: Mapping
+    columns: Columns
+    time: np.ndarray
+    place: np.ndarray
+    uneven: str
+    whole: np.ndarray
+    doubts: np.ndarray
+    quantum: float
+
+    @property
+    def beside(self) -> dict[str, np.ndarray]:
+        """Other columns of the file at the even times, ``(n,)``; nan where there is no sample."""
+        found = {kind: np.full(self.time.size, np.nan) for kind in self.columns.beside}
+        for kind, column in found.items():
+            column[self.place] = self.columns.beside[kind]
+        return found
+
+
 def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str) -> Raw:
     """Read the record of one operation as it is in its file.
 
@@ -87,14 +114,27 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
     Raises:
         RejectedCurveError: If the record cannot be used.
     """
+    return _raw(_samples(operation, settings, scale), motion)
+
+
+def _samples(operation: Operation, settings: Mapping, scale: Scale) -> _Samples:
+    """Read the samples of a record; raise as ``read_raw``."""
     columns = read_columns(operation.file, settings, operation.channel)
-    doubts = None
     try:
         time, place, uneven = even_times(columns.time, columns.lines, settings)
         whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
         whole[place], lines[place] = scale.travel(columns.travel), columns.lines
-        doubts, quantum = _doubts(time, whole, lines, settings)
-        left = np.where(doubts == "", whole, np.nan)
+        found = time, place, uneven, whole, *_doubts(time, whole, lines, settings)
+    except UnusableError as error:
+        raise RejectedCurveError(operation.file, str(error), line=error.line) from error
+    return _Samples(operation, settings, columns, *found)
+
+
+def _raw(samples: _Samples, motion: str) -> Raw:
+    """Find a motion in samples; raise as ``read_raw``."""
+    operation, settings, columns, time, _, uneven, whole, doubts, quantum = samples
+    left = np.where(doubts == "", whole, np.nan)
+    try:
         part = {"begin": operation.begin, "end": operation.end}
         segment = find_segment(time, left, motion, **part)
         check_stroke(segment.stroke, settings)
@@ -102,10 +142,9 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
         inside = slice(segment.begin, segment.end)
         moves = first_motion(time[inside], left[inside], motion)
         found = motion, time, whole, doubts, quantum, segment, moves
-        beside = {kind: _placed(each, place, time) for kind, each in columns.beside.items()}
-        contact, odd = events_of(operation, settings, LocatedMotion(*found), beside)
+        contact, odd = events_of(operation, settings, LocatedMotion(*found), samples.beside)
     except UnusableError as error:
-        words = "" if doubts is None else doubts_in_words(time, whole, doubts)
+        words = doubts_in_words(time, whole, doubts)
         reason = f"{error}; left out: {words}" if words else str(error)
         raise RejectedCurveError(operation.file, reason, line=error.line) from error
     said = (*columns.remarks, uneven, count_remark(time.size, settings), *odd)
@@ -113,24 +152,39 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
 
 
 def read_raws(
-    operations: Sequence[Operation], settings: Mapping, motion: str
-) -> list[Raw | RejectedCurveError]:
+    operations: Sequence[Operation], settings: Mapping, *motions: str
+) -> list[list[Raw | RejectedCurveError]]:
     """Read the records of several operations as they are in their files, or why there is none.
 
     Args:
-        operations, settings, motion: As for ``read_curves``.
+        operations, settings: As for ``read_curves``.
+        motions: Those that are looked for in each.
+
+    Returns:
+        For each of the motions a list in the order of the operations.
     """
     alone = not any(operation.settings for operation in operations)
     ready: dict[str, tuple[dict, Scale]] = {}  # a table of readings is read once
-    raws: list[Raw | RejectedCurveError] = []
-    few = {"disable": True} if len(operations) < _MANY else {}
-    for operation in tqdm(operations, desc=f"read {motion}", mininterval=5, unit="file", **few):
+    raws: list[list[Raw | RejectedCurveError]] = [[] for _ in motions]
+    if len(operations) >= _MANY:
+        from tqdm import tqdm  # here, as it takes longer to load than a record to read
+
+        said = f"read {' and '.join(motions)}"
+        operations = tqdm(operations, desc=said, mininterval=5, unit="file")
+    for operation in operations:
         try:
             if (stated := repr(operation.settings)) not in ready:
                 ready[stated] = _settings_of(operation, settings, alone=alone)
-            raws.append(read_raw(operation, *ready[stated], motion))
+            samples = _samples(operation, *ready[stated])
         except RejectedCurveError as error:
-            raws.append(error)
+            for found in raws:
+                found.append(error)
+            continue
+        for motion, found in zip(motions, raws, strict=True):
+            try:
+                found.append(_raw(samples, motion))
+            except RejectedCurveError as error:
+                found.append(error)
     return raws
 
 
@@ -160,13 +214,6 @@ def _settings_of(operation: Operation, settings: Mapping, *, alone: bool) -> tup
         stated = ", ".join(operation.settings)
         said = f"with {stated} of its row in operations.csv: {error}" if stated else str(error)
         raise RejectedCurveError(operation.file, said) from error
-
-
-def _placed(column: np.ndarray, place: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """A column of the file at the record's even times, ``(n,)``; nan where it has no sample."""
-    found = np.full(time.size, np.nan)
-    found[place] = column
-    return found
 
 
 def _doubts(

@@ -126,7 +126,7 @@ def read_curves(
         ValueError: If the settings lack something, or name an unknown unit or encoding.
     """
     records: list[Record | RejectedCurveError] = []
-    for raw in read_raws(operations, settings, motion):
+    for raw in read_raws(operations, settings, motion)[0]:
         try:
             if isinstance(raw, RejectedCurveError):
                 raise raw

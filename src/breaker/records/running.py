@@ -9,7 +9,7 @@ from breaker.mechanism import compiled
 
 __all__ = ["filled", "running_mean", "running_median", "smoothed"]
 
-_fast = compiled()
+_fast = compiled(late=True)
 
 
 def filled(travel: np.ndarray) -> np.ndarray:

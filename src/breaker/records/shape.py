@@ -19,7 +19,7 @@ SHAPE_STEP = 0.1
 SHAPE_TIMES = SHAPE_STEP * np.arange(-20, 101)
 """Times of the grid, ``(g,)``: after 10 % of the way, in durations."""
 
-_fast = compiled()
+_fast = compiled(late=True)
 
 _LEVELS = (0.1, 0.5)  # of the way, whose times make the duration
 _REST, _END = 2.0, 7.0  # durations before and after 10 % of the way, beyond which a drive rests

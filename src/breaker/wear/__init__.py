@@ -12,17 +12,15 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "coordinates": ["Coordinates"],
-        "curves": ["follow_curves"],
         "events": ["Event"],
-        "followed": ["follow_life"],
+        "followed": ["follow_curves", "follow_life"],
         "forecast": ["Forecast", "Future"],
-        "path": ["KINDS", "Block", "Change", "Path"],
+        "path": ["Block", "Change", "Path"],
         "readout": ["Readout", "name_set"],
         "series": ["Motion", "Series", "series_of"],
         "tracker": ["Tracker"],
         # Decisions.
         "dates": ["days_per_operation"],
-        "page": ["opening"],
         "states": ["STATES", "standing"],
         "tables": [
             "CHANGES",
@@ -33,7 +31,15 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "limit_table",
             "operation_metadata",
         ],
-        "wording": ["about", "in_percent", "span"],
-        "words": ["headline", "limit_words", "since_new", "trust"],
+        "words": [
+            "about",
+            "headline",
+            "in_percent",
+            "limit_words",
+            "opening",
+            "since_new",
+            "span",
+            "trust",
+        ],
     },
 )

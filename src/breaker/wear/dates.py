@@ -5,15 +5,11 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-__all__ = ["FARTHEST", "YEAR", "days_left", "days_per_operation", "on_date"]
+__all__ = ["days_per_operation", "on_date"]
 
-YEAR = 365.0
-"""Days over which operations are counted, at least, where the records go back as far."""
-
-FARTHEST = 36525.0
-"""Days ahead that are told: a century."""
-
-_LEAST = 30.0  # days over which operations must have been counted
+_YEAR = 365.0  # days over which operations are counted, where the records go back as far,
+_LEAST = 30.0  # and over which they must have been
+_FARTHEST = 36525.0  # days ahead that are told
 
 
 def days_per_operation(operations: np.ndarray, dates: Sequence[str]) -> np.ndarray:
@@ -36,7 +32,7 @@ def days_per_operation(operations: np.ndarray, dates: Sequence[str]) -> np.ndarr
     for i, last in enumerate(np.searchsorted(numbers, operations, "right") - 1):
         if last < 0:
             continue
-        past = np.flatnonzero(days[: last + 1] <= days[last] - YEAR)
+        past = np.flatnonzero(days[: last + 1] <= days[last] - _YEAR)
         since = past[-1] if past.size else 0
         made, passed = numbers[last] - numbers[since], days[last] - days[since]
         if made > 0 and passed >= _LEAST:
@@ -50,16 +46,6 @@ def _dated(operations: np.ndarray, dates: Sequence[str]) -> tuple[np.ndarray, np
     found = [datetime.fromisoformat(dates[i]).replace(tzinfo=None) for i in there]
     days = [(date - datetime.min) / timedelta(days=1) for date in found]
     return np.asarray(operations)[there], np.array(days, dtype=float)
-
-
-def days_left(left: np.ndarray, per_operation: np.ndarray) -> np.ndarray:
-    """Return remaining operations in days, inf beyond the horizon, nan where not known.
-
-    >>> days_left(np.array([10.0, np.inf, 0.0]), np.array([2.0, 2.0, np.nan])).tolist()
-    [20.0, inf, 0.0]
-    """
-    with np.errstate(invalid="ignore"):
-        return np.where(left == 0.0, 0.0, left * per_operation)
 
 
 def on_date(
@@ -83,7 +69,7 @@ def on_date(
     lasts = np.searchsorted(numbers, operations, "right") - 1
     for number, last, each in zip(wanted, lasts, per_operation, strict=True):
         ahead = (number - numbers[last]) * each if last >= 0 else np.nan
-        day = days[last] + ahead if abs(ahead) < FARTHEST else np.nan
+        day = days[last] + ahead if abs(ahead) < _FARTHEST else np.nan
         there = 0 <= day < (datetime.max - datetime.min).days
         date = datetime.min + timedelta(days=float(day)) if there else None
         found.append(date.date().isoformat() if date else "")

@@ -1,5 +1,6 @@
-"""The path of a block of coordinates: a regression whose records come one after the other."""
+"""The path of coordinates: a regression whose records come one after the other."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -7,6 +8,8 @@ import numpy as np
 from breaker.wear.path import Block
 
 __all__ = ["Explained", "Fit"]
+
+_LEADING = 12  # coordinates of a block that count for changes, and for how its path bends
 
 
 class Explained(NamedTuple):
@@ -30,74 +33,97 @@ class Fit:
     """A regression of coordinates on the columns of a design, with a prior of its own each.
 
     Args:
-        block: What is followed.
+        blocks: What is followed, side by side.
 
     Attributes:
-        weight: Of each record, ``(o,)``; 0 where there is none.
+        there: Whether there is a record, ``(o, k)``.
+        weight: Of each record, ``(o,)``.
         mean: Coefficients, ``(k, p)``.
         cov: Their covariance, ``(k, p, p)``.
         change: Change so far, ``(k,)``.
         noise: Variance of a record, ``(k,)``: 1 as in the reference, and followed from there,
         memory: times this, where neighbouring records err alike.
         last: How far the last record was from the path, in sds, ``(k,)``.
+        sought: Coordinates in which changes are sought, indices ``(l,)``.
     """
 
-    def __init__(self, block: Block) -> None:
-        self.there = np.isfinite(block.values).all(axis=1)
-        self.values = np.where(self.there[:, None], block.values, 0.0)
-        self.variance, self.sought = block.variance, block.sought
-        self.weight = self.there.astype(float)
-        self.change = np.zeros_like(block.variance)
-        self.noise, self.memory = np.ones_like(block.variance), 1.0
-        self.last = np.zeros_like(block.variance)
+    def __init__(self, blocks: Sequence[Block]) -> None:
+        sizes = [block.variance.size for block in blocks]
+        self.block = np.repeat(np.arange(len(blocks)), sizes)
+        seen = np.stack([np.isfinite(block.values).all(axis=1) for block in blocks], axis=1)
+        # Coordinates that are seen together share their sums of squares.
+        self.seen, alike = np.unique(seen, axis=1, return_inverse=True)
+        self.alike, self.there = alike.ravel()[self.block], seen[:, self.block]
+        values = np.concatenate([block.values for block in blocks], axis=1)
+        self.values = np.where(self.there, values, 0.0)
+        self.variance = np.concatenate([block.variance for block in blocks])
+        self.leading = np.concatenate([np.arange(size) < _LEADING for size in sizes])
+        sought = np.repeat([block.sought for block in blocks], sizes)
+        self.sought = np.flatnonzero(self.leading & sought)
+        self.weight = np.ones(len(self.values))
+        self.noise, self.memory = np.ones_like(self.variance), 1.0
+        self.change, self.last = np.zeros((2, self.variance.size))
+        # Sums over the records before each, as wide as the design was then.
+        self.gram = [np.zeros((self.seen.shape[1], 0, 0))]
+        self.moment = [np.zeros((0, self.variance.size))]
 
-    def sum_up(self, design: np.ndarray, last: int) -> None:
-        """Add up the records before ``last`` anew, with a design ``(o, p)``."""
-        (n, p), k = design.shape, self.variance.size
-        self.gram, self.moment = np.zeros((n + 1, p, p)), np.zeros((n + 1, p, k))
-        rows = design[:last]
-        weighted = (self.weight[:last, None] * rows)[:, :, None]
-        self.gram[1 : last + 1] = np.cumsum(weighted * rows[:, None], axis=0)
-        self.moment[1 : last + 1] = np.cumsum(weighted * self.values[:last, None], axis=0)
+    def sum_up(self, rows: np.ndarray, first: int) -> None:
+        """Add up records from index ``first`` on, by their rows of a design, ``(r, p)``.
 
-    def add(self, row: np.ndarray, i: int) -> None:
-        """Add record ``i`` with its row of the design."""
-        weighted = self.weight[i] * row
-        self.gram[i + 1] = self.gram[i] + np.outer(weighted, row)
-        self.moment[i + 1] = self.moment[i] + np.outer(weighted, self.values[i])
+        Columns that are new are 0 before; what had been added from there on is forgotten.
+        """
+        (r, p), (k, s) = rows.shape, (self.variance.size, self.seen.shape[1])
+        gram, moment = np.zeros((1 + r, s, p, p)), np.zeros((1 + r, p, k))
+        q = min(p, len(self.moment[first]))
+        gram[0, :, :q, :q], moment[0, :q] = self.gram[first][:, :q, :q], self.moment[first][:q]
+        some = slice(first, first + r)
+        weighted = self.weight[some, None, None] * rows[:, :, None]
+        gram[1:] = self.seen[some, :, None, None] * (weighted * rows[:, None])[:, None]
+        moment[1:] = weighted * self.values[some, None]
+        self.gram[first:], self.moment[first:] = gram.cumsum(axis=0), moment.cumsum(axis=0)
 
     def solve(self, i: int, precision: np.ndarray) -> None:
         """Fit the records up to ``i``, with prior precisions of the coefficients, ``(k, p)``."""
         noise = self.memory * self.noise
-        matrix = self.gram[i + 1] / noise[:, None, None]
+        matrix = self.gram[i + 1][self.alike] / noise[:, None, None]
         self.cov = np.linalg.inv(matrix + precision[:, :, None] * np.eye(precision.shape[1]))
-        self.mean = np.einsum("kpq,qk->kp", self.cov, self.moment[i + 1] / noise)
+        self.mean = (self.cov @ (self.moment[i + 1] / noise).T[:, :, None])[:, :, 0]
 
-    def about(self, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return mean and variance of a linear function of the coefficients, ``(k,)`` each."""
-        return self.mean @ row, np.einsum("p,kpq,q->k", row, self.cov, row)
+    def bends(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return squares of the change: along it, and as much as its block may bend aside."""
+        square, roots = np.square(self.change), np.sqrt(self.variance)
+        aside, root = (
+            np.bincount(self.block, e)[self.block] for e in (square * self.leading, roots)
+        )
+        return square, aside * roots / root
 
-    def off(self, design: np.ndarray, rows: slice, leading: int) -> np.ndarray:
-        """Return how far records are from the path in leading coordinates, in sds, ``(r, k)``."""
-        left = self.values[rows, :leading] - design[rows] @ self.mean[:leading].T
-        spread = np.einsum("rp,kpq,rq->rk", design[rows], self.cov[:leading], design[rows])
-        return left / np.sqrt(self.noise[:leading] + spread)
+    def about(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return linear functions ``(r, p)`` of the coefficients: ``(k, r)``, and covariances."""
+        return self.mean @ rows.T, rows @ self.cov @ rows.T
 
-    def explained(self, starts: np.ndarray, i: int, columns: np.ndarray, leading: int) -> Explained:
-        """Say what columns would explain that are 0 before a start.
+    def off(self, rows: np.ndarray, first: int, some: np.ndarray | slice) -> np.ndarray:
+        """Return how far records are from the path in some coordinates, in sds, ``(r, k)``."""
+        left = self.values[first : first + len(rows), some] - rows @ self.mean[some].T
+        spread = ((rows @ self.cov[some]) * rows).sum(axis=-1).T
+        return left / np.sqrt(self.noise[some] + spread)
+
+    def explained(self, starts: np.ndarray, i: int, columns: np.ndarray) -> list[Explained]:
+        """Say what columns would explain that are 0 before a start, in coordinates that count.
 
         Args:
             starts: Index of the first record of each, ``(c,)``.
             i: Index of the last record.
-            columns: The column from there on as a sum of those of the design, ``(c, p)``.
-            leading: Coordinates k that count.
+            columns: Kinds of column from there on, as sums of those of the design, ``(v, c, p)``.
         """
-        gram = self.gram[i + 1] - self.gram[starts]
-        moment = (self.moment[i + 1] - self.moment[starts])[:, :, :leading]
-        noise = self.memory * self.noise[:leading]
-        mean, cov = self.mean[:leading], self.cov[:leading]
-        cross = np.einsum("cp,cpq->cq", columns, gram)
-        square = np.einsum("cq,cq->c", cross, columns)[:, None]
-        known = np.einsum("cp,kpq,cq->ck", cross, cov, cross, optimize=True)
-        product = np.einsum("cp,cpk->ck", columns, moment) - cross @ mean.T
-        return Explained(square / noise - known / np.square(noise), product / noise)
+        some = self.sought
+        gram = self.gram[i + 1] - np.stack([self.gram[k] for k in starts])
+        moment = (self.moment[i + 1] - np.stack([self.moment[k] for k in starts]))[:, :, some]
+        noise, alike = self.memory * self.noise[some], self.alike[some]
+        cross = (columns[:, :, None, None] @ gram)[:, :, :, 0]
+        square = (cross * columns[:, :, None]).sum(axis=-1)[..., alike]
+        cross = cross[:, :, alike].swapaxes(1, 2)
+        known = ((cross @ self.cov[some]) * cross).sum(axis=-1).swapaxes(1, 2)
+        foreseen = (cross @ self.mean[some][:, :, None])[..., 0].swapaxes(1, 2)
+        product = (columns[:, :, None] @ moment)[:, :, 0] - foreseen
+        precision = square / noise - known / np.square(noise)
+        return [Explained(*each) for each in zip(precision, product / noise, strict=True)]

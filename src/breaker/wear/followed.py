@@ -5,17 +5,61 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.family import LEAST_AGREEMENT, agreement_of
+from breaker.family import LEAST_AGREEMENT, agreement_of, shipped_networks
 from breaker.mechanism import NAMES, Limit
+from breaker.shipped import KINDS
+from breaker.wear.events import Event
 from breaker.wear.forecast import Forecast, Future, Onward
-from breaker.wear.path import Path
+from breaker.wear.path import Change, Path
 from breaker.wear.readout import Readout, name_set
+from breaker.wear.series import series_of
 from breaker.wear.tracker import Tracker
 
-__all__ = ["follow_life"]
+__all__ = ["follow_curves", "follow_life"]
 
 QUANTILES = (0.05, 0.5, 0.95)
 _ASKED = 500  # operations, about, at which a life is read; all are followed
+
+
+def follow_curves(
+    data: Mapping[str, xr.Dataset],
+    limits: Sequence[Limit],
+    settings: Mapping,
+    *,
+    events: Mapping[int, Event] | None = None,
+    temperatures: Mapping[int, float] | None = None,
+) -> xr.Dataset:
+    """Follow a drive by the networks that ship, and judge its limits: see ``follow_life``.
+
+    Args:
+        data: What ``records.read_curves`` returns of each motion.
+        settings: ``wear_model``, that section of the configuration, ``misfit_p_value``, ``seed``.
+        events, temperatures: By the number of an operation.
+
+    Raises:
+        ValueError: If no operation that is new has a record.
+    """
+    wear_model = settings["wear_model"]
+    names: dict[str, list[str]] = {motion: [] for motion in data}
+    for limit in limits:
+        if limit.of == "record":
+            names[limit.motion] += limit.quantities
+    followed = {motion: list(dict.fromkeys(each)) for motion, each in names.items()}
+    readout = Readout.of(
+        series_of(
+            data,
+            wear_model["reference"],
+            followed=followed,
+            events=events,
+            temperatures=temperatures,
+        ),
+        list(shipped_networks(*KINDS)),
+        draws=wear_model["draws"],
+        seed=settings["seed"],
+        misfit_p_value=settings["misfit_p_value"],
+    )
+    tracker, future = Tracker.from_settings(wear_model), Future.from_settings(wear_model)
+    return follow_life(readout, tracker, limits, future)
 
 
 def follow_life(
@@ -116,22 +160,18 @@ def _limits(
         for since in {limit.since for limit in limits}
     }
     found = [Forecast.of(limit, onward[limit.since], past, future) for limit in limits]
-    n, zero = len(where), np.zeros((1, readout.size))
+    zero = np.zeros((1, readout.size))
     new = [np.median(readout.values(limit, zero, zero + 1e-12)[0], axis=0) for limit in limits]
+    none = np.zeros((len(where), 0, 3))
+    each = ("asked", "limit", "quantile")
+    beyond = [one.beyond[:, None] for one in found]
     return {
-        "beyond": (("asked", "limit"), _side([each.beyond for each in found], n)),
-        "remaining": (("asked", "limit", "quantile"), _side([e.remaining for e in found], n, 3)),
-        "steady": (("asked", "limit", "quantile"), _side([e.steady for e in found], n, 3)),
-        "value": (
-            ("asked", "part", "quantile"),
-            np.concatenate([np.zeros((n, 0, 3)), *(each.value for each in found)], axis=1),
-        ),
+        "beyond": (each[:2], np.hstack([none[..., 0], *beyond])),
+        "remaining": (each, np.hstack([none, *(one.remaining[:, None] for one in found)])),
+        "steady": (each, np.hstack([none, *(one.steady[:, None] for one in found)])),
+        "value": (("asked", "part", "quantile"), np.hstack([none, *(one.value for one in found)])),
         "new": ("part", np.concatenate([np.zeros(0), *new])),
     }
-
-
-def _side(columns: Sequence[np.ndarray], n: int, *more: int) -> np.ndarray:
-    return np.stack(columns, axis=1) if columns else np.zeros((n, 0, *more))
 
 
 def _limit_coords(limits: Sequence[Limit]) -> dict[str, object]:
@@ -142,12 +182,10 @@ def _limit_coords(limits: Sequence[Limit]) -> dict[str, object]:
         for part, unit in zip(limit.parts, limit.units, strict=True)
     ]
     names = ("limit", "quantity", "bound", "upper", "unit")
-    of_parts = zip(*parts, strict=True) if parts else [()] * len(names)
-    return {
-        "limit": np.array([limit.name for limit in limits], dtype=str),
-        "words": ("limit", np.array([limit.words for limit in limits], dtype=str)),
-        "of": ("limit", np.array([limit.of for limit in limits], dtype=str)),
-    } | {f"part_{name}": ("part", list(each)) for name, each in zip(names, of_parts, strict=True)}
+    found = {f"part_{name}": ("part", [part[k] for part in parts]) for k, name in enumerate(names)}
+    for name, key in (("limit", "name"), ("words", "words"), ("of", "of")):
+        found[name] = ("limit", np.array([getattr(limit, key) for limit in limits], dtype=str))
+    return found
 
 
 def _changes(readout: Readout, path: Path, settle: int) -> Mapping[str, tuple]:
@@ -157,14 +195,10 @@ def _changes(readout: Readout, path: Path, settle: int) -> Mapping[str, tuple]:
         begins = [later.start for later in path.changes[k + 1 :]]
         last = min([change.noticed + settle, len(number) - 1, *(b - 1 for b in begins)])
         names.append(_named(readout, path, max(change.start - 1, 0), max(last, change.start)))
-    about = {
-        name: ("change", number[[getattr(change, name) for change in path.changes]].astype(int))
-        for name in ("noticed", "start", "earliest", "latest")
-        if path.changes
-    } or dict.fromkeys(("noticed", "start", "earliest", "latest"), ("change", np.zeros(0, int)))
-    kinds = [change.kind for change in path.changes]
-    return about | {
-        "kind": ("change", np.array(kinds, dtype=str)),
+    places = np.array([change[:4] for change in path.changes], dtype=int).reshape(-1, 4)
+    about = zip(Change._fields[:4], number[places].astype(int).T, strict=True)
+    return {name: ("change", column) for name, column in about} | {
+        "kind": ("change", np.array([change.kind for change in path.changes], dtype=str)),
         "certainty": ("change", np.array([change.evidence for change in path.changes])),
         "change_names": ("change", np.array(names, dtype=str)),
     }

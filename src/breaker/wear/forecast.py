@@ -191,13 +191,10 @@ def _crossings(excess: np.ndarray, nodes: np.ndarray) -> np.ndarray:
 def _quantiles(ahead: np.ndarray, beyond: np.ndarray) -> list[float]:
     """Operations ahead by which so much of a probability is there, inf if not by the last."""
     total, found = np.maximum.accumulate(beyond), []
-    for share in _SHARES:
-        if total[0] >= share:
-            found.append(0.0)
-        elif total[-1] < share:
-            found.append(np.inf)
-        else:
-            k = int(np.argmax(total >= share))
+    for share, k in zip(_SHARES, np.searchsorted(total, _SHARES), strict=True):
+        if 0 < k < len(total):
             part = (share - total[k - 1]) / (total[k] - total[k - 1])
             found.append(float(ahead[k - 1] + part * (ahead[k] - ahead[k - 1])))
+        else:
+            found.append(np.inf if k else 0.0)
     return found

@@ -6,161 +6,153 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from breaker.wear.fit import Fit
-from breaker.wear.path import Block, Change, Path
+from breaker.wear.path import Change, Path
 
 if TYPE_CHECKING:
     from breaker.wear.tracker import Tracker
 
-__all__ = ["Life", "Operations"]
+__all__ = ["Life"]
 
 _LEVEL, _RATE, _LATER = 100.0, 10.0, 30.0  # prior sds, in changes of the family: none is known
 _STARTS = 40  # of changes that are weighed, closer together the later they are
-_LEADING = 12  # coordinates of a block in which changes are sought
 _NEAR = 8  # records about the last place of a change, where each is weighed
 _AGE = 2  # records that a change needs: one may be an outlier
 _MEMORY = 300.0  # records, over which the size of the scatter is followed
 _ODD = 9.0  # square of a record's coordinate, in variances, as which a larger one counts in it
 _ALIKE = 0.9  # largest correlation of neighbouring records
 _FIRST = 100.0  # records that the scatter of the reference counts for in this
-_BASE = 3  # columns of the design: level, rate, curvature
 _SOUGHT = ("rate", "rate", "step", "rate", "step")
 _LARGE = 30.0  # size of a large change, over that of another
+_BASE = 3  # columns that any design has; the next is that of the temperature
+_POWERS = {"rate": (1, 2), "step": (0,), "event": (0, 1, 2)}  # of time, by kind of change
 
 
-class _Best(NamedTuple):
-    """The best of the changes that are sought, and how sure it is that there is one."""
+class _Column(NamedTuple):
+    """A column of the design: a power of the time since a change, or since the drive was new.
 
-    evidence: float
-    start: int = 0
-    earliest: int = 0
-    latest: int = 0
-    kind: str = ""
+    Attributes:
+        power: 0 a step, 1 a rate, 2 a curvature.
+        origin: Time from which it is counted.
+        before: Index of the last record without it, in which a prior of a rate counts from,
+        first: and of the first record with it.
+        size: Prior sd, in changes of the family; that of a curvature follows the change.
+        kept: Whether what it moves is a change of the drive.
+    """
 
-
-class Operations(NamedTuple):
-    """Operations of a life, as ``Tracker.follow`` takes them."""
-
-    numbers: np.ndarray
-    new: np.ndarray | None
-    events: Mapping[int, bool]
-    temperature: np.ndarray | None
+    power: int
+    origin: float
+    before: int = 0
+    first: int = 0
+    size: float = 0.0
+    kept: bool = True
 
 
 class Life:
-    """A life of a drive, followed by a tracker; blocks as of ``Tracker.follow``."""
+    """A life of a drive, followed by a tracker; arguments as of ``Tracker.follow``."""
 
-    def __init__(self, tracker: "Tracker", operations: Operations, blocks: Sequence[Block]) -> None:
-        self.tracker = tracker
-        numbers, new, self.events, temperature = operations
-        self.fits = [Fit(block) for block in blocks]
-        self.sought = [fit for fit in self.fits if fit.sought]
-        some = np.logical_or.reduce([fit.there for fit in self.fits])
+    def __init__(
+        self,
+        tracker: "Tracker",
+        operations: np.ndarray,
+        fit: Fit,
+        new: np.ndarray | None,
+        temperature: np.ndarray | None,
+    ) -> None:
+        self.tracker, self.fit = tracker, fit
+        some = fit.seen.any(axis=1)
         self.new = np.flatnonzero(some)[: tracker.reference] if new is None else new
-        where = np.asarray(numbers, dtype=float)
+        where = np.asarray(operations, dtype=float)
         self.span = max(float(np.ptp(where[self.new])), 1.0)
         self.time = (where - where[self.new].mean()) / self.span
         self.warm = None if temperature is None else np.nan_to_num(temperature)
         self.changes: list[Change] = []
         self.counted, self.alike = _FIRST, 0.0
-        self._renew(0)
+        self._renew(0, 0)
 
-    def followed(self) -> Path:
-        """Go through all operations."""
-        sizes = [fit.variance.size for fit in self.fits]
+    def followed(self, events: Mapping[int, bool]) -> Path:
+        """Go through all operations, with events as of ``Tracker.follow``."""
         n, full = len(self.time), int(self.new[-1])
-        found = {name: np.full((n, sum(sizes)), np.nan) for name in list(Path.__annotations__)[:7]}
+        known = np.full((n, 7, self.fit.variance.size), np.nan)
         evidence, weight = np.full((2, n), np.nan)
         for i in range(n):
-            if i in self.events and i > full:
-                self._begin(Change(i, i, i, i, "event", np.inf, self.events[i]), i - 1)
+            if i in events and i > full:
+                self._begin(Change(i, i, i, i, "event", np.inf, events[i]), i - 1)
             weight[i] = self._weigh(i, learnt=i > full)
-            for fit in self.fits:
-                fit.add(self.design[i], i)
+            self.fit.sum_up(self._rows([i]), i)
             if i < full:
                 continue
             self._solve(i)
             if i > full:
                 evidence[i] = self._watch(i, full)
-            for name, values in self._known(i).items():
-                found[name][i] = np.concatenate(values)
-        return Path(**found, evidence=evidence, weight=weight, changes=tuple(self.changes))
-
-    def _design(self) -> np.ndarray:
-        """Columns of the path: level, rate, curvature, temperature, and those of changes."""
-        columns = [np.ones_like(self.time), self.time, np.square(self.time)]
-        if self.warm is not None:
-            columns.append(self.warm)
-        for change in self._standing():
-            after = np.arange(self.time.size) >= change.start
-            since = np.where(after, self.time - self.time[max(change.start - 1, 0)], 0.0)
-            columns += self._columns(change, after, since, np.square(since))
-        return np.stack(columns, axis=1).astype(float)
-
-    @staticmethod
-    def _columns(change: Change, step, rate, bend) -> list:
-        """Columns that a kind of change has, of a step, a rate and a curvature."""
-        kinds = {"step": [step], "event": [step, rate, bend]}
-        return kinds.get(change.kind, [rate, bend])
+            known[i] = self._known(i)
+        return Path(*known.swapaxes(0, 1), evidence, weight, tuple(self.changes))
 
     def _standing(self) -> list[Change]:
         """Changes that were not taken back."""
         return [change for change in self.changes if change.evidence >= 0.0]
 
-    def _renew(self, last: int) -> None:
-        """Make the design anew, and add up the records before ``last``."""
-        self.design = self._design()
-        for fit in self.fits:
-            fit.sum_up(self.design, last)
-
-    def _precision(self, fit: Fit, i: int) -> np.ndarray:
-        """Prior precisions of the path, ``(k, p)``."""
-        family, past = fit.variance, max(self.time[i] - self.time[0], 1e-9)
-        square = np.square(fit.change)
-        roots = np.sqrt(family) / np.sqrt(family).sum()
-        bends = np.square(self.tracker.bend) * square
-        bends = bends + np.square(self.tracker.aside) * square[:_LEADING].sum() * roots + 1e-12
+    def _renew(self, first: int, last: int) -> None:
+        """Make the columns anew, and add up the records from ``first`` to before ``last``."""
         columns = [
-            np.square(_LEVEL) * family + 1.0,
-            (np.square(_RATE) * family + 1.0) / past**2,
-            bends / past**4,
+            _Column(power, 0.0, size=size) for power, size in enumerate((_LEVEL, _RATE, 0.0))
         ]
         if self.warm is not None:
-            columns.append(np.square(self.tracker.warmth) * family)
-        later = np.square(_LATER) * family + 1.0
+            columns.append(_Column(0, 0.0, kept=False))
         for change in self._standing():
-            since = max(self.time[i] - self.time[max(change.start - 1, 0)], 1e-9)
-            columns += self._columns(change, later, later / since**2, bends / since**4)
-        return 1.0 / np.stack(columns, axis=1)
+            before = max(change.start - 1, 0)
+            since = self.time[before], before, change.start, _LATER
+            powers = _POWERS[change.kind]
+            columns += [_Column(p, *since, p > 0 or not change.transducer) for p in powers]
+        self.columns = _Column(*map(np.array, zip(*columns, strict=True)))
+        self.mean_new = self._rows(self.new).mean(axis=0)
+        self.fit.sum_up(self._rows(np.arange(first, last)), first)
+
+    def _rows(self, where: Sequence[int]) -> np.ndarray:
+        """Rows of the design of operations, ``(r, p)``."""
+        since = self.time[where][:, None] - self.columns.origin
+        after = np.asarray(where)[:, None] >= self.columns.first
+        rows = np.where(after, since**self.columns.power, 0.0)
+        if self.warm is not None:
+            rows[:, _BASE] = self.warm[where]
+        return rows
+
+    def _precision(self, i: int) -> np.ndarray:
+        """Prior precisions of the path, ``(k, p)``."""
+        power, family = self.columns.power, self.fit.variance[:, None]
+        along, aside = self.fit.bends()
+        bends = self.tracker.bend**2 * along + self.tracker.aside**2 * aside + 1e-12
+        wide = np.where(power == 2, bends[:, None], self.columns.size**2 * family + 1.0)
+        if self.warm is not None:
+            wide[:, _BASE] = self.tracker.warmth**2 * self.fit.variance
+        since = np.maximum(self.time[i] - self.time[self.columns.before], 1e-9)
+        return since ** (2 * power) / wide
 
     def _solve(self, i: int) -> None:
         """Fit the path to the records up to ``i``."""
-        row = self._since_new(i)
-        for fit in self.fits:
-            fit.solve(i, self._precision(fit, i))
-            fit.change = fit.mean @ row
+        self.fit.solve(i, self._precision(i))
+        self.fit.change = self.fit.mean @ self._since(i, self.mean_new)
 
     def _weigh(self, i: int, *, learnt: bool) -> float:
         """Weigh record ``i`` by how far it is from what is expected; nan without one."""
-        there = [fit for fit in self.fits if fit.there[i]]
-        if not there:
+        fit, there = self.fit, self.fit.there[i]
+        if not there.any():
             return np.nan
         if not learnt:
             return 1.0
-        found = [fit.off(self.design, slice(i, i + 1), fit.variance.size)[0] for fit in there]
-        both = [(each, fit.last) for fit, each in zip(there, found, strict=True) if fit.sought]
-        left, last = (np.concatenate([p[k][:_LEADING] for p in both] or [[]]) for k in (0, 1))
-        count, square = left.size, float(left @ left)
-        weight = (self.tracker.tails + count) / (self.tracker.tails + square)
+        off = fit.off(self._rows([i]), i, slice(None))[0]
+        sought = fit.sought[there[fit.sought]]
+        left, count = off[sought], sought.size
+        weight = (self.tracker.tails + count) / (self.tracker.tails + float(left @ left))
         self.counted = min(self.counted + 1.0, _MEMORY)
-        for fit, each in zip(there, found, strict=True):
-            fit.weight[i], fit.last = weight, np.sqrt(min(weight, 1.0)) * each
-            fit.noise *= 1.0 + (np.minimum(weight * each**2, _ODD) - 1.0) / self.counted
         if count:
-            alike = float(np.clip(weight * (left @ last) / count, -1.0, 1.0))
+            alike = min(max(weight * (left @ fit.last[sought]) / count, -1.0), 1.0)
             self.alike += (alike - self.alike) / self.counted
-            colour = float(np.clip(self.alike, 0.0, _ALIKE))
-            for fit in self.fits:
-                fit.memory = (1.0 + colour) / (1.0 - colour)
+            colour = min(max(self.alike, 0.0), _ALIKE)
+            fit.memory = (1.0 + colour) / (1.0 - colour)
+        grown = (np.minimum(weight * np.square(off), _ODD) - 1.0) / self.counted
+        fit.noise = fit.noise * np.where(there, 1.0 + grown, 1.0)
+        fit.last = np.where(there, np.sqrt(min(weight, 1.0)) * off, fit.last)
+        fit.weight[i] = weight
         return weight
 
     def _watch(self, i: int, full: int) -> float:
@@ -169,122 +161,89 @@ class Life:
         if last and last.kind != "event" and i <= last.noticed + self.tracker.settle:
             self._place(i, full)
             return np.nan
-        best = self._seek(i, self._first(full))
+        best = self._seek(i, full)
         if best.evidence > self.tracker.threshold and i > full + self.tracker.settle:
-            self._begin(Change(i, **best._asdict()), i)
+            self._begin(best, i)
             self._solve(i)
         return best.evidence
-
-    def _first(self, full: int) -> int:
-        """Index of the first record after which a change may be."""
-        standing = self._standing()
-        return standing[-1].start + self.tracker.settle if standing else full
 
     def _begin(self, change: Change, i: int) -> None:
         """Let a change be part of the path from now on."""
         self.changes.append(change)
-        self._renew(i + 1)
+        self._renew(change.start, i + 1)
         self._solve(i)
-        if change.kind != "event":
-            self._reweigh(change.start, i)
-
-    def _reweigh(self, start: int, i: int) -> None:
-        """Weigh the records after a change by the path that has it."""
-        rows = slice(start, i + 1)
-        square = sum(
-            np.square(fit.off(self.design, rows, _LEADING)).sum(axis=1) * fit.there[rows]
-            for fit in self.sought
-        )
-        count = sum(min(_LEADING, fit.variance.size) * fit.there[rows] for fit in self.sought)
-        weight = (self.tracker.tails + count) / (self.tracker.tails + square)
-        for fit in self.fits:
-            fit.weight[rows] = np.where(fit.there[rows], weight, 0.0)
-            fit.sum_up(self.design, i + 1)
+        if change.kind == "event":
+            return
+        # Records after it are weighed anew, by the path that has it.
+        after, fit, tails = slice(change.start, i + 1), self.fit, self.tracker.tails
+        rows, there = self._rows(np.arange(change.start, i + 1)), fit.there[after, fit.sought]
+        square = np.square(fit.off(rows, change.start, fit.sought) * there).sum(axis=1)
+        fit.weight[after] = (tails + there.sum(axis=1)) / (tails + square)
+        fit.sum_up(rows, change.start)
 
     def _place(self, i: int, full: int) -> None:
         """Place the last change by all that is known now; take it back if nothing speaks for it."""
         last = self.changes.pop()
-        self._renew(i + 1)
+        self._renew(last.start, i + 1)
         self._solve(i)
-        best = self._seek(i, self._first(full), last.start)
-        if best.evidence < 0.0 or not best.kind:
+        best = self._seek(i, full, last.start)
+        if best.evidence < 0.0:
             self.changes.append(last._replace(evidence=-1.0))
-            self._renew(i + 1)
         else:
-            self._begin(last._replace(**best._asdict()), i)
+            self._begin(best._replace(noticed=last.noticed), i)
         self._solve(i)
 
-    def _seek(self, i: int, first: int, near: int | None = None) -> _Best:
-        """Weigh all changes that may have begun since ``first``; of those near one, each."""
+    def _seek(self, i: int, full: int, near: int | None = None) -> Change:
+        """Weigh all changes that may have begun since the last one; of those near one, each.
+
+        The evidence of the best is that for any.
+        """
+        standing = self._standing()
+        first = standing[-1].start + self.tracker.settle if standing else full
         if i + 1 - first < _AGE:
-            return _Best(-np.inf)
+            return Change(i, 0, 0, 0, "", -np.inf)
         ages = np.geomspace(_AGE, i + 1 - first, _STARTS).round().astype(int)
         if near is not None:
             ages = np.append(ages, i + 1 - np.arange(near - _NEAR, near + _NEAR + 1))
         ages = np.unique(np.clip(ages, _AGE, i + 1 - first))
         starts = i + 1 - ages
         now, before = self.time[i], self.time[starts - 1]
-        step, ramp = np.zeros((2, starts.size, self.design.shape[1]))
-        step[:, 0] = 1.0
-        ramp[:, 0], ramp[:, 1] = -before / (now - before), 1.0 / (now - before)
-        rate, tracker, total = self._rate(i), self.tracker, np.zeros((len(_SOUGHT), starts.size))
-        for fit in self.sought:
-            some = fit.variance[:_LEADING]
-            sums = (fit.explained(starts, i, each, some.size) for each in (ramp, step))
-            along = np.square(tracker.faster * np.outer(now - before, (fit.mean @ rate)[:_LEADING]))
-            other = np.tile(np.square(tracker.size) * some, (starts.size, 1))
-            ramps, steps = sums
-            sizes = other, _LARGE**2 * other
-            total += [
-                ramps.evidence(along),
-                *(each.evidence(size) for size in sizes for each in (ramps, steps)),
-            ]
+        columns = np.zeros((2, starts.size, len(self.mean_new)))  # a ramp, and a step
+        columns[:, :, 0] = -before / (now - before), np.ones(starts.size)
+        columns[0, :, 1] = 1.0 / (now - before)
+        ramps, steps = self.fit.explained(starts, i, columns)
+        speed = (self.fit.mean @ self._rate(i))[self.fit.sought]
+        other = np.square(self.tracker.size) * self.fit.variance[self.fit.sought]
+        along = np.square(self.tracker.faster * np.outer(now - before, speed))
+        sizes = (other, _LARGE**2 * other)
+        others = (each.evidence(size) for size in sizes for each in (ramps, steps))
+        total = np.stack([ramps.evidence(along), *others])
         gaps = np.gradient(ages.astype(float)) if ages.size > 1 else np.ones(1)
         total += np.log(gaps / (gaps.sum() * len(_SOUGHT)))
         evidence = float(np.logaddexp.reduce(total.ravel()))
         kind, place = np.unravel_index(total.argmax(), total.shape)
         share = np.cumsum(np.exp(total - evidence).sum(axis=0)[::-1])  # from the earliest on
-        low, high = (
-            int(starts[::-1][min((share < level).sum(), share.size - 1)]) for level in (0.05, 0.95)
-        )
-        return _Best(evidence, int(starts[place]), low, high, _SOUGHT[kind])
+        ends = np.minimum(np.searchsorted(share, (0.05, 0.95)), share.size - 1)
+        earliest, latest = starts[::-1][ends].tolist()
+        return Change(i, int(starts[place]), earliest, latest, _SOUGHT[kind], evidence)
 
     def _rate(self, i: int) -> np.ndarray:
         """Row of the design that gives the rate after operation ``i``."""
-        row = np.zeros(self.design.shape[1])
-        row[1], row[2] = 1.0, 2.0 * self.time[i]
-        found = [0.0] * (self.warm is not None)
-        for change in self._standing():
-            since = self.time[i] - self.time[max(change.start - 1, 0)]
-            found += self._columns(change, 0.0, 1.0, 2.0 * since)
-        row[_BASE:] = found
-        return row
+        since, power = self.time[i] - self.columns.origin, self.columns.power
+        return np.select([power == 1, power == 2], [1.0, 2.0 * since])
 
-    def _since_new(self, i: int) -> np.ndarray:
-        """Row of the design that gives the change since new; what a transducer moved is none."""
-        row = self.design[i] - self.design[self.new].mean(axis=0)
-        return self._cleared(row)
+    def _since(self, i: int, earlier: np.ndarray) -> np.ndarray:
+        """Row of the design that gives the change since an earlier row.
 
-    def _cleared(self, row: np.ndarray) -> np.ndarray:
-        """Return a row without temperature and transducers."""
-        kept = [0.0] * (self.warm is not None)
-        for change in self._standing():
-            kept += self._columns(change, float(not change.transducer), 1.0, 1.0)
-        row[_BASE:] *= kept
-        return row
+        What a temperature or a transducer moved is none.
+        """
+        return self.columns.kept * (self._rows([i])[0] - earlier)
 
-    def _known(self, i: int) -> dict[str, list[np.ndarray]]:
-        """What ``Path`` has of operation ``i``, by block."""
-        row, rate = self._since_new(i), self._rate(i) / self.span
-        events = [change for change in self._standing() if change.kind == "event"]
-        after = self.design[i] - self.design[events[-1].start] if events else np.nan * row
-        after = self._cleared(after)
-        found: dict[str, list[np.ndarray]] = {}
-        for fit in self.fits:
-            change, since, speed = (fit.about(each) for each in (row, after, rate))
-            both = np.einsum("p,kpq,q->k", row, fit.cov, rate)
-            parts = (*change, *since, *speed, both)
-            names = list(Path.__annotations__)[:7]
-            for name, each in zip(names, parts, strict=True):
-                found.setdefault(name, []).append(each)
-        return found
+    def _known(self, i: int) -> list[np.ndarray]:
+        """What ``Path`` has of operation ``i``, in its order."""
+        events = [change.start for change in self._standing() if change.kind == "event"]
+        event = self._rows(events[-1:])[0] if events else np.nan
+        rows = (self._since(i, self.mean_new), self._since(i, event), self._rate(i) / self.span)
+        mean, cov = self.fit.about(np.stack(rows))
+        pairs = [each for k in range(3) for each in (mean[:, k], cov[:, k, k])]
+        return [*pairs, cov[:, 0, 2]]

@@ -5,10 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["KINDS", "Block", "Change", "Path"]
-
-KINDS = ("rate", "step", "event")
-"""Kinds of a change: of the rate of wear, or its direction; of the drive at once; known work."""
+__all__ = ["Block", "Change", "Path"]
 
 
 class Block(NamedTuple):
@@ -32,7 +29,7 @@ class Change(NamedTuple):
         noticed: Index of the operation at which it was.
         start: Index of the first operation after it,
         earliest, latest: and within which indices it lies by 90 %.
-        kind: One of ``KINDS``.
+        kind: ``"rate"`` of the wear, or its direction, ``"step"``, or ``"event"``, known work.
         evidence: How much better it explains the records than none, nats; below 0 it was taken
             back.
         transducer: Whether what it moved is no change of the drive.

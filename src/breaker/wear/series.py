@@ -99,7 +99,9 @@ def series_of(
         ValueError: If no operation that is new has a record.
     """
     operations = np.unique(np.concatenate([each.operation.values for each in data.values()]))
-    whole = {motion: each.reindex(operation=operations) for motion, each in data.items()}
+    whole = {
+        motion: each.reindex(operation=operations, copy=False) for motion, each in data.items()
+    }
     usable = {m: each.accepted.values == True for m, each in whole.items()}  # noqa: E712, nan is not
     known = np.array([(temperatures or {}).get(int(o), np.nan) for o in operations])
     place = {int(o): i for i, o in enumerate(operations)}
@@ -143,21 +145,19 @@ def _motion(
 ) -> Motion | None:
     """Records of a motion in the units of the new ones; None if none of these has a record."""
     n, sign = len(usable), 1.0 if motion == "closing" else -1.0
-    records, step = sign * data.record.values, 1.0 / data.rate.values
+    records, step = data.record.values, 1.0 / data.rate.values
     way, present = np.zeros((n, SHAPE_TIMES.size)), np.zeros((n, SHAPE_TIMES.size), dtype=bool)
     noise = np.full(n, np.nan)
-    own = [each for i in new if usable[i] and (each := _shape(records[i], step[i]))]
+    told = zip(data.record_noise.values, data.record_colour.values, step, strict=True)
+    own = [each for i in new if usable[i] and (each := _shape(sign * records[i], step[i]))]
     if not own:
         return None
     stroke, duration = np.median([(each.stroke, each.duration) for each in own], axis=0).tolist()
     units = own[0]._replace(stroke=stroke, duration=duration)
-    for i in np.flatnonzero(usable):
-        shape = _shape(records[i], step[i], units)
-        if shape is None:
-            continue
-        way[i], present[i] = shape.way, shape.present
-        sd, colour = data.record_noise.values[i], data.record_colour.values[i]
-        noise[i] = network_record(shape, sd, colour, step[i], units).noise[0]
+    for i, (sd, colour, each) in enumerate(told):
+        if usable[i] and (shape := _shape(sign * records[i], each, units)) is not None:
+            way[i], present[i] = shape.way, shape.present
+            noise[i] = network_record(shape, sd, colour, each, units).noise[0]
     there = data.measured.sel(quantity=list(names)).values.T if names else ()
     measured = dict(zip(names, there, strict=True))
     return Motion(way, present, noise, stroke, duration, measured)

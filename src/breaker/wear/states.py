@@ -169,10 +169,10 @@ def _since(
     over: np.ndarray, beyond: np.ndarray, operations: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return since when limits are exceeded for sure, and since when likely, ``(l,)`` each."""
-    certain, crossed = np.full((2, over.shape[1]), np.nan)
-    for j in np.flatnonzero(over[-1]):
-        first = len(over) - int(np.argmin(over[::-1, j])) if not over[:, j].all() else 0
-        likely = np.nan_to_num(beyond[: first + 1, j]) >= _CLEAR
-        begins = first + 1 - int(np.argmin(likely[::-1])) if not likely.all() else 0
-        certain[j], crossed[j] = operations[first], operations[min(begins, first)]
+    at = np.arange(len(over))[:, None]
+    first = np.where(over, 0, at + 1).max(axis=0, initial=0)  # after the last that is not
+    unlikely = (at <= first) & ~(beyond >= _CLEAR)
+    begins = np.minimum(np.where(unlikely, at + 1, 0).max(axis=0, initial=0), first)
+    places = np.minimum([first, begins], len(over) - 1)
+    certain, crossed = np.where(over[-1], operations[places], np.nan)
     return certain, crossed

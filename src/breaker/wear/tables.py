@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from breaker.files import ABOUT, metadata_names
-from breaker.wear.dates import days_left, days_per_operation, on_date
+from breaker.wear.dates import days_per_operation, on_date
 from breaker.wear.states import STATES
 
 __all__ = [
@@ -78,6 +78,8 @@ CHANGES = {
 """First columns of ``changes.csv``; behind them, of each parameter, the change since new in percent
 at 5, 50 and 95 % and the probability of none, as known when the change was noticed."""
 
+_LEFT = ("operations_left_5", "operations_left", "operations_left_95")
+
 
 def operation_metadata(curves: Mapping[str, xr.Dataset], operations: np.ndarray) -> pd.DataFrame:
     """Return what is known of each operation beside its records, and motions without one.
@@ -90,18 +92,17 @@ def operation_metadata(curves: Mapping[str, xr.Dataset], operations: np.ndarray)
         Columns ``ABOUT``, events of all motions and the mean temperature, else what the first
         motion knows; and ``not_used``.
     """
-    found: dict[str, list] = {name: [[] for _ in operations] for name in ABOUT}
-    place, unused = {int(o): i for i, o in enumerate(operations)}, [[] for _ in operations]
-    for motion, data in curves.items():
-        for name in metadata_names(data):
-            for number, value in zip(data.operation.values, data[name].values, strict=True):
-                if value == value and value != "":
-                    found[name][place[int(number)]].append(value)
-        used = data.operation.values[data.accepted.values.astype(bool)]
-        for i in np.flatnonzero(~np.isin(operations, used)):
-            unused[i].append(motion)
-    data = {name: [_joined(name, each) for each in rows] for name, rows in found.items()}
-    return pd.DataFrame(data | {"not_used": [", ".join(each) for each in unused]})
+    frames = [
+        data[[*metadata_names(data), "accepted"]].to_dataframe().reindex(operations)
+        for data in curves.values()
+    ]
+    found, empty = {}, [""] * len(operations)
+    for name in ABOUT:
+        rows = zip(*(frame.get(name, empty) for frame in frames), strict=True)
+        found[name] = [_joined(name, [v for v in row if v == v and v != ""]) for row in rows]
+    used = zip(*(frame.accepted.eq(True) for frame in frames), strict=True)
+    unused = [[m for m, each in zip(curves, row, strict=True) if not each] for row in used]
+    return pd.DataFrame(found | {"not_used": [", ".join(each) for each in unused]})
 
 
 def _joined(name: str, values: Sequence) -> object:
@@ -136,10 +137,8 @@ def decide(life: xr.Dataset, stands: xr.Dataset, known: pd.DataFrame) -> pd.Data
         "operation": operations,
         "state": np.array(STATES)[stands.drive_state.values],
         "limit": limits[subject],
-        "operations_left_5": left[:, 0].round(),
-        "operations_left": left[:, 1].round(),
-        "operations_left_95": left[:, 2].round(),
-        "days_left": days_left(left[:, 1], pace).round(1),
+        **dict(zip(_LEFT, left.round().T, strict=True)),
+        "days_left": np.where(left[:, 1] == 0.0, 0.0, left[:, 1] * pace).round(1),
         "service_by": _whole(by),
         "service_by_date": on_date(by, operations, list(known.date), pace),
         "exceeded": [", ".join(life.limit.values[row]) for row in over],
@@ -168,8 +167,7 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
     Args:
         life, stands: As of ``decide``.
     """
-    place = {name: j for j, name in enumerate(life.limit.values.tolist())}
-    of = np.array([place[name] for name in life.part_limit.values.tolist()], dtype=int)
+    of = pd.Index(life.limit.values).get_indexer(life.part_limit.values)
     last, now = stands.isel(operation=-1), life.value.values[-1]
     state, left = last.state.values[of], last.left.values[of].round()
     data = {
@@ -177,14 +175,14 @@ def limit_table(life: xr.Dataset, stands: xr.Dataset) -> pd.DataFrame:
         "quantity": life.part_quantity.values,
         "of": life.of.values[of],
         "new": life.new.values,
-        **{name: now[:, k] for k, name in enumerate(("now_5", "now", "now_95"))},
+        **dict(zip(("now_5", "now", "now_95"), now.T, strict=True)),
         "bound": life.part_bound.values,
         "unit": life.part_unit.values,
         "state": np.array(STATES)[state],
         "probability": last.beyond.values[of],
         "certain": _whole(stands.certain.values[of]),
         "crossed": _whole(stands.crossed.values[of]),
-        **{f"operations_left{suffix}": left[:, k] for k, suffix in enumerate(("_5", "", "_95"))},
+        **dict(zip(_LEFT, left.T, strict=True)),
         "service_by": _whole(last.service_by.values[of]),
     }
     return pd.DataFrame({name: data[name] for name in LIMITS})
@@ -200,21 +198,16 @@ def change_table(life: xr.Dataset) -> pd.DataFrame:
         The columns ``CHANGES``, and of each parameter ``NAME_5``, ``NAME``, ``NAME_95`` and
         ``NAME_unchanged``.
     """
-    n, last = life.sizes["change"], int(life.operation[-1])
-    ends = {name: np.append(life[name].values, last) for name in ("noticed", "start")}
-    ends |= {name: np.append(life[name].values, last) for name in ("earliest", "latest")}
+    last, ends = int(life.operation[-1]), ("noticed", "start", "earliest", "latest")
     names = life.names.values[-1] if life.sizes["asked"] else ""
-    data = ends | {
+    data = {name: np.append(life[name].values, last) for name in ends} | {
         "kind": np.append(life.kind.values, "now"),
         "evidence": np.append(life.certainty.values, np.nan),
         "names": np.append(life.change_names.values, names),
     }
-    asked = life.asked.values
-    at = np.clip(np.searchsorted(asked, ends["noticed"]), 0, max(asked.size - 1, 0))
+    known = life[["changed", "unchanged"]].reindex(asked=data["noticed"], method="bfill")
     for k, name in enumerate(life.parameter.values):
-        changed = life.changed.values[at, k] if asked.size else np.full((n + 1, 3), np.nan)
-        for column, values in zip(("_5", "", "_95"), changed.T, strict=True):
+        for column, values in zip(("_5", "", "_95"), known.changed.values[:, k].T, strict=True):
             data[f"{name}{column}"] = values
-        still = life.unchanged.values[at, k] if asked.size else np.full(n + 1, np.nan)
-        data[f"{name}_unchanged"] = still
+        data[f"{name}_unchanged"] = known.unchanged.values[:, k]
     return pd.DataFrame(data)

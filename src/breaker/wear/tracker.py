@@ -24,7 +24,8 @@ from typing import Self
 
 import numpy as np
 
-from breaker.wear.life import Life, Operations
+from breaker.wear.fit import Fit
+from breaker.wear.life import Life
 from breaker.wear.path import Block, Path
 
 __all__ = ["Tracker"]
@@ -87,5 +88,4 @@ class Tracker:
                 alone.
             temperature: Above that of the reference, 10 K, ``(o,)``; None where it is not known.
         """
-        life = Operations(operations, new, events or {}, temperature)
-        return Life(self, life, blocks).followed()
+        return Life(self, operations, Fit(blocks), new, temperature).followed(events or {})

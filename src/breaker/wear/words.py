@@ -1,26 +1,52 @@
-"""The first page in sentences, rendered from the tables; nothing is read back from them."""
+"""The first page, in sentences and as HTML: rendered from tables, never read back."""
 
+import base64
 import math
+from collections.abc import Sequence
+from html import escape
 
 import pandas as pd
 import xarray as xr
 
 from breaker.mechanism import in_digits, in_p
-from breaker.wear.wording import about, and_so_on, in_percent, span
 
-__all__ = ["headline", "limit_words", "since_new", "trust"]
+__all__ = [
+    "about",
+    "headline",
+    "in_percent",
+    "limit_words",
+    "opening",
+    "since_new",
+    "span",
+    "trust",
+]
 
 _NOTED = 2.0  # percent, beyond which a change is worth a word
 _SURE = 0.05  # probability of no change below which a parameter is named
 _MOST = 4
 _PERHAPS = 2
-_USUAL = {
-    "f": "closing force",
-    "k_a": "opening spring",
-    "k_b": "contact spring",
+_USUAL = {"f": "closing force", "k_a": "opening spring", "k_b": "contact spring"}
+_USUAL |= {
     "mu": "mass ratio",
+    "gamma_a": "drive friction",
+    "gamma_b": "contact friction",
+    "L": "contact gap",
 }
-_USUAL |= {"gamma_a": "drive friction", "gamma_b": "contact friction", "L": "contact gap"}
+
+
+# The report sets its description into a narrow column beside the graph of the rules. Here it takes
+# the whole width, and the graph comes below it.
+_STYLE = """<style>
+.prose:has(#first-page) { max-width: none; }
+div:has(> .prose #first-page) { width: 100%; }
+div:has(> div > .prose #first-page) { flex-direction: column; }
+div:has(> div > div > .prose #first-page) { align-items: flex-start; }
+#first-page h1 { font-size: 1.3rem; margin: 0 0 .5rem; }
+#first-page p { margin: .2rem 0; max-width: 75rem; }
+#first-page img { display: block; width: 100%; max-width: 85rem; margin: .5rem 0; }
+#first-page table { width: auto; font-size: .8rem; }
+#first-page th, #first-page td { text-align: left; padding: .1rem 1rem .1rem 0; }
+</style>"""
 
 
 def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
@@ -46,7 +72,7 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
     may = sorted((name for name in rest if most[name] > _NOTED), key=lambda name: -most[name])
     words = ", ".join(told) if told else "nothing for sure"
     if may:
-        perhaps = and_so_on([_USUAL[name] for name in may], _PERHAPS)
+        perhaps = _and_so_on([_USUAL[name] for name in may], _PERHAPS)
         words += f"; perhaps {perhaps}, by up to {in_digits(most[may[0]], 2)} %"
     if len(may) < len(rest):
         words += f"; nothing else beyond {_NOTED:g} %"
@@ -76,7 +102,7 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
     if row.state == "now":
         over = by_limit[by_limit.certain.notna()].sort_values("certain")
         each = [f"{one.limit} (certain at {one.certain:,})" for one in over.itertuples()]
-        why = f"exceeded: {and_so_on(each, _MOST)}" if each else f"{row.limit} is due, {left}"
+        why = f"exceeded: {_and_so_on(each, _MOST)}" if each else f"{row.limit} is due, {left}"
         words = f"Service now: {why}"
     elif row.state == "plan":
         on = f" ({row.service_by_date})" if row.get("service_by_date") else ""
@@ -97,7 +123,7 @@ def headline(decisions: pd.DataFrame, limits: pd.DataFrame) -> str:
         if one.probability == one.probability
     ]
     doubts = (
-        f" Cannot tell {and_so_on(cannot, _MOST)}." if cannot and row.state != "unknown" else ""
+        f" Cannot tell {_and_so_on(cannot, _MOST)}." if cannot and row.state != "unknown" else ""
     )
     return f"{words}.{doubts} As of operation {row.operation:,}."
 
@@ -150,3 +176,65 @@ def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
+
+
+def opening(sentences: Sequence[str], limits: pd.DataFrame, picture: bytes) -> str:
+    """Return sentences, the table of limits and a picture.
+
+    Args:
+        sentences: The first is the headline.
+        limits: What ``limit_words`` returns.
+        picture: The figure of the verdict, PNG.
+
+    Returns:
+        One element of HTML, which loads nothing.
+    """
+    first, *others = map(escape, sentences)
+    encoded = base64.b64encode(picture).decode()
+    return (
+        f'{_STYLE}<div id="first-page"><h1>{first}</h1>{"".join(f"<p>{s}</p>" for s in others)}'
+        f"{limits.to_html(index=False, border=0)}"
+        f'<img alt="How each limit stands" src="data:image/png;base64,{encoded}"></div>'
+    )
+
+
+def about(value: float) -> str:
+    """Write a number of operations or days that is an estimate, to three digits.
+
+    >>> about(1878.3), about(42.4), about(float("inf"))
+    ('1,880', '42', 'beyond the horizon')
+    """
+    if not math.isfinite(value):
+        return "unknown" if math.isnan(value) else "beyond the horizon"
+    digits = max(0, math.floor(math.log10(max(value, 1.0))) - 2)
+    return f"{round(value, -digits):,.0f}"
+
+
+def span(low: float, high: float) -> str:
+    """Write an interval of such numbers.
+
+    >>> span(12.2, 1878.3)
+    '12 to 1,880'
+    """
+    return f"{about(low)} to {about(high)}"
+
+
+def in_percent(probability: float) -> str:
+    """Write a probability; never 0 or 100 % of what is not certain.
+
+    >>> in_percent(0.233), in_percent(0.9996), in_percent(0.001)
+    ('23 %', '> 99 %', '< 1 %')
+    """
+    if probability < 0.01:
+        return "< 1 %"
+    return "> 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
+
+
+def _and_so_on(words: list[str], most: int) -> str:
+    """List words, at most so many, and count the others.
+
+    >>> _and_so_on(["a", "b", "c"], 2)
+    'a, b and 1 more'
+    """
+    more = len(words) - most
+    return ", ".join(words) if more <= 0 else f"{', '.join(words[:most])} and {more} more"
