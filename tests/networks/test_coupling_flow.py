@@ -1,13 +1,13 @@
-"""The coupling flow: splines, inverse and density against zuko, autograd and closed forms."""
+"""The coupling flow: splines, inverse and density by differences, autograd, closed forms."""
 
 import itertools
 import math
 
 import pytest
 import torch
-from zuko.transforms import MonotonicRQSTransform
 
-from breaker.networks.coupling_flow import CouplingFlow, spline
+from breaker.networks.coupling_flow import CouplingFlow
+from breaker.networks.splines import bend, unbend
 from tests.networks_fixtures import MARKS, built, density_by_autograd, normal, perturb
 
 pytestmark = MARKS
@@ -24,28 +24,49 @@ def curved(dims=DIMS, **sizes):
 # ---- splines and couplings ----------------------------------------------------------------------
 
 
-def test_splines_are_those_of_zuko():
-    sizes, slopes = 3 * normal(50, 4, 12), 3 * normal(50, 4, 5, seed=2)
-    own, zukos = spline(sizes, slopes), MonotonicRQSTransform(*sizes.chunk(2, -1), slopes)
-    for name in ("horizontal", "vertical", "derivatives"):
-        torch.testing.assert_close(getattr(own, name), getattr(zukos, name), rtol=0, atol=1e-12)
-    assert own.bins == 6
-    # The ends are where zuko has them, so that what is beyond is left alone.
-    assert (own.horizontal[..., [0, -1]] == torch.tensor([-5.0, 5.0])).all()
-    y = 8 * normal(50, 4, seed=3)
-    torch.testing.assert_close(own(y), zukos(y), rtol=0, atol=1e-11)
-    torch.testing.assert_close(own.inv(own(y)), y, rtol=0, atol=1e-9)
-    assert torch.equal(own(y)[y.abs() > 5], y[y.abs() > 5])
-    assert (own(y) - y).abs().max() > 0.5
+def test_splines_are_inverted_and_leave_alone_what_is_beyond():
+    x, numbers = 3 * normal(50, 4), 3 * normal(50, 4, 17, seed=2)
+    y, log_slope = bend(x, numbers)
+    torch.testing.assert_close(unbend(y, numbers), x, rtol=0, atol=1e-9)
+    beyond = x.abs() > 5
+    assert beyond.any()
+    assert torch.equal(y[beyond], x[beyond])
+    assert (log_slope[beyond] == 0).all()
+    assert (y - x).abs().max() > 0.5
+
+
+def test_knots_are_softmaxes_of_damped_numbers():
+    """Of the library zuko, whose splines these are: numbers that are damped, then shares."""
+    numbers = 3 * normal(1, 17)[0]
+    damped = numbers[:6] / (1 + (2 * numbers[:6] / math.log(1e-3)).abs())
+    x = 10 * damped.softmax(0).cumsum(0)[:-1] - 5
+    damped = numbers[6:12] / (1 + (2 * numbers[6:12] / math.log(1e-3)).abs())
+    y = 10 * damped.softmax(0).cumsum(0)[:-1] - 5
+    found, log_slope = bend(x, numbers.expand(5, 17))
+    torch.testing.assert_close(found, y, rtol=0, atol=1e-9)
+    slopes = numbers[12:] / (1 + (numbers[12:] / math.log(1e-3)).abs())
+    torch.testing.assert_close(log_slope, slopes, rtol=0, atol=1e-9)
+
+
+def test_gradients_of_splines_are_those_of_their_values():
+    """Of value and log slope, by differences; the log slope is the derivative's."""
+    x, numbers = 3 * normal(12, 2), 2 * normal(12, 2, 17, seed=2)
+    x, numbers = x.requires_grad_(), numbers.requires_grad_()
+    assert torch.autograd.gradcheck(bend, (x, numbers))
+    y, log_slope = bend(x, numbers)
+    (slope,) = torch.autograd.grad(y.sum(), x)
+    torch.testing.assert_close(slope.log(), log_slope, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("dims", [2, 3, 7, 8])
 def test_any_two_dimensions_meet_both_ways(dims):
     digits = math.ceil(math.log2(dims))
-    masks = built(CouplingFlow, dims, FEATURES, **SIZES | {"transforms": 2 * digits}).masks
+    network = built(CouplingFlow, dims, FEATURES, **SIZES | {"transforms": 2 * digits})
+    orders = zip(network.conditioners, network.orders.tolist(), strict=True)
+    stay = [set(order[: conditioner.enter.in_features]) for conditioner, order in orders]
     for i, j in itertools.permutations(range(dims), 2):
-        assert any(mask[i] and not mask[j] for mask in masks), (i, j)
-    assert all(0 < mask.sum() < dims for mask in masks)
+        assert any(i in kept and j not in kept for kept in stay), (i, j)
+    assert all(0 < len(kept) < dims for kept in stay)
 
 
 # ---- draws and density --------------------------------------------------------------------------

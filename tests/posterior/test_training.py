@@ -97,7 +97,7 @@ def test_moving_average_by_hand(trainer):
         for mean, weight in zip(expected, training.weights, strict=True):
             mean.mul_(decay).add_(weight.detach(), alpha=1 - decay)
 
-    training.optimisers[0].register_step_post_hook(follow)
+    training.optimisers[-1].register_step_post_hook(follow)
     training.run()
     assert count == 6
     for mean, weight in zip(expected, training.ema, strict=True):
@@ -146,7 +146,7 @@ def test_a_loss_that_is_not_finite_names_motion_and_step(trainer, bad):
         if training.step == 5:
             training.rows.travel = torch.full_like(training.rows.travel, bad)
 
-    training.optimisers[0].register_step_post_hook(spoil)
+    training.optimisers[-1].register_step_post_hook(spoil)
     message = r"the loss of opening is (nan|inf) at step 6; lower training.learning_rate"
     with pytest.raises(FloatingPointError, match=message):
         training.run()

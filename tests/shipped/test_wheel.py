@@ -79,9 +79,9 @@ def test_the_command_needs_neither_torch_nor_snakemake(described):
     needed = [Requirement(each) for each in described.get_all("Requires-Dist")]
     core = {each.name for each in needed if each.marker is None}
     assert {"numpy", "numba", "safetensors"} <= core
-    assert not core & {"torch", "zuko", "snakemake"}
+    assert not core & {"torch", "snakemake"}
     networks = {e.name for e in needed if e.marker and e.marker.evaluate({"extra": "networks"})}
-    assert networks - core == {"torch", "zuko"}
+    assert networks - core == {"torch"}
 
 
 # As in an environment without the extras.
@@ -89,7 +89,7 @@ WITHOUT = """
 import sys
 class Nowhere:
     def find_spec(name, path=None, target=None):
-        if name in ("torch", "zuko", "snakemake"):
+        if name in ("torch", "snakemake"):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 sys.meta_path.insert(0, Nowhere)
 """

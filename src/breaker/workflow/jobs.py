@@ -23,9 +23,9 @@ _VARIABLES = (
 _PACKAGES = (
     *("charset_normalizer", "jsonschema", "lazy_loader", "matplotlib", "numba", "numcodecs"),
     *("numpy", "pandas", "safetensors", "scipy", "snakemake", "torch", "tqdm", "xarray", "yaml"),
-    *("PIL", "zarr", "zuko"),
+    *("PIL", "zarr"),
 )
-_NETWORKS = {"torch", "zuko"}
+_NETWORKS = {"torch"}
 
 
 def missing_packages(*found: str) -> str:

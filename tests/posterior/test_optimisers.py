@@ -1,0 +1,45 @@
+"""Muon: steps are orthogonal, and only matrices between hidden layers take them."""
+
+import torch
+
+from breaker.networks import Hidden, ResidualMLP
+from breaker.posterior.optimisers import Muon, optimisers, orthogonal
+from tests.networks_fixtures import MARKS, TRAINING, normal
+
+pytestmark = MARKS
+
+
+def test_a_step_is_nearly_orthogonal():
+    for shape in ((20, 20), (12, 30), (30, 12)):
+        matrix = normal(*shape).float()
+        left, _, right = torch.linalg.svd(matrix, full_matrices=False)
+        found = left.T @ orthogonal(matrix) @ right.T
+        assert (found.diagonal() > 0.6).all()
+        assert (found.diagonal() < 1.3).all()
+        assert (found - found.diagonal().diag()).abs().max() < 0.05
+
+
+def test_matrices_between_hidden_layers_take_them():
+    network = ResidualMLP(4, 16, 3, blocks=2)
+    adamw, muon = optimisers(network, TRAINING)
+    of_muon = {id(weight) for weight in muon.param_groups[0]["params"]}
+    hidden = [layer for layer in network.modules() if isinstance(layer, Hidden)]
+    assert of_muon == {id(layer.weight) for layer in hidden}
+    others = {id(weight) for weight in adamw.param_groups[0]["params"]}
+    assert of_muon | others == {id(weight) for weight in network.parameters()}
+    assert not of_muon & others
+    (alone,) = optimisers(network, TRAINING | {"optimiser": "adamw"})
+    assert len(alone.param_groups[0]["params"]) == len([*network.parameters()])
+
+
+def test_it_finds_a_matrix():
+    """Weak directions of a badly scaled problem are found as fast as strong ones."""
+    aim, scales = normal(8, 8).float(), torch.logspace(0, -2, 8)
+    weight = torch.nn.Parameter(torch.zeros(8, 8))
+    optimiser = Muon([weight], lr=0.1)
+    for step in range(300):
+        optimiser.param_groups[0]["lr"] = 0.1 * (1 - step / 300)
+        optimiser.zero_grad()
+        ((weight - aim) * scales).square().sum().backward()
+        optimiser.step()
+    assert (weight - aim).abs().max() < 0.05
