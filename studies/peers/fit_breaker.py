@@ -46,11 +46,12 @@ class Breaker:
     def settings(self) -> dict:
         """Return what a table has to say about the arm."""
         kind = self.configuration["network"]["closing"]["inference"]["kind"].replace("_", " ")
+        used = self._training
         return {
             "estimator": f"{kind} over a conditional Gaussian, config/config.yaml",
-            "optimiser": f"AdamW {self._training['learning_rate']}, warm-up and cosine over the "
-            f"budget, clip {self._training['clip']}, EMA {self._training['ema']}",
-            "batch": self._training["batch"],
+            "optimiser": f"{used['optimiser']} {used['learning_rate']}, warm-up and cosine over the "
+            f"budget, clip {used['clip']}, EMA {used['ema']}",
+            "batch": used["batch"],
             "deviations": "number of steps",
         }
 
