@@ -49,7 +49,7 @@ class Breaker:
         used = self._training
         return {
             "estimator": f"{kind} over a conditional Gaussian, config/config.yaml",
-            "optimiser": f"{used['optimiser']} {used['learning_rate']}, warm-up and cosine over the "
+            "optimiser": f"{used['optimiser']} {used['learning_rate']}, warm-up, cosine over the "
             f"budget, clip {used['clip']}, EMA {used['ema']}",
             "batch": used["batch"],
             "deviations": "number of steps",
