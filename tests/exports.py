@@ -86,7 +86,7 @@ def preamble(**given):
     if of["results"]:
         lines += ["Travel Analysis,,,"]
         lines += ["Parameter," + ",".join(f"CH{i + 1}" for i in range(of["channels"])) + ",,"]
-    for name, values in of["results"].items():
+    for name, values in (of["results"] or {}).items():
         lines.append(name + "," + ",".join(f"{v:.2f}" for v in values) + ",,")
     return lines + [",,,"] * (43 - len(lines))
 

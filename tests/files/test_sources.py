@@ -498,7 +498,7 @@ def test_a_missing_package_is_named_with_the_command(tmp_path, monkeypatch, name
 def test_extras_are_tested():
     extras = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     needed = {extra for _, _, extra in OTHER_KINDS.values()}
-    assert needed == set(extras) - {"networks", "workflow", "slurm", "test"}
+    assert needed == set(extras) - {"networks", "workflow", "slurm", "crate", "test"}
     tested = {extra for each in extras["test"] for extra in Requirement(each).extras}
     assert needed <= tested
 

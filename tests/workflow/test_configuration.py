@@ -303,10 +303,10 @@ training: {opening: {steps: 10, evaluate_every: 11}}
     training.opening.evaluate_every is 11, but must not exceed training.opening.steps (10)
 network: {opening: {summary: {components: 152}}}
     network.opening.summary.components is 152, but must not exceed sensor.samples (151)
-network: {opening: {summary: {time_series: {kernels: [5], strides: [2, 2]}}}}
-    network.opening.summary.time_series has 2 channels, 1 kernels, 2 strides. All three need
-network: {opening: {summary: {time_series: {kernels: [5, 5], strides: [2, 2], skip: 36}}}}
-    network.opening.summary.time_series skips 36 steps, but the convolutions leave 35
+network: {opening: {summary: {time_series: {kernels: [5, 5], strides: [2, 2]}}}}
+    network.opening.summary.time_series has 1 channels, 2 kernels, 2 strides. All three need
+network: {opening: {summary: {time_series: {kernels: [16], strides: [16], skip: 10}}}}
+    network.opening.summary.time_series skips 10 steps, but the convolutions leave 9
 solver: {reference: 8, candidates: [4, 8]}
     solver.reference is 8, but must be more than any of solver.candidates (8)
 validation: {curves: 100, judged_curves: 101}
@@ -405,8 +405,8 @@ def test_message_names_key_value_and_remedy(complaint, overlay, expected):
 def test_layers_and_sizes_that_just_fit_are_accepted(tmp_path):
     overlay = tmp_path / "overlay.yaml"
     overlay.write_text(
-        "network: {opening: {summary: {components: 151, time_series: {kernels: [5, 5], "
-        "strides: [2, 2], skip: 35}}}}\n"
+        "network: {opening: {summary: {components: 151, time_series: {channels: [8, 8], "
+        "kernels: [5, 5], strides: [2, 2], skip: 35}}}}\n"
         "bank: {shards: 2, curves_per_shard: 50}\n"
         "training:\n"
         "  closing: {batch: 60, validation_curves: 30, held_out_curves: 10}\n"

@@ -73,7 +73,10 @@ class _Piece:
 
     def __init__(self, points: Tensor, knots: Tensor, slopes: Tensor, *, axis: int) -> None:
         last = knots.shape[-1] - 2
-        at = torch.searchsorted(knots[..., axis, :].contiguous(), points.unsqueeze(-1)) - 1
+        at = (
+            torch.searchsorted(knots[..., axis, :].contiguous(), points.unsqueeze(-1).contiguous())
+            - 1
+        )
         self.at = at.clamp(0, last)
         self.inside = points.abs() < _BOUND
         both = torch.cat([self.at, self.at + 1], -1)
