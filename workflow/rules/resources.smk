@@ -36,7 +36,7 @@ SIZES = {
 TAKEN = {
     "prior_predictive": (220, 5, {}),
     "bank_shard": (300, 5, {"shard": (50, 17)}),
-    "train": (460, 30, {"bank": (410, 0), "steps": (0, 590)}),
+    "train": (460, 30, {"bank": (410, 0), "steps": (0, 470)}),
     "validate": (485, 10, {"draws": (115, 5)}),
     "validate_reader": (480, 10, {"curves": (0, 24)}),
     "identifiability": (235, 9, {"curves": (50, 0)}),
