@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.records import SHAPE_TIMES, effective_noise, shape_of
+from breaker.records.shape import normalise
 
 
 def motion(time: np.ndarray) -> np.ndarray:
@@ -68,3 +69,15 @@ def test_noise_after_the_average_is_as_large_as_told():
     told = effective_noise(sd / clean.stroke, 0.0, step / clean.duration)
     # Of some 1,800 values: 6 % is three of its standard deviations.
     assert np.std(error) == pytest.approx(told, rel=0.06)
+
+
+def test_compiled_code_gives_the_same_bytes(monkeypatch):
+    """How many records a process has seen, and so whether it compiles, shows in no digit."""
+    record = motion(TIME) + 0.1 * np.random.default_rng(1).standard_normal(TIME.size)
+    found = []
+    for left in (10**9, 0):
+        monkeypatch.setattr(type(normalise), "left", left)
+        found.append(shape_of(record, 0.1))
+    assert "fast" in vars(normalise)
+    assert found[0].way.tobytes() == found[1].way.tobytes()
+    assert found[0][2:] == found[1][2:]

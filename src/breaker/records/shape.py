@@ -105,7 +105,7 @@ def normalise(travel, step, like, way, present):
             n += 1
     if n < 4 * _FEWEST:
         return 0.0, 0.0, 0.0, 0.0
-    low, high = value[:_FEWEST].mean(), value[n - max(_FEWEST, n // 20) : n].mean()
+    low, high = _mean(value[:_FEWEST]), _mean(value[n - max(_FEWEST, n // 20) : n])
     origin = duration = 0.0
     window = max(1, n // 60)
     for _ in range(_ROUNDS):
@@ -115,8 +115,8 @@ def normalise(travel, step, like, way, present):
         window = max(1, round(_SMOOTH * duration / step))
         begins = np.searchsorted(time[:n], origin - _REST * duration)
         ends = np.searchsorted(time[:n], origin + _END * duration)
-        low = value[: max(_FEWEST, begins)].mean()
-        high = value[min(ends, n - max(_FEWEST, n // 20)) : n].mean()
+        low = _mean(value[: max(_FEWEST, begins)])
+        high = _mean(value[min(ends, n - max(_FEWEST, n // 20)) : n])
     stroke = high - low
     if not stroke > 0.0:
         return 0.0, 0.0, 0.0, 0.0
@@ -127,6 +127,12 @@ def normalise(travel, step, like, way, present):
     for j in range(way.size):
         way[j] = (way[j] - low) / length
     return low, stroke, origin, duration
+
+
+@_fast
+def _mean(values):
+    """Mean by a sum in order, the same to the last digit whether it is compiled or not."""
+    return values.cumsum()[-1] / values.size
 
 
 @_fast
