@@ -182,7 +182,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 
 def by_words(table: Mapping[str, str]) -> Callable[[str], tuple[str, ...]]:
-    """Return a function that says which keys of a table a text means, by regular expressions for
+    r"""Return a function that says which keys of a table a text means, by regular expressions for
     lower-case text. Files of a folder have the same names, so that it remembers them.
 
     >>> by_words({"station": r"\bstation", "date": r"\bdat[ea]\b"})("Test Date")
