@@ -219,7 +219,9 @@ def test_every_job_reserves_what_it_takes(workflow):
     """For schedulers: a quarter more memory, and minutes; graphics cards for trainings alone."""
     with edited(workflow):
         training = yaml.safe_load((workflow / "config/test.yaml").read_text())["training"]
-        edit_config(workflow, training=training | {"closing": training["closing"] | {"device": "cuda"}})
+        edit_config(
+            workflow, training=training | {"closing": training["closing"] | {"device": "cuda"}}
+        )
         jobs = jobs_of(run(workflow, "-n", "--forceall", "all", "family"))
     for job in jobs:
         assert {"mem_mb", "runtime"} <= set(job.resources), f"{job.rule} is not in resources.smk"
