@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
@@ -69,12 +70,8 @@ def read_operations(
         for file, each in files.items()
     }
     found = {}
-    together: list[list[str]] = []  # motions that are looked for in the same files, read once
-    for motion, each in operations.items():
-        same = [motions for motions in together if operations[motions[0]] == each]
-        same[0].append(motion) if same else together.append([motion])
-    for motions in together:
-        each = operations[motions[0]]
+    for each, same in groupby(operations, key=operations.get):  # files of both are read once
+        motions = [*same]
         rated = [with_stated_rate(one, stated[one.file], settings) for one in each]
         told = {new.file for new, old in zip(rated, each, strict=True) if new is not old}
         for motion, raws in zip(motions, read_raws(rated, settings, *motions), strict=True):

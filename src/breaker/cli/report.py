@@ -4,7 +4,7 @@ import argparse
 import re
 from collections.abc import Mapping, Sequence
 from io import BytesIO
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -230,7 +230,7 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
                 odd = each.quantity == "speed" and speeds.get(motion) != tuple(
                     points.get(name) or ()
                 )
-                if size == size:
+                if not isnan(size):
                     value = each.value * size, "other points" * odd
                     found.setdefault((printable(file), motion, phase, name), value)
     return found

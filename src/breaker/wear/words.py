@@ -25,8 +25,10 @@ _NOTED = 2.0  # percent, beyond which a change is worth a word
 _SURE = 0.05  # probability of no change below which a parameter is named
 _MOST = 4
 _PERHAPS = 2
-_USUAL = {"f": "closing force", "k_a": "opening spring", "k_b": "contact spring"}
-_USUAL |= {
+_USUAL = {
+    "f": "closing force",
+    "k_a": "opening spring",
+    "k_b": "contact spring",
     "mu": "mass ratio",
     "gamma_a": "drive friction",
     "gamma_b": "contact friction",
