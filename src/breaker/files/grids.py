@@ -16,8 +16,6 @@ from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_c
 from breaker.files.numbers import are_readings
 from breaker.files.zarr_metadata import check_store
 
-__all__ = ["open_grid", "read_grid", "unit_text"]
-
 _LARGEST = 10_000_000  # samples
 _MOST = 20_000_000  # values of all variables
 _MOST_READS = 100_000  # of a NetCDF file of version 3, which has some ten for each variable

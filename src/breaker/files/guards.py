@@ -5,16 +5,6 @@ import os
 import stat
 from pathlib import Path
 
-__all__ = [
-    "LARGEST",
-    "RejectedCurveError",
-    "TooLargeError",
-    "no_file",
-    "printable",
-    "read_bytes",
-    "require_folder",
-]
-
 LARGEST = 64 * 2**20
 """Bytes of the largest file that is read; a record of 10 s at 100 kHz has a quarter of it."""
 

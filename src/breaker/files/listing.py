@@ -18,17 +18,6 @@ from breaker.files.manifest import MANIFEST, Operation, breakers_in, read_manife
 from breaker.files.naming import numbers_in
 from breaker.files.sources import OTHER_KINDS
 
-__all__ = [
-    "ENDINGS",
-    "fingerprint",
-    "list_breakers",
-    "list_fleet",
-    "list_known",
-    "list_operations",
-    "odd_signs",
-    "record_files",
-]
-
 ENDINGS = (".csv", ".txt", ".tsv", *OTHER_KINDS)
 """Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
 

@@ -20,8 +20,6 @@ from breaker.files.motions import motions_in
 from breaker.files.naming import Moment, moments, natural, numbers_in
 from breaker.mechanism import MOTIONS
 
-__all__ = ["propose_manifest"]
-
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 _LONGEST = 200  # signs of a cell
 

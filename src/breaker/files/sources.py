@@ -13,8 +13,6 @@ from breaker.files.recorders import read_comtrade
 from breaker.files.text import read_text
 from breaker.files.workbooks import read_workbook
 
-__all__ = ["OTHER_KINDS", "is_other_kind", "read_columns", "understood"]
-
 OTHER_KINDS = {
     ".xlsx": (read_workbook, "an Excel workbook", "excel"),
     ".xlsm": (read_workbook, "an Excel workbook", "excel"),

@@ -14,8 +14,6 @@ import numpy as np
 
 from breaker.files.guards import RejectedCurveError, read_bytes, require_folder
 
-__all__ = ["check_store"]
-
 _FILES = (".zarray", ".zmetadata", "zarr.json")  # of version 2, of all of its arrays, of version 3
 _CODECS = re.compile(
     r"(?:numcodecs\.)?(?:blosc|zstd|gzip|zlib|lz4|lzma|bz2|crc32c?|adler32|fletcher32|shuffle|delta|"

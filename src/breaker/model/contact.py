@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Contact"]
-
 
 @dataclass(frozen=True)
 class Contact:

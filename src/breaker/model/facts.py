@@ -11,8 +11,6 @@ import numpy as np
 
 from breaker.mechanism import MOTIONS, SPEEDS, Speed, check_quantity, evaluate
 
-__all__ = ["Facts"]
-
 _CONTRADICTED = 3.0  # sd of a fact
 
 

@@ -17,8 +17,6 @@ from breaker.model.facts import Facts
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
 
-__all__ = ["Model"]
-
 _FARTHEST = 20.0  # prior sd; beyond lies a probability of 1e-88
 
 

@@ -21,8 +21,6 @@ from breaker.posterior.weights import importance
 if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for them
     from breaker.posterior.estimator import Posterior
 
-__all__ = ["correct_operations", "correct_validation", "judge"]
-
 _SURPRISING = 4.0  # sd of a contact's time about what its record leads to expect
 
 

@@ -5,8 +5,6 @@ The last stage is the step itself, of fifth order; ``ERROR`` is its difference f
 
 import numpy as np
 
-__all__ = ["ERROR", "STAGES", "TIMES"]
-
 STAGES = np.array(
     [
         [0, 0, 0, 0, 0, 0],

@@ -7,8 +7,6 @@ import xarray as xr
 
 from breaker.mechanism import NAMES, Limit
 
-__all__ = ["failures", "true_lives"]
-
 _NEW = 50  # first operations, that changes are from
 
 

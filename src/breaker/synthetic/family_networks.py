@@ -16,8 +16,6 @@ from breaker.synthetic.family_rows import Rows
 if TYPE_CHECKING:
     from breaker.posterior import Checkpoint
 
-__all__ = ["train_network"]
-
 _LEVELS = np.geomspace(1e-4, 3e-2, 8)  # of the noise, at which membership is judged
 
 

@@ -12,8 +12,6 @@ from breaker.mechanism import NAMES
 from breaker.stores import open_store
 from breaker.synthetic.family_rows import ChangeRows, LevelRows, Rows
 
-__all__ = ["open_family", "rows_of", "sample_rows"]
-
 
 def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> Rows:
     """Return rows of "levels" or "changes", scaled as those that a network was trained on."""

@@ -11,8 +11,6 @@ import numpy as np
 from breaker.mechanism import compiled
 from breaker.synthetic.dormand_prince import ERROR, STAGES, TIMES
 
-__all__ = ["closed_rest", "follow"]
-
 _fast = compiled()
 
 _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there

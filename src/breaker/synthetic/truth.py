@@ -11,8 +11,6 @@ from breaker.mechanism import NAMES, SOURCES, SPEEDS, Speed, quantities_of, trav
 from breaker.records import Contact, measure_curve
 from breaker.synthetic.rigs import Rig
 
-__all__ = ["truth_of"]
-
 _STAGES = 41  # of a life, at which quantities are measured; what wears is smooth in between
 
 

@@ -14,17 +14,6 @@ from numpy.typing import ArrayLike
 from breaker.posterior import quantiles, share_inside
 from breaker.validation.calibration import checked_draws, coverage, ranks
 
-__all__ = [
-    "PriorCheck",
-    "Recovery",
-    "Scores",
-    "contraction",
-    "correlation",
-    "prior_check",
-    "recovery",
-    "scores",
-]
-
 
 @dataclass(frozen=True)
 class Scores:

@@ -11,8 +11,6 @@ from breaker.mechanism import in_digits
 from breaker.validation.comparison import percent
 from breaker.validation.diagnostics import Recovery, Scores
 
-__all__ = ["contraction_words", "pairs_words", "recovery_words"]
-
 
 def recovery_words(found: Recovery) -> str:
     """State how many of the true values intervals contain, over all outputs.

@@ -23,8 +23,6 @@ from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
 
-__all__ = ["MAGNITUDES", "UNLIKE", "is_fleet", "refused"]
-
 _JOBS = 2000  # of a rule: Snakemake plans them in a minute
 _FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
 _TURNS = 1e6  # rate times length of a record: breaker.mechanism follows no more

@@ -21,8 +21,6 @@ from breaker.mechanism import (
 )
 from breaker.workflow.magnitudes import MAGNITUDES, is_fleet, refused
 
-__all__ = ["RULES"]
-
 
 def _at_most(limit: str, value: float, most: float) -> Iterator[str]:
     if value > most:
