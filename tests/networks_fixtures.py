@@ -4,7 +4,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pytest
 import torch
 import xarray as xr
 from scipy.stats import norm
@@ -66,12 +65,6 @@ TRAINING = {
     "evaluate_every": 5,
     "checkpoint_every": 4,
 }
-# What modules of tests that compute with torch are marked with. Torch's forward-mode derivatives
-# load code of its own that torch calls deprecated.
-MARKS = [
-    pytest.mark.usefixtures("one_thread"),
-    pytest.mark.filterwarnings("ignore:`torch.jit.script` is:DeprecationWarning"),
-]
 
 
 def settings(*, motion="closing", onset=True, network=NETWORK):

@@ -8,9 +8,9 @@ from scipy.stats import chi2, norm
 from breaker.model import generator
 from breaker.posterior import validate
 from studies.networks.missing import over_curves, remove, validate_missing, widening
-from tests.networks_fixtures import DEEP_SET, MARKS, NETWORK, frozen, pin
+from tests.networks_fixtures import DEEP_SET, NETWORK, frozen, pin
 
-pytestmark = MARKS
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 def removed(share, *, n=40, t=10, name="remove"):

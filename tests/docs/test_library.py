@@ -6,9 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.networks_fixtures import MARKS
-
-pytestmark = MARKS
+pytestmark = pytest.mark.usefixtures("one_thread")
 PAGE = Path(__file__).parents[2] / "docs" / "library.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 ROOMS = re.compile(r">>> from (breaker[\w.]*) import")

@@ -8,9 +8,7 @@ import torch
 
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.splines import bend, unbend
-from tests.networks_fixtures import MARKS, built, density_by_autograd, normal, perturb
-
-pytestmark = MARKS
+from tests.networks_fixtures import built, density_by_autograd, normal, perturb
 
 DIMS, FEATURES = 3, 4
 SIZES = {"transforms": 4, "bins": 5, "hidden": [11, 9]}

@@ -9,9 +9,7 @@ import torch
 from breaker.model.plausibility import principal_components
 from breaker.model.sensor import Sensor
 from breaker.networks.deep_set import DeepSet, SetHighway
-from tests.networks_fixtures import MARKS, built, gradients_of, perturb, residual_by_hand
-
-pytestmark = MARKS
+from tests.networks_fixtures import built, gradients_of, perturb, residual_by_hand
 
 # No two sizes alike, so that no axis can pass for another.
 SAMPLES, COMPONENTS, ROWS = 23, 3, 6

@@ -9,9 +9,7 @@ from scipy.stats import multivariate_normal
 
 from breaker.networks import flow_matching
 from breaker.networks.flow_matching import FlowMatching
-from tests.networks_fixtures import MARKS, arrays, built, density_by_autograd, normal, perturb, silu
-
-pytestmark = MARKS
+from tests.networks_fixtures import arrays, built, density_by_autograd, normal, perturb, silu
 
 DIMS, FEATURES, WIDTH, BLOCKS = 3, 4, 10, 2
 

@@ -7,9 +7,7 @@ from scipy.stats import multivariate_normal
 
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.flow_matching import FlowMatching
-from tests.networks_fixtures import MARKS, built, gradients_of, normal, perturb
-
-pytestmark = MARKS
+from tests.networks_fixtures import built, gradients_of, normal, perturb
 
 DIMS, FEATURES = 3, 4
 KINDS = {

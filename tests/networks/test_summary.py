@@ -8,7 +8,6 @@ from breaker.networks import build
 from breaker.networks.blocks import ResidualMLP
 from breaker.networks.summary import TimeSeriesNetwork
 from tests.networks_fixtures import (
-    MARKS,
     NETWORK,
     arrays,
     built,
@@ -17,8 +16,6 @@ from tests.networks_fixtures import (
     residual_by_hand,
     silu,
 )
-
-pytestmark = MARKS
 
 # No two sizes alike, so that no axis can pass for another. The convolutions leave 8 steps, of
 # which the skip GRU takes the last 6.

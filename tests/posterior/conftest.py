@@ -7,6 +7,11 @@ import pytest
 from tests.networks_fixtures import COMBINATIONS, curved_model, new_trainer
 
 
+@pytest.fixture(scope="module", autouse=True)
+def same_sums(one_thread):
+    """Every test here computes with torch."""
+
+
 @pytest.fixture
 def trainer(tmp_path):
     """Maker of trainings that share one checkpoint."""

@@ -13,9 +13,7 @@ from breaker.posterior.batches import OnlineRows, Rows, StreamedRows, freeze_inp
 from breaker.posterior.estimator import Posterior
 from breaker.stores.store import describe, save
 from tests.model.laws import covariance, covariance_p_value
-from tests.networks_fixtures import MARKS, SENSOR, bank_of, settings
-
-pytestmark = MARKS
+from tests.networks_fixtures import SENSOR, bank_of, settings
 
 
 @pytest.fixture(scope="module")

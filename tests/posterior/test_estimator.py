@@ -7,9 +7,7 @@ from scipy.stats import lognorm, norm
 
 from breaker.mechanism.parameters import NAMES
 from breaker.posterior.estimator import Posterior
-from tests.networks_fixtures import MARKS, PRIOR, SENSOR, frozen, lose, noise_of, pin, settings
-
-pytestmark = MARKS
+from tests.networks_fixtures import PRIOR, SENSOR, frozen, lose, noise_of, pin, settings
 
 
 @pytest.fixture(params=[True, False], ids=["onset", "no onset"])

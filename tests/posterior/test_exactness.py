@@ -27,9 +27,7 @@ from breaker.posterior.tables import (
 )
 from breaker.posterior.weights import importance
 from tests.corrections import SETTINGS, errors_p_value, from_prior, means_p_value
-from tests.networks_fixtures import MARKS, operations_of
-
-pytestmark = MARKS
+from tests.networks_fixtures import operations_of
 
 UNREACHED = SETTINGS | {"smallest_size": 2000, "rounds": 1}  # no weights are that even
 Q, SAMPLES = 8, 15

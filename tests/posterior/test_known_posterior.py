@@ -9,9 +9,7 @@ from scipy.stats import norm
 
 from breaker.networks.coupling_flow import CouplingFlow
 from breaker.networks.flow_matching import FlowMatching
-from tests.networks_fixtures import MARKS, built
-
-pytestmark = MARKS
+from tests.networks_fixtures import built
 
 SD = 0.5
 

@@ -4,9 +4,7 @@ import numpy as np
 
 from breaker.model.randomness import generator
 from breaker.posterior.missing import completed, expected
-from tests.networks_fixtures import MARKS, frozen, simulated
-
-pytestmark = MARKS
+from tests.networks_fixtures import frozen, simulated
 
 
 def test_completed_records_are_those_of_the_prior():

@@ -16,7 +16,6 @@ from tests.corrections import SETTINGS
 from tests.networks_fixtures import (
     COMBINATIONS,
     DEEP_SET,
-    MARKS,
     bank_of,
     curved_model,
     lose,
@@ -24,8 +23,6 @@ from tests.networks_fixtures import (
     noise_of,
     operations_of,
 )
-
-pytestmark = MARKS
 
 # ---- batches ------------------------------------------------------------------------------------
 

@@ -15,14 +15,11 @@ from breaker.model.saved import ModelFileError
 from breaker.posterior.estimator import Posterior
 from tests.networks_fixtures import (
     COMBINATIONS,
-    MARKS,
     SENSOR,
     Trap,
     curved_model,
     noise_of,
 )
-
-pytestmark = MARKS
 
 
 @pytest.fixture(scope="module")

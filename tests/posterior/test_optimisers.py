@@ -4,9 +4,7 @@ import torch
 
 from breaker.networks import Hidden, ResidualMLP
 from breaker.posterior.optimisers import full_width, optimisers, orthogonal
-from tests.networks_fixtures import MARKS, TRAINING, normal
-
-pytestmark = MARKS
+from tests.networks_fixtures import TRAINING, normal
 
 
 def test_a_step_is_nearly_orthogonal():

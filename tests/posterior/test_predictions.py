@@ -8,9 +8,7 @@ from scipy.stats import chi2, kstest
 from breaker.model.randomness import generator
 from breaker.posterior.predictive import predict, predictive_p_value
 from tests.model.laws import covariance
-from tests.networks_fixtures import MARKS, certain_of, frozen, simulated
-
-pytestmark = MARKS
+from tests.networks_fixtures import certain_of, frozen, simulated
 
 
 @pytest.fixture(scope="module")

@@ -18,9 +18,7 @@ from breaker.posterior.predictive import (
 from breaker.posterior.tables import table
 from breaker.records.reader import open_curves
 from breaker.stores import save
-from tests.networks_fixtures import MARKS, exact_curves, frozen, operations_of, pin, simulated
-
-pytestmark = MARKS
+from tests.networks_fixtures import exact_curves, frozen, operations_of, pin, simulated
 
 DRAWS = 25
 

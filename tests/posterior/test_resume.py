@@ -8,9 +8,7 @@ import pytest
 import torch
 
 from breaker.posterior.training import Trainer
-from tests.networks_fixtures import MARKS, Trap, same, training_rows, weights
-
-pytestmark = MARKS
+from tests.networks_fixtures import Trap, same, training_rows, weights
 
 UNREADABLE = (EOFError, RuntimeError, ValueError, pickle.UnpicklingError)
 

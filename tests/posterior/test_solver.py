@@ -7,9 +7,7 @@ from scipy.stats import norm
 from breaker.model.randomness import generator
 from breaker.posterior.batches import truth
 from breaker.posterior.solver import convergence, held_out_log_density, records
-from tests.networks_fixtures import COUPLING_FLOW, MARKS, NETWORK, bank_of, frozen, perturb, pin
-
-pytestmark = MARKS
+from tests.networks_fixtures import COUPLING_FLOW, NETWORK, bank_of, frozen, perturb, pin
 
 SOLVER = {"candidates": [8, 1, 2, 4], "reference": 32, "curves": 6, "draws": 30, "tolerance": 10.0}
 SOLVER["density_tolerance"] = 1e3

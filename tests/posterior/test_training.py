@@ -8,10 +8,7 @@ import pytest
 import torch
 
 from breaker.posterior.training import fingerprint
-from tests.networks_fixtures import MARKS, same, weights
-
-pytestmark = MARKS
-
+from tests.networks_fixtures import same, weights
 
 # ---- randomness ---------------------------------------------------------------------------------
 

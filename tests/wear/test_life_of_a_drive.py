@@ -121,7 +121,10 @@ def test_what_comes_later_changes_nothing_before(followed, life):
     short = followed(Series(series.operations[:120], motions, series.new, {}))
     np.testing.assert_allclose(short.evidence, life.evidence[:120])
     both = np.intersect1d(short.asked, life.asked)[:-1]
-    np.testing.assert_allclose(short.changed.sel(asked=both), life.changed.sel(asked=both))
+    # Networks read lives as batches, whose sizes round float32 in other ways.
+    np.testing.assert_allclose(
+        short.changed.sel(asked=both), life.changed.sel(asked=both), rtol=1e-4, atol=1e-4
+    )
 
 
 def test_a_drive_of_no_family_is_measured_only(followed):

@@ -15,15 +15,6 @@ from breaker.family.inputs import Basis, NormalisedRecords, change_inputs
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES
 
-__all__ = [
-    "LEAST_AGREEMENT",
-    "ChangeDraws",
-    "Changes",
-    "agreement_of",
-    "change_outputs",
-    "plausible_wear",
-]
-
 LEAST_AGREEMENT = 0.01
 """Agreement of a parameter below which closing and opening contradict each other."""
 

@@ -14,15 +14,6 @@ import numpy as np
 from breaker.mechanism import MOTIONS
 from breaker.records import SHAPE_STEP, SHAPE_TIMES
 
-__all__ = [
-    "Basis",
-    "NormalisedRecords",
-    "change_inputs",
-    "level_inputs",
-    "units_of",
-    "without_onset",
-]
-
 _PARTS = 12  # of the grid, of each of which the share that is there is told
 _RIDGE = 1e-9
 _FARTHEST = 8.0  # sd of a component, beyond which it counts as that

@@ -18,8 +18,6 @@ from breaker.family.membership import Match, Membership
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES, UNIT, Size, powers
 
-__all__ = ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"]
-
 EVENTS = tuple(f"{event} {motion}" for motion in MOTIONS for event in ("release", "switching"))
 """Outputs beside the parameters: when each motion begins, and the contact touches or parts."""
 

@@ -15,8 +15,6 @@ from breaker.family.inputs import Basis, NormalisedRecords, without_onset
 from breaker.family.measured import normalise_record
 from breaker.records import Raw, Shape
 
-__all__ = ["SCATTER_DIRECTIONS", "Mean", "mean_and_change", "mean_record"]
-
 SCATTER_DIRECTIONS = 8
 """First components of changes, in which scatter is measured, as noise."""
 

@@ -5,8 +5,6 @@ import numpy as np
 from breaker.family.inputs import NormalisedRecords
 from breaker.records import Raw, Shape, effective_noise, shape_of
 
-__all__ = ["network_record", "normalise_record"]
-
 _LEAST = 5e-5  # noise over the stroke, below which no network was trained
 
 

@@ -15,8 +15,6 @@ import numpy as np
 from breaker.family.inputs import Basis, NormalisedRecords
 from breaker.records import SHAPE_TIMES
 
-__all__ = ["PARTS", "Match", "Membership", "choose_family", "distances"]
-
 T = TypeVar("T")
 
 _USUAL = 0.02  # p-value from which records are usual of a family

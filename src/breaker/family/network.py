@@ -8,8 +8,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-__all__ = ["Network"]
-
 _CLIP, _WIDEST = 5.0, 7.0  # as of ``AutoregressiveMixture``
 
 

@@ -15,8 +15,6 @@ from breaker.mechanism import MOTIONS
 from breaker.model import ModelFileError, open_model, write_model
 from breaker.shipped import FAMILIES, KINDS, model_file
 
-__all__ = ["open_network", "shipped_networks", "trained_on", "write_network"]
-
 _KINDS = {"levels": Levels, "changes": Changes}
 _SIZES = {"drives", "shards"}  # of a bank, not of its drives
 _TUPLES = {"bases": Basis, "change_bases": Basis, "members": Membership}

@@ -12,8 +12,6 @@ from breaker.files.naming import LARGEST_COUNTER
 from breaker.files.settings import TO_MM, TO_MS
 from breaker.mechanism import MOTIONS, in_digits
 
-__all__ = ["EVENTS", "READ", "event_reader", "event_words", "iso_date"]
-
 _FRICTION = ("gamma_a", "gamma_b")
 EVENTS: dict[str, tuple[str, ...]] = {
     "maintenance, overhaul, repair, adjusted, adjustment": ("all",),

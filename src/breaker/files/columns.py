@@ -13,8 +13,6 @@ from breaker.files.names import BESIDE
 from breaker.files.numbers import LARGEST_NUMBER, strict_numbers, why_none
 from breaker.files.preamble import Preamble, preamble_of
 
-__all__ = ["Columns", "columns_of"]
-
 
 @dataclass(frozen=True)
 class Columns:

@@ -6,8 +6,6 @@ from datetime import date
 
 from breaker.files.naming import moments
 
-__all__ = ["clock_of", "dates_of"]
-
 _DIGITS = re.compile(r"(?<!\d)(\d{1,2})\s?([-/.])\s?(\d{1,2})\s?\2\s?(\d{4}|\d{2})(?!\d)")
 _CLOCK = re.compile(r"(?<![\d:.])(\d{1,2})[:h](\d{2})(?::(\d{2}))?(?:[.,]\d+)?\s*([ap]\.?m)?", re.I)
 

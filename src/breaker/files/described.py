@@ -12,8 +12,6 @@ from typing import NamedTuple
 from breaker.files.preamble import Preamble
 from breaker.mechanism import in_digits
 
-__all__ = ["Description", "Part", "descriptions"]
-
 
 class Part(NamedTuple):
     """A motion of a channel that is seen in a file.

@@ -1,6 +1,4 @@
-"""Curve files that hold labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``)
-and Zarr.
-"""
+"""Curve files of labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``)."""
 
 import io
 import subprocess
@@ -14,9 +12,6 @@ from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, TooLargeError, read_bytes
 from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
 from breaker.files.numbers import are_readings
-from breaker.files.zarr_metadata import check_store
-
-__all__ = ["open_grid", "read_grid", "unit_text"]
 
 _LARGEST = 10_000_000  # samples
 _MOST = 20_000_000  # values of all variables
@@ -29,26 +24,23 @@ _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
 
 def read_grid(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read a variable of a NetCDF file or a Zarr store, which has to be of one record, and its
-    coordinate of time: see ``sources.read_columns``.
+    """Read a variable of a NetCDF file, which has to be of one record, and its coordinate of time:
+    see ``sources.read_columns``.
     """
     with open_grid(file) as dataset:
         return _columns(file, dataset, settings, channel)
 
 
 def open_grid(file: str | Path):
-    """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
+    """Return the dataset of a NetCDF file, undecoded.
 
     Raises:
-        RejectedCurveError: If the file cannot be read, or a store states what may do harm.
+        RejectedCurveError: If the file cannot be read.
         TooLargeError: If there are more values than a record has.
         ModuleNotFoundError: If a package for this version is not installed.
     """
     import xarray as xr
 
-    if Path(file).suffix.lower() == ".zarr":
-        check_store(file)
-        return xr.open_zarr(file, **_UNTOUCHED)
     content = read_bytes(file)
     if content.startswith(b"\x89HDF"):
         content = _as_version_3(file, content)

@@ -27,8 +27,6 @@ from breaker.files.names import (
 from breaker.files.numbers import MISSING, is_number
 from breaker.mechanism import in_digits
 
-__all__ = ["Head", "Table", "find_head", "is_remark"]
-
 Row = Sequence[str]
 
 _LONGEST = 10_000  # rows in which names are looked for

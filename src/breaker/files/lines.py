@@ -7,8 +7,6 @@ import csv
 import re
 from collections.abc import Sequence
 
-__all__ = ["Lines", "cells_of"]
-
 _COMMENT = re.compile(r"^([#%!]|//)\s+")  # its sign is no cell of a line of names
 # The blank before a unit in brackets that follows a name, where blanks separate.
 _BEFORE_UNIT = re.compile(r"(?<=[^\s\])])\s+(?=[\[(])")

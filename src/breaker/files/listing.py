@@ -18,19 +18,8 @@ from breaker.files.manifest import MANIFEST, Operation, breakers_in, read_manife
 from breaker.files.naming import numbers_in
 from breaker.files.sources import OTHER_KINDS
 
-__all__ = [
-    "ENDINGS",
-    "fingerprint",
-    "list_breakers",
-    "list_fleet",
-    "list_known",
-    "list_operations",
-    "odd_signs",
-    "record_files",
-]
-
 ENDINGS = (".csv", ".txt", ".tsv", *OTHER_KINDS)
-"""Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
+"""Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it."""
 
 _SHOWN = 3  # files in a message
 
@@ -254,7 +243,7 @@ def _require_files(operations: Iterable[Operation]) -> None:
     for file in dict.fromkeys(each.file for each in operations):
         if odd := odd_signs(file):
             wrong.append(f"{file} has {odd} in its name; rename it")
-        elif not (file.suffix.lower() == ".zarr" and file.is_dir()) and (why := no_file(file)):
+        elif why := no_file(file):
             wrong.append(f"{file} {why}; put the file there, or leave it out")
     if wrong:
         raise ValueError(_first(wrong))
@@ -276,8 +265,6 @@ def fingerprint(operations: Iterable[Operation]) -> str:
 
 def _parts(file: Path) -> list[Path]:
     """The files of a record."""
-    if file.suffix.lower() == ".zarr":
-        return sorted(file.rglob("*"))
     beside = (".dat", ".DAT") if file.suffix.lower() == ".cfg" else ()
     return [file, *map(file.with_suffix, beside)]
 

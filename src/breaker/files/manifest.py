@@ -20,17 +20,6 @@ from breaker.mechanism import in_digits
 if TYPE_CHECKING:  # xarray takes longer to load than all of this
     import xarray as xr
 
-__all__ = [
-    "ABOUT",
-    "FILL_IN",
-    "MANIFEST",
-    "SWITCHING",
-    "Operation",
-    "breakers_in",
-    "metadata_names",
-    "read_manifest",
-]
-
 MANIFEST = "operations.csv"
 """Name of the table, in the folder of the curve files."""
 

@@ -4,8 +4,6 @@ import re
 
 from breaker.files.names import by_words
 
-__all__ = ["motion_of", "motions_in", "sequence_of"]
-
 _WORD = r"(?<![^\W\d_])(?:{})(?![^\W\d_])|{}"  # a whole word, or signs that stand within words
 _CLOSING = r"clos\w*|ein(?:schalt\w*)?|ferm\w*|enclench\w*|cierr\w*|chius\w*|вкл\w*"
 _OPENING = r"open\w*|trip(?:s|ped|ping)?|aus(?:schalt\w*)?|ouvert\w*|déclench\w*|apert\w*|откл\w*"

@@ -13,20 +13,6 @@ from pathlib import Path
 
 from breaker.files.guards import RejectedCurveError
 
-__all__ = [
-    "BESIDE",
-    "by_words",
-    "check_unit",
-    "is_travel_name",
-    "label_of",
-    "listed",
-    "place_of",
-    "places_of",
-    "split_unit",
-    "unit_of",
-    "wanted_columns",
-]
-
 BESIDE = ("contact", "trigger")
 """Columns that a record may have beside time and travel, in any unit."""
 

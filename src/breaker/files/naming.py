@@ -13,8 +13,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["LARGEST_COUNTER", "Moment", "moments", "natural", "numbers_in"]
-
 LARGEST_COUNTER = 9_999_999
 """More than any drive operates; what is larger is a date, a stamp or a serial number."""
 

@@ -10,8 +10,6 @@ from typing import NamedTuple
 from breaker.files.names import split_unit
 from breaker.files.naming import moments
 
-__all__ = ["Pair", "numbers_of", "pairs_of"]
-
 _SIGN = re.compile(r"\s*(?:(?<!\d)[:=：]|[:=：](?!\d))\s*")
 _SPLIT = re.compile(
     r"[\t;|]|\s{2,}|,\s*(?!(?i:[kmuкм]?(?:hz|гц|s|с)|[kc]c|%)\s*[:=])"  # rather a unit than a name

@@ -17,8 +17,6 @@ from breaker.files.rates import StatedRate, rate_of
 from breaker.files.settings import TO_MS
 from breaker.mechanism import in_digits
 
-__all__ = ["Preamble", "preamble_of"]
-
 _NAN = math.nan
 _SHORTEST = 20.0  # ms, of a record whose length has no unit
 _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at

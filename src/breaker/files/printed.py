@@ -10,8 +10,6 @@ from breaker.files.names import by_words, split_unit, unit_of
 from breaker.files.pairs import Pair, numbers_of
 from breaker.files.settings import TO_MM, TO_MS
 
-__all__ = ["Printed", "channel_of", "phase_in", "printed_of"]
-
 _QUANTITIES = {  # the first that a name has, if it has none of those that are no results
     "": r"point|punkt|range|limit|\bmin|rated|nominal|toler|refer|soll|sampl|ratio|unit|transducer"
     r"|sensor|gauge|scale|level|delay|length|\bto\b|\bfrom\b|type|resol|definition",

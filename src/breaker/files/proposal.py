@@ -20,8 +20,6 @@ from breaker.files.motions import motions_in
 from breaker.files.naming import Moment, moments, natural, numbers_in
 from breaker.mechanism import MOTIONS
 
-__all__ = ["propose_manifest"]
-
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
 _LONGEST = 200  # signs of a cell
 
@@ -163,7 +161,7 @@ def _files(folder: Path) -> tuple[list[_File], list[str]]:
     found, remarks = [], []
     for file in _walk(folder):
         path = file.relative_to(folder).as_posix()
-        why = "" if file.suffix.lower() == ".zarr" and file.is_dir() else no_file(file)
+        why = no_file(file)
         if odd := odd_signs(path):
             why = f"has {odd} in its name; rename it"
         elif any("\ud800" <= sign <= "\udfff" for sign in path):
@@ -178,11 +176,9 @@ def _files(folder: Path) -> tuple[list[_File], list[str]]:
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    """What has the ending of a record, also in folders below that are neither hidden nor such."""
+    """What has the ending of a record, also in folders below that are not hidden."""
     for place, folders, _ in os.walk(folder):
-        folders[:] = sorted(
-            name for name in folders if not name.startswith(".") and not name.endswith(".zarr")
-        )
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
         yield from record_files(place)
 
 

@@ -10,8 +10,6 @@ from breaker.files.pairs import Pair
 from breaker.files.settings import TO_MS
 from breaker.mechanism import in_digits
 
-__all__ = ["RATES", "StatedRate", "rate_of"]
-
 RATES = (0.95, 105.0)
 """The least and the largest rate, kHz, of recorders."""
 

@@ -16,8 +16,6 @@ from breaker.files.numbers import are_readings
 from breaker.files.settings import TO_MS
 from breaker.mechanism import in_digits
 
-__all__ = ["open_comtrade", "read_comtrade"]
-
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _MOST_CHANNELS = 10_000
 _MOST_VALUES = 20_000_000  # of a text, where a line takes the time of ten

@@ -3,8 +3,6 @@
 import codecs
 from collections.abc import Mapping
 
-__all__ = ["FORMAT", "TO_MM", "TO_MS", "complete", "lacking"]
-
 # Encodings of names and of source code; some take hours for a file.
 _NO_FILES = {"idna", "punycode", "undefined", "unicode-escape", "raw-unicode-escape"}
 

@@ -13,8 +13,6 @@ from breaker.files.recorders import read_comtrade
 from breaker.files.text import read_text
 from breaker.files.workbooks import read_workbook
 
-__all__ = ["OTHER_KINDS", "is_other_kind", "read_columns", "understood"]
-
 OTHER_KINDS = {
     ".xlsx": (read_workbook, "an Excel workbook", "excel"),
     ".xlsm": (read_workbook, "an Excel workbook", "excel"),
@@ -22,11 +20,10 @@ OTHER_KINDS = {
     ".cff": (read_comtrade, "a COMTRADE record", "comtrade"),
     ".nc": (read_grid, "a NetCDF file", "netcdf"),
     ".nc4": (read_grid, "a NetCDF file", "netcdf"),
-    ".zarr": (read_grid, "a Zarr store", "netcdf"),
 }
 """What is no text, by ending: its reader, its name, and the extra of this package that it needs."""
 
-_OLD = (".xls", ".xlsb", ".ods")
+_INSTEAD = dict.fromkeys((".xls", ".xlsb", ".ods"), ".xlsx") | {".zarr": ".nc"}
 
 
 def read_columns(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
@@ -53,8 +50,8 @@ def is_other_kind(file: str | Path) -> bool:
         RejectedCurveError: If it is of a kind that cannot be read.
     """
     ending = Path(file).suffix.lower()
-    if ending in _OLD:
-        raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
+    if other := _INSTEAD.get(ending):
+        raise RejectedCurveError(file, f"is of a kind that cannot be read; save it as {other}")
     return ending in OTHER_KINDS
 
 

@@ -12,8 +12,6 @@ from breaker.files.columns import Columns, columns_of
 from breaker.files.guards import RejectedCurveError, read_bytes
 from breaker.files.lines import Lines
 
-__all__ = ["read_text"]
-
 _BLOCK = 2**20  # characters that are split into cells at a time
 _KEPT = 2**18  # bytes of a text whose cells are kept for a while
 _LONGEST_LINE = 100_000  # characters

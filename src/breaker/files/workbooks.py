@@ -10,8 +10,6 @@ from pathlib import Path
 from breaker.files.columns import Columns, columns_of
 from breaker.files.guards import LARGEST, RejectedCurveError, TooLargeError, read_bytes
 
-__all__ = ["open_workbook", "read_workbook", "rows_of"]
-
 _BLOCK = 20_000  # rows at a time
 _GAP = 1_000  # blank rows in a row that end a sheet
 _LARGEST_SHEET = 2**24  # cells and signs

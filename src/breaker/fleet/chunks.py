@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-__all__ = ["breaker_chunks"]
-
 
 def breaker_chunks(breakers: Sequence[str], size: int) -> dict[str, list[str]]:
     """Sort breakers into chunks, each a job of its own, in their order.

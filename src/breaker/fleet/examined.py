@@ -32,8 +32,6 @@ from breaker.wear import (
 )
 from breaker.workflow import read
 
-__all__ = ["Examined", "examine", "stored"]
-
 _DRAWS = 500  # of a drive, which are kept
 _MOST = 20  # operations of a visit that are read: more say no more of the drive
 _STILL = 0.05  # probability of no change, below which a parameter has changed

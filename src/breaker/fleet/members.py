@@ -7,8 +7,6 @@ from typing import NamedTuple
 from breaker.files import FORMAT, Operation
 from breaker.inspection import stated_in
 
-__all__ = ["Member", "members_of"]
-
 _APART = timedelta(days=30)  # between records, from which these are of another visit
 
 

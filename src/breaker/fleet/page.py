@@ -6,8 +6,6 @@ from breaker.answers import Cell, Report, Table, report_page
 from breaker.mechanism import in_digits
 from breaker.wear import STATES
 
-__all__ = ["fleet_page"]
-
 _TONES = dict(zip(STATES, ("doubt", "good", "doubt", "bad"), strict=True))
 _SHOWN = ("breaker", "phase", "type", "last", "state", "due_date", "odd", "pole_spread")
 

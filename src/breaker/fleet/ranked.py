@@ -13,8 +13,6 @@ from breaker.mechanism import NAMES, PARAMETERS, QUANTITIES, in_digits
 from breaker.model import Prior
 from breaker.wear import STATES
 
-__all__ = ["FLEET", "fleet_table", "learn_types", "type_table"]
-
 FLEET = {
     "breaker": "name of the breaker",
     "phase": "name of the phase",

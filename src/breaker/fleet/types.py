@@ -16,8 +16,6 @@ import numpy as np
 from breaker.mechanism import powers
 from breaker.model import Prior
 
-__all__ = ["Drawn", "TypeOfBreaker", "learn_type"]
-
 _ODD, _FAR = 0.02, 0.3  # share of odd drives, and the sd of the logarithm by which they are odd
 _LEAST, _KNOWN = 0.1, 4.0  # spread that is expected, log-sds of the prior; as of so many drives
 _OWN = 0.2  # share of a posterior's variance that is expected from operation to operation

@@ -16,8 +16,6 @@ from breaker.mechanism import NAMES, PARAMETERS, Motion, blocks, travel
 from breaker.model.joint import Model
 from breaker.stores import open_store
 
-__all__ = ["Bank", "open_bank", "simulate"]
-
 _TRAVEL_DTYPE = np.float32  # 1e-6 mm, a hundred-thousandth of the noise
 
 

@@ -1,7 +1,7 @@
-"""What is known of a drive beside its records: Gaussian facts on parameters and quantities.
+"""What is known beside a record: facts of the drive, and when the contact touched or parted.
 
-A fact ``name: [value, sd]`` is one more Gaussian datum about the drive, so it multiplies the
-posterior's density exactly.
+A fact ``name: [value, sd]`` on a parameter or quantity, like the contact's time, is one more
+Gaussian datum, so it multiplies the posterior's density exactly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from breaker.mechanism import MOTIONS, SPEEDS, Speed, check_quantity, evaluate
-
-__all__ = ["Facts"]
 
 _CONTRADICTED = 3.0  # sd of a fact
 
@@ -88,3 +86,43 @@ class Facts:
             )
             if not abs(distance) <= _CONTRADICTED
         ]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Measured time of touch or parting: one more datum of a record, measured on the main contact.
+
+    It is ``onset + switching + error``, on the record's grid, where the mechanism gives the
+    switching time. Its error has nothing to do with those of the record.
+
+    Attributes:
+        time: On the record's grid, ms after the nominal first motion.
+        sd: Standard deviation of its error, ms.
+
+    Example:
+        >>> Contact(10.0, 0.1).residuals(np.array([10.0, 9.8])).round(6)
+        array([0., 2.])
+    """
+
+    time: float
+    sd: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.time) and 0 < self.sd < np.inf):
+            raise ValueError(
+                f"a time of touch or parting must be finite and its sd positive, not {self.time} "
+                f"and {self.sd} ms"
+            )
+
+    def residuals(self, expected: np.ndarray) -> np.ndarray:
+        """Return how far the time is from expected ones ``(n,)``, in sds.
+
+        Args:
+            expected: ms; inf where the contact does not switch.
+        """
+        return (self.time - expected) / self.sd
+
+    def log_density(self, expected: np.ndarray) -> np.ndarray:
+        """Return the log density of the time given expected ones, ``(n,)``."""
+        square = np.square(self.residuals(expected))
+        return -0.5 * (square + np.log(2 * np.pi)) - np.log(self.sd)

@@ -12,8 +12,6 @@ import xarray as xr
 from breaker.mechanism import NAMES, sensitivity
 from breaker.model.joint import Model
 
-__all__ = ["contraction_limit", "limit_over_prior", "linearise", "linearise_auxiliary"]
-
 _STEP = 1e-4  # of a derivative of what is known beside a record, prior sd
 
 

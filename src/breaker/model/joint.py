@@ -12,12 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from breaker.mechanism import MOTIONS, NAMES, Motion, Parameter, Size, outputs, too_fast, travel
-from breaker.model.contact import Contact
-from breaker.model.facts import Facts
+from breaker.model.facts import Contact, Facts
 from breaker.model.prior import Prior
 from breaker.model.sensor import Sensor
-
-__all__ = ["Model"]
 
 _FARTHEST = 20.0  # prior sd; beyond lies a probability of 1e-88
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from breaker.model.sensor import Sensor
 
-__all__ = ["distance", "excess", "principal_components"]
-
 
 def principal_components(
     travel: np.ndarray, sensor: Sensor, count: int

@@ -16,8 +16,6 @@ from scipy.special import log_ndtr, ndtr, ndtri  # scipy.stats takes most of a s
 
 from breaker.mechanism import NAMES, Size, split
 
-__all__ = ["Prior"]
-
 
 @dataclass(frozen=True, eq=False)
 class Prior:

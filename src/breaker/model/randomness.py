@@ -8,8 +8,6 @@ import hashlib
 
 import numpy as np
 
-__all__ = ["generator", "seed_integer"]
-
 
 def generator(seed: int, *purpose: str | int) -> np.random.Generator:
     """Return the generator that belongs to a seed and a purpose.

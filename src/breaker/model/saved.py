@@ -19,8 +19,6 @@ from safetensors.numpy import save
 
 from breaker import __version__
 
-__all__ = ["ModelFileError", "SavedModel", "open_model", "write_model"]
-
 _FORMAT = "breaker network 1"
 _HEADER = ("format", "breaker_version", "settings", "checksum")
 _LONGEST_HEADER = 1_000_000  # bytes

@@ -15,8 +15,6 @@ import numpy as np
 
 from breaker.mechanism import Size
 
-__all__ = ["Sensor", "grid"]
-
 
 def grid(start: float, stop: float, samples: int) -> np.ndarray:
     """Return the times of a record's samples, ``(t,)``, ms around the nominal first motion."""

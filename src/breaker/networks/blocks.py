@@ -5,8 +5,6 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-__all__ = ["Gaussian", "GaussianHead", "Hidden", "ResidualMLP"]
-
 
 class Hidden(nn.Linear):
     """Linear layer between two hidden ones; optimisers may treat its matrix as one."""

@@ -22,8 +22,6 @@ from torch import Tensor, nn
 from breaker.networks.blocks import GaussianHead, Hidden
 from breaker.networks.splines import bend, unbend
 
-__all__ = ["CouplingFlow"]
-
 
 class Conditioner(nn.Module):
     """Network ``(y_a, s) -> splines of y_b``, its first layer shifted by projected features.

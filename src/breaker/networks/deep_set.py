@@ -16,8 +16,6 @@ from torch import Tensor, nn
 
 from breaker.networks.blocks import ResidualMLP
 
-__all__ = ["DeepSet", "SetHighway"]
-
 _FREQUENCIES = 4  # of a sample's time; more would resolve what the highway does better
 
 

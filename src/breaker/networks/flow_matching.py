@@ -27,8 +27,6 @@ from torch import Tensor, nn
 
 from breaker.networks.blocks import GaussianHead, Hidden
 
-__all__ = ["FlowMatching"]
-
 # Numbers in the tangents of a block of points: few enough for the cache of a CPU's core, and for
 # the memory of a GPU.
 _TANGENTS = {"cpu": 2**16, "cuda": 2**24}

@@ -16,8 +16,6 @@ import math
 import torch
 from torch import Tensor, nn
 
-__all__ = ["AutoregressiveMixture"]
-
 _CLIP = 5.0  # residuals that a later dimension sees
 _WIDEST = 7.0  # of the logarithm of a scale, and of a width
 

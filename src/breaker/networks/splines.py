@@ -17,8 +17,6 @@ import torch
 from torch import Tensor, nn
 from torch.autograd.function import once_differentiable
 
-__all__ = ["bend", "unbend"]
-
 _BOUND = 5.0
 _SLOPE = 1e-3  # the smallest ratio of two bins, and the smallest slope at a knot
 _MOST = -math.log(_SLOPE)

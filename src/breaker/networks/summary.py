@@ -7,8 +7,6 @@ from torch import Tensor, nn
 
 from breaker.networks.blocks import ResidualMLP
 
-__all__ = ["TimeSeriesNetwork"]
-
 
 class TimeSeriesNetwork(nn.Module):
     """Strided convolutions, GRU, skip GRU and a linear highway, after LSTNet.

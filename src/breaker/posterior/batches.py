@@ -15,17 +15,6 @@ from torch import Tensor
 from breaker.model import Bank, distance, excess, principal_components, simulate
 from breaker.posterior.estimator import Posterior
 
-__all__ = [
-    "Batch",
-    "Drawn",
-    "OnlineRows",
-    "Rows",
-    "StreamedRows",
-    "freeze_inputs",
-    "split",
-    "truth",
-]
-
 _BLOCKS = 16  # of the rows of a streamed bank that are in memory
 _ROWS_FOR_COMPONENTS = 65536  # more change no weight visibly
 

@@ -37,8 +37,6 @@ from breaker.model import Model
 from breaker.posterior.transport import TriangularMap
 from breaker.posterior.weights import Importance, importance, resample
 
-__all__ = ["Corrected", "correct"]
-
 _NOTHING = Importance(np.full(1, np.nan), *[np.nan] * 4, 0)  # before there are weights
 
 

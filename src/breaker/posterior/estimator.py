@@ -18,8 +18,6 @@ from breaker.networks import build
 from breaker.posterior.missing import check, completed, expected, lacking
 from breaker.posterior.model_files import read
 
-__all__ = ["Posterior"]
-
 _COMPLETED = 100  # records in place of one that is completed
 _SOLVER_STEPS = 8  # of the validation's density; what sampling needs is chosen at the end
 

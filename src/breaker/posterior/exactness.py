@@ -5,7 +5,7 @@ records.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -20,8 +20,6 @@ from breaker.posterior.weights import importance
 
 if TYPE_CHECKING:  # corrections need a model alone: torch is not loaded for them
     from breaker.posterior.estimator import Posterior
-
-__all__ = ["correct_operations", "correct_validation", "judge"]
 
 _SURPRISING = 4.0  # sd of a contact's time about what its record leads to expect
 
@@ -42,8 +40,8 @@ def correct_validation(
         standard error ``log_evidence_se``.
     """
     n = data.sizes["curve"]
-    records = _Records([model] * n, data.measured.values, data.draws.values, np.arange(n))
-    values, found = _correct(records, settings, seed)
+    records = zip([model] * n, data.measured.values, range(n), strict=True)
+    values, found = _correct([*records], data.draws.values, settings, seed)
     by_curve = {name: ("curve", each) for name, each in found.items()}
     return data.assign(by_curve | {"draws": (data.draws.dims, values)})
 
@@ -66,13 +64,9 @@ def correct_operations(
         ``inferred`` with all that follows from the draws, and what ``correct_validation`` adds.
     """
     models = models_of(model, inferred)
-    records = _Records(
-        models,
-        inferred.travel.values.astype(np.float64),
-        inferred.draws.values.astype(np.float64),
-        inferred.operation.values,
-    )
-    values, found = _correct(records, settings, seed, from_mode=True)
+    measured, draws = (inferred[name].values.astype(np.float64) for name in ("travel", "draws"))
+    records = zip(models, measured, inferred.operation.values, strict=True)
+    values, found = _correct([*records], draws, settings, seed, from_mode=True)
     p_value = p_values(model, inferred.travel.values, values)
     by_operation = {name: ("operation", each) for name, each in found.items()}
     by_operation |= judged_contacts(models, inferred, values)
@@ -143,29 +137,19 @@ def p_values(model: Model, measured: np.ndarray, values: np.ndarray) -> np.ndarr
     return found
 
 
-class _Records(NamedTuple):
-    """Records to correct.
-
-    Attributes:
-        models: Joint model of each record.
-        measured: Records, ``(n, t)``, mm.
-        draws: The network's, ``(n, d, q)``, nan where there are none; those stay without.
-        keys: What each record's generator is named by, ``(n,)``.
-    """
-
-    models: Sequence[Model]
-    measured: np.ndarray
-    draws: np.ndarray
-    keys: np.ndarray
-
-
 def _correct(
-    records: _Records, settings: Mapping, seed: int, *, from_mode: bool = False
+    records: Sequence[tuple],
+    draws: np.ndarray,
+    settings: Mapping,
+    seed: int,
+    *,
+    from_mode: bool = False,
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Correct records one by one, each with a random generator of its own.
 
     Args:
-        records: The records.
+        records: Of each its joint model, the record ``(t,)``, mm, and what names its generator.
+        draws: The network's, ``(n, d, q)``, nan where there are none; those stay without.
         settings: The section ``correction`` of the configuration.
         seed: Seed of the configuration.
         from_mode: Whether to start at the mode of the posterior, and from the network's draws only
@@ -174,18 +158,17 @@ def _correct(
     Returns:
         Draws, ``(n, d, q)``, and for each name in ``ABSENT`` an array ``(n,)``.
     """
-    models, measured, draws, keys = records
-    rows = [dict(ABSENT) for _ in keys]
+    rows = [dict(ABSENT) for _ in records]
     values = np.full(draws.shape, np.nan)
     present = np.flatnonzero(np.isfinite(draws).all(axis=(1, 2)))
     for i in tqdm(present, desc="correcting", mininterval=5, unit="record"):
-        model, start = models[i], draws[i]
-        rng = generator(seed, "correction", model.motion, int(keys[i]))
+        (model, record, key), start = records[i], draws[i]
+        rng = generator(seed, "correction", model.motion, int(key))
         try:
-            about = approximate(model, measured[i], len(start), rng) if from_mode else start
-            found = correct(model, measured[i], about, settings, rng)
+            about = approximate(model, record, len(start), rng) if from_mode else start
+            found = correct(model, record, about, settings, rng)
             if from_mode and not found.resolved:
-                again = correct(model, measured[i], start, settings, rng)
+                again = correct(model, record, start, settings, rng)
                 found = max(found, again, key=lambda one: (one.resolved, one.importance.size))
         except (ArithmeticError, RuntimeError, ValueError) as error:
             # One strange record must not end the job of all others.

@@ -11,8 +11,6 @@ from breaker.model import seed_integer
 from breaker.networks import AutoregressiveMixture, ResidualMLP
 from breaker.posterior.batches import Drawn
 
-__all__ = ["FamilyNetwork", "FamilyRows"]
-
 
 class FamilyNetwork(nn.Module):
     """Residual network and autoregressive mixture, of ``family.Network`` with torch.

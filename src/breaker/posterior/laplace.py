@@ -14,8 +14,6 @@ import numpy as np
 
 from breaker.model import Model, linearise, linearise_auxiliary
 
-__all__ = ["approximate", "mode", "surprise"]
-
 _LESS = 1 / 3  # of the noise, from one climb to the next
 _STEPS, _LAST_STEPS = 8, 40  # of each climb, and of the last
 _REACHED, _LAST_REACHED = 0.5, 1e-3  # nats that a step can still gain

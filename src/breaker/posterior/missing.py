@@ -15,8 +15,6 @@ import numpy as np
 
 from breaker.model import Model, generator, simulate
 
-__all__ = ["check", "completed", "expected", "lacking"]
-
 _CURVES = 2000  # of which the moments of records are taken
 
 

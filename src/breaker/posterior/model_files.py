@@ -13,8 +13,6 @@ from torch import Tensor, nn
 
 from breaker.model import ModelFileError, SavedModel, open_model
 
-__all__ = ["read"]
-
 _STEPS = ("solver_steps", "density_solver_steps")  # tensors
 _MOST_STEPS = 1000
 _Module = TypeVar("_Module", bound=nn.Module)

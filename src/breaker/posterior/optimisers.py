@@ -15,8 +15,6 @@ from torch import Tensor, nn
 
 from breaker.networks import Hidden
 
-__all__ = ["Muon", "full_width", "optimisers"]
-
 _COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of a polynomial steep at 0, as of Jordan et al.
 _ROUNDS = 5
 

@@ -18,17 +18,6 @@ from breaker.records import main_motion
 if TYPE_CHECKING:  # predictions need a model alone: torch is not loaded for them
     from breaker.posterior.estimator import Posterior
 
-__all__ = [
-    "coordinates",
-    "infer",
-    "predict",
-    "predict_stages",
-    "predictive_p_value",
-    "sample_records",
-    "summaries",
-    "validate",
-]
-
 _FAR_ONSET = 4.0  # prior sd
 
 

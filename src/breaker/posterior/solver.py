@@ -9,8 +9,6 @@ from breaker.model import generator
 from breaker.posterior.batches import truth
 from breaker.posterior.estimator import Posterior
 
-__all__ = ["convergence", "held_out_log_density", "records"]
-
 _DIFFERENCES = ("mean_difference", "max_difference", "density_difference")
 _DENSITY_EVERY = 5  # draw of a curve whose density is compared: a density costs more than a draw
 

@@ -9,17 +9,6 @@ import xarray as xr
 
 from breaker.files import metadata_names
 
-__all__ = [
-    "ABSENT",
-    "quantiles",
-    "select_posterior",
-    "share_inside",
-    "stack_posteriors",
-    "summary",
-    "table",
-    "table_of_both",
-]
-
 _INTERVALS = {"interval_50": (0.25, 0.75), "interval_95": (0.025, 0.975)}
 
 # How the correction of a record came about, and what stands where there was none.

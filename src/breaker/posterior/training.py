@@ -32,8 +32,6 @@ from breaker.posterior.estimator import Posterior
 from breaker.posterior.family_network import FamilyNetwork, FamilyRows
 from breaker.posterior.optimisers import full_width, optimisers
 
-__all__ = ["Checkpoint", "Trainer", "choose_device", "fingerprint"]
-
 # Of the state of a training, in its checkpoint.
 _NUMBERS = ("step", "best_step", "best_loss", "losses", "evaluations")
 _WEIGHTS = ("weights", "ema", "best")

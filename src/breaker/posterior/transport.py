@@ -19,8 +19,6 @@ from typing import Self
 import numpy as np
 from scipy.linalg import solve_triangular
 
-__all__ = ["TriangularMap"]
-
 _FREEDOM = 5.0  # of the Student-t: heavy enough for tails that the fit has not seen
 _LINEAR, _QUADRATIC = 2.0, 8.0  # ridge of the regression, in draws of unit variance
 

@@ -23,8 +23,6 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-__all__ = ["Importance", "importance", "resample"]
-
 _FEWEST = 25  # draws of weight above zero from which a tail is fitted
 
 

@@ -13,8 +13,6 @@ import xarray as xr
 
 from breaker import __version__
 
-__all__ = ["StoreError", "describe", "open_store", "save"]
-
 _CHECKSUMS = "checksums.json"
 
 

@@ -13,8 +13,6 @@ import numpy as np
 from breaker.files import FORMAT, TO_MM
 from breaker.synthetic.instruments import WRITERS, Recording
 
-__all__ = ["ANGLES", "DIALECTS", "Dialect"]
-
 ANGLES = Path(__file__).with_name("angles.csv")
 """Table of a transducer on a lever of 40 mm: degrees and mm, open at -50 degrees."""
 

@@ -23,18 +23,6 @@ from breaker.mechanism import NAMES, UNIT, Size
 from breaker.synthetic.integrator import closed_rest, follow
 from breaker.synthetic.paths import curve, sampled
 
-__all__ = [
-    "CONTACTS",
-    "ELEMENTS",
-    "STOPS",
-    "TOLERANCE",
-    "WAVES",
-    "Drive",
-    "Elements",
-    "Stop",
-    "Waves",
-]
-
 STOPS = ("closing_stop", "opening_stop")
 WAVES = ("way_force", "time_force", "speed_force")
 CONTACTS = ("elastic", "held", "sliding")

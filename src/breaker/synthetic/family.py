@@ -22,8 +22,6 @@ from breaker.mechanism import NAMES
 from breaker.model import Prior
 from breaker.synthetic.drive import CONTACTS, WAVES, Drive, Elements, Stop
 
-__all__ = ["WEAR", "Family"]
-
 WEAR = ("none", "sparse", "dense")
 
 _TRIES = 10_000  # draws until a drive has to hold

@@ -16,8 +16,6 @@ from breaker.synthetic.family import WEAR, Family
 from breaker.synthetic.integrator import closed_rest, follow
 from breaker.synthetic.paths import curve, passing, sampled
 
-__all__ = ["CONDITIONS", "GRID", "shapes", "simulate_family"]
-
 CONDITIONS = ("new", "worn")
 GRID = -3.0 + 0.025 * np.arange(512)
 """Times u of a shape."""

@@ -14,8 +14,6 @@ from breaker.mechanism import compiled
 from breaker.records import SHAPE_TIMES, effective_noise, normalise
 from breaker.synthetic.family_bank import GRID as TIMES
 
-__all__ = ["record_shapes"]
-
 _FIRST, _STEP = TIMES[0], TIMES[1] - TIMES[0]
 
 _fast = compiled()

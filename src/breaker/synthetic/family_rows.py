@@ -26,8 +26,6 @@ from breaker.synthetic.family_bank import GRID as TIMES
 from breaker.synthetic.family_bank import shapes
 from breaker.synthetic.family_records import record_shapes
 
-__all__ = ["ChangeRows", "LevelRows", "Rows"]
-
 _COMPONENTS, _CHANGE_COMPONENTS = 64, 40
 _MOST = 8000  # drives that components are of
 _CLEAN = (1e-6, 1.1e-6)

@@ -16,8 +16,6 @@ from breaker.records import write_curve
 if TYPE_CHECKING:
     from breaker.synthetic.dialects import Dialect
 
-__all__ = ["WRITERS", "Recording"]
-
 _SPELT = {"ms": "msec", "deg": "°"}
 
 

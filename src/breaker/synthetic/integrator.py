@@ -1,19 +1,20 @@
 """The compiled integration of a richer drive: forces, Runge-Kutta steps, touch and parting.
 
 The state is arc and speed of the drive, position and speed of the contact. The numbers of a drive
-come as one row, in the order of ``drive.Drive``; see there for their meaning. Steps are of fifth
-order, each as long as its error allows; ``breaker.synthetic.paths`` makes a curve of them. One file
-has all that may change, as numba sees changes of one file only.
+come as one row, in the order of ``drive.Drive``, which has their meaning. Steps are of fifth order
+(Dormand & Prince, 1980, J. Comput. Appl. Math. 6, 19), each as long as its error allows, and
+``breaker.synthetic.paths`` makes a curve of them. One file has all that may change, as numba sees
+changes of one file only.
 """
 
 import numpy as np
+from scipy.integrate import RK45
 
 from breaker.mechanism import compiled
-from breaker.synthetic.dormand_prince import ERROR, STAGES, TIMES
-
-__all__ = ["closed_rest", "follow"]
 
 _fast = compiled()
+STAGES = np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B])  # the last is the step itself
+TIMES, ERROR = STAGES.sum(axis=1), RK45.E
 
 _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
@@ -238,8 +239,7 @@ def _located(n, rest, time, closing, mode, state, h, new, k):
 def _keep(n, state, rates, ends):
     """Travel, its speed and its acceleration, into ``ends``."""
     x, ratio, bend = _lever(n, state[0])
-    speed = state[1]
-    ends[0], ends[1], ends[2] = x, ratio * speed, ratio * rates[1] + bend * speed * speed
+    ends[0], ends[1], ends[2] = x, ratio * state[1], ratio * rates[1] + bend * state[1] * state[1]
 
 
 @_fast

@@ -11,8 +11,6 @@ import numpy as np
 
 from breaker.mechanism import compiled
 
-__all__ = ["curve", "passing", "sampled"]
-
 _fast = compiled()
 
 _HALVINGS = 50

@@ -19,8 +19,6 @@ from breaker.model import generator
 from breaker.records import write_curve
 from breaker.synthetic.drive import Drive, Elements
 
-__all__ = ["Rig"]
-
 
 @dataclass(frozen=True)
 class Rig:

@@ -19,8 +19,6 @@ from breaker.model import Model
 from breaker.records import Grid, read_curves
 from breaker.synthetic.dialects import DIALECTS, Dialect
 
-__all__ = ["Through", "through_files"]
-
 _MARGIN = 8.0  # ms that a record is longer than the grid, at each end
 _SPREAD = 4.0  # ms over which the first motion falls anywhere
 _ANY_STROKE = (1e-3, 1e6)  # mm: units are no question here

@@ -32,9 +32,12 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "Recovery",
             "Scores",
             "contraction",
+            "contraction_words",
             "correlation",
+            "pairs_words",
             "prior_check",
             "recovery",
+            "recovery_words",
             "scores",
         ],
         "numbers": [
@@ -43,7 +46,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "numbers_of_life",
             "numbers_of_motion",
         ],
-        "outcomes": ["contraction_words", "pairs_words", "recovery_words"],
         "tables": [
             "family_quality",
             "parameters_of",

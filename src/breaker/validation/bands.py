@@ -19,14 +19,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import bdtr, gammaln
 
-__all__ = [
-    "Band",
-    "calibration_p_values",
-    "checked_ranks",
-    "ecdf_difference",
-    "simultaneous_band",
-]
-
 
 def ecdf_difference(ranks: ArrayLike, draws: int) -> np.ndarray:
     """Return the share of ranks below grid point ``i`` minus ``i / (d + 1)``, ``(k, q)``.

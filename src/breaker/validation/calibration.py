@@ -21,17 +21,6 @@ from breaker.validation.bands import (
     simultaneous_band,
 )
 
-__all__ = [
-    "LEVEL",
-    "Calibration",
-    "checked_draws",
-    "coverage",
-    "family_p_value",
-    "judge_draws",
-    "judge_ranks",
-    "ranks",
-]
-
 LEVEL = 0.05
 """Probability that a posterior which is calibrated fails, all of its outputs together."""
 

@@ -14,17 +14,6 @@ import xarray as xr
 from breaker.mechanism import ONSET, PARAMETERS, in_digits, is_logarithmic
 from breaker.posterior import quantiles
 
-__all__ = [
-    "KNOWLEDGE",
-    "compare",
-    "exactness_words",
-    "examples",
-    "identifiability_words",
-    "percent",
-    "plus_minus",
-    "reached",
-]
-
 KNOWLEDGE = (
     (0.8, "known from this motion"),
     (0.5, "partly known"),

@@ -17,8 +17,6 @@ from breaker.mechanism import PARAMETERS
 from breaker.validation.calibration import family_p_value
 from breaker.validation.diagnostics import correlation, prior_check
 
-__all__ = ["MotionResults", "numbers_of_all", "numbers_of_life", "numbers_of_motion"]
-
 _NAMES = [each.name for each in PARAMETERS]
 
 

@@ -8,14 +8,6 @@ from breaker.mechanism import NAMES, ONSET, in_p
 from breaker.validation.calibration import coverage, judge_draws, judge_ranks, ranks
 from breaker.validation.diagnostics import scores
 
-__all__ = [
-    "family_quality",
-    "parameters_of",
-    "quality",
-    "quality_words",
-    "with_width",
-]
-
 _FAMILY_LEVEL = 0.01
 _SAME = 1e-12  # variance of what does not vary
 

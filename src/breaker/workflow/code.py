@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-__all__ = ["modules_of"]
-
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 

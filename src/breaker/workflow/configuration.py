@@ -15,8 +15,6 @@ from typing import Any
 
 from breaker.workflow.sources import ConfigurationError, Sources, parse, place, repeated, short
 
-__all__ = ["check", "chosen_network", "load", "merge", "read"]
-
 _SHOWN = 20  # problems that a message lists
 
 

@@ -11,8 +11,6 @@ from typing import Any
 from breaker.shipped import DEFAULTS, SCHEMA
 from breaker.workflow.sources import ConfigurationError, parse
 
-__all__ = ["configuration_schema", "derived"]
-
 _TYPES = {
     bool: "boolean",
     int: "integer",

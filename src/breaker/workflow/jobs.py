@@ -11,8 +11,6 @@ from types import TracebackType
 
 from breaker import DISTRIBUTION
 
-__all__ = ["missing_packages", "set_threads", "start"]
-
 _VARIABLES = (
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",

@@ -6,13 +6,14 @@ would end in a traceback, without memory, or not at all.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from typing import Any
 
 from breaker.files import (
     FORMAT,
+    Operation,
     complete,
     lacking,
     list_breakers,
@@ -23,14 +24,18 @@ from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
 
-__all__ = ["MAGNITUDES", "UNLIKE", "is_fleet", "refused"]
-
 _JOBS = 2000  # of a rule: Snakemake plans them in a minute
 _FASTEST = 100.0  # 1/ms, rate of a drive: richer drives are simulated in steps of 0.02 ms
 _TURNS = 1e6  # rate times length of a record: breaker.mechanism follows no more
 _FAR = 5.0  # prior sd at which a drive still has to be that slow
 _SUPPORT = 0.01  # least share of the prior in which the contact stays pressed
 _LINKAGE = 0.1  # ms, least period that the simulation of a drive follows
+
+FOLDER = (
+    *("endurance.curves", "endurance.breaker", "endurance.phase", "endurance.events"),
+    "motions",
+)
+"""What says which records are worked on."""
 
 UNLIKE = 30.0
 """Times the reference drive's that a median may be: less than the root of a slip of 1,000."""
@@ -146,40 +151,31 @@ def refused(form: str, build: Callable, *given: Any, **more: Any) -> Iterator[st
         yield form.format(error)
 
 
-def _complete(
-    form: Mapping[str, Any],
-    curves: str | None,
-    motions: Sequence[str],
-    breaker: str | None,
-    phase: str | None,
-) -> Iterator[str]:
+def _complete(form: Mapping[str, Any], curves: str | None, *others: Any) -> Iterator[str]:
     """What no record can do without, and neither the section nor the record's row states."""
-    stated: list[Mapping[str, Any]] = [] if curves else [{}]
-    for motion in motions if curves and not is_fleet(curves, breaker) else ():
+    stated = [] if curves else [{}]
+    for motion in others[-1] if curves else ():
         with suppress(OSError, ValueError):  # which another rule says
-            rows = list_operations(curves, motion, breaker=breaker, phase=phase)
-            stated += [each.settings for each in rows]
-    yield from _lacking(form, stated)
+            stated += [each.settings for each in listed(curves, *others[:-1], [motion])]
+    distinct = {repr(each): each for each in stated}.values()
+    missing = filter(None, (lacking({**FORMAT, **form, **each}) for each in distinct))
+    yield from (f"cannot be used: {text}." for text in dict.fromkeys(missing))
 
 
-def _complete_fleet(
-    form: Mapping[str, Any],
-    curves: str | None,
+def listed(
+    curves: str,
     breaker: str | None,
     phase: str | None,
     events: Mapping[str, Sequence[str]],
-) -> Iterator[str]:
-    """The same of the rows of several breakers."""
-    if curves and is_fleet(curves, breaker):
-        with suppress(OSError, ValueError):
-            fleet = list_fleet(curves, phase=phase, events=events)
-            rows = (each.settings for some in fleet.values() for _, each in some)
-            yield from _lacking(form, {repr(each): each for each in rows}.values())
-
-
-def _lacking(form: Mapping[str, Any], stated: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    missing = filter(None, (lacking({**FORMAT, **form, **each}) for each in stated))
-    yield from (f"cannot be used: {text}." for text in dict.fromkeys(missing))
+    motions: Sequence[str],
+) -> list[Operation]:
+    """List what is worked on, by ``FOLDER``: of one breaker some motions, or all of several."""
+    which = {"phase": phase, "events": events}
+    if is_fleet(curves, breaker):
+        fleet = list_fleet(curves, **which)
+        return [each for some in fleet.values() for _, each in some]
+    each_motion = (list_operations(curves, motion, breaker=breaker, **which) for motion in motions)
+    return [each for some in each_motion for each in some]
 
 
 def is_fleet(curves: str, breaker: str | None) -> bool:
@@ -212,19 +208,6 @@ MAGNITUDES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     (("rig.elements.linkage",), partial(_off_or_above, _LINKAGE)),
     (("rigs.elements", "rigs.strength"), _linkages),
     (("endurance.format",), partial(refused, "cannot be used: {}", complete)),
-    (
-        (
-            *("endurance.format", "endurance.curves", "motions", "endurance.breaker"),
-            "endurance.phase",
-        ),
-        _complete,
-    ),
-    (
-        (
-            *("endurance.format", "endurance.curves", "endurance.breaker", "endurance.phase"),
-            "endurance.events",
-        ),
-        _complete_fleet,
-    ),
+    (("endurance.format", *FOLDER), _complete),
     (("known", "endurance.curves", "endurance.breaker"), _no_facts),
 )

@@ -4,8 +4,6 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-__all__ = ["chunks_of", "recorded_source"]
-
 
 def chunks_of(numbers: Iterable[int], size: int) -> dict[str, list[int]]:
     """Sort operations into chunks, each a job of its own: number 1 to ``size``, and so on.

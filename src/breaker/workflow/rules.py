@@ -4,13 +4,12 @@ A rule is a pair: keys, the first of which a message is about, and a function th
 hold and yields what is wrong and the remedy.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from math import isnan
 from typing import Any
 
-from breaker.files import SWITCHING, event_words, list_fleet, list_operations
+from breaker.files import SWITCHING, Operation, event_words
 from breaker.mechanism import (
     MOTIONS,
     NAMES,
@@ -19,9 +18,7 @@ from breaker.mechanism import (
     from_list,
     speeds_of,
 )
-from breaker.workflow.magnitudes import MAGNITUDES, is_fleet, refused
-
-__all__ = ["RULES"]
+from breaker.workflow.magnitudes import FOLDER, MAGNITUDES, is_fleet, listed, refused
 
 
 def _at_most(limit: str, value: float, most: float) -> Iterator[str]:
@@ -171,77 +168,65 @@ def _reference(reference: int | Sequence[int]) -> Iterator[str]:
         yield f"is {reference}, but the first comes before the last. Swap them."
 
 
-def _curves(
-    curves: str | None,
-    motions: Sequence[str],
-    breaker: str | None,
-    phase: str | None,
-    events: Mapping[str, Sequence[str]],
-) -> Iterator[str]:
+def _curves(curves: str | None, *others: Any) -> Iterator[str]:
+    *which, events, motions = others
     if curves is None or any(_events(events)):
         return
-    which, wrong = {"breaker": breaker, "phase": phase, "events": events}, []
-    if is_fleet(curves, breaker):
-        motions, wrong = [], list(refused("{}", list_fleet, curves, phase=phase, events=events))
-    for motion in motions:
-        wrong += refused("{}", list_operations, curves, motion, **which)
-    if wrong:  # a table is, for both motions alike
-        yield f"cannot be used: {'. '.join(dict.fromkeys(wrong))}."
+    each = (refused("{}", listed, curves, *which, events, [motion]) for motion in motions)
+    if wrong := dict.fromkeys(text for found in each for text in found):  # a table is, for both
+        yield f"cannot be used: {'. '.join(wrong)}."
 
 
-@dataclass(frozen=True)
-class _RecordLimits:
+def _record_limits(
+    entries: Sequence[Mapping[str, Any]],
+    speeds: Mapping[str, Sequence[str] | None],
+    contact: str | int | None,
+    trigger: str | int | None,
+    *folder: Any,
+) -> Iterator[str]:
     """What is wrong with limits on what records show by a contact or trigger alone.
 
     None is shown where neither a column nor a table states when the contact switched, or the
     trigger came.
     """
+    curves, breaker, *_, motions = folder
+    if curves is None or is_fleet(curves, breaker) or any(_limits(entries, motions, speeds)):
+        return
+    defined = speeds_of(speeds)
+    timed = [each.name for each in defined if each.of_event]
+    needs = dict.fromkeys((*timed, *SWITCHING.values(), "bounce_time"), ("contact",))
+    needs |= dict.fromkeys(("closing_time", "opening_time"), ("contact", "trigger"))
+    needs["latch_time"] = ("trigger",)
+    wrong = []
+    for limit in from_list(entries, motions, defined, of=["record"]):
+        try:
+            rows = listed(*folder[:-1], [limit.motion])
+        except (OSError, ValueError):
+            return  # which another rule says
+        lacking = _never_stated(rows, limit.motion, contact, trigger)
+        wrong += [
+            f"{limit.pair or limit.name}: no record shows {name} without the {need}. Set "
+            f"endurance.format.{need}_column, or state {lacking[need]} in operations.csv."
+            for name in limit.quantities
+            for need in needs.get(name, ())
+            if need in lacking
+        ]
+    if wrong:
+        yield f"cannot be used. {' '.join(dict.fromkeys(wrong))}"
 
-    entries: Sequence[Mapping[str, Any]]
-    motions: Sequence[str]
-    speeds: Mapping[str, Sequence[str] | None]
-    curves: str | None
-    breaker: str | None
-    phase: str | None
-    contact: str | int | None
-    trigger: str | int | None
 
-    def __iter__(self) -> Iterator[str]:
-        of_one = self.curves is not None and not is_fleet(self.curves, self.breaker)
-        if not of_one or any(_limits(self.entries, self.motions, self.speeds)):
-            return
-        defined = speeds_of(self.speeds)
-        timed = [each.name for each in defined if each.of_event]
-        needs = dict.fromkeys((*timed, *SWITCHING.values(), "bounce_time"), ("contact",))
-        needs |= dict.fromkeys(("closing_time", "opening_time"), ("contact", "trigger"))
-        needs["latch_time"] = ("trigger",)
-        wrong = []
-        for limit in from_list(self.entries, self.motions, defined, of=["record"]):
-            try:
-                lacking = self._lacking(limit.motion)
-            except (OSError, ValueError):
-                return  # which another rule says
-            wrong += [
-                f"{limit.pair or limit.name}: no record shows {name} without the {need}. Set "
-                f"endurance.format.{need}_column, or state {lacking[need]} in operations.csv."
-                for name in limit.quantities
-                for need in needs.get(name, ())
-                if need in lacking
-            ]
-        if wrong:
-            yield f"cannot be used. {' '.join(dict.fromkeys(wrong))}"
-
-    def _lacking(self, motion: str) -> dict[str, str]:
-        """What no record shows, and the column of the table that could state it."""
-        rows = list_operations(self.curves, motion, breaker=self.breaker, phase=self.phase)
-        contacts = (row.settings.get("contact_column", self.contact) for row in rows)
-        triggers = (row.settings.get("trigger_column", self.trigger) for row in rows)
-        lacking = {}
-        if set(contacts) == {None} and all(isnan(row.switching) for row in rows):
-            lacking["contact"] = SWITCHING[motion]
-        if set(triggers) == {None} and all(isnan(row.trigger) for row in rows):
-            lacking["trigger"] = "trigger"
-        return lacking
+def _never_stated(
+    rows: Sequence[Operation], motion: str, contact: str | int | None, trigger: str | int | None
+) -> dict[str, str]:
+    """What no record shows, and the column of the table that could state it."""
+    contacts = (row.settings.get("contact_column", contact) for row in rows)
+    triggers = (row.settings.get("trigger_column", trigger) for row in rows)
+    lacking = {}
+    if set(contacts) == {None} and all(isnan(row.switching) for row in rows):
+        lacking["contact"] = SWITCHING[motion]
+    if set(triggers) == {None} and all(isnan(row.trigger) for row in rows):
+        lacking["trigger"] = "trigger"
+    return lacking
 
 
 _AT_MOST = {  # a key, and the one that it must not exceed
@@ -252,7 +237,7 @@ _AT_MOST = {  # a key, and the one that it must not exceed
     "correction.fit_size": "correction.round_draws",
 }
 
-RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterable[str]]], ...] = (
+RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     *((keys, partial(_at_most, keys[1])) for keys in _AT_MOST.items()),
     *((("bank", f"training.{motion}"), _bank) for motion in MOTIONS),
     *(
@@ -274,22 +259,15 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterable[str]]], ...] = (
     (("limits", "motions", "speeds"), _limits),
     (
         (
-            *("limits", "motions", "speeds", "endurance.curves", "endurance.breaker"),
-            *("endurance.phase", "endurance.format.contact_column"),
-            "endurance.format.trigger_column",
+            *("limits", "speeds", "endurance.format.contact_column"),
+            *("endurance.format.trigger_column", *FOLDER),
         ),
-        _RecordLimits,
+        _record_limits,
     ),
     (("known", "speeds", "endurance.posterior"), _known),
     *(((f"endurance.{name}", "endurance.curves"), _choice) for name in ("breaker", "phase")),
     (("endurance.events",), _events),
     (("wear_model.reference",), _reference),
-    (
-        (
-            *("endurance.curves", "motions", "endurance.breaker", "endurance.phase"),
-            "endurance.events",
-        ),
-        _curves,
-    ),
+    (FOLDER, _curves),
     *MAGNITUDES,
 )

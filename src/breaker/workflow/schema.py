@@ -16,8 +16,6 @@ from typing import Any
 import yaml
 from jsonschema import Draft202012Validator, ValidationError, validators
 
-__all__ = ["Key", "dotted", "leaves", "problems"]
-
 Key = tuple[str | int, ...]
 """Where a value stands: keys of sections and numbers of list entries, outermost first."""
 

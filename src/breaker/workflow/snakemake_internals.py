@@ -10,17 +10,6 @@ from typing import Any
 
 from breaker.workflow.code import modules_of
 
-__all__ = [
-    "complete_rules",
-    "configuration_files",
-    "deploys",
-    "folder_of",
-    "is_first_process",
-    "keep_scripts",
-    "lacking",
-    "make_again",
-]
-
 _OF_WORKFLOW = {
     "configfiles": "messages name the file of a wrong key",
     "overwrite_configfiles": "messages name the file of a wrong key",

@@ -18,8 +18,6 @@ import yaml
 
 from breaker.files import RejectedCurveError, read_bytes
 
-__all__ = ["ConfigurationError", "Sources", "parse", "place", "refuse", "repeated", "short"]
-
 _Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the same in C, where PyYAML has it
 _LARGEST = 2**20  # bytes: fifty times as many as config/config.yaml has
 _DEEPEST = 20  # sections in sections; the defaults need six
