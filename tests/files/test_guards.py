@@ -16,6 +16,7 @@ from breaker.files.guards import (
     no_file,
     printable,
     read_bytes,
+    require_folder,
 )
 from breaker.files.manifest import Operation
 from breaker.records.export import write_curve
@@ -141,16 +142,20 @@ def test_a_file_that_cannot_be_read_is_one_row_that_can_be_stored(tmp_path):
         "binary.xlsx": lambda file: file.write_bytes(b"PK\3\4" + bytes(100)),
         "pipe.cfg": a_pipe,
         "pipe.nc": a_pipe,
+        "pipe.zarr": a_pipe,
+        "empty.zarr": a_folder,
         "no\0name.csv": lambda file: None,
         "x" * 300 + ".csv": lambda file: None,
     }
     for name, make in made.items():
         make(tmp_path / name)
+    (tmp_path / "within.zarr").mkdir()
+    a_pipe(tmp_path / "within.zarr/0")
     odd = Path(os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9.csv"))
     fine = odd.with_name("fine" + odd.name)
     odd.write_bytes(b"?")
     write_curve(fine, time, travel, motion="closing", operation=1)
-    files = [tmp_path / name for name in made] + [odd, fine]
+    files = [tmp_path / name for name in (*made, "within.zarr")] + [odd, fine]
     operations = [Operation(i, file) for i, file in enumerate(files, start=1)]
 
     curves = read_curves(operations, {}, Grid(np.arange(-2.0, 58.0, 0.4)), "closing")
@@ -165,3 +170,16 @@ def test_a_file_that_cannot_be_read_is_one_row_that_can_be_stored(tmp_path):
     for text in (*rows.reason, *rows.file):
         assert text.isprintable()
         text.encode("utf-8")
+
+
+def test_a_folder_of_a_record_has_bounds(tmp_path, monkeypatch):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a/0").write_bytes(b"1234")
+    require_folder(tmp_path)
+    monkeypatch.setattr("breaker.files.guards.LARGEST", 3)
+    with pytest.raises(RejectedCurveError, match="but no record"):
+        require_folder(tmp_path)
+    monkeypatch.undo()
+    monkeypatch.setattr("breaker.files.guards._MOST_PARTS", 0)
+    with pytest.raises(RejectedCurveError, match="has 1 parts"):
+        require_folder(tmp_path)

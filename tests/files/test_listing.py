@@ -37,7 +37,8 @@ def test_files_of_all_readable_kinds_count_and_nothing_beside_them(tmp_path):
     readable = ["1.csv", "2.TXT", "3.tsv", "4.xlsx", "5.cfg", "6.cff", "7.nc"]
     beside = ["5.dat", "5.hdr", ".8.csv", "._1.csv", "~$4.xlsx", "9.bak", "10.csv~", "11.md"]
     fill(tmp_path, *readable, *beside, "old/12.csv", "operations.csv")
-    assert [file.name for file in record_files(tmp_path)] == readable
+    (tmp_path / "8.zarr").mkdir()
+    assert [file.name for file in record_files(tmp_path)] == [*readable, "8.zarr"]
     assert record_files(tmp_path / "nowhere") == []
 
 
@@ -165,11 +166,13 @@ def test_what_is_no_file_is_refused(tmp_path, by):
 
 
 def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
-    fill(tmp_path, "a/closing/1.cfg", "a/closing/1.dat", "b/closing/1.cfg")
+    fill(tmp_path, "a/closing/1.cfg", "a/closing/1.dat", "b/closing/1.cfg", "a/2.zarr/x/0")
     for file in tmp_path.rglob("*.*"):
         os.utime(file, (1e9, 1e9))
     (found,) = list_operations(tmp_path / "a", "closing")
-    seen = {fingerprint([found])}
+    store = Operation(2, tmp_path / "a/2.zarr")
+    seen = {fingerprint([found]), fingerprint([store]), fingerprint([found, store])}
+    assert fingerprint([found]) in seen
     seen.add(fingerprint(list_operations(tmp_path / "b", "closing")))
     seen.add(fingerprint([replace(found, channel="A")]))
     seen.add(fingerprint([replace(found, begin=1.0)]))
@@ -179,8 +182,10 @@ def test_the_fingerprint_changes_with_whatever_a_record_is_read_from(tmp_path):
     seen.add(fingerprint([found]))
     found.file.with_suffix(".dat").write_text("new")
     seen.add(fingerprint([found]))
-    assert len(seen) == 9
-    assert fingerprint([found]) in seen
+    (tmp_path / "a/2.zarr/x/0").write_text("new")
+    seen.add(fingerprint([store]))
+    assert len(seen) == 12
+    assert fingerprint([store]) == fingerprint([store])
 
 
 # ---- from the table to curves --------------------------------------------------------------------

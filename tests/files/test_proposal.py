@@ -82,8 +82,8 @@ def test_a_file_of_no_said_motion_may_hold_both(tmp_path, names):
 def test_any_mixture_gives_a_table_that_can_be_read(tmp_path):
     names = ["closing/x_1_2.csv", "closing/x_1_3.csv", "z.csv", "opening/1.csv", "Q/deep/er/8.xlsx"]
     names += ["closing/a,b \"q;'.csv", "opening/ä ö.txt", ".hidden/1.csv", "~$1.xlsx", "notes.md"]
-    rows, _ = proposed(tmp_path, *names)
-    assert {row[3] for row in rows} == {*names[:7]}
+    rows, _ = proposed(tmp_path, *names, "store.zarr/0/1.csv")
+    assert {row[3] for row in rows} == {*names[:7], "store.zarr"}
     for motion in ("closing", "opening"):
         for breaker in ("", "Q/deep/er"):
             of = [row[1] for row in rows if (row[0], row[2]) == (motion, breaker)]

@@ -1,6 +1,8 @@
 """Curve files that are no text: read as the same columns, or refused, whatever is wrong."""
 
 import io
+import json
+import os
 import re
 import struct
 import sys
@@ -8,6 +10,7 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+import numcodecs
 import numpy as np
 import openpyxl
 import pytest
@@ -158,13 +161,11 @@ def test_a_workbook_beside_something_is_refused(tmp_path, joined):
     assert "something before or after the workbook" in rejection(file, "excel")
 
 
-@pytest.mark.parametrize(
-    ("name", "other"), [("a.XLS", "xlsx"), ("a.ods", "xlsx"), ("a.zarr", "nc")]
-)
-def test_what_another_program_has_to_save_is_refused_with_the_remedy(tmp_path, name, other):
+@pytest.mark.parametrize("name", ["a.XLS", "a.ods"])
+def test_an_old_workbook_is_refused_with_the_remedy(tmp_path, name):
     file = tmp_path / name
     file.write_bytes(b"\xd0\xcf\x11\xe0")
-    assert f"save it as .{other}" in rejection(file, "excel")
+    assert "save it as .xlsx" in rejection(file, "excel")
 
 
 # ---- COMTRADE ---------------------------------------------------------------------------------
@@ -268,7 +269,7 @@ def test_damaged_comtrade_is_refused(tmp_path):
     assert "a.dat is not there; copy both files" in rejection(file, "comtrade", "S")
 
 
-# ---- NetCDF --------------------------------------------------------------------------------
+# ---- NetCDF and Zarr --------------------------------------------------------------------------
 
 
 def labelled(**units):
@@ -282,6 +283,7 @@ def labelled(**units):
 WRITE = {
     "3.nc": lambda data, file: data.to_netcdf(file, engine="scipy"),
     "4.nc": lambda data, file: data.to_netcdf(file, engine="h5netcdf"),
+    "a.zarr": lambda data, file: data.to_zarr(file, mode="w", consolidated=False),
 }
 
 
@@ -296,8 +298,8 @@ def test_labelled_arrays_are_read(tmp_path, name):
     assert rejection(file, "netcdf").startswith(": the unit of 'travel' is 'deg', but endurance.")
 
 
-def test_what_is_no_record_in_labelled_arrays_is_refused(tmp_path):
-    name = "3.nc"
+@pytest.mark.parametrize("name", ["3.nc", "a.zarr"])
+def test_what_is_no_record_in_labelled_arrays_is_refused(tmp_path, name):
     file = tmp_path / name
     WRITE[name](labelled().rename(time="t").expand_dims(phase=1), file)
     np.testing.assert_array_equal(read(file, "netcdf").time, TIME)
@@ -328,6 +330,88 @@ def test_a_damaged_file_that_takes_for_ever_is_refused(tmp_path, monkeypatch):
     assert "is a NetCDF file that cannot be read (OSError" in rejection(file, "netcdf")
 
 
+class Acting(numcodecs.abc.Codec):
+    """A codec that acts as pickle does: on what stands in the chunks."""
+
+    codec_id = "acting"
+    acted = False
+
+    def encode(self, buf):
+        return buf
+
+    def decode(self, buf, out=None):
+        Acting.acted = True
+        return buf
+
+
+@pytest.mark.parametrize("consolidated", [False, True])
+@pytest.mark.parametrize(
+    ("place", "stated"), [("filters", [{"id": "acting"}]), ("compressor", {"id": "acting"})]
+)
+def test_no_codec_of_a_store_acts(tmp_path, place, stated, consolidated):
+    """Metadata of one array and of all: whichever is used."""
+    file, plain = tmp_path / "a.zarr", tmp_path / "plain.zarr"
+    numcodecs.register_codec(Acting)
+    for store in (file, plain):
+        labelled().to_zarr(store, zarr_format=2, consolidated=consolidated)
+    part = file / ".zmetadata" if consolidated else file / "travel/.zarray"
+    found = json.loads(part.read_text())
+    (found["metadata"]["travel/.zarray"] if consolidated else found)[place] = stated
+    part.write_text(json.dumps(found))
+    for use in (lambda: read(file, "netcdf"), lambda: look_into(file)):
+        with pytest.raises(RejectedCurveError, match="codec 'acting', which is not known"):
+            use()
+    assert not Acting.acted
+    read(plain, "netcdf")
+
+
+SHARDS = {"name": "sharding_indexed", "configuration": {"chunk_shape": [1]}}
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"codecs": ["pickle"]}, "has the codec 'pickle'"),
+        ({"codecs": [{"name": "numcodecs.pickle"}]}, "has the codec 'numcodecs.pickle'"),
+        ({"codecs": [{"name": "sharding_indexed", "configuration": {"codecs": ["x"]}}]}, "'x'"),
+        ({"codecs": [{"name": "bytes", "configuration": {"id": "x"}}]}, "has the codec 'x'"),
+        ({"shape": [10**9]}, "chunks of 480 bytes, which with others are too many"),
+        ({"shape": 10**9}, "chunks of 480 bytes, which with others are too many"),
+        ({"chunk_grid": {"configuration": {"chunk_shape": [10**9]}}}, "of 8000000000 bytes"),
+        ({"shape": [20_000], "codecs": [SHARDS]}, "has 20000 chunks"),
+        ({"data_type": {"configuration": {"length_bytes": 10**7}}}, "chunks of 600000000 bytes"),
+    ],
+)
+@pytest.mark.parametrize("inline", [False, True])
+def test_a_store_that_states_what_may_do_harm_is_refused(tmp_path, change, reason, inline):
+    file = tmp_path / "a.zarr"
+    labelled().to_zarr(file, zarr_format=3, consolidated=False)
+    array = json.loads((file / "travel/zarr.json").read_text()) | change
+    part, found = file / "travel/zarr.json", array
+    if inline:
+        part = file / "zarr.json"
+        found = json.loads(part.read_text())
+        found["consolidated_metadata"] = {"metadata": {"shape": array}}
+    part.write_text(json.dumps(found))
+    assert reason in rejection(file, "netcdf")
+
+
+@pytest.mark.parametrize(
+    ("version", "encoding"),
+    [(2, {"filters": [numcodecs.Delta("<f8")]}), (3, {"shards": (30,), "chunks": (10,)})],
+)
+def test_codecs_that_are_harmless_are_read(tmp_path, version, encoding):
+    file = tmp_path / "a.zarr"
+    names = xr.DataArray(
+        np.array(["a", "bc"], dtype="<U2" if version == 2 else object), dims="name"
+    )
+    data = labelled().assign_coords(name=names)
+    data.to_zarr(
+        file, zarr_format=version, encoding={"travel": encoding}, consolidated=version == 2
+    )
+    np.testing.assert_allclose(read(file, "netcdf").travel, TRAVEL)
+
+
 @pytest.mark.parametrize("name", ["3.nc", "4.nc"])
 def test_more_values_than_a_record_has_are_refused(tmp_path, monkeypatch, name):
     file = tmp_path / name
@@ -355,6 +439,19 @@ def test_the_same_bytes_are_not_read_as_many_variables(tmp_path):
         )
     file.write_bytes(head + content[begin : begin + 800_000])
     assert "parts of it twice; export the record alone" in rejection(file, "netcdf")
+
+
+def test_what_is_within_a_store_is_looked_at_before_it_is_opened(tmp_path):
+    file = tmp_path / "a.zarr"
+    labelled().to_zarr(file, consolidated=False)
+    (file / "other").symlink_to(file / "travel")
+    assert "its part other is a link" in rejection(file, "netcdf")
+    (file / "other").unlink()
+    os.mkfifo(file / "other")
+    with pytest.raises(RejectedCurveError, match="its part other is a pipe"):
+        look_into(file)
+    (tmp_path / "b.zarr").write_bytes(b"")
+    assert "is a file, not a folder" in rejection(tmp_path / "b.zarr", "netcdf")
 
 
 # ---- damage, and what is not installed ---------------------------------------------------------

@@ -1,4 +1,6 @@
-"""Curve files of labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``)."""
+"""Curve files that hold labelled arrays, by xarray: NetCDF (version 4 needs the extra ``netcdf``)
+and Zarr.
+"""
 
 import io
 import subprocess
@@ -12,6 +14,7 @@ from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, TooLargeError, read_bytes
 from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
 from breaker.files.numbers import are_readings
+from breaker.files.zarr_metadata import check_store
 
 _LARGEST = 10_000_000  # samples
 _MOST = 20_000_000  # values of all variables
@@ -24,23 +27,26 @@ _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
 
 def read_grid(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read a variable of a NetCDF file, which has to be of one record, and its coordinate of time:
-    see ``sources.read_columns``.
+    """Read a variable of a NetCDF file or a Zarr store, which has to be of one record, and its
+    coordinate of time: see ``sources.read_columns``.
     """
     with open_grid(file) as dataset:
         return _columns(file, dataset, settings, channel)
 
 
 def open_grid(file: str | Path):
-    """Return the dataset of a NetCDF file, undecoded.
+    """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
 
     Raises:
-        RejectedCurveError: If the file cannot be read.
+        RejectedCurveError: If the file cannot be read, or a store states what may do harm.
         TooLargeError: If there are more values than a record has.
         ModuleNotFoundError: If a package for this version is not installed.
     """
     import xarray as xr
 
+    if Path(file).suffix.lower() == ".zarr":
+        check_store(file)
+        return xr.open_zarr(file, **_UNTOUCHED)
     content = read_bytes(file)
     if content.startswith(b"\x89HDF"):
         content = _as_version_3(file, content)

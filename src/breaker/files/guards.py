@@ -8,6 +8,8 @@ from pathlib import Path
 LARGEST = 64 * 2**20
 """Bytes of the largest file that is read; a record of 10 s at 100 kHz has a quarter of it."""
 
+_MOST_PARTS = 10_000  # files of a record that is a folder
+
 _KINDS = {
     stat.S_IFDIR: "a folder",
     stat.S_IFIFO: "a pipe",
@@ -92,6 +94,31 @@ def read_bytes(file: str | Path) -> bytes:
     if why:
         raise RejectedCurveError(file, why)
     return content
+
+
+def require_folder(folder: str | Path) -> None:
+    """Make sure that a record that is a folder can be read at once, like a file by ``read_bytes``.
+
+    Raises:
+        RejectedCurveError: If it is no folder, or has anything but folders and regular files, more
+            of them than 10,000, or more than ``LARGEST`` together, or a link to a folder.
+    """
+    if not os.path.isdir(folder):
+        raise RejectedCurveError(folder, no_file(folder) or "is a file, not a folder")
+    size = count = 0
+    for place, folders, names in os.walk(folder):
+        for name in folders:
+            if os.path.islink(os.path.join(place, name)):
+                raise RejectedCurveError(folder, f"its part {name} is a link; put the folder there")
+        for name in names:
+            file = os.path.join(place, name)
+            if why := no_file(file):
+                raise RejectedCurveError(folder, f"its part {os.path.relpath(file, folder)} {why}")
+            size += os.stat(file).st_size
+        count += len(names) + len(folders)
+        if count > _MOST_PARTS or size > LARGEST:
+            held = f"{size / 2**20:.0f} MiB" if size > LARGEST else f"{count} parts"
+            raise RejectedCurveError(folder, _too_large(held))
 
 
 def _too_large(size: str) -> str:

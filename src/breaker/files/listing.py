@@ -19,7 +19,7 @@ from breaker.files.naming import numbers_in
 from breaker.files.sources import OTHER_KINDS
 
 ENDINGS = (".csv", ".txt", ".tsv", *OTHER_KINDS)
-"""Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it."""
+"""Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
 
 _SHOWN = 3  # files in a message
 
@@ -243,7 +243,7 @@ def _require_files(operations: Iterable[Operation]) -> None:
     for file in dict.fromkeys(each.file for each in operations):
         if odd := odd_signs(file):
             wrong.append(f"{file} has {odd} in its name; rename it")
-        elif why := no_file(file):
+        elif not (file.suffix.lower() == ".zarr" and file.is_dir()) and (why := no_file(file)):
             wrong.append(f"{file} {why}; put the file there, or leave it out")
     if wrong:
         raise ValueError(_first(wrong))
@@ -265,6 +265,8 @@ def fingerprint(operations: Iterable[Operation]) -> str:
 
 def _parts(file: Path) -> list[Path]:
     """The files of a record."""
+    if file.suffix.lower() == ".zarr":
+        return sorted(file.rglob("*"))
     beside = (".dat", ".DAT") if file.suffix.lower() == ".cfg" else ()
     return [file, *map(file.with_suffix, beside)]
 

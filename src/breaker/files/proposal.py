@@ -161,7 +161,7 @@ def _files(folder: Path) -> tuple[list[_File], list[str]]:
     found, remarks = [], []
     for file in _walk(folder):
         path = file.relative_to(folder).as_posix()
-        why = no_file(file)
+        why = "" if file.suffix.lower() == ".zarr" and file.is_dir() else no_file(file)
         if odd := odd_signs(path):
             why = f"has {odd} in its name; rename it"
         elif any("\ud800" <= sign <= "\udfff" for sign in path):
@@ -176,9 +176,11 @@ def _files(folder: Path) -> tuple[list[_File], list[str]]:
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    """What has the ending of a record, also in folders below that are not hidden."""
+    """What has the ending of a record, also in folders below that are neither hidden nor such."""
     for place, folders, _ in os.walk(folder):
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        folders[:] = sorted(
+            name for name in folders if not name.startswith(".") and not name.endswith(".zarr")
+        )
         yield from record_files(place)
 
 

@@ -20,10 +20,11 @@ OTHER_KINDS = {
     ".cff": (read_comtrade, "a COMTRADE record", "comtrade"),
     ".nc": (read_grid, "a NetCDF file", "netcdf"),
     ".nc4": (read_grid, "a NetCDF file", "netcdf"),
+    ".zarr": (read_grid, "a Zarr store", "netcdf"),
 }
 """What is no text, by ending: its reader, its name, and the extra of this package that it needs."""
 
-_INSTEAD = dict.fromkeys((".xls", ".xlsb", ".ods"), ".xlsx") | {".zarr": ".nc"}
+_OLD = (".xls", ".xlsb", ".ods")
 
 
 def read_columns(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
@@ -50,8 +51,8 @@ def is_other_kind(file: str | Path) -> bool:
         RejectedCurveError: If it is of a kind that cannot be read.
     """
     ending = Path(file).suffix.lower()
-    if other := _INSTEAD.get(ending):
-        raise RejectedCurveError(file, f"is of a kind that cannot be read; save it as {other}")
+    if ending in _OLD:
+        raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
     return ending in OTHER_KINDS
 
 
