@@ -1,4 +1,4 @@
-"""`breaker report`: a test report of a visit, to leave with the breaker."""
+"""`breaker report`: write a test report of a visit."""
 
 import argparse
 import re
@@ -8,7 +8,7 @@ from math import isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.cli.named import MOTIONS, add_path, each_once, is_folder
+from breaker.cli.named import MOTIONS, SEVERAL, add_path, each_once, is_folder
 from breaker.cli.outputs import check_outputs, whole, write_lines
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
@@ -30,25 +30,18 @@ _PRINTED = {"stroke", "over_travel", "wipe", "speed", "closing_time", "opening_t
 _SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
 
 
-def add(commands) -> argparse.ArgumentParser:
-    report = commands.add_parser(
-        "report",
-        help="write a test report of a visit",
-        description="Write the report of a visit to one breaker: what is measured of each channel "
-        "and motion against limits, what poles differ by, what has changed since the visit before, "
-        "what the model adds, and the curves. A file may hold O, C, C-O or O-C-O, and several "
-        "channels, which are phases or poles. The status is 1 if no record could be used.",
-    )
-    report.set_defaults(run=_run)
+def add(report: argparse.ArgumentParser) -> None:
+    """Write the report of a visit to one breaker: what is measured of each channel and motion
+    against limits, what poles differ by, what has changed since the visit before, what the model
+    adds, and the curves. A file may hold O, C, C-O or O-C-O, and several channels, which are phases
+    or poles. The status is 1 if no record could be used.
+    """
     add_path(report, "files", "FILE", "a record of the visit, or a folder of them", nargs="+")
     add_path(report, "--output", "PDF|HTML", "write the report there", required=True)
-    several = {"nargs": "+", "action": "extend", "default": []}
-    add_path(report, "--before", "FILE", "records of the visit before", **several)
-    report.add_argument(
-        "--channel", help="columns of travel (default: all that move)", metavar="NAME", **several
-    )
+    add_path(report, "--before", "FILE", "records of the visit before", **SEVERAL)
+    what = "columns of travel (default: all that move)"
+    report.add_argument("--channel", help=what, metavar="NAME", **SEVERAL)
     add_reference(report)
-    return report
 
 
 def _run(options: argparse.Namespace) -> int:
