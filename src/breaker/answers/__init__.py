@@ -20,14 +20,14 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "tables": ["Cell", "Table"],
         "reported": ["Report", "report_of"],
         "overlays": ["TOLERANCE", "Overlay", "overlaid"],
-        "changed": ["VERDICT_WORDS", "Compared", "changes", "compare", "measured_changes"],
+        "changed": ["VERDICT_WORDS", "changes", "compare", "measured_changes"],
         "drawn": ["Curve", "Marked", "Panel", "Shown", "shown"],
         "trees": ["tree"],
         "documents": ["document", "table_of"],
-        "visited": ["visits_document", "visits_in_words"],
+        "visited": ["visits_document", "visits_in_words", "visits_said"],
         "words": ["in_words"],
         # The prior of a type.
-        "checks": ["Finding", "check_fitted"],
+        "checks": ["check_fitted"],
         "fitted": [
             "SWINGING",
             "FittedPrior",
@@ -39,7 +39,6 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         ],
         "recorded": ["Recorded", "read_breakers"],
         "spread": ["Fit", "Spread", "find_spread", "fit_breaker"],
-        "stated": ["stated_of"],
         "writing": ["overlay_of", "overlay_text", "report"],
     },
 )

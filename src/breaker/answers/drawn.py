@@ -10,9 +10,9 @@ from breaker.answers.answer import Answer, Given
 from breaker.answers.overlays import Overlay
 from breaker.family import PARTS
 from breaker.files import printable
-from breaker.mechanism import Point, in_p
+from breaker.mechanism import in_p
 from breaker.model import generator
-from breaker.records import SHAPE_TIMES
+from breaker.records import SHAPE_TIMES, Reading
 
 __all__ = ["Curve", "Marked", "Panel", "Shown", "panel_of", "shown"]
 
@@ -180,33 +180,17 @@ def _marked(answer: Answer) -> Marked:
     """The curve of a record, and its marks."""
     record, raw = answer.record, answer.record.raw
     time, left = raw.time[raw.inside], raw.left
-    switching, timed = raw.contact.time, record.timed
-    if not timed and answer.draws is not None:
-        switching = record.tenth + float(np.median(answer.draws.switching[record.motion]))
     known = np.isfinite(left)
 
     def place(at: float) -> tuple[float, float]:
         return at, float(np.interp(at, time[known], left[known])) if np.isfinite(at) else np.nan
 
     sign = 1.0 if record.motion == "closing" else -1.0
-    way = np.where(known, sign * (left - raw.segment.before), -np.inf)
-    level = sign * (place(switching)[1] - raw.segment.before)
-
-    def point(each: Point) -> float:
-        """Time of a point of a speed."""
-        if each.unit == "ms":
-            return switching + each.amount + each.later
-        stroke = raw.segment.stroke
-        goal = each.amount / 100.0 * stroke if each.unit == "%" else level + each.amount
-        if each.rest:
-            goal = each.amount if each.amount > 0.0 else stroke + each.amount
-        passed = (way >= goal) & (time >= raw.moves)
-        return float(time[passed.argmax()]) + each.later if passed.any() else np.nan
-
-    shown = [each for each in answer.speeds if each.motion == record.motion]
-    shown = [each for each in shown if not answer.measured[each.name].reason]
-    ends = [each for speed in shown for each in (speed.start, speed.end)]
-    times = [point(each) for each in ends if not each.of_event or each.amount or each.later]
+    reading = Reading(raw, answer.contact)
+    own = [each for each in answer.speeds if each.motion == record.motion]
+    own = [each for each in own if not answer.measured[each.name].reason]
+    ends = [each for speed in own for each in (speed.start, speed.end)]
+    points = [reading.place(e) for e in ends if not e.of_event or e.amount or e.later]
     span = raw.moves - _BEFORE * record.shape.duration, raw.moves + _AFTER * record.shape.duration
     near = (time >= span[0]) & (time <= span[1])
     return Marked(
@@ -214,8 +198,8 @@ def _marked(answer: Answer) -> Marked:
         time[near],
         left[near],
         place(raw.moves),
-        place(switching),
-        timed,
+        place(answer.contact.time),
+        record.timed,
         (raw.segment.before, raw.segment.after),
-        [place(at) for at in times if np.isfinite(at)],
+        [(at.value, sign * level.value) for at, level in points],
     )
