@@ -4,7 +4,7 @@ import argparse
 import re
 from collections.abc import Mapping, Sequence
 from io import BytesIO
-from math import isnan, nan
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,8 +23,6 @@ _BESIDE = {  # and of the test, by words in its name
     "Temperature": r"temperat|\btemp\b",
     "Operator": r"\boperator\b|tested by|engineer|prüfer|opérateur|operador|technici",
 }
-# What analysers print by the definition of the house.
-_PRINTED = {"stroke", "over_travel", "wipe", "speed", "closing_time", "opening_time"}
 # Beside those of the configuration, which may need the contact: any record shows them.
 _SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
 
@@ -235,14 +233,13 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
             phase = phase_in(each.channel) or each.channel
             if phase not in phases and 0 <= place < len(phases):
                 phase = phases[place]
-            size = each.size if each.quantity in _PRINTED else nan
             for motion in meant_motions(each, (record.motion for record in own)):
-                name = measured_name(each, motion) or each.quantity
+                name = measured_name(each, motion)
                 odd = each.quantity == "speed" and speeds.get(motion) != tuple(
                     points.get(name) or ()
                 )
-                if not isnan(size):
-                    value = each.value * size, "other points" * odd
+                if name and not isnan(each.size):
+                    value = each.value * each.size, "other points" * odd
                     found.setdefault((printable(file), motion, phase, name), value)
     return found
 
