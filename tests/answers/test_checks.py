@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from breaker.answers.checks import _far_limits, check_fitted
-from breaker.answers.fits import Fit
 from breaker.answers.fitted import FittedPrior, precision_of
-from breaker.answers.spread import find_spread
+from breaker.answers.spread import Fit, find_spread
 from breaker.mechanism.limits import Limit
 from breaker.mechanism.size import Size
 from breaker.model.prior import Prior

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from breaker.answers.fits import fit_breaker
+from breaker.answers.spread import fit_breaker
 from breaker.mechanism.size import powers
 from breaker.model.randomness import generator
 

@@ -6,10 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from breaker.answers.fits import fit_breaker
 from breaker.answers.fitted import fit_type, precision_of, wear_allowance
 from breaker.answers.recorded import Recorded, read_breakers
-from breaker.answers.spread import Spread
+from breaker.answers.spread import Spread, fit_breaker
 from breaker.family.membership import Match
 from breaker.model.randomness import generator
 from breaker.workflow.magnitudes import UNLIKE

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.answers import spread
-from breaker.answers.fits import Fit
+from breaker.answers.spread import Fit
 from breaker.model.randomness import generator
 
 TYPES, BREAKERS, P = 40, 4, 7

@@ -10,7 +10,7 @@ from breaker.answers.operations import Record
 from breaker.family import LevelDraws, Levels, Match
 from breaker.files import SWITCHING
 from breaker.mechanism import MOTIONS, NAMES, UNIT, Size, Speed, powers
-from breaker.records import SHAPE_TIMES, Measured
+from breaker.records import SHAPE_TIMES, Contact, Measured
 
 if TYPE_CHECKING:
     from breaker.model import Prior
@@ -117,6 +117,16 @@ class Answer:
     def far_from_prior(self) -> bool:
         """Whether a given prior hardly holds the drive."""
         return self.prior_p_value < _IMPROBABLE
+
+    @property
+    def contact(self) -> Contact:
+        """The contact of the record, with the inferred touch or parting where none was timed."""
+        contact = self.record.raw.contact
+        if self.record.timed or self.draws is None:
+            return contact
+        switching = self.draws.switching[self.record.motion]
+        at = self.record.tenth + float(np.median(switching))
+        return contact._replace(time=at, sd=float(switching.std()))
 
     @property
     def after_release(self) -> np.ndarray:

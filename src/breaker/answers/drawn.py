@@ -1,22 +1,24 @@
-"""What a picture of answers shows: a record of each motion, and the posteriors of all."""
+"""What pictures of answers show: a record of each motion, posteriors, and curves with marks."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.answers.answer import Answer, Given
+from breaker.answers.overlays import Overlay
 from breaker.family import PARTS
 from breaker.files import printable
 from breaker.mechanism import in_p
 from breaker.model import generator
-from breaker.records import SHAPE_TIMES
+from breaker.records import SHAPE_TIMES, Reading
 
-__all__ = ["Curve", "Shown", "shown"]
+__all__ = ["Curve", "Marked", "Panel", "Shown", "panel_of", "shown"]
 
 _PRIOR = 1000  # draws
 _MOST = 30  # operations of which posteriors are shown
+_BEFORE, _AFTER = 1.0, 8.0  # of the durations about the first motion, what a panel shows
 
 
 class Curve(NamedTuple):
@@ -123,4 +125,81 @@ def _curve(answer: Answer) -> Curve:
         left=left,
         usual=usual,
         switching=none if answer.draws is None else after + answer.draws.switching[record.motion],
+    )
+
+
+# ---- panels of a report --------------------------------------------------------------------------
+
+
+class Marked(NamedTuple):
+    """A channel's curve with its marks.
+
+    Attributes:
+        phase: Name of the channel.
+        time, travel: The record, ms of the file and mm.
+        moves: Time of the first motion, ms, and travel there, mm.
+        switching: The same of touch or parting, nan if not known.
+        timed: Whether that was measured.
+        rests: Travel before and after the motion, mm.
+        points: Times and travels of the points of speeds.
+    """
+
+    phase: str
+    time: np.ndarray
+    travel: np.ndarray
+    moves: tuple[float, float]
+    switching: tuple[float, float]
+    timed: bool
+    rests: tuple[float, float]
+    points: list[tuple[float, float]]
+
+
+class Panel(NamedTuple):
+    """One motion of all channels, and these over a good record, if there is one."""
+
+    title: str
+    motion: str
+    curves: list[Marked]
+    overlays: list[Overlay]
+
+
+def panel_of(answers: Sequence[Answer], overlays: Iterable[Overlay], title: str) -> Panel:
+    """Return the panel of one motion of an operation.
+
+    Args:
+        answers: Of its channels.
+        overlays: Of all motions.
+    """
+    operation, motion = answers[0].record.operation, answers[0].record.motion
+    key = str(operation.file), operation.number, motion
+    own = [each for each in overlays if (each.file, each.operation, each.motion) == key]
+    return Panel(title, motion, [_marked(answer) for answer in answers], own)
+
+
+def _marked(answer: Answer) -> Marked:
+    """The curve of a record, and its marks."""
+    record, raw = answer.record, answer.record.raw
+    time, left = raw.time[raw.inside], raw.left
+    known = np.isfinite(left)
+
+    def place(at: float) -> tuple[float, float]:
+        return at, float(np.interp(at, time[known], left[known])) if np.isfinite(at) else np.nan
+
+    sign = 1.0 if record.motion == "closing" else -1.0
+    reading = Reading(raw, answer.contact)
+    own = [each for each in answer.speeds if each.motion == record.motion]
+    own = [each for each in own if not answer.measured[each.name].reason]
+    ends = [each for speed in own for each in (speed.start, speed.end)]
+    points = [reading.place(e) for e in ends if not e.of_event or e.amount or e.later]
+    span = raw.moves - _BEFORE * record.shape.duration, raw.moves + _AFTER * record.shape.duration
+    near = (time >= span[0]) & (time <= span[1])
+    return Marked(
+        record.operation.phase,
+        time[near],
+        left[near],
+        place(raw.moves),
+        place(answer.contact.time),
+        record.timed,
+        (raw.segment.before, raw.segment.after),
+        [(at.value, sign * level.value) for at, level in points],
     )

@@ -6,10 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from breaker.answers.fits import Fit, fit_breaker
 from breaker.answers.judgement import NORMAL
 from breaker.answers.recorded import Recorded
-from breaker.answers.spread import Spread, find_spread
+from breaker.answers.spread import Fit, Spread, find_spread, fit_breaker
 from breaker.mechanism import NAMES, PARAMETERS, Size, powers, travel
 from breaker.model import Prior, Sensor, generator
 from breaker.shipped import DEFAULTS

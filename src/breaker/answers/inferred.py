@@ -139,12 +139,6 @@ def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
 
 def _measured(answer: Answer) -> Answer:
     """Read what the record shows, at the inferred touch where none was timed."""
-    record, contact = answer.record, answer.record.raw.contact
-    if answer.draws is not None and not record.timed:
-        switching = answer.draws.switching[record.motion]
-        at = record.tenth + float(np.median(switching))
-        contact = contact._replace(time=at, sd=float(switching.std()))
-    remarks = [*filter(None, record.raw.remarks_on()), *answer.remarks]
-    return replace(
-        answer, measured=record.raw.measured(answer.speeds, contact), remarks=tuple(remarks)
-    )
+    raw = answer.record.raw
+    remarks = (*filter(None, raw.remarks_on()), *answer.remarks)
+    return replace(answer, measured=raw.measured(answer.speeds, answer.contact), remarks=remarks)

@@ -4,8 +4,8 @@ from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
 
-from breaker.answers.cells import Cell, Table
 from breaker.answers.reported import Report
+from breaker.answers.tables import Cell, Table
 
 __all__ = ["report_page"]
 

@@ -9,11 +9,12 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from breaker.answers.operations import read_operations
 from breaker.answers.words import differs_in_words
-from breaker.family import Levels, Match, NormalisedRecords, choose_family, normalise_record
+from breaker.family import Levels, Match, NormalisedRecords, choose_family
 from breaker.files import MANIFEST, Operation, list_operations, printable, read_manifest
 from breaker.mechanism import Size, in_p
-from breaker.records import Raw, read_raws
+from breaker.records import Raw
 
 __all__ = ["Recorded", "Span", "read_breakers"]
 
@@ -157,18 +158,13 @@ def read_breakers(
         for name, listed in _listed(folders, motion, troubles).items():
             some = [listed[i] for i in _spread(len(listed))]
             left_out += len(listed) - len(some)
-            for each, raw in zip(some, read_raws(some, settings, motion)[0], strict=True):
-                if not isinstance(raw, Raw):
-                    rejected.append(str(raw))
+            for each in read_operations({motion: some}, settings):
+                if each.reason:
+                    rejected.append(each.reason)
                     continue
-                try:
-                    seen = normalise_record(raw)[1]
-                except ValueError as error:
-                    rejected.append(f"{each.file}: {error}")
-                    continue
-                of = each.number, each.phase, os.path.dirname(each.file)
-                found[name][of][motion] = seen
-                spans[motion].append(Span.of(raw))
+                one = each.operation
+                found[name][one.number, one.phase, os.path.dirname(one.file)][motion] = each.seen
+                spans[motion].append(Span.of(each.raw))
     if not found and not rejected:
         raise FileNotFoundError(_none(folders, troubles))
     if not found:

@@ -8,11 +8,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from breaker.answers.answer import Answer
-from breaker.answers.cells import RESULTS, Cell, Table, few, named, some_of
 from breaker.answers.documents import document as document_of
-from breaker.answers.measured_tables import Group, measured_table
-from breaker.answers.model_tables import changes_table, model_table
-from breaker.answers.panels import Panel, panel_of
+from breaker.answers.drawn import Panel, panel_of
+from breaker.answers.tables import (
+    RESULTS,
+    Cell,
+    Table,
+    changes_table,
+    few,
+    measured_table,
+    model_table,
+    named,
+    some_of,
+)
 from breaker.files import natural
 
 __all__ = ["Report", "report_of"]
@@ -55,11 +63,9 @@ def report_of(
     phases = list(dict.fromkeys(map(_phase, entries)))
     tables, panels = [], []
     for own in _motions(pairs):
-        entry = own[0][1]
-        channels = {_phase(each): each for _, each in own}
-        group = Group(_title(entry), entry["file"], entry["motion"], channels)
-        tables.append(measured_table(group, beside.get("printed", {})))
-        panels.append(panel_of([each for each, _ in own], beside.get("overlays", ()), group.title))
+        title, channels = _title(own[0][1]), {_phase(each): each for _, each in own}
+        tables.append(measured_table(title, channels, beside.get("printed", {})))
+        panels.append(panel_of([each for each, _ in own], beside.get("overlays", ()), title))
     lines = [*beside.get("rejected", ()), *(e["reason"] for e in found if not e["accepted"])]
     if lines:
         tables.append(Table("Not read", (), [], few(list(dict.fromkeys(lines)))))

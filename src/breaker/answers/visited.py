@@ -10,7 +10,7 @@ from breaker.answers.documents import plainly
 from breaker.answers.words import limit_lines, wrapped
 from breaker.mechanism import in_digits, in_p
 
-__all__ = ["change_words", "label_of", "visits_document", "visits_in_words"]
+__all__ = ["change_words", "label_of", "visits_document", "visits_in_words", "visits_said"]
 
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
@@ -186,14 +186,19 @@ def label_of(row: Mapping) -> str:
     return row["name"] if named else f"{row['name']} ({motion})"
 
 
-def visits_in_words(document: Mapping) -> str:
-    """Return a document as text for a terminal of 100 columns."""
+def visits_said(document: Mapping) -> tuple[list[str], list[str]]:
+    """Return what is to be said first of a comparison, and how far it can be trusted."""
     counts = [
         f"{motion} {each['before']} before, {each['today']} today"
         for motion, each in document["records"].items()
     ]
-    said = [*document["warnings"], *document["headline"].split("\n"), *document["trust"]]
-    said.append(f"records: {'; '.join(counts)}")
+    first = [*document["warnings"], *document["headline"].split("\n")]
+    return first, [*document["trust"], f"records: {'; '.join(counts)}"]
+
+
+def visits_in_words(document: Mapping) -> str:
+    """Return a document as text for a terminal of 100 columns."""
+    said = [each for some in visits_said(document) for each in some]
     said += [
         f"rejected: {each['visit']}: {each['file']}: {each['reason']}"
         for each in document["rejected"]

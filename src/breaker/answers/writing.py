@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from textwrap import wrap
 
 import numpy as np
 import yaml
@@ -10,6 +9,7 @@ import yaml
 from breaker.answers.checks import Finding
 from breaker.answers.fitted import FittedPrior
 from breaker.answers.recorded import Recorded, Span
+from breaker.answers.words import wrapped
 from breaker.family import Levels
 from breaker.mechanism import MOTIONS, NAMES, PARAMETERS, Parameter, in_digits
 from breaker.model import Sensor
@@ -18,7 +18,6 @@ from breaker.workflow import read
 
 __all__ = ["grid_within", "overlay_of", "overlay_text", "report"]
 
-_WIDTH = 98  # signs of a line, two less than a terminal has
 # mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.
 _LEFT_OUT = 0.02
 _REST = 2.0  # times the longest motion, after which the rest tells no more
@@ -171,13 +170,11 @@ def _table(fitted: FittedPrior) -> list[str]:
 
 def _checked(checks: Mapping[str, Sequence[Finding]], recorded: Recorded) -> list[str]:
     """What checks found, and which records were rejected."""
-    look = {"break_long_words": False, "break_on_hyphens": False, "subsequent_indent": "    "}
     lines = []
     for name, findings in checks.items():
         lines.append(f"{name}:")
         for text, good in findings:
-            first = "  " if good else "  WARNING: "
-            lines += wrap(text, _WIDTH, initial_indent=first, **look)
+            lines += wrapped(text, "  " if good else "  WARNING: ")
     if rejected := recorded.rejected:
         lines += ["", f"rejected records: {len(rejected)}", *map("  {}".format, rejected)]
     return lines

@@ -1,7 +1,7 @@
 """The command `breaker`: what one wants of files without the workflow.
 
 Each command is a module with ``add``, its options, and a function that writes, prints and returns
-the exit status: 0, or 1 where it failed.
+the exit status: 0, or 1 where it failed. Its help is the docstrings of the module and of ``add``.
 """
 
 import sys

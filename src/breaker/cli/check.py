@@ -8,17 +8,11 @@ from breaker.cli.settings import settings_of
 __all__ = ["add"]
 
 
-def add(commands) -> argparse.ArgumentParser:
-    check = commands.add_parser(
-        "check",
-        help="say which records of a folder will be accepted",
-        description="Read all records of a folder as the workflow will, and print what is "
-        "accepted, what is doubtful, and why the rest is rejected. The status is 1 if nothing of a "
-        "motion is accepted.",
-    )
-    check.set_defaults(run=_run)
+def add(check: argparse.ArgumentParser) -> None:
+    """Read all records of a folder as the workflow will, and print what is accepted, what is
+    doubtful, and why the rest is rejected. The status is 1 if nothing of a motion is accepted.
+    """
     add_path(check, "folder", "FOLDER", "folder of the curve files")
-    return check
 
 
 def _run(options: argparse.Namespace) -> int:

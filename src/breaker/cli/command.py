@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from breaker import __version__
 from breaker.cli import check, compare, fit_prior, infer, inspect, manifest, report
-from breaker.cli.named import add_path
+from breaker.cli.named import SEVERAL, add_path
 from breaker.cli.settings import PROJECT
 from breaker.workflow import ConfigurationError, missing_packages, set_threads
 
@@ -120,16 +120,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"breaker {__version__}")
     parser.set_defaults(smaller="name fewer files, or lower endurance.draws")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for each in (
-        inspect,
-        manifest,
-        check,
-        infer,
-        compare,
-        report,
-        fit_prior,
-    ):  # in the order of --help
-        what = f"configuration files, laid over {PROJECT} if there is one, or the defaults"
-        several = {"nargs": "+", "action": "extend", "default": []}
-        add_path(each.add(commands), "--config", "YAML", what, **several)
+    what = f"configuration files, laid over {PROJECT} if there is one, or the defaults"
+    modules = inspect, manifest, check, infer, compare, report, fit_prior  # as --help has them
+    for each in modules:
+        name, _, about = each.__doc__.removesuffix(".").removeprefix("`breaker ").partition("`: ")
+        command = commands.add_parser(name, help=about, description=each.add.__doc__)
+        command.set_defaults(run=each._run)
+        each.add(command)
+        add_path(command, "--config", "YAML", what, **SEVERAL)
     return parser

@@ -1,14 +1,13 @@
-"""`breaker compare`: what has changed in a drive between two visits of few records."""
+"""`breaker compare`: compare two visits to a drive."""
 
 import argparse
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import getitem
 
-from breaker.cli.named import add_choice, add_path, operations_of, percent
-from breaker.cli.outputs import check_outputs, whole
+from breaker.cli.named import SEVERAL, add_choice, add_path, operations_of, percent
+from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
@@ -17,22 +16,16 @@ _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
 
 
-def add(commands) -> argparse.ArgumentParser:
-    compare = commands.add_parser(
-        "compare",
-        help="compare two visits to a drive",
-        description="Compare two visits to one drive, years apart, of a few records each (one is "
-        "enough): what is measured then and now, which parameters have changed, by how much, and "
-        "how probable no change and one beyond 5 % are. The status is 1 if nothing was compared.",
-    )
-    compare.set_defaults(run=_run)
+def add(compare: argparse.ArgumentParser) -> None:
+    """Compare two visits to one drive, years apart, of a few records each (one is enough): what is
+    measured then and now, which parameters have changed, by how much, and how probable no change
+    and one beyond 5 % are. The status is 1 if nothing was compared.
+    """
     add_path(compare, "before", "BEFORE", "records of the first visit, or their folder", nargs="+")
-    several = {"nargs": "+", "action": "extend", "required": True}
-    add_path(compare, "--today", "TODAY", "those of the second visit", **several)
+    add_path(compare, "--today", "TODAY", "those of the second visit", **SEVERAL, required=True)
     for visit in _VISITS:
         what = f"configuration files of the visit {visit} alone, laid over the others"
-        more = {"nargs": "+", "action": "extend", "default": []}
-        add_path(compare, f"--config-{visit}", "YAML", what, **more)
+        add_path(compare, f"--config-{visit}", "YAML", what, **SEVERAL)
     add_choice(compare)
     compare.add_argument(
         "--beyond",
@@ -43,7 +36,6 @@ def add(commands) -> argparse.ArgumentParser:
     )
     compare.add_argument("--json", action="store_true", help="print one JSON document")
     add_path(compare, "--plot", "PNG", "draw the comparison there")
-    return compare
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -69,14 +61,13 @@ def _run(options: argparse.Namespace) -> int:
         beyond=options.beyond,
         limits=limits_of(config, options.config),
     )
+    written = []
     if options.plot:
         from breaker.figures import visits
 
-        with whole(options.plot) as part:
-            visits.visits(document).savefig(part)
+        written.append(draw(visits.visits(document), options.plot))
     print(json.dumps(document) if options.json else visits_in_words(document))
-    if options.plot:
-        print(f"drawn in {options.plot}", file=sys.stderr if options.json else sys.stdout)
+    say_written(written, options.json)
     return 0
 
 

@@ -1,31 +1,25 @@
-"""`breaker fit-prior`: a prior for a type of breaker from records of some of its breakers."""
+"""`breaker fit-prior`: fit the prior of a type of breaker."""
 
 import argparse
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from breaker.cli.named import add_path, each_once
-from breaker.cli.outputs import check_outputs, whole, write_lines
+from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add"]
 
 
-def add(commands) -> argparse.ArgumentParser:
-    fit_prior = commands.add_parser(
-        "fit-prior",
-        help="fit the prior of a type of breaker",
-        description="Fit the prior of a type of breaker to records of some of its breakers: "
-        "medians, and spread with room for wear. Prints checks of it and the lines of "
-        "configuration that hold it, which `breaker infer --config` and the workflow take as they "
-        "are.",
-    )
-    fit_prior.set_defaults(run=_run)
+def add(fit_prior: argparse.ArgumentParser) -> None:
+    """Fit the prior of a type of breaker to records of some of its breakers: medians, and spread
+    with room for wear. Prints checks of it and the lines of configuration that hold it, which
+    `breaker infer --config` and the workflow take as they are.
+    """
     what = "folder of the records of one breaker, or of several with a table operations.csv"
     add_path(fit_prior, "folders", "FOLDER", what, nargs="+")
     add_path(fit_prior, "--output", "YAML", "write the lines there")
     add_path(fit_prior, "--plot", "PNG", "draw the prior there")
-    return fit_prior
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -68,20 +62,14 @@ def _run(options: argparse.Namespace) -> int:
     limits = from_list(limits, recorded.motions, speeds, of=["model"])
     checks = check_fitted(fitted, recorded, limits, seed, least)
     text = overlay_text(overlay, recorded, checks)
-    if options.output:
-        write_lines(options.output, text)
+    lines = "The lines of configuration:\n\n" + text.removesuffix("\n")
+    written = [write_lines(options.output, text) if options.output else lines]
     if options.plot:
         from breaker.figures import fitted_prior
 
-        with whole(options.plot) as part:
-            fitted_prior.fitted_prior(fitted.to_dataset()).savefig(part)
-    print(report(recorded, fitted, checks))
-    if options.output:
-        print(f"\nwritten to {options.output}")
-    else:
-        print(f"\nThe lines of configuration:\n\n{text}", end="")
-    if options.plot:
-        print(f"drawn in {options.plot}")
+        written.append(draw(fitted_prior.fitted_prior(fitted.to_dataset()), options.plot))
+    print(report(recorded, fitted, checks), end="\n\n")
+    say_written(written)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""`breaker infer`: infer the records of a drive."""
+"""`breaker infer`: infer the state of a drive from its records."""
 
 import argparse
 import json
@@ -7,9 +7,8 @@ import shlex
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 
-from breaker.cli.named import MOTIONS, add_choice, add_path, operations_of
-from breaker.cli.outputs import check_outputs, whole, write_lines
-from breaker.cli.reference import add_reference, overlays_of
+from breaker.cli.named import SEVERAL, add_choice, add_path, operations_of
+from breaker.cli.outputs import check_outputs, draw, say_written, whole, write_lines
 from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add", "families"]
@@ -17,17 +16,12 @@ __all__ = ["add", "families"]
 _FACTORS = (0.01, 100.0)  # of a size, as in the configuration
 
 
-def add(commands) -> argparse.ArgumentParser:
-    infer = commands.add_parser(
-        "infer",
-        help="infer the state of a drive from its records",
-        description="Infer the drive in curve files, all of one breaker: parameters, times, speeds "
-        "and ways with their intervals, whether the records are of the family of drives that the "
-        "networks know, and whether limits are exceeded. Works in any folder, for drives of any "
-        "size. A file may hold a closing, an opening or both. The status is 1 if nothing was "
-        "inferred.",
-    )
-    infer.set_defaults(run=_run)
+def add(infer: argparse.ArgumentParser) -> None:
+    """Infer the drive in curve files, all of one breaker: parameters, times, speeds and ways with
+    their intervals, whether the records are of the family of drives that the networks know, and
+    whether limits are exceeded. Works in any folder, for drives of any size. A file may hold a
+    closing, an opening or both. The status is 1 if nothing was inferred.
+    """
     add_path(infer, "files", "FILE", "a record, or a folder of records of one breaker", nargs="+")
     add_choice(infer)
     infer.add_argument(
@@ -37,23 +31,14 @@ def add(commands) -> argparse.ArgumentParser:
         metavar=("LENGTHS", "TIMES"),
         help="the drive's size beside that of the reference drive, if it is known",
     )
-    infer.add_argument(
-        "--known",
-        nargs="+",
-        action="extend",
-        type=_fact,
-        default=[],
-        metavar="NAME=VALUE:SD",
-        help="what is known of a parameter, the wipe, or the time of touch or parting, such as "
-        "mu=2.4:0.07 or wipe=3.5:0.3",
-    )
+    what = "what is known of a parameter, the wipe, or the time of touch or parting, such as "
+    what += "mu=2.4:0.07 or wipe=3.5:0.3"
+    infer.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
     add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
     infer.add_argument("--json", action="store_true", help="print one JSON document")
     add_path(infer, "--output", "CSV", "write a table there, with all columns")
-    add_path(infer, "--plot", "PNG", "draw the answer there, or with --reference the overlay")
-    add_reference(infer)
+    add_path(infer, "--plot", "PNG", "draw the answer there")
     add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
-    return infer
 
 
 def _factor(text: str) -> float:
@@ -89,8 +74,7 @@ def _run(options: argparse.Namespace) -> int:
     if models := [each for each in options.files if each.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
     outputs = [(options.output, "table"), (options.plot, "picture"), (options.draws, "store")]
-    beside = filter(None, [options.model, options.reference])
-    check_outputs(outputs, [*options.files, *beside, *options.config])
+    check_outputs(outputs, [*options.files, *filter(None, [options.model]), *options.config])
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     endurance = config["endurance"]
@@ -104,7 +88,6 @@ def _run(options: argparse.Namespace) -> int:
     settings["seed"] = config["seed"]
     networks = families(options.model)
     records = read_operations(operations, endurance["format"], loose=loose)
-    overlays = overlays_of(records, _reference(options, endurance["format"]), options)
     answers = infer_drive(records, networks, given, config["speeds"], settings)
     speeds = next((each.speeds for each in answers if each.speeds), ())
     limits = from_list(limits, [*operations], speeds) if speeds else []
@@ -113,20 +96,15 @@ def _run(options: argparse.Namespace) -> int:
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     about = {"size": given.size and vars(given.size), "words": words}
     found = document(answers, verdicts, about, settings | {"known": dict(given.known)})
-    if overlays:
-        found["reference"] = [each.values for each in overlays]
     rejected = [each for each in found["records"] if not each["accepted"]]
     nothing = len(rejected) == len(found["records"])
-    written = [] if nothing else _write(answers, given, found, overlays, options)
+    written = [] if nothing else _write(answers, given, found, options)
     print(json.dumps(found) if options.json else in_words(found))
-    for each in [] if options.json else overlays:
-        print(f"\n{each.title}: {each.words}")
     if rejected:
         read = {each["file"] for each in found["records"] if each["accepted"]}
         unread = sorted({each["file"] for each in rejected} - read)
         _say_remedy(rejected, unread, nothing=nothing)
-    for text in written:  # beside a JSON document, not in it
-        print(text, file=sys.stderr if options.json else sys.stdout)
+    say_written(written, options.json)
     return int(nothing)
 
 
@@ -166,18 +144,6 @@ def _given(options: argparse.Namespace, config: Mapping) -> tuple:
     return Given(Size(**config["size"]), prior, known), ["prior and size are the configuration's"]
 
 
-def _reference(options: argparse.Namespace, form: Mapping) -> list:
-    """What is read of the good record, if one is named."""
-    if options.reference is None:
-        return []
-    from breaker.answers import read_operations
-    from breaker.files import Operation
-
-    operations = [Operation(1, options.reference, channel=options.channel)]
-    motions = [options.motion] if options.motion else MOTIONS
-    return read_operations(dict.fromkeys(motions, operations), form, loose=True)
-
-
 def families(model: str | None) -> Iterable:
     """The networks of families, in the order in which they are tried; opened when they are."""
     from breaker.family import Levels, open_network, shipped_networks
@@ -205,15 +171,13 @@ def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: 
     print(f"breaker: {what}{remedy}", file=sys.stderr)
 
 
-def _write(answers: Sequence, given, found: Mapping, overlays: Sequence, options) -> list[str]:
+def _write(answers: Sequence, given, found: Mapping, options: argparse.Namespace) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
-    seed = found["settings"]["seed"]
-    written = []
+    seed, written = found["settings"]["seed"], []
     if options.output:
         from breaker.answers import table_of
 
-        write_lines(options.output, table_of(found))
-        written.append(f"written to {options.output}")
+        written.append(write_lines(options.output, table_of(found)))
     if options.draws:
         from breaker.answers import tree
 
@@ -223,14 +187,8 @@ def _write(answers: Sequence, given, found: Mapping, overlays: Sequence, options
         written.append(f"draws written to {options.draws}")
     if options.plot:
         from breaker.answers import shown
-        from breaker.figures import answer, overlay
+        from breaker.figures import answer
 
-        with whole(options.plot) as part:
-            drawn = (
-                overlay.overlay(overlays)
-                if overlays
-                else answer.answer(shown(answers, given, seed=seed))
-            )
-            drawn.savefig(part)
-        written.append(f"drawn in {options.plot}")
+        drawn = answer.answer(shown(answers, given, seed=seed))
+        written.append(draw(drawn, options.plot))
     return written

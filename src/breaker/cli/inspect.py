@@ -3,28 +3,24 @@
 import argparse
 
 from breaker.cli.named import add_path
-from breaker.cli.outputs import check_outputs, whole, write_lines
+from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.cli.settings import PROJECT, settings_of
 
 __all__ = ["add"]
 
 
-def add(commands) -> argparse.ArgumentParser:
-    inspect = commands.add_parser(
-        "inspect",
-        help="propose how to read a file",
-        description="Look at one file of unknown origin: how its text is written, which columns "
-        "are time and travel, and which motions they hold. Prints the lines of configuration that "
-        "read it, after reading it with them.",
-    )
-    inspect.set_defaults(run=_run, smaller="export the record with fewer channels")
+def add(inspect: argparse.ArgumentParser) -> None:
+    """Look at one file of unknown origin: how its text is written, which columns are time and
+    travel, and which motions they hold. Prints the lines of configuration that read it, after
+    reading it with them.
+    """
+    inspect.set_defaults(smaller="export the record with fewer channels")
     add_path(inspect, "file", "FILE", "a record as it was exported")
     inspect.add_argument(
         "--channel", default="", metavar="NAME", help="the column of travel, if there are several"
     )
     add_path(inspect, "--output", "YAML", "write the proposed lines there")
     add_path(inspect, "--plot", "PNG", "draw the record there")
-    return inspect
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -35,17 +31,12 @@ def _run(options: argparse.Namespace) -> int:
     sensor = settings_of(options.config)["sensor"]
     proposal = inspect_file(options.file, sensor, options.channel)
     overlay = overlay_of(proposal)
-    if options.output:
-        write_lines(options.output, overlay)
+    written = [write_lines(options.output, overlay)] if options.output else []
     if options.plot:
         from breaker.figures import record
 
-        with whole(options.plot) as part:
-            record.record(proposal).savefig(part)
+        written.append(draw(record.record(proposal), options.plot))
     print(report_of(proposal))
     print(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
-    if options.output:
-        print(f"written to {options.output}")
-    if options.plot:
-        print(f"drawn in {options.plot}")
+    say_written(written)
     return 0 if any(each.record for each in proposal.motions) else 1

@@ -1,34 +1,23 @@
-"""`breaker manifest`: propose the table of the operations in a folder."""
+"""`breaker manifest`: propose a table of the operations in a folder."""
 
 import argparse
 import sys
 
-from breaker.cli.named import add_path
+from breaker.cli.named import SEVERAL, add_path
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.settings import settings_of
 
 __all__ = ["add"]
 
 
-def add(commands) -> argparse.ArgumentParser:
-    manifest = commands.add_parser(
-        "manifest",
-        help="propose a table of the operations in a folder",
-        description="Propose the table operations.csv of a folder: which file is which operation. "
-        "What to check in it is printed beside it.",
-    )
-    manifest.set_defaults(run=_run)
+def add(manifest: argparse.ArgumentParser) -> None:
+    """Propose the table operations.csv of a folder: which file is which operation. What to check
+    in it is printed beside it.
+    """
     add_path(manifest, "folder", "FOLDER", "folder of the curve files")
     add_path(manifest, "--output", "CSV", "write the table there, if nothing is")
-    manifest.add_argument(
-        "--channels",
-        nargs="+",
-        action="extend",
-        default=[],
-        metavar="NAME",
-        help="columns of travel in each file",
-    )
-    return manifest
+    what = "columns of travel in each file"
+    manifest.add_argument("--channels", metavar="NAME", help=what, **SEVERAL)
 
 
 def _run(options: argparse.Namespace) -> int:

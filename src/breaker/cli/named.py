@@ -8,6 +8,7 @@ from pathlib import Path
 
 __all__ = [
     "MOTIONS",
+    "SEVERAL",
     "add_choice",
     "add_path",
     "each_once",
@@ -18,6 +19,9 @@ __all__ = [
 
 MOTIONS = ("closing", "opening")
 """Those that records may be of; here, so that a command's options are known before its imports."""
+
+SEVERAL = {"nargs": "+", "action": "extend", "default": []}
+"""Settings of an option that takes several values, and may be given several times."""
 
 
 def a_path(text: str) -> str:

@@ -12,7 +12,7 @@ from breaker.cli.settings import ADVANCED, PROJECT
 from breaker.shipped import DEFAULTS
 from breaker.stores import whole
 
-__all__ = ["check_outputs", "whole", "write_lines"]
+__all__ = ["check_outputs", "draw", "say_written", "whole", "write_lines"]
 
 _PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 _REPORTS = (".pdf", ".html")
@@ -139,7 +139,21 @@ def _is_store_of_draws(folder: Path) -> bool:
         return False
 
 
-def write_lines(name: str, text: str) -> None:
-    """Write lines to a file, whole or not at all."""
+def draw(figure, name: str) -> str:
+    """Write a figure to a file, whole or not at all, and return what to say of it."""
+    with whole(name) as part:
+        figure.savefig(part)
+    return f"drawn in {name}"
+
+
+def write_lines(name: str, text: str) -> str:
+    """Write lines to a file, whole or not at all, and return what to say of it."""
     with whole(name) as part:
         part.write_text(text, encoding="utf-8", newline="\n")
+    return f"written to {name}"
+
+
+def say_written(written: Iterable[str], as_json: bool = False) -> None:
+    """Print what was written, last: beside a JSON document, not in it."""
+    for text in written:
+        print(text, file=sys.stderr if as_json else sys.stdout)

@@ -1,16 +1,15 @@
-"""`breaker report`: a test report of a visit, to leave with the breaker."""
+"""`breaker report`: write a test report of a visit."""
 
 import argparse
 import re
 from collections.abc import Mapping, Sequence
 from io import BytesIO
-from math import isnan, nan
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.cli.named import MOTIONS, add_path, each_once, is_folder
+from breaker.cli.named import MOTIONS, SEVERAL, add_path, each_once, is_folder, percent
 from breaker.cli.outputs import check_outputs, whole, write_lines
-from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
 
 if TYPE_CHECKING:
@@ -24,31 +23,25 @@ _BESIDE = {  # and of the test, by words in its name
     "Temperature": r"temperat|\btemp\b",
     "Operator": r"\boperator\b|tested by|engineer|prüfer|opérateur|operador|technici",
 }
-# What analysers print by the definition of the house.
-_PRINTED = {"stroke", "over_travel", "wipe", "speed", "closing_time", "opening_time"}
 # Beside those of the configuration, which may need the contact: any record shows them.
 _SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
 
 
-def add(commands) -> argparse.ArgumentParser:
-    report = commands.add_parser(
-        "report",
-        help="write a test report of a visit",
-        description="Write the report of a visit to one breaker: what is measured of each channel "
-        "and motion against limits, what poles differ by, what has changed since the visit before, "
-        "what the model adds, and the curves. A file may hold O, C, C-O or O-C-O, and several "
-        "channels, which are phases or poles. The status is 1 if no record could be used.",
-    )
-    report.set_defaults(run=_run)
+def add(report: argparse.ArgumentParser) -> None:
+    """Write the report of a visit to one breaker: what is measured of each channel and motion
+    against limits, what poles differ by, what has changed since the visit before, what the model
+    adds, and the curves. A file may hold O, C, C-O or O-C-O, and several channels, which are phases
+    or poles. The status is 1 if no record could be used.
+    """
     add_path(report, "files", "FILE", "a record of the visit, or a folder of them", nargs="+")
     add_path(report, "--output", "PDF|HTML", "write the report there", required=True)
-    several = {"nargs": "+", "action": "extend", "default": []}
-    add_path(report, "--before", "FILE", "records of the visit before", **several)
-    report.add_argument(
-        "--channel", help="columns of travel (default: all that move)", metavar="NAME", **several
-    )
-    add_reference(report)
-    return report
+    add_path(report, "--before", "FILE", "records of the visit before", **SEVERAL)
+    what = "columns of travel (default: all that move)"
+    report.add_argument("--channel", help=what, metavar="NAME", **SEVERAL)
+    what = "a good record: draw the others over it, with differences"
+    add_path(report, "--reference", "GOOD", what)
+    what = "of the stroke, half of the band about the good record (default: 5)"
+    report.add_argument("--tolerance", type=percent, metavar="PERCENT", help=what)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -57,7 +50,7 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import Given, infer_drive, judged, report_of
+    from breaker.answers import TOLERANCE, Given, infer_drive, judged, overlaid, report_of
     from breaker.cli.infer import families
     from breaker.mechanism import from_list
 
@@ -66,8 +59,12 @@ def _run(options: argparse.Namespace) -> int:
     if all(each.reason for each in records):
         reasons = "\n  ".join(each.reason for each in records)
         raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
-    good = _read([options.reference], options, form) if options.reference else []
-    overlays = overlays_of(records, good, options)
+    good = _good(options, form)
+    overlays = overlaid(records, good, options.tolerance or TOLERANCE)
+    if good and not overlays:
+        motions = " or ".join({each.motion: "" for each in records})
+        file = f"--reference {options.reference}"
+        raise ValueError(f"{file} has no usable {motions}; name one that has")
     _check_one(records)
     stated = {each.operation.file: each.stated for each in records}
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
@@ -121,6 +118,18 @@ def _read(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> l
                 unset = {k: v for k, v in beside.items() if form[k] is None or channel != own}
                 each.append(Operation(number, file, channel, phase=phase, settings=unset))
     return [*read_operations(rows, form), *read_operations(whole, form, loose=True)]
+
+
+def _good(options: argparse.Namespace, form: Mapping) -> list:
+    """What is read of the good record, if one is named."""
+    if options.reference is None:
+        if options.tolerance is not None:
+            raise ValueError("--tolerance is of a --reference, which is not given; name a record")
+        return []
+    good = _read([options.reference], options, form)
+    if all(each.reason for each in good):
+        raise ValueError(f"--reference: {good[0].reason}")
+    return good
 
 
 def _check_one(records: Sequence) -> None:
@@ -224,14 +233,13 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
             phase = phase_in(each.channel) or each.channel
             if phase not in phases and 0 <= place < len(phases):
                 phase = phases[place]
-            size = each.size if each.quantity in _PRINTED else nan
             for motion in meant_motions(each, (record.motion for record in own)):
-                name = measured_name(each, motion) or each.quantity
+                name = measured_name(each, motion)
                 odd = each.quantity == "speed" and speeds.get(motion) != tuple(
                     points.get(name) or ()
                 )
-                if not isnan(size):
-                    value = each.value * size, "other points" * odd
+                if name and not isnan(each.size):
+                    value = each.value * each.size, "other points" * odd
                     found.setdefault((printable(file), motion, phase, name), value)
     return found
 

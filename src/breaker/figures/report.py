@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
-from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -38,21 +37,12 @@ _KEYS = (
 )
 
 
-class _Written(NamedTuple):
-    """A text on a page, at points from its left and upper edge."""
-
-    x: float
-    y: float
-    text: str
-    look: dict
-
-
 class _Sheet:
     """Pages that are written from above, each begun where the one before is full."""
 
     def __init__(self, scale: float = 1.0) -> None:
         self.scale = scale
-        self.pages: list[list[_Written]] = [[]]
+        self.pages: list[list[dict]] = [[]]  # texts, as ``Figure.text`` takes them
         self.y = _MARGIN
 
     def room(self, height: float) -> None:
@@ -63,8 +53,9 @@ class _Sheet:
 
     def write(self, x: float, text: str, size: float, below: float = 0.0, **look: object) -> None:
         """Write a text at a place of the line, or so many points below that."""
-        look = {"fontsize": size, "va": "top"} | look
-        self.pages[-1].append(_Written(x, self.y + below, style.literal(text), look))
+        place = {"x": x / (_WIDTH * _POINTS), "y": 1.0 - (self.y + below) / (_HEIGHT * _POINTS)}
+        look = {"s": style.literal(text), "fontsize": size, "va": "top"} | look
+        self.pages[-1].append(place | look)
 
     def paragraph(self, text: str, size: float, **look: object) -> None:
         """Write a text in lines, and go on below it."""
@@ -206,14 +197,11 @@ def _foot(figure: Figure, text: str) -> None:
 
 
 @style.styled
-def _page(
-    texts: Sequence[_Written], panels: Sequence[Panel], below: float, foot: str = ""
-) -> Figure:
+def _page(texts: Sequence[dict], panels: Sequence[Panel], below: float, foot: str = "") -> Figure:
     """Draw texts, and panels below each other so many inches from the upper edge."""
     figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained" if panels else None)
     for each in texts:
-        x, y = each.x / (_WIDTH * _POINTS), 1.0 - each.y / (_HEIGHT * _POINTS)
-        figure.text(x, y, each.text, **each.look)
+        figure.text(**each)
     if panels:
         _curves(figure, panels, max(below, _EDGE))
     _foot(figure, foot)

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from breaker.answers import visits_said
 from breaker.figures import style
 from breaker.mechanism import in_digits
 
@@ -39,9 +40,8 @@ def visits(document: Mapping) -> Figure:
     first = sum(row["kind"] == "measured" for row in rows)
     places = {y + 1 + (y >= first): row for y, row in enumerate(rows)}
     titles = {0: "measured", first + 1: _TITLES.get(document["parameters"], "no parameter is told")}
-    said = [*document["warnings"], *document["headline"].split("\n")]
+    said, about = visits_said(document)
     headline = "\n".join(fill(style.literal(each), 112) for each in said)
-    about = [*document["trust"], _counted(document["records"])]
     trust = "\n".join(fill(style.literal(each), 145) for each in about)
     head = _LINE * (0.95 * headline.count("\n") + 0.8 * trust.count("\n") + 2.6)
     body = _ROW * (len(rows) + 4.0) + 0.9
@@ -115,11 +115,6 @@ def _texts(left: Axes, right: Axes, places: Mapping[int, Mapping], share: float)
 def _cells(axis: Axes, y: float, texts: Mapping, places: Mapping, **look: object) -> None:
     for key, text in texts.items():
         axis.text(places[key], y, text, ha="right", va="center", fontsize=9, **look)
-
-
-def _counted(records: Mapping) -> str:
-    counts = [f"{m} {each['before']} before, {each['today']} today" for m, each in records.items()]
-    return f"records: {'; '.join(counts)}"
 
 
 def _keys(share: float) -> Sequence:

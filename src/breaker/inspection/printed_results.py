@@ -27,6 +27,8 @@ _MEASURED = {
     ("stroke", "opening"): "stroke",
     ("over_travel", "closing"): "over_travel",
     ("over_travel", "opening"): "rebound",
+    ("wipe", "closing"): "wipe",
+    ("wipe", "opening"): "wipe",
     ("speed", "closing"): "closing_speed",
     ("speed", "opening"): "opening_speed",
     ("closing_time", "closing"): "closing_time",

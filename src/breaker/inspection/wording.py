@@ -185,24 +185,11 @@ def _compared(proposal: Proposal) -> list[str]:
     return ["\n".join(lines)]
 
 
-_COLUMNS = (
-    ("column", "{:<12}"),
-    ("motion", "{:<8}"),
-    ("first motion", "{:>12}"),
-    ("rest by", "{:>9}"),
-    ("stroke", "{:>9}"),
-    ("noise", "{:>8}"),
-    ("colour", "{:>7}"),
-    ("quantum", "{:>8}"),
-    ("doubtful", "{:>8}"),
-    ("as proposed", "{}"),
-)
-
-
 def _table(proposal: Proposal) -> str:
     """A line for each motion of each channel; times in ms, lengths in mm."""
-    rows = [[name for name, _ in _COLUMNS], *map(_row, proposal.motions)]
-    form = "  " + "  ".join(form for _, form in _COLUMNS)
+    form = "  {:<12}  {:<8}  {:>12}  {:>9}  {:>9}  {:>8}  {:>7}  {:>8}  {:>8}  {}"
+    heads = "column", "motion", "first motion", "rest by", "stroke", "noise", "colour", "quantum"
+    rows = [(*heads, "doubtful", "as proposed"), *map(_row, proposal.motions)]
     lines = [form.format(*row).rstrip() for row in rows]
     return "\n".join(["  times in ms, lengths in mm", *lines])
 

@@ -13,7 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "export": ["write_curve"],
         "grid": ["Grid"],
         "landmarks": ["main_motion"],
-        "measured": ["Measured", "measure_curve"],
+        "measured": ["Measured", "Reading", "measure_curve"],
         "noise": ["noise_remarks"],
         "raw": ["Raw", "read_raws", "taken_apart"],
         "reader": ["Record", "open_curves", "read_curves", "read_record"],

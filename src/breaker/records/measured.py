@@ -204,7 +204,7 @@ class Reading:
 
     def travel_time(self) -> Uncertain:
         """Time between two shares of the stroke, ms."""
-        begin, end = (self._place(Point(100.0 * share, "%"))[0] for share in _TRAVEL)
+        begin, end = (self.place(Point(100.0 * share, "%"))[0] for share in _TRAVEL)
         return end - begin
 
     def beyond(self) -> Uncertain:
@@ -221,7 +221,7 @@ class Reading:
 
     def speed(self, speed: Speed) -> Uncertain:
         """Mean speed between two points, mm/ms."""
-        (begin, low), (end, high) = self._place(speed.start), self._place(speed.end)
+        (begin, low), (end, high) = self.place(speed.start), self.place(speed.end)
         if not end.value > begin.value:
             raise NotShownError(f"{speed.points[1]} is not after {speed.points[0]}")
         return (high - low) / (end - begin)
@@ -247,10 +247,10 @@ class Reading:
             raise NotShownError("no contact timing: the time of touch or parting is not known")
         return self.trace.error(self.contact.time, self.contact.sd)
 
-    def _place(self, point: Point) -> tuple[Uncertain, Uncertain]:
-        """Time and travel of a point."""
+    def place(self, point: Point) -> tuple[Uncertain, Uncertain]:
+        """Return time and travel of a point, ms and mm; the travel rises in any motion."""
         if point.later:
-            at = self._place(replace(point, later=0.0))[0] + point.later
+            at = self.place(replace(point, later=0.0))[0] + point.later
             return at, self.trace.at(at)
         if not point.of_event:
             return self._between_rests(point)

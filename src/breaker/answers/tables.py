@@ -1,0 +1,270 @@
+"""Tables of a report: what is measured against limits, what has changed, what the model adds."""
+
+from collections.abc import Iterable, Mapping, Sequence, Sized
+from typing import NamedTuple
+
+import numpy as np
+
+from breaker.answers.changed import VERDICT_WORDS
+from breaker.answers.visited import change_words, label_of
+from breaker.answers.words import bounds_in_words, starred
+from breaker.inspection import alike
+from breaker.mechanism import EVENTS, in_digits, in_p
+
+__all__ = [
+    "RESULTS",
+    "Cell",
+    "Table",
+    "changes_table",
+    "few",
+    "measured_table",
+    "model_table",
+    "named",
+    "some_of",
+]
+
+RESULTS = {
+    "fail": ("FAIL", "bad"),
+    "not shown": ("not shown", "doubt"),
+    "pass": ("pass", "good"),
+}
+"""Text and tone of verdicts, the worst first."""
+
+_MOST = 8  # notes below a table
+_TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
+_WIDE = 3  # channels, up to which a change has room for its values
+_FEW = "prior, facts or the contact's time leave hardly a draw of the network, so none is shown: "
+_OUT = (
+    "OUT OF a family: no drive that the networks know moves like this, so parameters are withheld; "
+    "what is measured holds"
+)
+
+
+class Cell(NamedTuple):
+    """A text, and what it means: "good", "bad", "doubt", "faint" or nothing particular."""
+
+    text: str
+    tone: str = ""
+
+
+NONE = Cell("–", "faint")
+"""Where no value is."""
+
+
+class Table(NamedTuple):
+    """A table of a report, with notes below it."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: list[tuple[Cell, ...]]
+    notes: list[str]
+
+
+def some_of(text: str, where: Iterable[str], channels: int) -> str:
+    """A text, with the channels that it is about where these are not all."""
+    names = [*filter(None, dict.fromkeys(where))]
+    return f"{text} ({', '.join(names)})" if 0 < len(names) < channels else text
+
+
+def named(said: Iterable[tuple[str, str]], channels: int) -> list[str]:
+    """Sentences, those that differ in numbers only once, with channels where these are not all.
+
+    Args:
+        said: Channel and sentence.
+        channels: Number of channels in all.
+    """
+    groups = alike(("", channel, text) for channel, text in said)
+    return few(
+        [some_of(each[0][2], (channel for _, channel, _ in each), channels) for each in groups]
+    )
+
+
+def few(lines: Sequence[str]) -> list[str]:
+    """The first lines, and how many more there are."""
+    more = len(lines) - _MOST
+    return [*lines[:_MOST], *([f"and {more} more, which breaker infer prints"] if more > 0 else [])]
+
+
+def measured_table(
+    title: str, channels: Mapping[str, Mapping], printed: Mapping[tuple, tuple[float, str]]
+) -> Table:
+    """Return what is measured, first what needs no model.
+
+    Args:
+        title: Which motion it is.
+        channels: Entry of the motion in the document, by channel.
+        printed: What the analyser printed, by file, motion, channel and quantity: the value, and
+            what differs in its definition; empty if nothing does.
+    """
+    found: dict[str, dict[str, Mapping]] = {}
+    for phase, entry in channels.items():
+        for name, each in entry["quantities"].items():
+            found.setdefault(name, {})[phase] = each
+    rows, one = _times(channels), next(iter(channels.values()))
+    for name in sorted(found, key=lambda name: any(map(starred, found[name].values()))):
+        rows.append(_row(name, found[name], channels))
+        values = [printed.get((one["file"], one["motion"], p, name), ()) for p in channels]
+        if any(values):
+            odd = next((each[1] for each in values if each and each[1]), "")
+            label = f"  printed{', ' * bool(odd)}{odd}"
+            said = ["", *(in_digits(each[0], 4) if each else "" for each in values)]
+            rows.append(tuple(Cell(each, "faint") for each in (label, *said)))
+    head = ["measured", "unit", *(phase or "value" for phase in channels), "± 95 %"]
+    head += ["differ by"] if len(channels) > 1 else []
+    head += ["limit", "result"] if any(each.get("limits") for each in channels.values()) else []
+    rows = [(*row, *[Cell("")] * len(head))[: len(head)] for row in rows]
+    return Table(title, tuple(head), rows, _notes(channels))
+
+
+def _row(name: str, by: Mapping, channels: Mapping[str, Mapping]) -> tuple[Cell, ...]:
+    """A quantity of all channels, with its limits."""
+    known = [each for each in by.values() if each["median"] is not None]
+    halves = [(each["interval_95"][1] - each["interval_95"][0]) / 2.0 for each in known]
+    cells = [
+        Cell(in_digits(each["median"], 4) + "*" * starred(each)) if each in known else NONE
+        for each in (by.get(phase) for phase in channels)
+    ]
+    cells.append(Cell(in_digits(max(halves), 2) if halves else ""))
+    cells += _spread([each["median"] for each in known], channels, "*" * any(map(starred, known)))
+    unit = next(iter(by.values()))["unit"]
+    return (Cell(name), Cell(unit), *cells, *_limits(name, channels))
+
+
+def _times(channels: Mapping[str, Mapping]) -> list[tuple[Cell, ...]]:
+    """When channels move and contacts switch in the record: what poles differ by."""
+    rows = []
+    event = EVENTS[next(iter(channels.values()))["motion"]]
+    moves = np.array([each["fit"]["moves"] for each in channels.values()])
+    after = np.array([each["fit"].get("contact_time", np.nan) for each in channels.values()])
+    for name, values in {"first motion": moves, event: moves + after}.items():
+        if np.isfinite(values).any():
+            cells = [Cell(f"{each:.2f}") if np.isfinite(each) else NONE for each in values]
+            spread = _spread(values[np.isfinite(values)], channels)
+            rows.append((Cell(f"{name} at"), Cell("ms"), *cells, Cell(""), *spread))
+    return rows
+
+
+def _spread(values: Sequence[float], channels: Sized, star: str = "") -> list[Cell]:
+    """By how much channels differ, with a star where the model has a part; nothing of one."""
+    if len(channels) == 1:
+        return []
+    return [Cell(in_digits(np.ptp(values), 2) + star if len(values) > 1 else "")]
+
+
+def _limits(name: str, channels: Mapping[str, Mapping]) -> tuple[Cell, ...]:
+    """What limits ask of a quantity, the worst verdict, and of which channels."""
+    rows = [
+        (phase, each)
+        for phase, entry in channels.items()
+        for each in entry.get("limits", ())
+        if each["parts"][0]["quantity"] == name
+    ]
+    asked = dict.fromkeys(
+        f"not: {each['words']}" if len(each["parts"]) > 1 else bounds_in_words(each["parts"][0])
+        for _, each in rows
+    )
+    for verdict, (text, tone) in RESULTS.items():
+        if of := [phase for phase, each in rows if each["verdict"] == verdict]:
+            return Cell(", ".join(asked)), Cell(some_of(text, of, len(channels)), tone)
+    return ()
+
+
+def _notes(channels: Mapping[str, Mapping]) -> list[str]:
+    """Why values are missing, what a star means, and what is doubtful."""
+    said, any_star = [], False
+    points: dict[str, None] = {}
+    for phase, entry in channels.items():
+        for name, each in entry["quantities"].items():
+            any_star |= starred(each)
+            if "_speed" in name and not name[-1].isdigit():  # whose name does not say its points
+                points[f"{name}: {each['meaning']}"] = None
+            said += [(phase, f"– {name}: {each['reason']}")] if each["reason"] else []
+        said += [(phase, f"remark: {remark}") for remark in entry["remarks"]]
+    event = EVENTS[entry["motion"]]
+    star = f"* the time of the {event} was not measured: by the model's, with its interval"
+    return [*points, *([star] if any_star else []), *named(said, len(channels))]
+
+
+def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Table:
+    """Return what has changed since the visit before, measured first; all else in notes."""
+    there = [phase for phase in phases if phase in changed]
+    by: dict[tuple, dict[str, Mapping]] = {}
+    for phase in there:
+        for row in changed[phase]["changes"]:
+            by.setdefault((label_of(row), row["kind"]), {})[phase] = row
+    rows, other = [], {VERDICT_WORDS[1]: [], VERDICT_WORDS[2]: []}
+    for (label, kind), found in by.items():
+        worst = min((each["verdict"] for each in found.values()), key=VERDICT_WORDS.index)
+        first = next(iter(found.values()))
+        if worst == VERDICT_WORDS[2] or (worst in other and kind != "measured"):
+            other[worst].append(f"{label}, inferred" if kind == "time" else label)
+            continue
+        cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]
+        unit, source = (first["unit"], "measured") if kind == "measured" else ("", "inferred")
+        rows.append((Cell(label), Cell(unit), Cell(source, "faint"), *cells))
+    shares = [each["settings"]["share"] for each in changed.values() if each["changes"]]
+    notes = [
+        f"{how} beyond {in_digits(100.0 * shares[0], 3)} %: {', '.join(names)}"
+        for how, names in zip(("perhaps", "not"), other.values(), strict=True)
+        if names
+    ]
+    trust = [(phase, text) for phase, each in changed.items() for text in each["trust"]]
+    head = ("since the visit before", "unit", "", *(phase or "change" for phase in there))
+    return Table("Changes", head, rows, [*notes, *named(trust, len(changed))])
+
+
+def _change(row: Mapping | None, wide: bool) -> Cell:
+    if row is None:
+        return NONE
+    text, span = change_words(row)
+    if wide and "before" in row:
+        values = (in_digits(row[visit], 4) for visit in ("before", "today"))
+        text = f"{' → '.join(values)} ({text})"
+    elif wide:
+        text += f" ({span})"
+    return Cell(text, _TONES[row["verdict"]])
+
+
+def model_table(entries: Sequence[Mapping]) -> Table:
+    """Return parameters of the first operation of each channel, and how far they can be trusted."""
+    first: dict[tuple, Mapping] = {}
+    for entry in entries:
+        first.setdefault((entry.get("phase") or "", *entry["fit"]["motions"]), entry)
+    rows, said = [], []
+    for (phase, *_), entry in first.items():
+        fit = entry["fit"]
+        fits = f"{fit['family'].replace('_', ' ')}\n{in_p(fit['p_value'])}"
+        trust = Cell(f"fits {fits}")
+        if fit["misfit"]:
+            trust = Cell(f"OUT OF {fits}", "bad")
+            said.append(("", _OUT))
+        elif fit["why_unresolved"]:
+            trust = Cell("not resolved", "doubt")
+            said.append((phase, _FEW + fit["why_unresolved"]))
+        of = " and ".join(fit["motions"] or [entry["motion"]])
+        cells = map(_posterior, entry["parameters"].values())
+        rows.append((Cell(f"{phase}: {of}" if phase else of), trust, *cells))
+    names = entries[0]["parameters"]
+    units = (f"{n}\n{'' if each['unit'] == '1' else each['unit']}" for n, each in names.items())
+    notes = named(said, len(first))
+    if any(each["fit"]["resolved"] for each in first.values()):
+        notes.append("; ".join(f"{name}: {each['meaning']}" for name, each in names.items()))
+        notes.append("medians and 95 % intervals of the first operation of each channel")
+    by: dict[str, dict[str, dict[str, None]]] = {}
+    for entry in entries:
+        for each in entry.get("limits", ()):
+            if each["parts"][0]["quantity"] in names:
+                results = by.setdefault(f"limit {each['name']}, {each['words']}", {})
+                where = results.setdefault(RESULTS[each["verdict"]][0], {})
+                where[entry.get("phase") or entry["motion"]] = None
+    for limit, results in by.items():
+        told = (f"{result} {', '.join(where)}" for result, where in results.items())
+        notes.append(f"{limit}: {'; '.join(told)}")
+    return Table("What the model adds", ("channel", "trust", *units), rows, notes)
+
+
+def _posterior(each: Mapping) -> Cell:
+    if each["median"] is None:
+        return NONE
+    low, high = (in_digits(end, 2) for end in each["interval_95"])
+    return Cell(f"{in_digits(each['median'], 3)}\n{low}–{high}")
