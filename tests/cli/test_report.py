@@ -5,9 +5,9 @@ import re
 
 import pytest
 import yaml
+from matplotlib.image import imread
 
 from breaker.cli import main
-from breaker.figures.report import curve_pages
 from tests.exports import write
 
 EXPORT = {"endurance": {"draws": 50, "format": {"time_column": None, "rate": 5.0}}}
@@ -78,25 +78,19 @@ def test_a_file_that_cannot_be_read_is_named_with_its_reason(visit, capsys):
     assert "odd.csv" in capsys.readouterr().err
 
 
-# ---- over a good record -------------------------------------------------------------------------
+# ---- infer --reference --------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("more", "said"), [("5", "stays within ±"), ("0.1", "LEAVES the band")])
-def test_records_are_laid_over_a_good_one(folder, monkeypatch, more, said):
-    """In the picture of the curves; the difference is below, and in words what it says."""
-    drawn = []
-    keep = lambda report: drawn.append(report) or curve_pages(report)  # noqa: E731
-    monkeypatch.setattr("breaker.figures.report.curve_pages", keep)
-    call = ["report", "a.csv", "--reference", "b 2.csv", "--tolerance", more]
-    assert main([*call, "--output", "over.html", "--config", "few.yaml"]) == 0
-    (panel,) = drawn[0].panels
-    (found,) = panel.overlays
-    assert found.motion == panel.motion == "closing"
-    assert found.share == pytest.approx(float(more) / 100.0)
-    assert bool(found.leaves) == (more == "0.1")
-    (page,) = curve_pages(drawn[0])
-    assert len(page.axes) == 2
-    assert said in page.axes[1].get_title(loc="left")
+def test_infer_lays_records_over_a_good_one(folder, capsys):
+    call = ["infer", "a.csv", "--reference", "b 2.csv", "--config", "few.yaml"]
+    assert main([*call, "--plot", "over.png"]) == 0
+    assert "stays within ±" in capsys.readouterr().out
+    assert imread("over.png").size
+    assert main([*call, "--json", "--tolerance", "0.1"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["reference"]
+    assert found["motion"] == "closing"
+    assert found["share"] == pytest.approx(0.001)
+    assert found["leaves"]
 
 
 @pytest.mark.parametrize(
@@ -105,12 +99,11 @@ def test_records_are_laid_over_a_good_one(folder, monkeypatch, more, said):
         (["--reference", "open.csv"], "no usable closing"),
         (["--reference", "none.csv"], "none.csv"),
         (["--tolerance", "3"], "--reference"),
-        (["--reference", "b 2.csv", "--output", "b 2.csv"], "b 2.csv"),
+        (["--reference", "b 2.csv", "--plot", "b 2.csv"], "b 2.csv"),
     ],
 )
 def test_a_reference_that_helps_nobody_is_refused(folder, capsys, arguments, said):
-    output = [] if "--output" in arguments else ["--output", "over.html"]
-    assert main(["report", "a.csv", *arguments, *output]) == 1
+    assert main(["infer", "a.csv", *arguments]) == 1
     assert said in capsys.readouterr().err
 
 

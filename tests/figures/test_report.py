@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from breaker.answers import Cell, Marked, Overlay, Panel, Report, Table
+from breaker.figures.overlay import overlay
 from breaker.figures.report import pages
 from tests.figures.drawn import assert_nothing_overlaps
 
@@ -20,7 +21,7 @@ def outside(figure):
 
 
 def over(phase, *, leaves=None):
-    about = 1, "closing", phase, NAME
+    about = 1, "closing", phase, NAME, f"visits/{NAME}"
     return Overlay(*about, TIME - 20.0, WAY, 0.97 * WAY, 8.9, 0.05, leaves, (60.0, 9.3))
 
 
@@ -55,3 +56,9 @@ def test_a_long_table_goes_on_with_its_head():
         assert outside(page) == []
         assert [text.get_text() for text in page.texts].count("measured") == 1
     assert tables[0].texts[-1].get_text().endswith("page 1 of 2")
+
+
+def test_six_records_over_a_good_one_fit_their_figure():
+    figure = overlay([over(f"unit {k}", leaves=(40.0, 9.0)) for k in range(6)])
+    assert len(figure.axes) == 12
+    assert_nothing_overlaps(figure)

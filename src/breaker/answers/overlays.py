@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.answers.operations import Record
+from breaker.files import printable
 from breaker.mechanism import in_digits
 
 __all__ = ["TOLERANCE", "Overlay", "overlaid"]
@@ -28,6 +29,7 @@ class Overlay(NamedTuple):
 
     Attributes:
         operation, motion, phase, file: What the record is of.
+        good_file: Where the good record is from.
         time: Of both, ``(t,)``, ms after the first motion.
         way, good: Ways from the rest before the motion, ``(t,)``, mm, rising with time; nan where
             a sample is missing.
@@ -41,6 +43,7 @@ class Overlay(NamedTuple):
     motion: str
     phase: str
     file: str
+    good_file: str
     time: np.ndarray
     way: np.ndarray
     good: np.ndarray
@@ -55,6 +58,12 @@ class Overlay(NamedTuple):
         return self.way - self.good
 
     @property
+    def title(self) -> str:
+        """Which record it is."""
+        phase = f", {self.phase}" if self.phase else ""
+        return f"{self.motion}{phase} in {printable(self.file).rpartition('/')[2]}"
+
+    @property
     def words(self) -> str:
         """Where the record leaves the band, in words."""
         share = in_digits(100.0 * self.share, 4)
@@ -67,6 +76,12 @@ class Overlay(NamedTuple):
         at, by = self.leaves
         first = f"{at:.1f} ms after the first motion, by {in_digits(by, 3, sign=True)} mm"
         return f"LEAVES the band of {band} {first}; farthest {most}"
+
+    @property
+    def values(self) -> dict[str, object]:
+        """All but the curves, as plain values."""
+        curves = ("time", "way", "good")
+        return {name: each for name, each in self._asdict().items() if name not in curves}
 
 
 def overlaid(
@@ -115,7 +130,8 @@ def _overlay(record: Record, good: Record, share: float) -> Overlay:
     ]
     of = record.operation
     about = of.number, record.motion, of.phase, str(of.file)
-    return Overlay(*about, time, way, good_way, band, share, *places)
+    curves = time, way, good_way
+    return Overlay(*about, str(good.operation.file), *curves, band, share, *places)
 
 
 def _from_rest(record: Record) -> tuple[np.ndarray, np.ndarray]:

@@ -7,8 +7,9 @@ import shlex
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 
-from breaker.cli.named import SEVERAL, add_choice, add_path, operations_of
+from breaker.cli.named import MOTIONS, SEVERAL, add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, draw, say_written, whole, write_lines
+from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
 
 __all__ = ["add", "families"]
@@ -37,7 +38,8 @@ def add(infer: argparse.ArgumentParser) -> None:
     add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
     infer.add_argument("--json", action="store_true", help="print one JSON document")
     add_path(infer, "--output", "CSV", "write a table there, with all columns")
-    add_path(infer, "--plot", "PNG", "draw the answer there")
+    add_path(infer, "--plot", "PNG", "draw the answer there, or with --reference the overlay")
+    add_reference(infer)
     add_path(infer, "--draws", "ZARR", "write all draws there, for ArviZ")
 
 
@@ -74,7 +76,8 @@ def _run(options: argparse.Namespace) -> int:
     if models := [each for each in options.files if each.endswith(".safetensors")]:
         raise ValueError(f"{models[0]} is a network, not a record; name it by --model")
     outputs = [(options.output, "table"), (options.plot, "picture"), (options.draws, "store")]
-    check_outputs(outputs, [*options.files, *filter(None, [options.model]), *options.config])
+    beside = filter(None, [options.model, options.reference])
+    check_outputs(outputs, [*options.files, *beside, *options.config])
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     endurance = config["endurance"]
@@ -88,6 +91,7 @@ def _run(options: argparse.Namespace) -> int:
     settings["seed"] = config["seed"]
     networks = families(options.model)
     records = read_operations(operations, endurance["format"], loose=loose)
+    overlays = overlays_of(records, _reference(options, endurance["format"]), options)
     answers = infer_drive(records, networks, given, config["speeds"], settings)
     speeds = next((each.speeds for each in answers if each.speeds), ())
     limits = from_list(limits, [*operations], speeds) if speeds else []
@@ -96,10 +100,14 @@ def _run(options: argparse.Namespace) -> int:
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     about = {"size": given.size and vars(given.size), "words": words}
     found = document(answers, verdicts, about, settings | {"known": dict(given.known)})
+    if overlays:
+        found["reference"] = [each.values for each in overlays]
     rejected = [each for each in found["records"] if not each["accepted"]]
     nothing = len(rejected) == len(found["records"])
-    written = [] if nothing else _write(answers, given, found, options)
+    written = [] if nothing else _write(answers, given, found, overlays, options)
     print(json.dumps(found) if options.json else in_words(found))
+    for each in [] if options.json else overlays:
+        print(f"\n{each.title}: {each.words}")
     if rejected:
         read = {each["file"] for each in found["records"] if each["accepted"]}
         unread = sorted({each["file"] for each in rejected} - read)
@@ -144,6 +152,18 @@ def _given(options: argparse.Namespace, config: Mapping) -> tuple:
     return Given(Size(**config["size"]), prior, known), ["prior and size are the configuration's"]
 
 
+def _reference(options: argparse.Namespace, form: Mapping) -> list:
+    """What is read of the good record, if one is named."""
+    if options.reference is None:
+        return []
+    from breaker.answers import read_operations
+    from breaker.files import Operation
+
+    operations = [Operation(1, options.reference, channel=options.channel)]
+    motions = [options.motion] if options.motion else MOTIONS
+    return read_operations(dict.fromkeys(motions, operations), form, loose=True)
+
+
 def families(model: str | None) -> Iterable:
     """The networks of families, in the order in which they are tried; opened when they are."""
     from breaker.family import Levels, open_network, shipped_networks
@@ -171,7 +191,7 @@ def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: 
     print(f"breaker: {what}{remedy}", file=sys.stderr)
 
 
-def _write(answers: Sequence, given, found: Mapping, options: argparse.Namespace) -> list[str]:
+def _write(answers: Sequence, given, found: Mapping, overlays: Sequence, options) -> list[str]:
     """Write what the options ask for, and return what was written, in words."""
     seed, written = found["settings"]["seed"], []
     if options.output:
@@ -187,8 +207,9 @@ def _write(answers: Sequence, given, found: Mapping, options: argparse.Namespace
         written.append(f"draws written to {options.draws}")
     if options.plot:
         from breaker.answers import shown
-        from breaker.figures import answer
+        from breaker.figures import answer, overlay
 
-        drawn = answer.answer(shown(answers, given, seed=seed))
+        over = overlays and overlay.overlay(overlays)
+        drawn = over or answer.answer(shown(answers, given, seed=seed))
         written.append(draw(drawn, options.plot))
     return written

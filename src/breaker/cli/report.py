@@ -8,8 +8,9 @@ from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.cli.named import MOTIONS, SEVERAL, add_path, each_once, is_folder, percent
+from breaker.cli.named import MOTIONS, SEVERAL, add_path, each_once, is_folder
 from breaker.cli.outputs import check_outputs, whole, write_lines
+from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
 
 if TYPE_CHECKING:
@@ -38,10 +39,7 @@ def add(report: argparse.ArgumentParser) -> None:
     add_path(report, "--before", "FILE", "records of the visit before", **SEVERAL)
     what = "columns of travel (default: all that move)"
     report.add_argument("--channel", help=what, metavar="NAME", **SEVERAL)
-    what = "a good record: draw the others over it, with differences"
-    add_path(report, "--reference", "GOOD", what)
-    what = "of the stroke, half of the band about the good record (default: 5)"
-    report.add_argument("--tolerance", type=percent, metavar="PERCENT", help=what)
+    add_reference(report)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -50,7 +48,7 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     limits = limits_of(config, options.config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import TOLERANCE, Given, infer_drive, judged, overlaid, report_of
+    from breaker.answers import Given, infer_drive, judged, report_of
     from breaker.cli.infer import families
     from breaker.mechanism import from_list
 
@@ -59,12 +57,8 @@ def _run(options: argparse.Namespace) -> int:
     if all(each.reason for each in records):
         reasons = "\n  ".join(each.reason for each in records)
         raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
-    good = _good(options, form)
-    overlays = overlaid(records, good, options.tolerance or TOLERANCE)
-    if good and not overlays:
-        motions = " or ".join({each.motion: "" for each in records})
-        file = f"--reference {options.reference}"
-        raise ValueError(f"{file} has no usable {motions}; name one that has")
+    good = _read([options.reference], options, form) if options.reference else []
+    overlays = overlays_of(records, good, options)
     _check_one(records)
     stated = {each.operation.file: each.stated for each in records}
     settings = {name: endurance[name] for name in ("draws", "misfit_p_value")}
@@ -118,18 +112,6 @@ def _read(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> l
                 unset = {k: v for k, v in beside.items() if form[k] is None or channel != own}
                 each.append(Operation(number, file, channel, phase=phase, settings=unset))
     return [*read_operations(rows, form), *read_operations(whole, form, loose=True)]
-
-
-def _good(options: argparse.Namespace, form: Mapping) -> list:
-    """What is read of the good record, if one is named."""
-    if options.reference is None:
-        if options.tolerance is not None:
-            raise ValueError("--tolerance is of a --reference, which is not given; name a record")
-        return []
-    good = _read([options.reference], options, form)
-    if all(each.reason for each in good):
-        raise ValueError(f"--reference: {good[0].reason}")
-    return good
 
 
 def _check_one(records: Sequence) -> None:
