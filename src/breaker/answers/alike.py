@@ -10,8 +10,6 @@ from breaker.answers.scatter import usual_scatter, visit_error
 from breaker.mechanism import NAMES, Limit, Speed
 from breaker.records import Raw
 
-__all__ = ["judged_today", "unlike"]
-
 # Shares of a stroke: by more than the first a worn drive differs only if its time does, too, as a
 # ratio scales ways alone; by more than the second, no wear of the family of drives does.
 _FEW, _MOST = 0.03, 0.1

@@ -15,8 +15,6 @@ from breaker.records import SHAPE_TIMES, Contact, Measured
 if TYPE_CHECKING:
     from breaker.model import Prior
 
-__all__ = ["FACTS", "NOTHING", "Answer", "Given"]
-
 FACTS = (*NAMES, "wipe", *SWITCHING.values())
 """What facts may be about: all that is inferred, and the wipe, which follows from the touch."""
 

@@ -13,8 +13,6 @@ from breaker.mechanism import MOTIONS, from_list, speeds_of
 from breaker.model import generator
 from breaker.shipped import KINDS
 
-__all__ = ["compared"]
-
 _BEYOND = 0.05  # share of a change that matters
 # Beside those of the configuration: any record shows them, and where along the way a drive is slow.
 _SPEEDS = {

@@ -42,14 +42,6 @@ from breaker.mechanism import (
 )
 from breaker.records import Raw
 
-__all__ = [
-    "VERDICT_WORDS",
-    "Compared",
-    "changes",
-    "compare",
-    "measured_changes",
-]
-
 VERDICT_WORDS = ("changed", "not told", "did not change")
 
 _SURE = 0.95  # probability from which a change is beyond a share

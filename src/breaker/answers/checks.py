@@ -14,8 +14,6 @@ from breaker.mechanism import NAMES, Limit, in_digits, in_p
 from breaker.model import generator
 from breaker.workflow import UNLIKE
 
-__all__ = ["Finding", "check_fitted"]
-
 _DRAWS = 1000
 _FAR = 3.0  # prior sd
 _LEAST_SUPPORT = 0.9

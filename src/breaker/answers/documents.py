@@ -15,8 +15,6 @@ from breaker.answers.judgement import NORMAL, VERDICTS
 from breaker.files import ABOUT, printable
 from breaker.mechanism import EVENTS, MOTIONS, PARAMETERS, SOURCES, quantities_of
 
-__all__ = ["document", "plainly", "table_of"]
-
 _FEWEST = 2  # records that are summed up together
 _WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)

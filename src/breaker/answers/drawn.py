@@ -14,8 +14,6 @@ from breaker.mechanism import in_p
 from breaker.model import generator
 from breaker.records import SHAPE_TIMES, Reading
 
-__all__ = ["Curve", "Marked", "Panel", "Shown", "panel_of", "shown"]
-
 _PRIOR = 1000  # draws
 _MOST = 30  # operations of which posteriors are shown
 _BEFORE, _AFTER = 1.0, 8.0  # of the durations about the first motion, what a panel shows

@@ -14,16 +14,6 @@ from breaker.model import Prior, Sensor, generator
 from breaker.shipped import DEFAULTS
 from breaker.workflow import UNLIKE, read
 
-__all__ = [
-    "SWINGING",
-    "FittedPrior",
-    "fit_type",
-    "precision_of",
-    "reference_of",
-    "swings_back",
-    "wear_allowance",
-]
-
 SWINGING = 0.2
 """Share of openings that may swing back where the workflow simulates openings at all."""
 

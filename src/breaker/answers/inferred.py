@@ -17,8 +17,6 @@ from breaker.family import LevelDraws, Levels, choose_family
 from breaker.mechanism import NAMES, Size, speeds_of
 from breaker.model import generator
 
-__all__ = ["infer_drive"]
-
 _ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
 _LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round
 _POSSIBLE = 0.2  # share of draws that is enough where they are not weighed

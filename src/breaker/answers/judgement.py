@@ -9,8 +9,6 @@ from breaker.answers.answer import NOTHING, Answer
 from breaker.mechanism import EVENTS, QUANTITIES, Limit
 from breaker.model import generator
 
-__all__ = ["NORMAL", "VERDICTS", "Told", "judge", "judged"]
-
 VERDICTS = ("pass", "not shown", "fail")
 """Verdicts on a limit, the worst last."""
 

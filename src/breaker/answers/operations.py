@@ -15,8 +15,6 @@ from breaker.inspection import stated_in
 from breaker.mechanism import MOTIONS, in_digits
 from breaker.records import Raw, Shape, read_raws, taken_apart
 
-__all__ = ["Record", "read_operations"]
-
 
 @dataclass(frozen=True, eq=False)
 class Record:

@@ -14,8 +14,6 @@ from breaker.answers.operations import Record
 from breaker.files import printable
 from breaker.mechanism import in_digits
 
-__all__ = ["TOLERANCE", "Overlay", "overlaid"]
-
 TOLERANCE = 0.05
 """Share of the stroke, half of the band about a good record."""
 

@@ -7,8 +7,6 @@ from html import escape
 from breaker.answers.reported import Report
 from breaker.answers.tables import Cell, Table
 
-__all__ = ["report_page"]
-
 _STYLE = """
 body { font: 14px "DejaVu Sans", Arial, sans-serif; max-width: 60em; margin: 2em auto; }
 table { border-collapse: collapse; margin: 0.4em 0; }

@@ -16,8 +16,6 @@ from breaker.files import MANIFEST, Operation, list_operations, printable, read_
 from breaker.mechanism import Size, in_p
 from breaker.records import Raw
 
-__all__ = ["Recorded", "Span", "read_breakers"]
-
 _MOST = 20  # records of a breaker and a motion: more of them say no more of what breakers share
 _ARRIVED = 0.05  # of the stroke, from the rest after the motion
 _SHORT = 0.1  # share of the records of a motion that may be shorter than what is taken for all

@@ -23,8 +23,6 @@ from breaker.answers.tables import (
 )
 from breaker.files import natural
 
-__all__ = ["Report", "report_of"]
-
 
 class Report(NamedTuple):
     """A report.

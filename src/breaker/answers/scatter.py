@@ -4,8 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["PAST_REST", "scattered", "usual_scatter", "visit_error"]
-
 # Usual scatter of operations, and how well it is known, as from so many records more than one.
 _SCATTER, _KNOWN = 0.004, 4
 _PAST = 0.05, 0.002  # of ways past a rest: of themselves, and of the stroke

@@ -19,8 +19,6 @@ import numpy as np
 from breaker.mechanism import NAMES, powers
 from breaker.model import Prior
 
-__all__ = ["Fit", "Spread", "find_spread", "fit_breaker"]
-
 # All in log-sds of a prior of drives of about one size: some of its variance is between types, some
 # between breakers of a type.
 _USUAL, _FREEDOM = 0.4, 3.0  # scale and freedom of the half-Student prior of tau

@@ -13,8 +13,6 @@ from breaker.files import FORMAT, Operation, Preamble, channel_of, phase_in, pri
 from breaker.mechanism import in_digits
 from breaker.records import Raw
 
-__all__ = ["against_stated", "stated_of", "with_stated_rate"]
-
 _RATES, _LENGTHS = 0.01, 0.02  # shares, by which rates and lengths of a record may differ
 
 

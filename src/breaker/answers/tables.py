@@ -11,18 +11,6 @@ from breaker.answers.words import bounds_in_words, starred
 from breaker.inspection import alike
 from breaker.mechanism import EVENTS, in_digits, in_p
 
-__all__ = [
-    "RESULTS",
-    "Cell",
-    "Table",
-    "changes_table",
-    "few",
-    "measured_table",
-    "model_table",
-    "named",
-    "some_of",
-]
-
 RESULTS = {
     "fail": ("FAIL", "bad"),
     "not shown": ("not shown", "doubt"),

@@ -12,8 +12,6 @@ from breaker.mechanism import PARAMETERS
 from breaker.model import generator
 from breaker.records import SHAPE_TIMES
 
-__all__ = ["tree"]
-
 
 def tree(answers: Sequence[Answer], given: Given, *, seed: int) -> xr.DataTree:
     """Return answers as a tree that ArviZ takes for its own.

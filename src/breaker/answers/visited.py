@@ -10,8 +10,6 @@ from breaker.answers.documents import plainly
 from breaker.answers.words import limit_lines, wrapped
 from breaker.mechanism import in_digits, in_p
 
-__all__ = ["change_words", "label_of", "visits_document", "visits_in_words", "visits_said"]
-
 _NAME = "{:<28}{:>8} {:>8}"
 _ROW = "  {:<45} {:>8}  {:<15}{:>7} {:>6} {:>7}"
 _GROUPS = {"measured": "measured", "parameter": "inferred"}  # titles, where one begins

@@ -11,8 +11,6 @@ from breaker.family import LEAST_AGREEMENT, agreement_of
 from breaker.mechanism import NAMES, Size, in_digits, in_p, powers
 from breaker.records import SHAPE_TIMES
 
-__all__ = ["apart", "contradicted", "possible", "surprise_of", "weights_of"]
-
 _CONTRADICTED = 3.0  # sd, of a fact
 _DRAWS = 1000  # of each motion, by which they are held against each other
 

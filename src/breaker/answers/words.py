@@ -6,8 +6,6 @@ from textwrap import wrap
 from breaker.answers.judgement import VERDICTS
 from breaker.mechanism import in_digits, in_p
 
-__all__ = ["bounds_in_words", "in_words", "limit_lines", "starred", "wrapped"]
-
 _WIDTH = 98
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
 _CELLS, _CELL = 3, 31  # of a line of a short block, and letters of each

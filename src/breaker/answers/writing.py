@@ -16,8 +16,6 @@ from breaker.model import Sensor
 from breaker.shipped import DEFAULTS
 from breaker.workflow import read
 
-__all__ = ["grid_within", "overlay_of", "overlay_text", "report"]
-
 # mm of the reference drive, sd of what a model leaves out of records of little noise, at the least.
 _LEFT_OUT = 0.02
 _REST = 2.0  # times the longest motion, after which the rest tells no more

@@ -5,8 +5,6 @@ import argparse
 from breaker.cli.named import add_path
 from breaker.cli.settings import settings_of
 
-__all__ = ["add"]
-
 
 def add(check: argparse.ArgumentParser) -> None:
     """Read all records of a folder as the workflow will, and print what is accepted, what is

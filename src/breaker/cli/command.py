@@ -14,8 +14,6 @@ from breaker.cli.named import SEVERAL, add_path
 from breaker.cli.settings import PROJECT
 from breaker.workflow import ConfigurationError, missing_packages, set_threads
 
-__all__ = ["main", "run"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.

@@ -10,8 +10,6 @@ from breaker.cli.named import SEVERAL, add_choice, add_path, operations_of, perc
 from breaker.cli.outputs import check_outputs, draw, say_written
 from breaker.cli.settings import limits_of, settings_of
 
-__all__ = ["add"]
-
 _VISITS = ("before", "today")
 _SHARED = ("seed", "known", "speeds", "endurance.misfit_p_value")  # that no visit has for itself
 

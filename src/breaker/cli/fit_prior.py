@@ -8,8 +8,6 @@ from breaker.cli.named import add_path, each_once
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.cli.settings import limits_of, settings_of
 
-__all__ = ["add"]
-
 
 def add(fit_prior: argparse.ArgumentParser) -> None:
     """Fit the prior of a type of breaker to records of some of its breakers: medians, and spread

@@ -12,8 +12,6 @@ from breaker.cli.outputs import check_outputs, draw, say_written, whole, write_l
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
 
-__all__ = ["add", "families"]
-
 _FACTORS = (0.01, 100.0)  # of a size, as in the configuration
 
 

@@ -6,8 +6,6 @@ from breaker.cli.named import add_path
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
 from breaker.cli.settings import PROJECT, settings_of
 
-__all__ = ["add"]
-
 
 def add(inspect: argparse.ArgumentParser) -> None:
     """Look at one file of unknown origin: how its text is written, which columns are time and

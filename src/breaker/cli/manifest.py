@@ -7,8 +7,6 @@ from breaker.cli.named import SEVERAL, add_path
 from breaker.cli.outputs import check_outputs, write_lines
 from breaker.cli.settings import settings_of
 
-__all__ = ["add"]
-
 
 def add(manifest: argparse.ArgumentParser) -> None:
     """Propose the table operations.csv of a folder: which file is which operation. What to check

@@ -6,17 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-__all__ = [
-    "MOTIONS",
-    "SEVERAL",
-    "add_choice",
-    "add_path",
-    "each_once",
-    "is_folder",
-    "operations_of",
-    "percent",
-]
-
 MOTIONS = ("closing", "opening")
 """Those that records may be of; here, so that a command's options are known before its imports."""
 

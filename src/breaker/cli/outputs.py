@@ -12,8 +12,6 @@ from breaker.cli.settings import ADVANCED, PROJECT
 from breaker.shipped import DEFAULTS
 from breaker.stores import whole
 
-__all__ = ["check_outputs", "draw", "say_written", "whole", "write_lines"]
-
 _PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 _REPORTS = (".pdf", ".html")
 _PAGE = b'content="breaker report"'  # in the head of a report that is a page

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 
 from breaker.cli.named import add_path, percent
 
-__all__ = ["add_reference", "overlays_of"]
-
 
 def add_reference(command: argparse.ArgumentParser) -> None:
     """Add the options that name a good record, and how far others may depart from it."""

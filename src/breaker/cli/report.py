@@ -16,8 +16,6 @@ from breaker.cli.settings import limits_of, settings_of
 if TYPE_CHECKING:
     from breaker.files import Preamble
 
-__all__ = ["add"]
-
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
 _BESIDE = {  # and of the test, by words in its name
     "Gas pressure": r"gas.*(?:press|druck)|gasdruck|sf6.*(?:press|druck)|\bpression|presi[oó]n",

@@ -9,8 +9,6 @@ from pathlib import Path
 from breaker.shipped import DEFAULTS
 from breaker.workflow import load, read
 
-__all__ = ["ADVANCED", "PROJECT", "limits_of", "settings_of"]
-
 ADVANCED = Path("config/advanced.yaml")
 PROJECT = Path("config/config.yaml")
 """Where the workflow's configuration is, from the project's folder; the second over the first."""

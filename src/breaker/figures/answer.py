@@ -11,8 +11,6 @@ from breaker.answers import Curve, Shown
 from breaker.figures import style
 from breaker.mechanism import EVENTS, PARAMETERS
 
-__all__ = ["answer"]
-
 _COLOURS = {"closing": style.CORRECTED, "opening": style.AMORTISED}
 _BOTH = style.MODEL
 _CORNER = {"closing": (0.97, 0.08, "bottom"), "opening": (0.97, 0.95, "top")}  # without a curve

@@ -10,8 +10,6 @@ from matplotlib.figure import Figure
 from breaker.figures import marks, style
 from breaker.mechanism import in_digits
 
-__all__ = ["changepoint"]
-
 _KINDS = {
     "rate": "the wear changed its rate",
     "step": "a sudden fault",

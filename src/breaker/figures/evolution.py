@@ -10,8 +10,6 @@ from matplotlib.figure import Figure
 from breaker.figures import marks, style
 from breaker.wear import in_percent
 
-__all__ = ["evolution"]
-
 _SINGLES = {"closing": "#A6A6A6", "opening": "#D8BE8C"}
 _TRUTH = {"color": style.MEASURED, "ls": "", "marker": "o", "mfc": "none", "ms": 4.5, "mew": 0.8}
 _TRUTH |= {"label": "truth of the stand-in"}

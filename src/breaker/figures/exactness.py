@@ -10,8 +10,6 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.validation import exactness_words, percent, plus_minus
 
-__all__ = ["exactness"]
-
 _LARGEST_K = 0.7  # of Pareto's tail, from which importance weights do not settle
 _BODY = 0.97  # share of the curves that the panel of the gap has room for
 _ABOVE = {"loc": "lower left", "bbox_to_anchor": (-0.02, 0.99), "fontsize": 9, "labelspacing": 0.2}

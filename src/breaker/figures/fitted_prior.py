@@ -7,8 +7,6 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 
-__all__ = ["fitted_prior"]
-
 _WIDE = 3.0  # log-sds to each side of the wider prior that a panel shows
 _POINTS = 300
 _SHARE = 0.6  # of a panel's height that the densities have; below are the breakers

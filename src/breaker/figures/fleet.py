@@ -11,8 +11,6 @@ from breaker.figures import style
 from breaker.fleet import TypeOfBreaker
 from breaker.mechanism import NAMES
 
-__all__ = ["fleet"]
-
 _NAMED = 12  # odd drives whose names are written
 _WIDTH = 0.7  # of the strip of a parameter
 _FARTHEST = 60.0  # percent, that is drawn

@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 from breaker.figures import marks, style
 from breaker.wear import STATES, in_percent
 
-__all__ = ["health"]
-
 _QUARTERS = (0.25, 0.75)  # something happens where a probability crosses one of these
 _BEFORE = 0.5  # operations shown before that, share of those after it,
 _LEAST = 0.05  # and at least this share of all

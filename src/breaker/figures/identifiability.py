@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.validation import KNOWLEDGE, identifiability_words
 
-__all__ = ["identifiability"]
-
 # Shift from the middle of the row downwards, marker and colour of each posterior.
 _POSTERIORS = {
     "amortised": (-0.13, "o", style.AMORTISED),

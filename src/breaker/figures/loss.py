@@ -7,8 +7,6 @@ from matplotlib.figure import Figure
 
 from breaker.figures import style
 
-__all__ = ["loss"]
-
 # What depends on the number of solver steps: unit, lines of its panel, and the chosen number.
 _SOLVED = {
     "draws": ("posterior sd", {"max": ("s--", "largest"), "mean": ("o-", "mean")}, "chosen_steps"),

@@ -9,8 +9,6 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.wear import STATES
 
-__all__ = ["COLOURS", "change_lines", "exceeded", "legend", "sentence", "state_strip", "untold"]
-
 COLOURS = dict(zip(STATES, ("#5A5A5A", "#1B9E77", "#E08A00", style.WARNING), strict=True))
 """Colour of each state; the word always stands beside it."""
 

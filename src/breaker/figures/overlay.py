@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 from breaker.answers import Overlay
 from breaker.figures import style
 
-__all__ = ["difference", "overlay"]
-
 _LABELS = 0.9  # inches, left of a panel
 _PAGE = 3  # records beside each other
 

@@ -10,8 +10,6 @@ from matplotlib.figure import Figure
 from breaker.figures import style
 from breaker.validation import pairs_words
 
-__all__ = ["pairs"]
-
 
 @style.styled
 def pairs(

@@ -9,8 +9,6 @@ from breaker.figures import style
 from breaker.mechanism import in_p
 from breaker.validation import PriorCheck, percent
 
-__all__ = ["endurance_predictive", "posterior_predictive", "prior_predictive"]
-
 _SHOWN = 150  # curves of the prior that are drawn one by one, the first ones
 _DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.5)), (0, (5, 2, 1.2, 2)))
 _END = {"color": style.REFERENCE, "ls": (0, (4, 3)), "lw": 1.1}

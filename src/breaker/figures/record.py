@@ -10,8 +10,6 @@ from breaker.figures import style
 from breaker.inspection import InspectedMotion, Proposal, seen_touch, speed_along
 from breaker.mechanism import in_digits
 
-__all__ = ["record"]
-
 _MOTIONS = {"closing": "#2166AC", "opening": "#D98C21"}
 _REST = (50.0, 1.0)  # ms before the first motion, of which the noise is shown
 _WIDTH = 11.0  # inches

@@ -8,8 +8,6 @@ from matplotlib.figure import Figure
 from breaker.figures import marks, style
 from breaker.wear import STATES
 
-__all__ = ["remaining_life"]
-
 _TRUTH = {"ls": "--", "label": "truth"}
 _WITHOUT = {"ls": ":", "label": "truth without the change, until it comes"}
 _SERVICE = {"color": "#8A4B00", "lw": 1.4, "drawstyle": "steps-post"}

@@ -10,8 +10,6 @@ from breaker.answers import Cell, Marked, Panel, Report, Table
 from breaker.figures import style
 from breaker.figures.overlay import difference
 
-__all__ = ["curve_pages", "pages"]
-
 _WIDTH, _HEIGHT = 8.27, 11.69  # inches, A4
 _POINTS = 72.0  # in an inch
 _MARGIN = 40.0  # points

@@ -17,8 +17,6 @@ from breaker.validation import (
     recovery_words,
 )
 
-__all__ = ["contraction", "draw_ranks", "rank_keys", "recovery", "sbc"]
-
 _Z_LIMIT = 3.0
 _RANK, _DIFFERENCE = "rank of the truth / (draws + 1)", "ECDF difference"
 

@@ -10,8 +10,6 @@ from matplotlib.figure import Figure
 from breaker.figures import marks, style
 from breaker.wear import STATES, about, in_percent, span
 
-__all__ = ["verdict"]
-
 _MEANING = {
     "healthy": "healthy: no service within the planning horizon",
     "plan": "plan: service within the planning horizon",

@@ -11,8 +11,6 @@ from breaker.answers import visits_said
 from breaker.figures import style
 from breaker.mechanism import in_digits
 
-__all__ = ["visits"]
-
 _WORDS = {"not told": "cannot be told"}
 _COLOURS = {"changed": style.WARNING, "not told": style.PRIOR, "did not change": style.CORRECTED}
 _LEFT = {"before": 0.76, "today": 0.98}  # of the texts beside the changes

@@ -14,8 +14,6 @@ from breaker.inspection.wording import alike, bullet
 from breaker.mechanism import in_digits
 from breaker.records import Grid, read_curves
 
-__all__ = ["Checked", "check_folder", "checked_text"]
-
 _PART = 50  # files that one process reads at a time
 _FAR = 8.0  # robust sd from the median of the others, from which a record stands out
 _MATTERS = 0.03  # share of the median by which it has to

@@ -5,8 +5,6 @@ from scipy.signal import savgol_filter
 
 from breaker.records import filled
 
-__all__ = ["seen_touch", "speed_along"]
-
 _WINDOW = 0.12  # of the duration of a motion, over which its speed is one
 _WAY = (0.3, 0.95)  # of the way, between which contacts touch and the travel is smooth otherwise
 _INNER = np.linspace(0.15, 0.85, 71)  # of that time, where a bend is told from a curve

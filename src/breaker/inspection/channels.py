@@ -15,8 +15,6 @@ from breaker.inspection.timing import Clock
 from breaker.mechanism import in_digits
 from breaker.records import Course
 
-__all__ = ["InspectionError", "Travel", "chosen_travels", "find_travels"]
-
 _OTHER_NAMES = re.compile(
     r"(?i)curr|strom|courant|corrient|coil|spule|bobin|speed|veloc|geschw|vitesse|accel|vibrat"
     r"|resist|widerst|\bres\b|ohm|dcrm|press|druck|temp|aux|contact|kontakt|status|digital|trigger|\bI\d|\bI_?L\d|电流|速度|電流"

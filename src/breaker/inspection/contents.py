@@ -42,8 +42,6 @@ from breaker.inspection.layouts import (
     layout_of_lines,
 )
 
-__all__ = ["guess_layout", "look_into", "stated_in"]
-
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
 _WORDS = re.compile("行程|位移|时间|時間|电流|速度|采样|変位|время|ход|путь")
 _DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits

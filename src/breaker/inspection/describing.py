@@ -15,8 +15,6 @@ from breaker.inspection.proposals import motions_of
 from breaker.inspection.timing import Clock, find_clock
 from breaker.inspection.wiring import Beside, columns_beside
 
-__all__ = ["describe_file", "travel_channels"]
-
 
 def travel_channels(file: str | Path) -> dict[str, tuple[str, Mapping[str, Beside]]]:
     """Return the channels of a file by those columns that move as a drive does: what each is

@@ -18,15 +18,6 @@ from breaker.inspection.timing import Clock
 from breaker.inspection.wiring import coils_before
 from breaker.mechanism import in_digits
 
-__all__ = [
-    "Guess",
-    "guess_direction",
-    "guess_grid",
-    "guess_rest",
-    "guess_time",
-    "guess_unit",
-]
-
 _MARGIN = 0.1  # share of the strokes seen that is allowed beyond them, so that a false gain shows
 _AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0
 _NEAR_ZERO = 0.25  # strokes, within which the rest nearer to 0 is taken for the open one

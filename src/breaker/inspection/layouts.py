@@ -27,8 +27,6 @@ from breaker.files import (
     unit_of,
 )
 
-__all__ = ["Layout", "LayoutError", "check_size", "kind_of", "layout_of_lines"]
-
 _SAMPLE = 1_000  # lines from which the kinds of columns are guessed
 _ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; reading looks there
 _MOST_COLUMNS = 300  # the widest exports have a tenth of it

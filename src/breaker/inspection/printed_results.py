@@ -11,15 +11,6 @@ from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.mechanism import SPEEDS, Point, Speed, in_digits
 
-__all__ = [
-    "Compared",
-    "compare_printed",
-    "meant_motions",
-    "measured_name",
-    "stated_remarks",
-    "stated_speeds",
-]
-
 _DIFFERS = {"stroke": 0.01, "speed": 0.03}
 _CLOSE = 0.05  # share by which strokes may differ that tell whether samples are multiplied
 _MEASURED = {

@@ -31,14 +31,6 @@ from breaker.inspection.timing import Clock, find_clock
 from breaker.inspection.wiring import Beside, columns_beside
 from breaker.records import Grid, Record, Scale, noise_remarks, read_record
 
-__all__ = [
-    "NOT_READ",
-    "InspectedMotion",
-    "Proposal",
-    "inspect_file",
-    "motions_of",
-]
-
 NOT_READ = "not read, as the record is long; choose a column by --channel, or export a shorter part"
 
 _STILL = 15.0  # ms at rest, at least, after which a motion is over; a slow rebound takes longer

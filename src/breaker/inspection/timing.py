@@ -12,8 +12,6 @@ from breaker.files import RATES, TO_MS
 from breaker.inspection.layouts import Layout
 from breaker.mechanism import in_digits
 
-__all__ = ["Clock", "find_clock"]
-
 _USUAL = 10.0  # kHz
 _OFF = 0.02  # share by which a stated rate may differ from that of the times
 _NICE = 1e-3  # share by which a rate may be off a round number that it is then taken for

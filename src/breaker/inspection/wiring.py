@@ -12,8 +12,6 @@ from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.mechanism import MOTIONS
 
-__all__ = ["Beside", "coils_before", "columns_beside"]
-
 _CONTACT = re.compile(
     r"(?i)contact|kontakt|contatt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir|^c(?=\d)"
     r"|触头"

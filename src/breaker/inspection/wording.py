@@ -13,8 +13,6 @@ from breaker.inspection.printed_results import stated_remarks
 from breaker.inspection.proposals import NOT_READ, InspectedMotion, Proposal
 from breaker.mechanism import in_digits
 
-__all__ = ["alike", "bullet", "overlay_of", "report_of"]
-
 _LONGEST = 10  # of an overlay
 _WIDTH = 100  # signs of a line
 

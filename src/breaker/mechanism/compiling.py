@@ -6,8 +6,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-__all__ = ["compiled"]
-
 _PLAIN = 30_000  # elements, with which plain Python takes less time than numba to load
 
 

@@ -42,8 +42,6 @@ import numpy as np
 from breaker.mechanism.kernels import rate_of, simulate
 from breaker.mechanism.parameters import MOTIONS, NAMES, split
 
-__all__ = ["Motion", "blocks", "check", "rest_position", "sensitivity", "too_fast", "travel"]
-
 _LONGEST = 1e6  # rate * length of a record: 280,000 intervals, some 10 ms a curve
 _ROWS = 8192  # of a block: some 20 ms of simulation, and 10 MB of curves
 _STEP = 1e-5  # of a derivative: errors of order and of rounding are then alike

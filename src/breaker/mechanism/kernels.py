@@ -21,8 +21,6 @@ from numba import njit, prange
 
 from breaker.mechanism.compiling import compiled
 
-__all__ = ["rate_of", "simulate"]
-
 _REACH = 1.8  # largest rate * h
 _TERMS = 24  # 1.8^24 / 24! = 2e-18, and 1.8^23 / 23! = 3e-17 for speeds
 _NODES = np.linspace(-1.0, 1.0, 9)  # of an interval: at most one turn of a margin between two

@@ -18,8 +18,6 @@ from breaker.mechanism.parameters import MOTIONS
 from breaker.mechanism.quantities import SOURCES, check_quantity, evaluate, quantities
 from breaker.mechanism.speeds import SPEEDS, Speed
 
-__all__ = ["Limit", "from_list"]
-
 _LEAST = 1e-12  # least error of a measured value, in its unit
 _DIGITS = 6  # of a bound in words
 _BAND = ("quantity", "reference", "tolerance")

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["in_digits", "in_p"]
-
 _LEAST_P = 1e-4  # below which a p-value says no more by its digits
 
 

@@ -9,18 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = [
-    "MOTIONS",
-    "NAMES",
-    "ONSET",
-    "PARAMETERS",
-    "Parameter",
-    "is_logarithmic",
-    "outputs",
-    "prior_sds",
-    "split",
-]
-
 
 @dataclass(frozen=True)
 class Parameter:

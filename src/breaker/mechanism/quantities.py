@@ -30,17 +30,6 @@ from breaker.mechanism.parameters import MOTIONS, NAMES, PARAMETERS, Parameter, 
 from breaker.mechanism.size import Size
 from breaker.mechanism.speeds import SPEEDS, Point, Speed
 
-__all__ = [
-    "QUANTITIES",
-    "SOURCES",
-    "Quantity",
-    "check_fact",
-    "check_quantity",
-    "evaluate",
-    "quantities",
-    "quantities_of",
-]
-
 # Of the reference drive: contact gap, mm, and the times in which force and opening spring move it,
 # sqrt(L / f) and sqrt(1 / k_a), ms.
 _GAP, _TIMES = 10.0, {"closing": np.sqrt(10.0 / 0.75), "opening": np.sqrt(1.0 / 0.045)}

@@ -13,8 +13,6 @@ from breaker.mechanism.curves import rest_position, travel
 from breaker.mechanism.parameters import MOTIONS
 from breaker.mechanism.speeds import Point
 
-__all__ = ["TIMES", "Readings"]
-
 _STEP = 0.25  # ms; cubics between samples are then right to a micrometre, as the tests show
 TIMES = np.arange(241) * _STEP
 """Times of the samples, ms."""

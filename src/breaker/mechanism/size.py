@@ -12,8 +12,6 @@ import numpy as np
 
 from breaker.mechanism.parameters import PARAMETERS
 
-__all__ = ["UNIT", "Size", "powers"]
-
 # Powers of length and time in a unit.
 _POWERS = {
     "1": (0, 0),

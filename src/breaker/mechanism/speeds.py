@@ -18,8 +18,6 @@ from dataclasses import dataclass, replace
 
 from breaker.mechanism.size import UNIT, Size
 
-__all__ = ["EVENTS", "SPEEDS", "Point", "Speed", "speeds_of"]
-
 EVENTS = {"closing": "touch", "opening": "parting"}
 _TEXT = re.compile(
     r"(?:(?P<time>\d+(?:\.\d+)?) ?ms (?P<when>before|after) )?(?:"

@@ -201,8 +201,9 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
         network's draws, ``faulty_weights``, ``divergence`` (KL of the exact posterior from the
         network's, by these weights), ``gap`` (``log p - log q`` at the true values, whose mean
         over curves is the mean divergence, whatever the weights), both nats, ``c2st``, how well the
-        best classifier tells the two apart, ``log_evidence`` by the network's draws, ``truth_log_density``, the network's log density of the truth per
-        unit of standardised outputs, and ``resolved``, whether the evidence can be relied on.
+        best classifier tells the two apart, ``log_evidence`` by the network's draws,
+        ``truth_log_density``, the network's log density of the truth per unit of standardised
+        outputs, and ``resolved``, whether the evidence can be relied on.
 
     Raises:
         ValueError: If the corrected curves are others.

@@ -12,8 +12,6 @@ import numpy as np
 from breaker.files import TO_MS
 from breaker.records.errors import UnusableError
 
-__all__ = ["count_remark", "even_times"]
-
 _LATEST = 1e14  # ms, beyond all clocks, also those that count from 1970 in any unit
 _STEPS = (1e-3, 1.05)  # ms, between samples: from 1 MHz to hardly less than 1 kHz
 _DURATIONS = (10.0, 1e4)  # ms, outside of which another unit of time is likely

@@ -11,8 +11,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from breaker.mechanism import in_digits
 
-__all__ = ["inconsistencies"]
-
 _EXACT = 1e-9  # of the range: less is the arithmetic's
 _CALM = 12  # samples whose noise is compared
 _UNREST = 3.9  # times the noise of the record; so many samples exceed that once in 1,000 records

@@ -14,8 +14,6 @@ from breaker.records.jumps import fitting, jumps
 from breaker.records.running import filled, running_mean, running_median, smoothed
 from breaker.records.segments import white_noise
 
-__all__ = ["doubtful_samples", "doubts_in_words"]
-
 _ABSURD = 1e6  # mm, beyond every stroke: arithmetic with more may overflow
 _FINE = 0.05  # ms, between samples of the running median
 _BURST = 5.0  # ms, longest burst that leaves no trace in the running median

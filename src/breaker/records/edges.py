@@ -15,8 +15,6 @@ from breaker.files import SWITCHING, Operation, label_of
 from breaker.records.errors import UnusableError
 from breaker.records.located import LocatedMotion
 
-__all__ = ["Contact", "events_of", "switching_of", "trigger_of"]
-
 _EARLY = 1.0  # ms, by which the first motion may be read late
 _LASTS = 0.2  # ms
 _CLEAR = 6.0  # sd of the noise, by which levels must differ

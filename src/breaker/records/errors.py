@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-__all__ = ["NotShownError", "SeveralMotionsError", "UnusableError"]
-
 
 class UnusableError(ValueError):
     """A record that cannot be used, and the line of its file that shows it, if there is one."""

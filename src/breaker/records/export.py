@@ -4,8 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["write_curve"]
-
 _PREAMBLE = ("travel record", "motion: {motion}", "operation: {operation}", "zero: open position")
 
 

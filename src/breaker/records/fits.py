@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Fit", "weights_of"]
-
 _DEGREE = 3
 _STEPS = 6  # in search of a time
 

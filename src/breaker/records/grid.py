@@ -15,8 +15,6 @@ import numpy as np
 from breaker.mechanism import in_digits
 from breaker.records.errors import UnusableError
 
-__all__ = ["Grid", "Gridded", "check_missing", "cubic_weights", "grid_remarks", "on_grid"]
-
 _WHOLE = 1e-3  # samples, by which a step of the grid may be off whole ones
 _ON = 1e-6  # samples, from which a time is on a sample
 _FEWEST = 16  # samples of a motion, which is two for each parameter

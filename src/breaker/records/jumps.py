@@ -11,8 +11,6 @@ import numpy as np
 from breaker.records.running import filled
 from breaker.records.segments import white_noise
 
-__all__ = ["fitting", "jumps", "leap_at"]
-
 _BESIDE = 3  # steps before a step and after it, between which it is
 _ROOM = 0.5  # times the range of these
 _LONGER, _LONGEST = 2, 0.15  # times as long each; strokes at the greatest speed: time of means

@@ -17,8 +17,6 @@ from breaker.records.errors import UnusableError
 from breaker.records.scale import seen_quantum
 from breaker.records.segments import Course, white_noise
 
-__all__ = ["first_motion", "main_motion"]
-
 _RISE = (0.03, 0.2)  # of the way, least and largest rise that is fitted,
 _CLEAR = 30.0  # and in between this many sd of the noise: low enough to see the start
 _ON = 2.25  # times that rise: at even force half as late again

@@ -7,8 +7,6 @@ import numpy as np
 from breaker.records.noise import Noise, noise_at_rest
 from breaker.records.segments import Segment, white_noise
 
-__all__ = ["LocatedMotion"]
-
 # Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
 # an earlier motion may still ring.
 _REST = (50.0, 1.0)

@@ -27,8 +27,6 @@ from breaker.records.scale import seen_quantum
 from breaker.records.segments import find_segment
 from breaker.records.uncertain import Trace, Uncertain
 
-__all__ = ["Measured", "Reading", "measure_curve"]
-
 _AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
 _TRAVEL = (0.1, 0.9)  # shares of the stroke between which a travel time is taken
 _SEEN = 4.5  # sd, from which a way beyond rest is seen

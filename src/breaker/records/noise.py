@@ -11,8 +11,6 @@ import numpy as np
 
 from breaker.mechanism import in_digits
 
-__all__ = ["Noise", "noise_at_rest", "noise_remarks"]
-
 _FEWEST = 10  # samples at rest, for an estimate
 _FALSE = 1e-4  # probability of a remark on noise of the right size
 _NORMAL = 3.7  # sd that normal noise exceeds with that probability

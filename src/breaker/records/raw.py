@@ -24,8 +24,6 @@ from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import find_segment
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
 
-__all__ = ["Raw", "read_raw", "read_raws", "taken_apart"]
-
 _MANY = 100  # files, from which the progress is shown
 
 

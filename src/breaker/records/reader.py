@@ -49,8 +49,6 @@ from breaker.records.raw import Raw, read_raw, read_raws
 from breaker.records.scale import Scale
 from breaker.stores import open_store
 
-__all__ = ["Record", "open_curves", "read_curves", "read_record"]
-
 _UNITS = {
     **dict.fromkeys(("first_motion", "contact_time", "contact_sd", "latch_time"), "ms"),
     **{"masked": "1", "noise": "mm", "colour": "1", "rate": "kHz"},

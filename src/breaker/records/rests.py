@@ -12,8 +12,6 @@ import numpy as np
 from breaker.records.segments import Segment
 from breaker.records.uncertain import Trace, Uncertain
 
-__all__ = ["Rests"]
-
 _BEFORE = (5.0, 0.05)  # times the motion's duration, the rest before it: from, to
 _AFTER = 8.0  # times that, farthest rest after it,
 _LAST = 1 / 3  # of which this share counts

@@ -7,8 +7,6 @@ import numpy as np
 
 from breaker.mechanism import compiled
 
-__all__ = ["filled", "running_mean", "running_median", "smoothed"]
-
 _fast = compiled(late=True)
 
 

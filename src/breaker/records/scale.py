@@ -15,8 +15,6 @@ import numpy as np
 from breaker.files import TO_MM
 from breaker.records.errors import UnusableError
 
-__all__ = ["Scale", "seen_quantum"]
-
 _BEYOND = 0.02  # of its width, by which noise may leave a table; there it goes on straight
 _OUTSIDE = 0.05  # share of samples further out from which it is the wrong table
 

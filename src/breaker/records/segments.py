@@ -15,8 +15,6 @@ from breaker.mechanism import in_digits
 from breaker.records.errors import SeveralMotionsError, UnusableError
 from breaker.records.running import smoothed
 
-__all__ = ["Course", "Segment", "find_segment", "white_noise"]
-
 _FEWEST = 20  # samples of a record
 _WINDOW = 2.0  # ms, of the running median: a burst of nearly half of it leaves no trace
 _CLEAR = 12.0  # sd of the noise, least range of a reading in which something moves

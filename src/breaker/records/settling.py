@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Settling", "settling"]
-
 _BLOCKS = 64  # means of neighbouring samples that are fitted
 _ROUNDS = 5
 _FARTHEST = 5.0  # change of a rate in a round

@@ -11,8 +11,6 @@ import numpy as np
 
 from breaker.mechanism import compiled
 
-__all__ = ["SHAPE_STEP", "SHAPE_TIMES", "Shape", "effective_noise", "normalise", "shape_of"]
-
 SHAPE_STEP = 0.1
 """Between times of the grid, in durations."""
 

@@ -9,8 +9,6 @@ from breaker.mechanism import in_digits
 from breaker.records.errors import UnusableError
 from breaker.records.segments import Segment
 
-__all__ = ["check_stroke", "rest_of_open", "rest_remark"]
-
 _ANY = (2.0, 300.0)  # mm
 # Rest of the open breaker, in strokes: further from zero the record is refused, or has a remark.
 _FAR = 0.15

@@ -17,8 +17,6 @@ from breaker.records.fits import Fit, weights_of
 from breaker.records.running import filled, running_mean
 from breaker.records.settling import settling
 
-__all__ = ["Trace", "Uncertain"]
-
 _FEWEST = 6  # samples of a local fit
 _LOCAL = 11.0  # of the width of local fits: with it, their own error is a third of the noise's
 _WIDEST = 0.2  # of the time of the motion, half the width of a local fit

@@ -20,8 +20,6 @@ from breaker.family import SCATTER_DIRECTIONS, Basis, without_onset
 from breaker.wear.path import Block
 from breaker.wear.series import Series
 
-__all__ = ["Coordinates", "Curve", "Reading"]
-
 _COMPONENTS = 24
 _USUAL = 0.1  # scatter that is usual of drives, in changes of the family,
 _KNOWN = 20  # and how well it is known, as from so many records more

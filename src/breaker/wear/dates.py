@@ -5,8 +5,6 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-__all__ = ["days_per_operation", "on_date"]
-
 _YEAR = 365.0  # days over which operations are counted, where the records go back as far,
 _LEAST = 30.0  # and over which they must have been
 _FARTHEST = 36525.0  # days ahead that are told

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 from breaker.files import EVENTS, event_words
 
-__all__ = ["Event"]
-
 _TRANSDUCER = "transducer"
 
 

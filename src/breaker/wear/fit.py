@@ -7,8 +7,6 @@ import numpy as np
 
 from breaker.wear.path import Block
 
-__all__ = ["Explained", "Fit"]
-
 _LEADING = 12  # coordinates of a block that count for changes, and for how its path bends
 
 

@@ -15,8 +15,6 @@ from breaker.wear.readout import Readout, name_set
 from breaker.wear.series import series_of
 from breaker.wear.tracker import Tracker
 
-__all__ = ["follow_curves", "follow_life"]
-
 QUANTILES = (0.05, 0.5, 0.95)
 _ASKED = 500  # operations, about, at which a life is read; all are followed
 

@@ -20,8 +20,6 @@ from breaker.mechanism import Limit
 from breaker.wear.path import Path
 from breaker.wear.readout import Readout
 
-__all__ = ["Forecast", "Future", "Onward"]
-
 _NODES, _NEAREST, _FARTHEST = 12, 10.0, 8.0  # along the path, operations, horizons
 _AHEAD = 160  # operations ahead at which a distribution is computed
 _WHEN, _HOW = 5, 3  # nodes of when the next change comes, and of its size

@@ -11,8 +11,6 @@ from breaker.wear.path import Change, Path
 if TYPE_CHECKING:
     from breaker.wear.tracker import Tracker
 
-__all__ = ["Life"]
-
 _LEVEL, _RATE, _LATER = 100.0, 10.0, 30.0  # prior sds, in changes of the family: none is known
 _STARTS = 40  # of changes that are weighed, closer together the later they are
 _NEAR = 8  # records about the last place of a change, where each is weighed

@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Block", "Change", "Path"]
-
 
 class Block(NamedTuple):
     """Coordinates that are seen together, independent, in units of their scatter.

@@ -17,8 +17,6 @@ from breaker.mechanism import NAMES, Limit
 from breaker.wear.coordinates import Coordinates
 from breaker.wear.series import Series
 
-__all__ = ["Readout", "name_set"]
-
 _BLOCK = 64  # changes that are read at once
 _SURE = 0.9  # probability of the set of names
 

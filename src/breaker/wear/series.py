@@ -10,8 +10,6 @@ from breaker.family import NormalisedRecords, network_record
 from breaker.records import SHAPE_TIMES, Shape, shape_of
 from breaker.wear.events import Event
 
-__all__ = ["Motion", "Series", "series_of"]
-
 _ALIKE = 5.0  # K, within which new operations are compared
 
 

@@ -18,8 +18,6 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-__all__ = ["STATES", "planned", "standing"]
-
 STATES = ("unknown", "healthy", "plan", "now")
 """States of a limit and of a drive, the most urgent last."""
 

@@ -13,16 +13,6 @@ from breaker.files import ABOUT, metadata_names
 from breaker.wear.dates import days_per_operation, on_date
 from breaker.wear.states import STATES
 
-__all__ = [
-    "CHANGES",
-    "DECISIONS",
-    "LIMITS",
-    "change_table",
-    "decide",
-    "limit_table",
-    "operation_metadata",
-]
-
 DECISIONS = {
     "breaker": "name of the breaker",
     "phase": "name of the phase",

@@ -28,8 +28,6 @@ from breaker.wear.fit import Fit
 from breaker.wear.life import Life
 from breaker.wear.path import Block, Path
 
-__all__ = ["Tracker"]
-
 
 @dataclass(frozen=True)
 class Tracker:

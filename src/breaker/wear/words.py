@@ -10,17 +10,6 @@ import xarray as xr
 
 from breaker.mechanism import in_digits, in_p
 
-__all__ = [
-    "about",
-    "headline",
-    "in_percent",
-    "limit_words",
-    "opening",
-    "since_new",
-    "span",
-    "trust",
-]
-
 _NOTED = 2.0  # percent, beyond which a change is worth a word
 _SURE = 0.05  # probability of no change below which a parameter is named
 _MOST = 4
