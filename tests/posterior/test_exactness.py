@@ -354,7 +354,7 @@ def judged():
 def test_a_judgement_by_hand(judged):
     """The gap is a formula of the truth, all else of the weights of the draws."""
     data, _, result = judged
-    expected = ("efficiency", "pareto_k", "faulty_weights", "divergence", "log_evidence")
+    expected = ("efficiency", "pareto_k", "faulty_weights", "divergence", "c2st", "log_evidence")
     assert set(result.data_vars) == {*expected, "truth_log_density", "gap", "resolved"}
     assert all(result[name].dims == ("curve",) for name in result)
     assert result.attrs == {"motion": "closing"}
@@ -402,6 +402,7 @@ def judgement(**changes):
         "pareto_k": np.array([0.1, 0.8, -np.inf, 0.2, np.inf, np.nan]),
         "faulty_weights": np.zeros(6, dtype=int),
         "divergence": np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]),
+        "c2st": np.array([0.5, 0.52, 0.54, 0.56, 0.58, 0.6]),
         "truth_log_density": np.arange(6.0),
         "gap": np.array([-1.0, 0.0, 1.0, 2.0, 3.0, 40.0]),
         "resolved": np.array([True, True, True, True, True, False]),
@@ -435,6 +436,7 @@ CASES = {
             "gap_nats": 1.0,
             "gap_se": np.sqrt(2.5 / 5),
             "divergence_nats": 0.35,
+            "c2st_median": 0.55,
             "truth_log_density": 2.5,
             "corrected_curves": 8,
             "resolved": 0.75,

@@ -3,7 +3,7 @@
 import torch
 
 from breaker.networks import Hidden, ResidualMLP
-from breaker.posterior.optimisers import optimisers, orthogonal
+from breaker.posterior.optimisers import full_width, optimisers, orthogonal
 from tests.networks_fixtures import MARKS, TRAINING, normal
 
 pytestmark = MARKS
@@ -30,3 +30,15 @@ def test_matrices_between_hidden_layers_take_them():
     assert not of_muon & others
     (alone,) = optimisers(network, TRAINING | {"optimiser": "adamw"})
     assert len(alone.param_groups[0]["params"]) == len([*network.parameters()])
+
+
+def test_the_full_width_rounds_nothing():
+    x, y = normal(96, 300).float(), normal(300, 64).float()
+    exact, size = x.double() @ y.double(), x.double().abs() @ y.double().abs()
+    before = torch.backends.mkldnn.matmul.fp32_precision
+    with full_width():
+        found = x @ y
+    # Of bfloat16 the error is some 2e-3 of the size.
+    assert ((found - exact).abs() / size).max() < 1e-6
+    assert ((x.bfloat16().double() @ y.double() - exact).abs() / size).max() > 1e-5
+    assert torch.backends.mkldnn.matmul.fp32_precision == before

@@ -61,6 +61,17 @@ def test_evidence_efficiency_and_gap_in_closed_form(judged):
     assert abs(result.gap - DIVERGENCE) < TWO_SIDED * error
 
 
+def test_the_best_classifier_in_closed_form():
+    """Draws twice as wide as the exact normal; it calls all within +-t exact. False alarm 1e-3."""
+    z = 2.0 * generator(1, "test exact", "classifier").standard_normal(40_000)
+    found = importance(norm.logpdf(z), norm.logpdf(z, scale=2.0))
+    t = np.sqrt(8.0 / 3.0 * np.log(2.0))
+    right = 0.5 * (1.0 - 2.0 * norm.sf(t)) + norm.sf(t / 2.0)
+    error = 0.25 * np.abs(np.exp(found.log_weights) * z.size - 1.0).std() / np.sqrt(z.size)
+    assert abs(found.c2st - right) < TWO_SIDED * error
+    assert importance(norm.logpdf(z), norm.logpdf(z)).c2st == pytest.approx(0.5)
+
+
 def test_evidence_is_unbiased_and_its_error_calibrated():
     """Of many small samples: false alarm 1e-3 each. Its logarithm is only nearly unbiased."""
     rng = generator(1, "test exact", "repeats")

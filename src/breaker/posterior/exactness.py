@@ -217,8 +217,8 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
         Dataset over ``curve``: ``efficiency`` and ``pareto_k`` of the importance weights of the
         network's draws, ``faulty_weights``, ``divergence`` (KL of the exact posterior from the
         network's, by these weights), ``gap`` (``log p - log q`` at the true values, whose mean
-        over curves is the mean divergence, whatever the weights), both nats, ``log_evidence`` by
-        the network's draws, ``truth_log_density``, the network's log density of the truth per
+        over curves is the mean divergence, whatever the weights), both nats, ``c2st``, how well the
+        best classifier tells the two apart, ``log_evidence`` by the network's draws, ``truth_log_density``, the network's log density of the truth per
         unit of standardised outputs, and ``resolved``, whether the evidence can be relied on.
 
     Raises:
@@ -242,6 +242,7 @@ def judge(posterior: "Posterior", data: xr.Dataset, corrected: xr.Dataset) -> xr
                 "pareto_k": weights.pareto_k,
                 "faulty_weights": weights.faulty,
                 "divergence": weights.gap,
+                "c2st": weights.c2st,
                 "log_evidence": weights.log_evidence,
                 "truth_log_density": log_density[-1],
                 "gap": log_joint[-1] - corrected.log_evidence.values[i] - log_density[-1],

@@ -7,14 +7,15 @@ within 0.07 nats of it where AdamW is within 0.16. Written out because torch's o
 alone, which processors without such instructions only emulate.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 
 import torch
 from torch import Tensor, nn
 
 from breaker.networks import Hidden
 
-__all__ = ["Muon", "optimisers"]
+__all__ = ["Muon", "full_width", "optimisers"]
 
 _COEFFICIENTS = (3.4445, -4.7750, 2.0315)  # of a polynomial steep at 0, as of Jordan et al.
 _ROUNDS = 5
@@ -91,3 +92,20 @@ def _precision(device: str) -> torch.dtype:
     """Half of float32 where the processor multiplies it faster, which a step's direction bears."""
     fast = device == "cuda" or torch.cpu.get_capabilities().get("avx512_bf16", False)
     return torch.bfloat16 if fast else torch.float32
+
+
+@contextmanager
+def full_width() -> Iterator[None]:
+    """Multiply matrices of float32 on the whole width of an AMD processor, as exactly as before.
+
+    MKL uses half of it. oneDNN, twice as fast there, is taken by torch only where it may round to
+    bfloat16, which it does on processors with tiles for matrices (AMX), and not on others.
+    """
+    able, matmul = torch.cpu.get_capabilities(), torch.backends.mkldnn.matmul
+    exact = able.get("avx512_bf16", False) and not able.get("amx_bf16", False)
+    before = matmul.fp32_precision
+    matmul.fp32_precision = "bf16" if exact else before
+    try:
+        yield
+    finally:
+        matmul.fp32_precision = before

@@ -185,6 +185,7 @@ def summary(judged: xr.Dataset, corrected: xr.Dataset) -> pd.DataFrame:
         "gap_nats": gap.mean() if gap.size else np.nan,
         "gap_se": gap.std(ddof=1) / np.sqrt(gap.size) if gap.size > 1 else np.nan,
         "divergence_nats": sound.divergence.values.mean() if sound.sizes["curve"] else np.nan,
+        "c2st_median": np.median(sound.c2st.values) if sound.sizes["curve"] else np.nan,
         "truth_log_density": judged.truth_log_density.values.mean(),
         "corrected_curves": corrected.sizes["curve"],
         "resolved": corrected.resolved.values.mean(),

@@ -30,7 +30,7 @@ from breaker.model import seed_integer
 from breaker.posterior.batches import OnlineRows, Rows, StreamedRows
 from breaker.posterior.estimator import Posterior
 from breaker.posterior.family_network import FamilyNetwork, FamilyRows
-from breaker.posterior.optimisers import optimisers
+from breaker.posterior.optimisers import full_width, optimisers
 
 __all__ = ["Checkpoint", "Trainer", "choose_device", "fingerprint"]
 
@@ -122,7 +122,7 @@ class Trainer:
             mininterval=5.0,
             unit="step",
         )
-        with bar:
+        with bar, full_width():
             while self.step < total:
                 self._advance()
                 if self.step % self.settings["evaluate_every"] == 0 or self.step == total:

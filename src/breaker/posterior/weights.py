@@ -9,7 +9,9 @@ record ``x``:
 - the shape ``k`` of a generalised Pareto distribution fitted to the largest weights (Vehtari et
   al., 2024, "Pareto smoothed importance sampling"): from 0.7 on they do not settle;
 - the log evidence ``log p(x)``, the log of the mean weight, with its standard error;
-- the divergence ``KL(p | q) = E_p[log p(z|x) - log q(z)]``, the gap to the exact posterior.
+- the divergence ``KL(p | q) = E_p[log p(z|x) - log q(z)]``, the gap to the exact posterior;
+- the accuracy of the best classifier of draws of ``q`` and of ``p``, ``1/2 + E_q|p/q - 1| / 4``,
+  which a classifier two-sample test (C2ST) approaches from below: 0.5 where ``q`` is exact.
 
 A weight of zero is legitimate (outside the prior's support). A weight that is not a number, or
 infinite, is a fault: it is counted, and leaves all of the above undefined.
@@ -55,6 +57,12 @@ class Importance:
     def efficiency(self) -> float:
         """Effective sample size over draws."""
         return self.size / self.log_weights.size
+
+    @property
+    def c2st(self) -> float:
+        """Accuracy of the best classifier of these draws and exact ones, 0.5 to 1."""
+        ratio = self.log_weights.size * np.exp(self.log_weights)
+        return 0.5 + 0.25 * float(np.abs(ratio - 1.0).mean())
 
 
 def importance(log_joint: np.ndarray, log_density: np.ndarray) -> Importance:

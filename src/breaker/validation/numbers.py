@@ -131,6 +131,7 @@ def _of_exactness(row: pd.Series) -> dict[str, str]:
         "efficiency_lowest": _percent(row.efficiency_lowest),
         "gap": _two(row.gap_nats),
         "gap_se": _two(row.gap_se),
+        "c2st": _two(row.c2st_median),
         "curves": _count(row.corrected_curves),
         "curves_resolved": _count(row.resolved * row.corrected_curves),
     }
