@@ -1,12 +1,11 @@
 """Change detectors beside the tracker, at equal false alarms: how many changes they find, how late.
 
-    pip install --target detectors river==0.26.1 narwhals    # not part of the environment
-    PYTHONPATH=detectors python -m studies.detectors 60 docs/detectors.csv
+    studies/.venv/bin/python -m studies.detectors 60 docs/detectors.csv    # requirements.txt
 
 What an engineer would watch: stroke and travel time of both motions, as they are measured. Wear
 moves them all the time, so each detector gets what a line through all earlier records leaves of the
 next one, in units of its scatter. EWMA; FOCuS for an unknown mean before and after (Romano et al.
-2023), by its definition, since its package did not build; Page-Hinkley and ADWIN of river.
+2023), of changepoint-online; Page-Hinkley and ADWIN of river.
 Thresholds of all, the tracker's among them, are the least with which one in fifty ``steady`` lives
 has an alarm.
 """
@@ -16,6 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
+from changepoint_online import Focus, Gaussian
 from river import drift
 from tqdm import tqdm
 
@@ -54,12 +54,11 @@ def ewma(x: np.ndarray) -> np.ndarray:
 
 
 def focus(x: np.ndarray) -> np.ndarray:
-    """Largest likelihood ratio of a change of the mean, over all its times: what FOCuS computes."""
-    sums, found = np.concatenate([[0.0], np.cumsum(x)]), np.zeros(x.size)
-    for i in range(2, x.size + 1):
-        k = np.arange(1, i)
-        before, after = sums[k] / k, (sums[i] - sums[k]) / (i - k)
-        found[i - 1] = (k * (i - k) / i * np.square(after - before)).max() / 2.0
+    """Largest likelihood ratio of a change of the mean, over all its times."""
+    detector, found = Focus(Gaussian()), np.zeros(x.size)
+    for i, each in enumerate(x):
+        detector.update(each)
+        found[i] = detector.statistic()
     return found
 
 

@@ -1,123 +1,109 @@
-"""Other tools beside this one: train, judge, measure, two processes side by side on two cores.
+"""Other tools beside this one: train and judge arms at equal budgets, seeds and motions.
 
-    python -m studies.peers
+    python -m studies.peers --seconds 120 --seeds 3
 
-What is finished is skipped, so that it goes on where it was interrupted; delete a JSON file to have
-it made anew. Banks are those of the workflow (results/bank); the tables are made by table.py.
+One run is one process, and writes one JSON file; what is there is skipped, so that the study goes
+on where it was interrupted, and any arm can be run alone; delete a file to have it made anew. The
+machine should do nothing else: budgets are of wall time by default. table.py makes the tables.
 """
 
 import argparse
-import os
+import json
 import subprocess
 import sys
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 from pathlib import Path
-from queue import SimpleQueue
 
-from studies.peers.common import RESULTS
-from studies.peers.tools import TOOLS
+from studies.peers.arms import ARMS
+from studies.peers.common import CLOCKS, RESULTS
+
+_OTHERS = ("simulators", "alternatives")  # beside the arms, one thread each, one seed
 
 
 @dataclass(frozen=True)
 class Job:
-    """One process: the file that it writes, the files that it needs, and its command."""
+    """One process: the module that it runs, the file that it writes, and its other options."""
 
-    makes: Path
-    needs: tuple[Path, ...]
     script: str
-    arguments: tuple[str, ...]
+    makes: Path
+    options: dict[str, object] = field(default_factory=dict)
 
 
-def jobs(motion: str, given: argparse.Namespace) -> list[Job]:
-    """Return the jobs of a motion, in an order in which no job waits for a later one."""
-    folder = given.results / motion
-    common = ("--motion", motion, "--seed", str(given.seed))
-    bank, model = str(given.banks / motion), folder / "breaker" / "model.safetensors"
-    trained = {tool: folder / tool / "training.json" for tool in TOOLS}
-    evidence = folder / "evidence.json"
-    reference = ("--model", str(model), "--out")
-    train = ("--bank", bank, "--seconds", str(given.seconds), "--out")
-    listed = [
-        Job(trained[tool], (), "train", ("--tool", tool, *train, str(folder / tool)))
-        for tool in TOOLS
-    ]
-    needs = (trained["breaker"],)
-    listed.append(Job(evidence, needs, "evidence", (*reference, str(evidence))))
-    listed += [
-        Job(
-            folder / tool / "score.json",
-            (trained[tool], evidence),
-            "score",
-            ("--tool", tool, "--model", str(folder / tool), "--evidence", str(evidence)),
-        )
-        for tool in TOOLS
-    ]
-    simulators, alternatives = folder / "simulators.json", folder / "alternatives.json"
-    listed.append(Job(simulators, (), "simulators", ("--out", str(simulators))))
-    options = ("--bank", bank, *reference, str(alternatives))
-    listed.append(Job(alternatives, needs, "alternatives", options))
-    return [Job(job.makes, job.needs, job.script, (*job.arguments, *common)) for job in listed]
+def jobs(given: argparse.Namespace) -> list[Job]:
+    """Return all jobs, in an order in which no job waits for a later one."""
+    listed = []
+    for motion in given.motions:
+        exact = given.results / motion / "exact.json"
+        listed.append(Job("exact", exact, {"motion": motion, "threads": given.threads}))
+        listed += [
+            Job(other, given.results / motion / f"{other}.json", {"motion": motion})
+            for other in given.others
+        ]
+    for seed in range(1, given.seeds + 1):
+        for motion in given.motions:
+            shared = {key: getattr(given, key) for key in ("threads", "seconds", "clock", "cap")}
+            shared |= {"motion": motion, "seed": seed}
+            shared["exact"] = given.results / motion / "exact.json"
+            folder = given.results / motion / "runs"
+            listed += [
+                Job("run", folder / f"{arm}_{seed}.json", {"arm": arm, **shared})
+                for arm in given.arms
+            ]
+    return listed
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--motions", nargs="+", default=["closing", "opening"])
-    options.add_argument("--banks", type=Path, default=Path("results/bank"))
+    options.add_argument("--arms", nargs="*", choices=ARMS, default=list(ARMS), metavar="ARM")
+    options.add_argument("--others", nargs="*", choices=_OTHERS, default=_OTHERS, metavar="OTHER")
+    options.add_argument("--seeds", type=int, default=3, help="runs of each arm and motion")
+    options.add_argument("--seconds", type=float, default=120.0, help="budget of a training")
+    options.add_argument("--clock", choices=CLOCKS, default="wall", help="that the budget is of")
+    options.add_argument("--threads", type=int, default=2, help="and processor cores, of a run")
+    options.add_argument("--cap", type=float, default=10.0, help="seconds for each of the scores")
     options.add_argument("--results", type=Path, default=RESULTS)
-    options.add_argument("--seconds", type=float, default=600.0, help="processor time to train")
-    options.add_argument("--seed", type=int, default=1)
-    options.add_argument("--cores", type=int, nargs="+", help="(the first two of this machine)")
     given = options.parse_args()
 
-    listed = [job for motion in given.motions for job in jobs(motion, given)]
+    listed = jobs(given)
     waiting = [job for job in listed if not job.makes.exists()]
     print(f"{len(listed) - len(waiting)} of {len(listed)} jobs are done already", flush=True)
-    cores: SimpleQueue[int] = SimpleQueue()
-    available = given.cores or sorted(os.sched_getaffinity(0))[:2]
-    for core in available:
-        cores.put(core)
-
-    running, failed = {}, []
-    with ThreadPoolExecutor(len(available)) as pool:
-        while waiting or running:
-            ready = [job for job in waiting if all(path.exists() for path in job.needs)]
-            for job in ready[: len(available) - len(running)]:
-                waiting.remove(job)
-                running[pool.submit(start, job, cores)] = job
-            if not running:
-                break
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                job = running.pop(future)
-                if future.result():
-                    failed.append(job)
-                print(f"{'FAILED' if future.result() else 'done'}: {job.makes}", flush=True)
+    begin, failed = time.perf_counter(), []
+    for number, job in enumerate(waiting, start=1):
+        status = start(job)
+        failed += [job] * bool(status)
+        spent = time.perf_counter() - begin
+        left = spent / number * (len(waiting) - number) / 60.0
+        print(f"{number}/{len(waiting)} {said(job, status)}; {left:.0f} min left", flush=True)
     for job in failed:
         print(f"failed: {job.makes}; see {job.makes.with_suffix('.log')}")
-    for job in waiting:
-        print(f"not made, for what it needs failed: {job.makes}")
-    sys.exit(bool(failed or waiting))
+    sys.exit(bool(failed))
 
 
-def start(job: Job, cores: SimpleQueue) -> int:
-    """Run a job on a free core and return its exit status."""
-    core = cores.get()
-    try:
-        job.makes.parent.mkdir(parents=True, exist_ok=True)
-        command = [
-            sys.executable,
-            "-m",
-            f"studies.peers.{job.script}",
-            *job.arguments,
-            "--core",
-            str(core),
-        ]
-        with job.makes.with_suffix(".log").open("w") as log:
-            log.write(" ".join(command) + "\n")
-            log.flush()
-            return subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode
-    finally:
-        cores.put(core)
+def start(job: Job) -> int:
+    """Run a job and return its exit status."""
+    job.makes.parent.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, "-m", f"studies.peers.{job.script}", "--out", str(job.makes)]
+    for name, value in job.options.items():
+        command += [f"--{name}", str(value)]
+    with job.makes.with_suffix(".log").open("w") as log:
+        log.write(" ".join(command) + "\n")
+        log.flush()
+        return subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode
+
+
+def said(job: Job, status: int) -> str:
+    """Say what came of a job."""
+    if status or job.script != "run":
+        return f"{'FAILED' if status else 'done'}: {job.makes}"
+    record = json.loads(job.makes.read_text(encoding="utf-8"))
+    spent = ", ".join(f"{name} {seconds:.0f}" for name, seconds in record["seconds"].items())
+    return (
+        f"{job.makes}: gap {record['gap'][0]:.2f}, C2ST {record['c2st'][0]:.3f}, efficiency "
+        f"{100 * record['efficiency_quartiles'][1]:.1f} %; seconds: {spent}, of processors in "
+        f"training {record['processor_seconds']:.0f}"
+    )
 
 
 if __name__ == "__main__":

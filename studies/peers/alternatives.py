@@ -8,29 +8,28 @@ Standardised outputs throughout. The log score of all is that of the normal dist
 mean and covariance that the method reports, as not all have a density.
 """
 
-from pathlib import Path
-
 import emcee
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import multivariate_normal
 
 from breaker.model import generator
-from breaker.posterior import Posterior, correct
+from breaker.posterior import correct
 from studies.peers.common import (
-    RESULTS,
+    CLOCKS,
     HeldOut,
-    clock,
+    bank_of,
     held_out,
     mean_and_error,
-    one_core,
     parser,
-    read_bank,
     read_settings,
+    restart,
     truth,
     write_json,
 )
+from studies.peers.fit_breaker import Breaker
 
+_clock = CLOCKS["processor"]
 _KEPT = 500  # simulations that ABC keeps
 _STARTS = 5  # of a least-squares fit: the prior median, and draws from the prior
 _WALKERS, _STEPS, _BURN_IN = 32, 10_000, 2000
@@ -87,28 +86,24 @@ def mcmc(measured: np.ndarray, data: HeldOut, rng: np.random.Generator) -> tuple
 
 
 def main() -> None:
-    options = parser(__doc__.splitlines()[0])
-    options.add_argument("--bank", type=Path, help="folder of shards (results/bank/MOTION)")
-    options.add_argument("--model", type=Path, help=f"({RESULTS}/MOTION/breaker/model.safetensors)")
+    options = parser(__doc__.splitlines()[0], "alternatives")
     options.add_argument("--curves", type=int, default=20)
-    options.add_argument("--out", type=Path, help=f"({RESULTS}/MOTION/alternatives.json)")
+    options.add_argument("--steps", type=int, default=3000, help="of the network's training")
     given = options.parse_args()
-    one_core(given.core)
+    restart(given.threads)
 
     settings = read_settings()
     data = held_out(given.motion, settings, given.curves)
-    bank = read_bank(given.bank or Path("results/bank") / given.motion, settings)
+    bank = bank_of(data.model)
     rng = generator(given.seed, "alternatives", given.motion)
-    posterior = Posterior.load(
-        given.model or RESULTS / given.motion / "breaker" / "model.safetensors"
-    )
-    begin = clock()
+    arm = Breaker("breaker_coupling_flow")
+    arm.train(bank, data.model, given.steps, given.seed)
+    begin = _clock()
     abc = Abc(bank, data, rng)
-    set_up = clock() - begin
+    set_up = _clock() - begin
 
     def network(measured: np.ndarray) -> np.ndarray:
-        noise = rng.standard_normal((1, _DRAWS, data.z.shape[1]))
-        return posterior.model.standardise(posterior.sample(measured[None], noise))[0]
+        return arm.sample(measured[None], _DRAWS, int(rng.integers(2**31)))[0]
 
     unresolved: list[str] = []
 
@@ -137,20 +132,15 @@ def main() -> None:
     rows["mcmc"]["autocorrelation_time"] = [float(np.median(times)), max(times)]
     rows["abc"]["seconds_once"] = set_up
     rows["network, corrected"]["unresolved"] = unresolved
-    write_json(
-        given.out or RESULTS / given.motion / "alternatives.json",
-        {"motion": given.motion, "curves": given.curves, "rows": rows},
-    )
-    for name, row in rows.items():
-        print(name, row)
+    write_json(given.out, {"motion": given.motion, "curves": given.curves, "rows": rows})
 
 
 def judge(method, data: HeldOut) -> dict:
     """Apply a method to all records; it returns draws, or an optimum and its covariance."""
     method(data.measured[0])  # compiles
-    begin = clock()
+    begin = _clock()
     found = [method(measured) for measured in data.measured]
-    seconds = (clock() - begin) / len(found)
+    seconds = (_clock() - begin) / len(found)
     inside, errors, scores = [], [], []
     for answer, z in zip(found, data.z, strict=True):
         if isinstance(answer, tuple):

@@ -1,8 +1,4 @@
-"""What all processes of the comparison share: one core, the clock, the curves, the exact density.
-
-Everything is counted in processor time of a process that is pinned to one core, so that two may
-run side by side on a shared machine without costing each other anything but caches.
-"""
+"""What all processes of the comparison share: threads, clocks, and curves."""
 
 import argparse
 import json
@@ -20,22 +16,22 @@ import numpy as np
 import xarray as xr
 
 from breaker.mechanism import MOTIONS
-from breaker.model import Model, generator, open_bank, simulate
+from breaker.model import Model, generator, simulate
 from breaker.shipped import DEFAULTS
 from breaker.workflow import read
 
 __all__ = [
+    "CLOCKS",
     "RESULTS",
     "HeldOut",
-    "clock",
+    "bank_of",
     "held_out",
     "joint_model",
     "mean_and_error",
-    "one_core",
     "parser",
     "plan",
-    "read_bank",
     "read_settings",
+    "restart",
     "truth",
     "write_json",
 ]
@@ -43,77 +39,68 @@ __all__ = [
 RESULTS = Path("results/benchmarks/peers")
 SEED = 101  # of the held-out curves; no bank has it
 
-_ONE_THREAD = {
-    name: "1"
-    for name in (
-        "OMP_NUM_THREADS",
-        "OPENBLAS_NUM_THREADS",
-        "MKL_NUM_THREADS",
-        "NUMBA_NUM_THREADS",
-    )
-}
-_XLA = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+_ROWS = 262_144  # of the bank, as many as in the workflow's
+_WARM_UP = 0.03  # share of the budget by which two short trainings differ, at least
 _PACKAGES = ("breaker", "bayesflow", "keras", "jax", "sbi", "zuko", "diffrax", "emcee", "torch")
-_PACKAGES += ("numpy", "scipy", "numba")
+_PACKAGES += ("numpy", "scipy", "numba", "scikit-learn")
 
-clock = time.process_time
-"""Processor seconds of this process, all its threads together."""
+CLOCKS = {"wall": time.perf_counter, "processor": time.process_time}
+"""Seconds that have passed, and those of all threads and processors of this process together."""
 
 
-def parser(description: str) -> argparse.ArgumentParser:
-    """Return a parser with the options that all of them share."""
+def parser(description: str, makes: str = "") -> argparse.ArgumentParser:
+    """Return a parser with the options that all of them share, and the file that they make."""
     options = argparse.ArgumentParser(description=description)
     options.add_argument("--motion", choices=MOTIONS, default="closing")
     options.add_argument("--seed", type=int, default=1, help="of weights, batches and draws")
-    options.add_argument("--core", type=int, default=0, help="processor core to run on")
+    options.add_argument("--threads", type=int, default=1, help="and processor cores")
+    options.add_argument("--out", type=Path, default=RESULTS / f"{makes}.json")
     return options
 
 
-def one_core(core: int, **environment: str) -> None:
-    """Start this process anew on one core with one thread, unless it is there already.
+def restart(threads: int, **environment: str) -> None:
+    """Start this process anew with so many threads, each with a core, unless it runs so already.
 
     Libraries choose their number of threads when they are loaded, so setting it later would be
     too late. Further environment variables are set on the way.
     """
-    wanted = {**_ONE_THREAD, "XLA_FLAGS": _XLA, "CUDA_VISIBLE_DEVICES": "", **environment}
-    if os.sched_getaffinity(0) == {core} and wanted.items() <= os.environ.items():
+    names = ("OMP", "OPENBLAS", "MKL", "NUMBA")
+    wanted = {f"{name}_NUM_THREADS": str(threads) for name in names} | environment
+    wanted |= {"CUDA_VISIBLE_DEVICES": "", "JAX_PLATFORMS": "cpu"}
+    wanted["XLA_FLAGS"] = f"--xla_cpu_multi_thread_eigen={str(threads > 1).lower()}"
+    if wanted.items() <= os.environ.items():
         return
-    os.sched_setaffinity(0, {core})
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:threads])
     os.environ.update(wanted)
     os.execv(sys.executable, sys.orig_argv)
 
 
-def plan(run: Callable[[int], object], seconds: float, *, unit: int, warm_up: float = 20.0) -> dict:
-    """Find how many steps of a training fit into a budget of processor time.
+def plan(run: Callable[[int], object], given: argparse.Namespace, unit: int) -> dict:
+    """Find how many steps of a training fit into a budget.
 
     Two short trainings, with few and with several times as many steps, tell the seconds of a step
     from those of set-up and compilation. Neither counts: the training starts anew afterwards.
 
     Args:
         run: Does a whole training of so many steps, from nothing.
-        seconds: The budget.
+        given: With ``clock`` and ``seconds``, the budget.
         unit: Steps that hold all that happens now and then, such as an evaluation.
-        warm_up: Processor seconds to spend on the second training, at least.
     """
+    clock = CLOCKS[given.clock]
 
     def spent(steps: int) -> float:
         begin = clock()
         run(steps)
         return clock() - begin
 
-    few = spent(unit)
-    units = 3
-    many = spent(units * unit)
-    while many < warm_up:
+    spent(unit)  # what a process does but once
+    few, units = spent(unit), 3
+    while (many := spent(units * unit)) - few < _WARM_UP * given.seconds:
         units *= 3
-        many = spent(units * unit)
     step = (many - few) / ((units - 1) * unit)
     set_up = max(0.0, few - unit * step)
-    return {
-        "steps": max(unit, int((seconds - set_up) / step)),
-        "seconds_per_step": step,
-        "seconds_of_set_up": set_up,
-    }
+    steps = max(unit, int((given.seconds - set_up) / step) // unit * unit)
+    return {"steps": steps, "seconds_per_step": step, "seconds_of_set_up": set_up}
 
 
 def read_settings() -> dict:
@@ -121,16 +108,9 @@ def read_settings() -> dict:
     return read(DEFAULTS)
 
 
-def read_bank(folder: Path, settings: dict) -> xr.Dataset:
-    """Read the bank of a folder and check that it was made with the settings' prior and grid."""
-    bank = open_bank(sorted(folder.glob("shard_*.zarr")))[:]
-    made = json.loads(bank.attrs["settings"])
-    sensor = settings["sensor"]
-    grid = {key: sensor[key] for key in ("start", "stop", "samples")}
-    asked = {"prior": settings["prior"], "grid": grid, "onset_sd": sensor["onset_sd"]}
-    if any(made[key] != asked[key] for key in asked):
-        raise ValueError(f"{folder} was made with other settings than config/config.yaml")
-    return bank
+def bank_of(model: Model) -> xr.Dataset:
+    """Simulate the rows that every arm trains on, the same for all seeds."""
+    return simulate(model, _ROWS, generator(SEED, "peers bank", model.motion))
 
 
 def joint_model(motion: str, settings: dict) -> Model:

@@ -1,17 +1,17 @@
-"""BayesFlow: flow matching behind a TimeSeriesNetwork, through its BasicWorkflow.
+"""BayesFlow: coupling flow or flow matching behind a TimeSeriesNetwork, by its BasicWorkflow.
 
 Rows of the bank reach it as an online simulator does, noise and zero as an augmentation, so that
 its own schedule (5 % warm-up, then a cosine) spans the budget, which is less than one pass over
 the bank.
 """
 
-from pathlib import Path
-
 import bayesflow as bf
 import keras
 import numpy as np
+import xarray as xr
 
-from breaker.model import generator, seed_integer
+from breaker.model import Model, generator, seed_integer
+from studies.peers.common import truth
 
 __all__ = ["BayesFlow"]
 
@@ -32,68 +32,62 @@ class _Rows(bf.simulators.Simulator):
 
 
 class BayesFlow:
-    """An approximator of BayesFlow, in standardised outputs.
+    """An estimator of BayesFlow, in standardised outputs.
 
     Args:
-        tool: "bayesflow_shipped", "bayesflow_tuned" or "bayesflow_jax", which is the tuned one.
+        arm: "bayesflow_KIND_BACKEND", of kind default, coupling or matching.
     """
 
     unit = _EPOCHS
 
-    def __init__(self, tool: str) -> None:
-        self.tool = tool
-        self.shipped = tool == "bayesflow_shipped"
-        self.batch = 32 if self.shipped else 256
-        self.steps: int | str = "adaptive"
+    def __init__(self, arm: str) -> None:
+        self.kind = arm.split("_")[1]
+        self.batch = 32 if self.kind == "default" else 256
+        self.options: dict = {}  # of the solver
 
     # Training.
 
     def settings(self) -> dict:
         """Return what a table has to say about the arm."""
-        tuned = (
-            "standardize='all', no dropout, time_power_law_alpha=-0.5, batch 256, "
-            "filters (16, 32), kernels (7, 5), strides (4, 2)"
-        )
+        tuned = "standardize='all', batch 256, filters (16, 32), kernels (7, 5), strides (4, 2)"
+        tuned += ", no dropout"
+        networks = {"default": "CouplingFlow", "coupling": "CouplingFlow, spline"}
         return {
-            "backend": keras.backend.backend(),
-            "estimator": "FlowMatching, TimeSeriesNetwork, BasicWorkflow",
+            "estimator": f"{networks.get(self.kind, 'FlowMatching')}, TimeSeriesNetwork",
             "optimiser": "Adam 5e-4, 5 % warm-up and cosine over the budget, clipnorm 1.5",
             "batch": self.batch,
-            "deviations": "none but the budget" if self.shipped else tuned,
+            "deviations": "none but the budget" if self.kind == "default" else tuned,
         }
 
-    def _workflow(self, simulator: _Rows) -> bf.BasicWorkflow:
-        if self.shipped:
-            summary, inference = bf.networks.TimeSeriesNetwork(), bf.networks.FlowMatching()
-            options = {}
-        else:
-            summary = bf.networks.TimeSeriesNetwork(
-                filters=(16, 32), kernel_sizes=(7, 5), strides=(4, 2), dropout=0.0
-            )
-            inference = bf.networks.FlowMatching(
-                subnet_kwargs={"dropout": 0.0}, time_power_law_alpha=-0.5
-            )
-            options = {"standardize": "all"}
-        return bf.BasicWorkflow(
-            simulator=simulator,
-            summary_network=summary,
-            inference_network=inference,
-            inference_variables="z",
-            summary_variables="records",
-            **options,
+    def _networks(self) -> dict:
+        """Return summary and inference network and what is scaled, as BasicWorkflow takes them."""
+        if self.kind == "default":
+            return {"summary_network": bf.networks.TimeSeriesNetwork()}
+        summary = bf.networks.TimeSeriesNetwork(
+            filters=(16, 32), kernel_sizes=(7, 5), strides=(4, 2), dropout=0.0
         )
+        if self.kind == "coupling":
+            network = bf.networks.CouplingFlow(transform="spline", subnet_kwargs={"dropout": 0.0})
+        else:
+            network = bf.networks.FlowMatching()
+        return {"summary_network": summary, "inference_network": network, "standardize": "all"}
 
-    def train(self, travel: np.ndarray, z: np.ndarray, sensor, steps: int, seed: int) -> dict:
-        """Train on noise-free curves ``(n, t)`` and outputs ``(n, q)`` for so many steps."""
+    def train(self, bank: xr.Dataset, model: Model, steps: int, seed: int) -> dict:
+        """Train on a bank for so many steps."""
         keras.utils.set_random_seed(seed_integer(seed, "bayesflow") % 2**32)
-        rng = generator(seed, "bayesflow batches")
+        rng, sensor = generator(seed, "bayesflow batches"), model.sensor
 
         def measure(records: np.ndarray) -> np.ndarray:
             noise = sensor.noise_sd * rng.standard_normal(records.shape, dtype=np.float32)
             zero = rng.standard_normal((len(records), 1, 1), dtype=np.float32)
             return records + noise + sensor.zero_sd * zero
 
-        workflow = self._workflow(_Rows(travel, z, rng))
+        workflow = bf.BasicWorkflow(
+            simulator=_Rows(bank.travel.values, truth(bank, model), rng),
+            inference_variables="z",
+            summary_variables="records",
+            **self._networks(),
+        )
         history = workflow.fit_online(
             epochs=_EPOCHS,
             num_batches_per_epoch=steps // _EPOCHS,
@@ -101,36 +95,21 @@ class BayesFlow:
             augmentations={"records": measure},
             verbose=0,
         )
-        self.approximator = workflow.approximator
+        self.estimator, self.options = workflow.estimator, {}
         return {
             "curves": steps // _EPOCHS * _EPOCHS * self.batch,
-            "parameters": self.approximator.count_params(),
+            "parameters": self.estimator.count_params(),
             "final_loss": float(history.history["loss"][-1]),
         }
-
-    # Files.
-
-    def save(self, folder: Path) -> None:
-        """Write the approximator."""
-        self.approximator.save(folder / "approximator.keras")
-
-    def load(self, folder: Path, samples: int, outputs: int) -> None:
-        """Read the approximator."""
-        self.approximator = keras.saving.load_model(folder / "approximator.keras")
 
     # Inference: records (o, t), outputs (o, d, q).
 
     def sample(self, measured: np.ndarray, draws: int, seed: int) -> np.ndarray:
         """Draw ``(o, d, q)`` by the default solver, or as ``choose_solver`` has chosen."""
-        return self._sample(measured, draws, seed=seed, steps=self.steps)
-
-    def sample_with_calls(self, measured: np.ndarray, draws: int, calls: int) -> np.ndarray:
-        """Draw ``(o, d, q)`` with so many calls of the velocity network, by Euler's rule."""
-        return self._sample(measured, draws, seed=0, method="euler", steps=calls)
-
-    def _sample(self, measured: np.ndarray, draws: int, **options) -> np.ndarray:
         conditions = {"records": measured.astype(np.float32)[..., None]}
-        found = self.approximator.sample(num_samples=draws, conditions=conditions, **options)
+        found = self.estimator.sample(
+            num_samples=draws, conditions=conditions, seed=seed, **self.options
+        )
         return np.asarray(found["z"], dtype=np.float64)
 
     def log_prob(self, measured: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -141,18 +120,20 @@ class BayesFlow:
         o, d, q = z.shape
         records = np.repeat(measured.astype(np.float32), d, axis=0)[..., None]
         data = {"z": z.reshape(o * d, q).astype(np.float32), "records": records}
-        return np.asarray(self.approximator.log_prob(data, steps=self.steps)).reshape(o, d)
+        return np.asarray(self.estimator.log_prob(data, **self.options)).reshape(o, d)
 
     def choose_solver(self, measured: np.ndarray, z: np.ndarray) -> str:
         """Choose fixed solver steps for many draws and densities: the default takes too long.
 
         The fewest whose densities of ``z``, ``(o, d, q)``, are those of the default solver.
         """
+        if self.kind != "matching":
+            return "one pass"
         exact = self.log_prob(measured, z)
         for steps in _FIXED:
-            self.steps = steps
+            self.options = {"steps": steps}
             difference = float(np.abs(self.log_prob(measured, z) - exact).mean())
             if difference < _CLOSE:
                 return f"Tsit5, {steps} fixed steps: {difference:.2g} nats from the default"
-        self.steps = "adaptive"
+        self.options = {}
         return "the default: no number of fixed steps came close"

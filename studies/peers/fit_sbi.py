@@ -7,23 +7,23 @@ fresh noise and a fresh zero, as everywhere else.
 """
 
 import copy
-import itertools
-from pathlib import Path
 
 import numpy as np
 import torch
+import xarray as xr
 from sbi.inference.posteriors import DirectPosterior, VectorFieldPosterior
 from sbi.neural_nets import posterior_flow_nn, posterior_nn
 from sbi.neural_nets.embedding_nets import CNNEmbedding
 from torch import Tensor
 from torch.distributions import MultivariateNormal
 
-from breaker.model import seed_integer
+from breaker.model import Model, seed_integer
+from studies.peers.common import truth
 
 __all__ = ["Sbi"]
 
 _BATCH, _RATE, _CLIP = 200, 5e-4, 5.0
-_EVERY = 250  # steps between two evaluations on the validation rows
+_EVERY = 100  # steps between two evaluations on the validation rows
 _SET_ASIDE = 1024  # of them
 _TIMES = 10  # of flow matching's validation, as in sbi
 _Z_SCORES = 10_000  # records that the z-scores are taken from
@@ -33,14 +33,13 @@ class Sbi:
     """One estimator of sbi, in standardised outputs.
 
     Args:
-        tool: "sbi_npe" or "sbi_fmpe".
+        arm: "sbi_npe" or "sbi_fmpe".
     """
 
     unit = _EVERY
 
-    def __init__(self, tool: str) -> None:
-        self.tool = tool
-        self.flow_matching = tool == "sbi_fmpe"
+    def __init__(self, arm: str) -> None:
+        self.flow_matching = arm == "sbi_fmpe"
 
     # Training.
 
@@ -55,11 +54,11 @@ class Sbi:
             f"best of the validations every {_EVERY} steps instead of every epoch",
         }
 
-    def train(self, travel: np.ndarray, z: np.ndarray, sensor, steps: int, seed: int) -> dict:
-        """Train on noise-free curves ``(n, t)`` and outputs ``(n, q)`` for so many steps."""
+    def train(self, bank: xr.Dataset, model: Model, steps: int, seed: int) -> dict:
+        """Train on a bank for so many steps."""
         torch.manual_seed(seed_integer(seed, "sbi"))
-        travel, z = torch.from_numpy(travel), torch.from_numpy(z).float()
-        self.sensor = sensor
+        travel, z = torch.from_numpy(bank.travel.values), torch.from_numpy(truth(bank, model))
+        z, self.sensor = z.float(), model.sensor
         first = torch.arange(_Z_SCORES)
         self._build(z[first], self._records(travel[first]))
         aside = slice(-_SET_ASIDE, None)
@@ -79,6 +78,7 @@ class Sbi:
                 if judged < best[0]:
                     best = judged, copy.deepcopy(self.estimator.state_dict())
         self.estimator.load_state_dict(best[1])
+        self.estimator.eval()
         return {
             "curves": steps * _BATCH,
             "parameters": sum(weight.numel() for weight in self.estimator.parameters()),
@@ -115,18 +115,6 @@ class Sbi:
             losses = [self.estimator.loss(z, records, times=t.expand(len(z))) for t in times]
         return torch.stack(losses).mean().item()
 
-    # Files.
-
-    def save(self, folder: Path) -> None:
-        """Write the weights."""
-        torch.save(self.estimator.state_dict(), folder / "weights.pt")
-
-    def load(self, folder: Path, samples: int, outputs: int) -> None:
-        """Read the weights; shapes are those of records and outputs."""
-        self._build(torch.randn(_Z_SCORES, outputs), torch.randn(_Z_SCORES, samples))
-        self.estimator.load_state_dict(torch.load(folder / "weights.pt", weights_only=True))
-        self.estimator.eval()
-
     # Inference: records (o, t), outputs (o, d, q).
 
     @torch.no_grad()
@@ -136,18 +124,6 @@ class Sbi:
         x = torch.from_numpy(measured).float()
         found = self.posterior.sample_batched((draws,), x=x, show_progress_bars=False)
         return found.transpose(0, 1).double().numpy()
-
-    @torch.no_grad()
-    def sample_with_calls(self, measured: np.ndarray, draws: int, calls: int) -> np.ndarray:
-        """Draw ``(o, d, q)`` with so many calls of the velocity network, by Euler's rule."""
-        if not self.flow_matching:
-            raise NotImplementedError("a spline flow is one call")
-        x = torch.from_numpy(measured).float()
-        ts = torch.linspace(self.estimator.t_max, self.estimator.t_min, calls + 1)
-        y = torch.randn(draws, len(x), self.estimator.input_shape[0])
-        for start, stop in itertools.pairwise(ts):
-            y = y + (stop - start) * self.estimator.ode_fn(y, x, start)
-        return y.transpose(0, 1).double().numpy()
 
     @torch.no_grad()
     def log_prob(self, measured: np.ndarray, z: np.ndarray) -> np.ndarray:

@@ -8,7 +8,6 @@ tolerances tried, diffrax is shown with the fastest that keeps the error, and wi
 """
 
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -16,15 +15,15 @@ from scipy.integrate import solve_ivp
 from breaker.mechanism import NAMES, rest_position, travel
 from breaker.model import generator
 from studies.peers.common import (
-    RESULTS,
-    clock,
+    CLOCKS,
     joint_model,
-    one_core,
     parser,
     read_settings,
+    restart,
     write_json,
 )
 
+_clock = CLOCKS["processor"]
 _ACCURATE = 1e-4  # mm, a thousandth of the noise
 _TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 _LANES = (32, 128)  # curves that diffrax solves together
@@ -71,13 +70,12 @@ def solve(theta: np.ndarray, times: np.ndarray, motion: str) -> np.ndarray:
 
 
 def main() -> None:
-    options = parser(__doc__.splitlines()[0])
+    options = parser(__doc__.splitlines()[0], "simulators")
     options.add_argument("--curves", type=int, default=20_000, help="of the mechanism")
     options.add_argument("--solved", type=int, default=2048, help="of diffrax")
     options.add_argument("--stepped", type=int, default=200, help="of solve_ivp")
-    options.add_argument("--out", type=Path, help=f"({RESULTS}/MOTION/simulators.json)")
     given = options.parse_args()
-    one_core(given.core, JAX_ENABLE_X64="1")
+    restart(given.threads, JAX_ENABLE_X64="1")
 
     model = joint_model(given.motion, read_settings())
     rng = generator(given.seed, "simulators", given.motion)
@@ -104,9 +102,7 @@ def main() -> None:
     if accurate:
         max(accurate, key=lambda row: row["curves_per_second"])["chosen"] = True
     record = {"motion": given.motion, "accurate": _ACCURATE, "rows": rows}
-    write_json(given.out or RESULTS / given.motion / "simulators.json", record)
-    for row in rows:
-        print(row)
+    write_json(given.out, record)
 
 
 def measure(tool: str, settings: str, function, n: int, exact, *, rounds: int = 3) -> dict:
@@ -114,9 +110,9 @@ def measure(tool: str, settings: str, function, n: int, exact, *, rounds: int = 
     function(min(n, 1024))  # compiles
     spent = []
     for _ in range(rounds):
-        begin = clock()
+        begin = _clock()
         found = function(n)
-        spent.append(clock() - begin)
+        spent.append(_clock() - begin)
     return {
         "tool": tool,
         "settings": settings,

@@ -9,11 +9,13 @@ A table called NAME replaces what is between ``<!-- NAME -->`` and ``<!-- end NA
 import argparse
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
+
+from studies.peers.arms import ARMS
 from studies.peers.common import RESULTS
-from studies.peers.tools import TOOLS
 
 MISSING = "-"
 
@@ -43,51 +45,61 @@ def with_error(pair: Sequence[float]) -> str:
     return f"{pair[0]:.2f} ± {pair[1]:.2f}"
 
 
+def over_seeds(runs: Sequence[dict], key: Callable[[dict], float], digits: int) -> str:
+    """Return the mean of a quantity over runs, and its range."""
+    values = [key(run) for run in runs]
+    mean, least, most = (
+        number(each, digits) for each in (np.mean(values), *np.sort(values)[[0, -1]])
+    )
+    return mean if least == most else f"{mean} ({least} to {most})"
+
+
+def runs_of(folder: Path) -> dict[str, list[dict]]:
+    """Return the runs of the arms that were run, by arm."""
+    found = {arm: sorted((folder / "runs").glob(f"{arm}_[0-9]*.json")) for arm in ARMS}
+    return {arm: [read(path) for path in paths] for arm, paths in found.items() if paths}
+
+
 def inference(folder: Path) -> str:
-    """Table of trainings and scores of all tools."""
-    header = ["tool", "parameters", "training curves/s", "log density, nats", "gap, nats"]
-    header += ["efficiency (quartiles), %", "good weights, %", "curves weighed", "calibration p"]
-    header += ["contraction", "draws/s", "at 8 calls"]
-    rows, exact = [], None
-    for tool, name in TOOLS.items():
-        training, score = (read(folder / tool / f"{part}.json") for part in ("training", "score"))
-        if not training or not score:
-            rows.append([name, *[MISSING] * (len(header) - 1)])
-            continue
-        quartiles = [f"{100 * share:.1f}" for share in score["efficiency_quartiles"]]
-        exact = with_error(score["exact_log_density"])
-        rows.append(
-            [
-                name,
-                number(training["parameters"]),
-                number(training["curves_per_second"]),
-                with_error(score["log_density"]),
-                with_error(score["gap"]),
-                f"{quartiles[1]} ({quartiles[0]} to {quartiles[2]})",
-                number(100 * score["good"]),
-                number(score["weighed"][0]),
-                f"{score['calibration_family_p']:.2g}",
-                number(sum(score["contraction"]) / len(score["contraction"]), 3),
-                number(score["draws_per_second"]),
-                number(score["draws_per_second_8_calls"]),
-            ]
-        )
-    if exact:
-        rows.append(["exact posterior", *[MISSING] * 2, exact, "0", *[MISSING] * 7])
-    return markdown(header, rows)
+    """Table of the scores of all arms: means and ranges over seeds."""
+    columns = {
+        "log density, nats": (lambda run: run["log_density"][0], 2),
+        "gap, nats": (lambda run: run["gap"][0], 2),
+        "efficiency, %": (lambda run: 100.0 * run["efficiency_quartiles"][1], 1),
+        "C2ST": (lambda run: run["c2st"][0], 3),
+        "calibration p": (lambda run: run["calibration_p"], 3),
+        "draws/s": (lambda run: run["draws_per_second"], 0),
+    }
+    judged = ("weighed", "c2st_curves", "calibration_curves")
+    rows, exact = [], MISSING
+    for arm, runs in runs_of(folder).items():
+        cells = [over_seeds(runs, *column) for column in columns.values()]
+        counts = [number(min(run[count] for run in runs)) for count in judged]
+        rows.append([ARMS[arm], str(len(runs)), *cells, ", ".join(counts)])
+        exact = number(runs[0]["exact_log_density"][0], 2)
+    if not rows:
+        return MISSING
+    rows.append(["exact posterior", MISSING, exact, "0", "100", "0.500", *[MISSING] * 3])
+    return markdown(["arm", "seeds", *columns, "curves: weighed, C2ST, ranked"], rows)
 
 
 def trainings(folder: Path) -> str:
-    """Table of what the arms are."""
+    """Table of what the arms are, and what their trainings took."""
+    columns = {
+        "wall s": (lambda run: run["seconds"]["training"], 0),
+        "processor s": (lambda run: run["processor_seconds"], 0),
+        "steps": (lambda run: run["plan"]["steps"], 0),
+        "curves/s": (lambda run: run["curves"] / run["seconds"]["training"], 0),
+        "parameters": (lambda run: run["parameters"], 0),
+    }
+    texts = ("estimator", "optimiser", "deviations")
     rows = []
-    for tool, name in TOOLS.items():
-        if record := read(folder / tool / "training.json"):
-            settings = record["settings"]
-            parts = [settings[key] for key in ("estimator", "optimiser", "deviations")]
-            spent, steps = number(record["seconds"]), number(record["plan"]["steps"])
-            rows.append([name, spent, steps, str(settings["batch"]), *parts])
-    header = ["tool", "seconds", "steps", "batch", "estimator", "optimiser", "differs from default"]
-    return markdown(header, rows)
+    for arm, runs in runs_of(folder).items():
+        settings = runs[0]["settings"]
+        cells = [over_seeds(runs, *column) for column in columns.values()]
+        rows.append([ARMS[arm], *cells, str(settings["batch"]), *[settings[key] for key in texts]])
+    header = ["arm", *columns, "batch", "estimator", "optimiser", "differs from default"]
+    return markdown(header, rows) if rows else MISSING
 
 
 def simulators(folder: Path) -> str:
