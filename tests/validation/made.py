@@ -59,6 +59,7 @@ def judgement(corrected, curves=JUDGED):
         "pareto_k": np.where(np.arange(curves) < 2, 0.8, rng.normal(0.2, 0.1, curves)),
         "divergence": rng.lognormal(-2.3, 0.5, curves),
         "gap": rng.normal(0.1, 0.5, curves),
+        "c2st": np.full(curves, 0.55),
         "truth_log_density": rng.standard_normal(curves),
         "resolved": corrected.resolved.values[:curves],
     }

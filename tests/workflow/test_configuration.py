@@ -23,7 +23,7 @@ from tests.networks_fixtures import built
 from tests.workflow.conftest import ROOT, snakemake
 
 STATED = [ROOT / "config" / name for name in ("advanced.yaml", "config.yaml")]
-OVERLAYS = ["paper.yaml", "any.yaml", "test.yaml"]
+OVERLAYS = ["paper.yaml", "precise.yaml", "any.yaml", "test.yaml"]
 
 
 @pytest.fixture
