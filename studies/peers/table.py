@@ -3,7 +3,8 @@
     python -m studies.peers.table                              prints them
     python -m studies.peers.table --into docs/evidence.md    puts them between its markers
 
-A table called NAME replaces what is between ``<!-- NAME -->`` and ``<!-- end NAME -->``.
+A table called NAME replaces what is between ``<!-- NAME -->`` and ``<!-- end NAME -->``; one of
+which nothing was run stays as it is.
 """
 
 import argparse
@@ -168,6 +169,8 @@ def main() -> None:
     for name, table in tables.items():
         if not given.into:
             print(f"\n{name}\n\n{table}")
+            continue
+        if table == MISSING:
             continue
         first, last = f"<!-- {name} -->", f"<!-- end {name} -->"
         pattern = re.compile(re.escape(first) + ".*?" + re.escape(last), re.DOTALL)
