@@ -11,11 +11,13 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "dialects": ["ANGLES", "DIALECTS", "Dialect"],
         "drive": ["Drive", "Elements", "Stop"],
+        "failure_times": ["failures", "true_lives"],
         "family": ["Family"],
         "family_bank": ["shapes", "simulate_family"],
-        "family_training": ["open_family", "rows_of", "sample_rows", "train_network"],
+        "family_networks": ["train_network"],
+        "family_training": ["open_family", "rows_of", "sample_rows"],
         "rigs": ["Rig"],
         "round_trip": ["through_files"],
-        "truth": ["failures", "true_lives", "truth_of"],
+        "truth": ["truth_of"],
     },
 )
