@@ -14,7 +14,7 @@ from breaker.files.listing import list_fleet
 from breaker.fleet.examined import examine, stored
 from breaker.fleet.members import members_of
 from breaker.fleet.page import fleet_page
-from breaker.fleet.ranked import FLEET, fleet_table, learn_types, type_table
+from breaker.fleet.ranked import FLEET, compare_poles, fleet_table, learn_types, type_table
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.records.export import write_curve
@@ -108,6 +108,26 @@ def test_the_odd_one_is_found_and_what_is_due_comes_first(table):
     assert len(poles) == 2
     assert (poles.pole_spread < 0.5).all()
     assert found.pole_spread.isna().sum() == len(found) - 2
+    assert {*poles.pole_spread_of} == {"travel_time"}
+
+
+def test_poles_are_compared_by_instants_where_these_are_shown():
+    times = {"R": (30.1, 9.0), "S": (31.4, 12.0), "T": (30.0, 9.1)}
+    documents = [
+        {"breaker": "Q1", "phase": phase, "measured": measured}
+        for phase, (instant, way) in times.items()
+        for measured in [[["closing_time", "closing", instant], ["travel_time", "closing", way]]]
+    ]
+    alone = {"breaker": "Q2", "measured": [["closing_time", "closing", 40.0]]}
+    rows = [{"breaker": each["breaker"]} for each in (*documents, alone)]
+    compare_poles(rows, [*documents, alone])
+    assert rows[0]["pole_spread"] == pytest.approx(1.4)
+    assert [each["pole_spread_of"] for each in rows] == 3 * ["closing_time"] + [""]
+    assert np.isnan(rows[3]["pole_spread"])
+    for each in documents:
+        each["measured"] = each["measured"][1:]
+    compare_poles(rows, [*documents, alone])
+    assert (rows[1]["pole_spread"], rows[1]["pole_spread_of"]) == (3.0, "travel_time")
 
 
 def test_the_page_shows_every_drive(table, examined):

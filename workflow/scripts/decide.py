@@ -19,10 +19,13 @@ from breaker.wear import (
 )
 from breaker.workflow import start
 
+UNUSED = ("travel", "record", "measured", "measured_sd", "measured_reason", "remarks")
+
 log = start(snakemake)
 planning, output = snakemake.params.planning, snakemake.output
 life = open_store(snakemake.input.life).load()
-curves = {m: open_curves(snakemake.input[m]) for m in snakemake.params.motions}
+inputs = snakemake.input
+curves = {m: open_curves(inputs[m], without=UNUSED) for m in snakemake.params.motions}
 known = operation_metadata(curves, life.operation.values)
 pace = days_per_operation(life.operation.values, list(known.date))
 stands = standing(life, planning, pace)

@@ -8,10 +8,12 @@ from breaker.stores import describe, save
 from breaker.wear import Event, follow_curves
 from breaker.workflow import start
 
+UNUSED = ("travel", "measured_sd", "measured_reason", "remarks")  # which a long life has much of
+
 log = start(snakemake)
 params = snakemake.params
 life = follow_curves(
-    {motion: open_curves(snakemake.input[motion]) for motion in params.motions},
+    {m: open_curves(snakemake.input[m], without=UNUSED) for m in params.motions},
     from_list(params.limits, params.motions, speeds_of(params.speeds)),
     params,
     events=Event.by_operation(params.events, params.more_events),

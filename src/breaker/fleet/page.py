@@ -31,7 +31,9 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
         for each in table.to_dict("records")
     ]
     head = (*(name.replace("_", " ") for name in _SHOWN), "reason")
-    notes = ["pole spread: ms, of travel times; fleet.csv has all columns"]
+    of = sorted({each.replace("_", " ") for each in table.pole_spread_of if each})
+    notes = [f"pole spread: ms, of {' or '.join(of)}"] if of else []
+    notes.append("fleet.csv has all columns")
     known = [
         tuple(
             Cell(in_digits(value, 3) if isinstance(value, float) else str(value)) for value in row

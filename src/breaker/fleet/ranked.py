@@ -30,7 +30,8 @@ FLEET = {
     "records": "records in the table",
     "visits": "visits, from one to the next at least 30 days",
     "how": "life: followed; visits: first and last compared; visit: judged alone; none: not at all",
-    "pole_spread": "largest less least travel time over the phases of the breaker, ms",
+    "pole_spread": "largest less least time over the phases of the breaker, ms",
+    "pole_spread_of": "closing_time or opening_time, from the trigger; travel_time without these",
     "reason": "why it is where it is, what is measured first",
 }
 """First columns of ``fleet.csv``, one row for each phase of a breaker; behind them, of each
@@ -38,6 +39,8 @@ parameter, the median and 90 % interval under the prior of the type."""
 
 _ENDS = (0.05, 0.5, 0.95)
 _TOLD = 3  # changes in a reason
+# Times by which phases are compared, by rank: instants first, which a standard bounds.
+_POLES = {"closing_time": 1, "opening_time": 1, "travel_time": 0}
 _ALIKE = 0.005  # share by which measured quantities of drives differ that count as alike
 
 
@@ -101,7 +104,7 @@ def fleet_table(
             rows[i] |= _parameters(theta, weights)
             rows[i] |= _odd(learned.evidence[k], learned.off[k], least)
         _show(rows, documents, where)
-    _compare_poles(rows, documents)
+    compare_poles(rows, documents)
     for row, document in zip(rows, documents, strict=True):
         row["reason"] = _reason(row, document)
     table = pd.DataFrame(rows).drop(columns=["off", "shown"], errors="ignore")
@@ -165,19 +168,19 @@ def _show(rows: Sequence[dict], documents: Sequence[Mapping], where: np.ndarray)
         rows[i]["shown"] = max(off, default=(0.0, ()))[1]
 
 
-def _compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
-    """Put down how far the phases of each breaker are apart."""
-    times: dict[tuple, list[float]] = {}
+def compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
+    """Put down how far the phases of each breaker are apart, by instants if these are shown."""
+    times: dict[str, dict[tuple, list[float]]] = {}
     for document in documents:
+        of = times.setdefault(document["breaker"], {})
         for name, motion, value in document["measured"]:
-            if name == "travel_time":
-                times.setdefault((document["breaker"], motion), []).append(value)
-    apart: dict[str, float] = {}
-    for (breaker, _), each in times.items():
-        if len(each) > 1:
-            apart[breaker] = max(apart.get(breaker, 0.0), max(each) - min(each))
+            if name in _POLES:
+                of.setdefault((_POLES[name], name, motion), []).append(value)
     for row in rows:
-        row["pole_spread"] = apart.get(row["breaker"], np.nan)
+        of = times[row["breaker"]].items()
+        apart = [(rank, max(e) - min(e), name) for (rank, name, _), e in of if len(e) > 1]
+        _, spread, name = max(apart, default=(0, np.nan, ""))
+        row |= {"pole_spread": spread, "pole_spread_of": name}
 
 
 def _reason(row: Mapping, document: Mapping) -> str:

@@ -32,7 +32,7 @@ Example:
 """
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -226,14 +226,17 @@ def _to_grid(raw: Raw, grid: Grid) -> Record:
     return Record(**vars(raw), noise=noise, gridded=gridded, remarks=said)
 
 
-def open_curves(stores: Sequence[str | Path]) -> xr.Dataset:
+def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> xr.Dataset:
     """Read stores of what ``read_curves`` returned as one dataset over ``operation``.
+
+    Args:
+        without: Variables that are not read, as far as there are such.
 
     Raises:
         RejectedCurveError: If not one operation was accepted, since then the settings are wrong;
             the first reasons are listed.
     """
-    parts = [open_store(store) for store in stores]
+    parts = [open_store(store).drop_vars(without, errors="ignore") for store in stores]
     curves = xr.concat(parts, dim="operation", join="outer", combine_attrs="override").load()
     if not curves.accepted.any():
         raise RejectedCurveError(

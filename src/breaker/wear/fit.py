@@ -61,31 +61,35 @@ class Fit:
         self.weight = np.ones(len(self.values))
         self.noise, self.memory = np.ones_like(self.variance), 1.0
         self.change, self.last = np.zeros((2, self.variance.size))
-        # Sums over the records before each, as wide as the design was then.
-        self.gram = [np.zeros((self.seen.shape[1], 0, 0))]
-        self.moment = [np.zeros((0, self.variance.size))]
+        # Sums over the records before each; 0 in columns that the design did not have then.
+        n, (k, s) = len(self.values) + 1, (self.variance.size, self.seen.shape[1])
+        self.gram, self.moment = np.zeros((n, s, 0, 0)), np.zeros((n, 0, k))
 
     def sum_up(self, rows: np.ndarray, first: int) -> None:
         """Add up records from index ``first`` on, by their rows of a design, ``(r, p)``.
 
         Columns that are new are 0 before; what had been added from there on is forgotten.
         """
-        (r, p), (k, s) = rows.shape, (self.variance.size, self.seen.shape[1])
-        gram, moment = np.zeros((1 + r, s, p, p)), np.zeros((1 + r, p, k))
-        q = min(p, len(self.moment[first]))
-        gram[0, :, :q, :q], moment[0, :q] = self.gram[first][:, :q, :q], self.moment[first][:q]
+        r, p = rows.shape
+        if more := max(p - self.moment.shape[1], 0):
+            self.gram = np.pad(self.gram, ((0, 0), (0, 0), (0, more), (0, more)))
+            self.moment = np.pad(self.moment, ((0, 0), (0, more), (0, 0)))
+        gram, moment = (each[first : first + r + 1] for each in (self.gram, self.moment))
+        gram[:, :, p:], gram[:, :, :, p:], moment[:, p:] = 0.0, 0.0, 0.0
         some = slice(first, first + r)
         weighted = self.weight[some, None, None] * rows[:, :, None]
-        gram[1:] = self.seen[some, :, None, None] * (weighted * rows[:, None])[:, None]
-        moment[1:] = weighted * self.values[some, None]
-        self.gram[first:], self.moment[first:] = gram.cumsum(axis=0), moment.cumsum(axis=0)
+        gram[1:, :, :p, :p] = self.seen[some, :, None, None] * (weighted * rows[:, None])[:, None]
+        moment[1:, :p] = weighted * self.values[some, None]
+        for each in (gram, moment):
+            np.cumsum(each, axis=0, out=each)
 
     def solve(self, i: int, precision: np.ndarray) -> None:
         """Fit the records up to ``i``, with prior precisions of the coefficients, ``(k, p)``."""
         noise = self.memory * self.noise
-        matrix = self.gram[i + 1][self.alike] / noise[:, None, None]
-        self.cov = np.linalg.inv(matrix + precision[:, :, None] * np.eye(precision.shape[1]))
-        self.mean = (self.cov @ (self.moment[i + 1] / noise).T[:, :, None])[:, :, 0]
+        p = precision.shape[1]
+        matrix = self.gram[i + 1, self.alike, :p, :p] / noise[:, None, None]
+        self.cov = np.linalg.inv(matrix + precision[:, :, None] * np.eye(p))
+        self.mean = (self.cov @ (self.moment[i + 1, :p] / noise).T[:, :, None])[:, :, 0]
 
     def bends(self) -> tuple[np.ndarray, np.ndarray]:
         """Return squares of the change: along it, and as much as its block may bend aside."""
@@ -113,9 +117,9 @@ class Fit:
             i: Index of the last record.
             columns: Kinds of column from there on, as sums of those of the design, ``(v, c, p)``.
         """
-        some = self.sought
-        gram = self.gram[i + 1] - np.stack([self.gram[k] for k in starts])
-        moment = (self.moment[i + 1] - np.stack([self.moment[k] for k in starts]))[:, :, some]
+        some, p = self.sought, columns.shape[-1]
+        gram = self.gram[i + 1, :, :p, :p] - self.gram[starts, :, :p, :p]
+        moment = (self.moment[i + 1, :p] - self.moment[starts, :p])[:, :, some]
         noise, alike = self.memory * self.noise[some], self.alike[some]
         cross = (columns[:, :, None, None] @ gram)[:, :, :, 0]
         square = (cross * columns[:, :, None]).sum(axis=-1)[..., alike]

@@ -228,7 +228,7 @@ class Life:
     def _rate(self, i: int) -> np.ndarray:
         """Row of the design that gives the rate after operation ``i``."""
         since, power = self.time[i] - self.columns.origin, self.columns.power
-        return np.select([power == 1, power == 2], [1.0, 2.0 * since])
+        return np.where(power == 2, 2.0 * since, power == 1)
 
     def _since(self, i: int, earlier: np.ndarray) -> np.ndarray:
         """Row of the design that gives the change since an earlier row.

@@ -103,9 +103,11 @@ def check(
     """
     # Here, as it takes longer than the check: jobs run on what was checked before the first one.
     from breaker.workflow.derivation import configuration_schema
+    from breaker.workflow.magnitudes import forget_folder
     from breaker.workflow.rules import RULES
     from breaker.workflow.schema import dotted, problems
 
+    forget_folder()
     sources: Sources = {short(path): parse(path) for path in files}
     lines, wrong = [], []
     for key, text in problems(config, configuration_schema()):

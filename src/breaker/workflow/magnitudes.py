@@ -8,7 +8,7 @@ would end in a traceback, without memory, or not at all.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from typing import Any
 
 from breaker.files import (
@@ -174,8 +174,19 @@ def listed(
     if is_fleet(curves, breaker):
         fleet = list_fleet(curves, **which)
         return [each for some in fleet.values() for _, each in some]
-    each_motion = (list_operations(curves, motion, breaker=breaker, **which) for motion in motions)
-    return [each for some in each_motion for each in some]
+    return [each for motion in motions for each in _listed(curves, motion, breaker, phase, *events)]
+
+
+@lru_cache
+def _listed(
+    curves: str, motion: str, breaker: str | None, phase: str | None, *events: str
+) -> list[Operation]:
+    """List a folder once a check, which takes a second where there are many thousand records."""
+    return list_operations(curves, motion, breaker=breaker, phase=phase, events=events)
+
+
+forget_folder = _listed.cache_clear
+"""Forget what was listed: a folder changes between checks."""
 
 
 def is_fleet(curves: str, breaker: str | None) -> bool:
