@@ -1,9 +1,11 @@
 """The path of coordinates: what it knows, which changes it notices, and what it does not."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
-from breaker.wear import Block, Tracker
+from breaker.wear import Block, Path, Tracker
 
 N, NEW = 300, 50
 TIME = np.arange(N)
@@ -120,3 +122,58 @@ def test_a_change_that_later_records_deny_is_taken_back():
     path = follow(blocks(add=5.0 * there))
     assert all(change.evidence < 0.0 or change.kind == "step" for change in path.changes)
     assert abs(path.change[-1, 0]) < 1.0
+
+
+STEPS = [Block(each.values[:, :4], each.variance[:4]) for each in blocks(add=4.0 * (TIME >= 120))]
+ABOUT = {"events": {90: True, 220: False}, "temperature": np.sin(TIME / 20.0)}
+
+
+def some_of(count, kept, values=STEPS):
+    """Follow the first operations."""
+    first = [block._replace(values=block.values[:count]) for block in values]
+    done = {i: each for i, each in ABOUT["events"].items() if i < count}
+    warm = ABOUT["temperature"][:count]
+    return Tracker(kept=kept).follow(TIME[:count], first, events=done, temperature=warm)
+
+
+def assert_same(path, whole, count):
+    """Hold two paths to the same bytes."""
+    assert path.changes == tuple(each for each in whole.changes if each.noticed < count)
+    for name in (each.name for each in fields(Path) if each.name != "changes"):
+        found, wanted = getattr(path, name), getattr(whole, name)[:count]
+        np.testing.assert_array_equal(found, wanted, err_msg=f"{name} of {count}")
+
+
+def test_a_life_is_gone_on_with_to_the_same_bytes(tmp_path):
+    file = str(tmp_path / "new" / "life.npz")
+    whole = follow(STEPS, **ABOUT)
+    # Before and after an event, and where a change has been noticed and is placed anew.
+    for count in (60, 90, 91, 119, 126, 190, 220, 221, N, N):
+        assert_same(some_of(count, file), whole, count)
+    assert [each.name for each in (tmp_path / "new").iterdir()] == ["life.npz"]
+
+
+def test_only_appended_operations_are_gone_through(tmp_path):
+    file = str(tmp_path / "life.npz")
+    some_of(200, file)
+    with np.load(file) as kept:
+        state = dict(kept)
+    state["known"][100] = 7.0  # the planted fault: what was known is taken as it stands
+    np.savez(file, **state)
+    path = some_of(N, file)
+    assert (path.change[100] == 7.0).all()
+    # Where a record was replaced, or another setting counts, all are.
+    some_of(200, file)
+    other = [block._replace(values=block.values.copy()) for block in STEPS]
+    other[0].values[150, 0] += 1.0
+    assert_same(some_of(N, file, other), follow(other, **ABOUT), N)
+    assert_same(some_of(80, file), follow(STEPS, **ABOUT), 80)
+    firmer = Tracker(bend=0.1, kept=file).follow(TIME, STEPS, **ABOUT)
+    assert_same(firmer, Tracker(bend=0.1).follow(TIME, STEPS, **ABOUT), N)
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path):
+    file = tmp_path / "life.npz"
+    file.write_bytes(b"no archive")
+    with pytest.raises(ValueError, match=r"life\.npz cannot be read .* delete it"):
+        some_of(60, str(file))

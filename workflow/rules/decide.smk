@@ -1,7 +1,7 @@
 """A life in the drive's own curves: what has changed since new, limits, decisions.
 
-Needs the records of all operations, and networks that ship. Goes through all of them again when some
-are appended, which takes seconds. Makes the tables of decisions, limits and changes, the figures of
+Needs the records of all operations, and networks that ship. Goes on with a life when operations are
+appended. Makes the tables of decisions, limits and changes, the figures of
 the life, and the first page of the report.
 """
 
@@ -24,6 +24,7 @@ rule life:
         speeds=SPEEDS,
         wear_model=config["wear_model"],
         misfit_p_value=config["endurance"]["misfit_p_value"],
+        checkpoint="checkpoints/life.npz",
     script:
         "../scripts/life.py"
 

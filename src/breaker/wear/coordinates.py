@@ -79,8 +79,9 @@ class Curve(NamedTuple):
 
     def project(self, way: np.ndarray, present: np.ndarray) -> np.ndarray:
         """Return coordinates of records, ``(o, g) -> (o, k)``; nan without a sample."""
-        seen = _changes(self.mean, way, present, self.basis) @ self.forward
-        return np.where(present.any(axis=1)[:, None], seen, np.nan)
+        # One by one, as a product of many rows rounds each by how many they are.
+        seen = _changes(self.mean, way, present, self.basis)[:, None] @ self.forward
+        return np.where(present.any(axis=1)[:, None], seen[:, 0], np.nan)
 
     def change(self, coordinates: np.ndarray) -> np.ndarray:
         """Return changes of the curve, ``(..., k) -> (..., g)``, way over stroke."""
@@ -128,7 +129,8 @@ class Reading(NamedTuple):
 
     def project(self, values: np.ndarray, curve: np.ndarray) -> np.ndarray:
         """Return the coordinate that the quantity adds to its motion's, ``(o, 1)``."""
-        return ((values - self.mean - curve @ self.slopes) / self.scatter)[:, None]
+        explained = (curve * self.slopes).sum(axis=1)
+        return ((values - self.mean - explained) / self.scatter)[:, None]
 
 
 class Coordinates(NamedTuple):
@@ -196,7 +198,7 @@ def _changes(
     """Components of the changes of records from a mean, ``(o, k)``."""
     there = present & np.isfinite(way)
     change = without_onset(np.broadcast_to(mean, way.shape), np.where(there, way, 0.0), there)
-    return change @ directions.T
+    return (change[:, None] @ directions.T)[:, 0]
 
 
 def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:

@@ -31,7 +31,8 @@ def follow_curves(
 
     Args:
         data: What ``records.read_curves`` returns of each motion.
-        settings: ``wear_model``, that section of the configuration, ``misfit_p_value``, ``seed``.
+        settings: ``wear_model``, that section of the configuration, ``misfit_p_value``, ``seed``,
+            and ``checkpoint``, a tracker's ``kept``, where it is there.
         events, temperatures: By the number of an operation.
 
     Raises:
@@ -56,7 +57,8 @@ def follow_curves(
         seed=settings["seed"],
         misfit_p_value=settings["misfit_p_value"],
     )
-    tracker, future = Tracker.from_settings(wear_model), Future.from_settings(wear_model)
+    tracker = Tracker.from_settings(wear_model, settings.get("checkpoint"))
+    future = Future.from_settings(wear_model)
     return follow_life(readout, tracker, limits, future)
 
 

@@ -43,6 +43,8 @@ class Tracker:
         size: Prior sd of another change, in changes of the family.
         tails: Degrees of freedom of the scatter.
         warmth: Prior sd of the effect of 10 K, in changes of the family.
+        kept: File that keeps how far a life was followed, so that the same with more operations
+            is gone on with, to the same bytes; none if None.
 
     Example:
         >>> rng, over = np.random.default_rng(1), np.arange(400) > 300
@@ -61,11 +63,13 @@ class Tracker:
     size: float = 0.03
     tails: float = 100.0
     warmth: float = 0.1
+    kept: str | None = None
 
     @classmethod
-    def from_settings(cls, settings: Mapping) -> Self:
+    def from_settings(cls, settings: Mapping, kept: str | None = None) -> Self:
         """Build from the section ``wear_model`` of the configuration."""
-        return cls(**{name: settings[name] for name in (each.name for each in fields(cls))})
+        names = [each.name for each in fields(cls) if each.name != "kept"]
+        return cls(**{name: settings[name] for name in names}, kept=kept)
 
     def follow(
         self,
