@@ -79,3 +79,16 @@ def test_the_noise_told_of_the_new_mean_is_that_of_its_records(seen):
     curve = coordinates.curves["closing"]
     one = curve.input_noise(np.ones(curve.variance.size))
     assert curve.noise == pytest.approx(one / np.sqrt(199), rel=0.01)
+
+
+def test_a_record_has_the_same_coordinates_however_many_follow(seen):
+    series, _, coordinates = seen
+    motion, curve = series.motions["closing"], coordinates.curves["closing"]
+    whole = curve.project(motion.way, motion.present)
+    time = motion.measured["travel_time"]
+    for count in (2, 7, 60, 333):
+        some = curve.project(motion.way[:count], motion.present[:count])
+        np.testing.assert_array_equal(some, whole[:count])
+        for reading in coordinates.readings:
+            own = reading.project(time[:count], some)
+            np.testing.assert_array_equal(own, reading.project(time, whole)[:count])

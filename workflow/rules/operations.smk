@@ -6,7 +6,7 @@ no other. A life goes through all of them at once.
 
 from functools import cache
 
-from breaker.files import fingerprint, list_breakers, list_fleet, list_known, list_operations
+from breaker.files import fingerprint, list_breakers, list_fleet, list_known, list_once
 from breaker.fleet import breaker_chunks
 from breaker.workflow import chunks_of, recorded_source
 
@@ -15,10 +15,10 @@ STAND_IN = "stand-in"
 CHOSEN = {key: config["endurance"][key] for key in ("breaker", "phase") if OWN_CURVES}
 
 
-@cache  # a folder is listed once, however many chunks there are
 def listed(motion):
-    """The operations of a motion in a folder of one's own."""
-    return list_operations(OWN_CURVES, motion, **CHOSEN, events=config["endurance"]["events"])
+    """The operations of a motion in a folder of one's own, as the check listed them."""
+    events = sorted(config["endurance"]["events"])
+    return list_once(OWN_CURVES, motion, CHOSEN["breaker"], CHOSEN["phase"], *events)
 
 
 def numbers(motion):

@@ -21,6 +21,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "list_breakers",
             "list_fleet",
             "list_known",
+            "list_once",
             "list_operations",
             "record_files",
         ],

@@ -32,13 +32,13 @@ def record_files(folder: str | Path) -> list[Path]:
     """
     if not os.path.isdir(folder):
         return []
-    return sorted(
-        file
-        for file in Path(folder).iterdir()
-        if file.suffix.lower() in ENDINGS
-        and not file.name.startswith((".", "~$"))
-        and file.name != MANIFEST
-    )
+    return [
+        Path(folder, name)
+        for name in sorted(os.listdir(folder))
+        if os.path.splitext(name)[1].lower() in ENDINGS
+        and not name.startswith((".", "~$"))
+        and name != MANIFEST
+    ]
 
 
 def list_operations(
@@ -85,6 +85,17 @@ def list_operations(
         operations = _from_names(Path(folder, motion))
     _require_files(operations)
     return sorted(operations, key=lambda each: each.number)
+
+
+@lru_cache
+def list_once(
+    folder: str, motion: str, breaker: str | None, phase: str | None, *events: str
+) -> list[Operation]:
+    """List as ``list_operations``, once, which takes a while where there are many thousand files.
+
+    A folder changes: ``list_once.cache_clear()`` before a plan.
+    """
+    return list_operations(folder, motion, breaker=breaker, phase=phase, events=events)
 
 
 def list_breakers(folder: str | Path) -> Sequence[str]:

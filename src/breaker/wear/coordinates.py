@@ -21,6 +21,7 @@ from breaker.wear.path import Block
 from breaker.wear.series import Series
 
 _COMPONENTS = 24
+_ROWS = 1000  # records that are projected at once
 _USUAL = 0.1  # scatter that is usual of drives, in changes of the family,
 _KNOWN = 20  # and how well it is known, as from so many records more
 _OUTLIER = 5.0  # times the median of squared distances
@@ -79,9 +80,11 @@ class Curve(NamedTuple):
 
     def project(self, way: np.ndarray, present: np.ndarray) -> np.ndarray:
         """Return coordinates of records, ``(o, g) -> (o, k)``; nan without a sample."""
+        some = [slice(begin, begin + _ROWS) for begin in range(0, len(way), _ROWS)]
+        changes = (_changes(self.mean, way[each], present[each], self.basis) for each in some)
         # One by one, as a product of many rows rounds each by how many they are.
-        seen = _changes(self.mean, way, present, self.basis)[:, None] @ self.forward
-        return np.where(present.any(axis=1)[:, None], seen[:, 0], np.nan)
+        seen = np.concatenate([(each[:, None] @ self.forward)[:, 0] for each in changes])
+        return np.where(present.any(axis=1)[:, None], seen, np.nan)
 
     def change(self, coordinates: np.ndarray) -> np.ndarray:
         """Return changes of the curve, ``(..., k) -> (..., g)``, way over stroke."""

@@ -44,14 +44,16 @@ def follow_curves(
         if limit.of == "record":
             names[limit.motion] += limit.quantities
     followed = {motion: list(dict.fromkeys(each)) for motion, each in names.items()}
+    series = series_of(
+        data,
+        wear_model["reference"],
+        followed=followed,
+        events=events,
+        temperatures=temperatures,
+    )
+    del data  # which is large, and of no more use
     readout = Readout.of(
-        series_of(
-            data,
-            wear_model["reference"],
-            followed=followed,
-            events=events,
-            temperatures=temperatures,
-        ),
+        series,
         list(shipped_networks(*KINDS)),
         draws=wear_model["draws"],
         seed=settings["seed"],

@@ -102,12 +102,12 @@ def check(
         ConfigurationError: If anything is wrong; the message lists all of it.
     """
     # Here, as it takes longer than the check: jobs run on what was checked before the first one.
+    from breaker.files import list_once
     from breaker.workflow.derivation import configuration_schema
-    from breaker.workflow.magnitudes import forget_folder
     from breaker.workflow.rules import RULES
     from breaker.workflow.schema import dotted, problems
 
-    forget_folder()
+    list_once.cache_clear()
     sources: Sources = {short(path): parse(path) for path in files}
     lines, wrong = [], []
     for key, text in problems(config, configuration_schema()):

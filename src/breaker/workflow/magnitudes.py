@@ -8,7 +8,7 @@ would end in a traceback, without memory, or not at all.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import cache, lru_cache, partial
+from functools import cache, partial
 from typing import Any
 
 from breaker.files import (
@@ -18,7 +18,7 @@ from breaker.files import (
     lacking,
     list_breakers,
     list_fleet,
-    list_operations,
+    list_once,
 )
 from breaker.mechanism import PARAMETERS, Parameter, Size
 from breaker.shipped import DEFAULTS
@@ -170,23 +170,11 @@ def listed(
     motions: Sequence[str],
 ) -> list[Operation]:
     """List what is worked on, by ``FOLDER``: of one breaker some motions, or all of several."""
-    which = {"phase": phase, "events": events}
     if is_fleet(curves, breaker):
-        fleet = list_fleet(curves, **which)
+        fleet = list_fleet(curves, phase=phase, events=events)
         return [each for some in fleet.values() for _, each in some]
-    return [each for motion in motions for each in _listed(curves, motion, breaker, phase, *events)]
-
-
-@lru_cache
-def _listed(
-    curves: str, motion: str, breaker: str | None, phase: str | None, *events: str
-) -> list[Operation]:
-    """List a folder once a check, which takes a second where there are many thousand records."""
-    return list_operations(curves, motion, breaker=breaker, phase=phase, events=events)
-
-
-forget_folder = _listed.cache_clear
-"""Forget what was listed: a folder changes between checks."""
+    which = (breaker, phase, *sorted(events))
+    return [each for motion in motions for each in list_once(curves, motion, *which)]
 
 
 def is_fleet(curves: str, breaker: str | None) -> bool:
