@@ -463,6 +463,11 @@ def test_a_key_that_stands_twice_is_noticed(complaint):
     message = complaint("sensor: {noise_sd: 0.2}\nbank:\n  shards: 5\n  shards: 6\nsensor: {}")
     assert "overlay_0.yaml, line 4: shards stands in line 3 already" in message
     assert "overlay_0.yaml, line 5: sensor stands in line 1 already" in message
+    merged = "training:\n  closing: &its\n    steps: 9\n  opening:\n    <<: *its\n    steps: 8\n"
+    merged += "    clip: 2\n    clip: 3"
+    message = complaint(merged)
+    assert "line 8: clip stands in line 7 already" in message
+    assert "steps stands" not in message  # a section may change what it takes from another one
 
 
 def test_a_folder_of_curves_is_looked_into(complaint, tmp_path):

@@ -116,6 +116,8 @@ def repeated(node: yaml.Node | None) -> Iterator[str]:
     """Yield a complaint for every key that stands twice in one section."""
     lines: dict[str, int] = {}
     for name, line, value in _entries(node):
+        if line <= node.start_mark.line:
+            continue  # of an earlier section, merged into this one by <<, which may change it
         if name in lines:
             yield f"line {line}: {name} stands in line {lines[name]} already. Remove one of them."
         lines[name] = line
