@@ -180,6 +180,7 @@ def draw(table: Path, picture: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--records", type=int, default=20, help="of each motion")
+    parser.add_argument("--motions", nargs="+", choices=MOTIONS, default=MOTIONS)
     parser.add_argument("--steps", type=int, default=2000, help="of the chains")
     parser.add_argument("--output", type=Path, default=Path("family_exact.csv"))
     parser.add_argument("--draw", type=Path, metavar="PNG", help="draw a run that there is")
@@ -196,7 +197,7 @@ def main() -> None:
         table = csv.writer(file)
         table.writerow(["motion", "record", "effective_size", "apart", "stuck", "gap", *NAMES])
         for i in range(options.records):
-            for motion in MOTIONS:
+            for motion in options.motions:
                 rng = generator(5, "exact judge of the family", motion, i)
                 drive, _ = family.drawn(rng)
                 times = sensor.times - sensor.onset_sd * rng.standard_normal()
@@ -207,7 +208,8 @@ def main() -> None:
                 ratios = network.std(axis=0) / exact.std(axis=0)
                 gap = divergence(exact, network)
                 draws = options.output.with_name(f"{options.output.stem}_{motion}_{i}.npz")
-                np.savez_compressed(draws, exact=exact, network=network, truth=np.log(drive.theta))
+                both = {"exact": exact, "network": network}
+                np.savez_compressed(draws, **both, truth=np.log(drive.theta), record=record)
                 told = f"{size:.0f}", f"{apart:.2f}", f"{stuck:.0f}", f"{gap:.3f}"
                 table.writerow([motion, i, *told, *ratios.round(2)])
                 file.flush()

@@ -32,6 +32,27 @@ class Job:
 
 def jobs(given: argparse.Namespace) -> list[Job]:
     """Return all jobs, in an order in which no job waits for a later one."""
+    if given.chains:
+        listed = [Job("family", given.chains / "drives.json", {"chains": given.chains})]
+    else:
+        listed = judged_exactly(given)
+    results = given.chains or given.results
+    for seed in range(1, given.seeds + 1):
+        for motion in given.motions:
+            shared = {key: getattr(given, key) for key in ("threads", "seconds", "clock", "cap")}
+            shared |= {"motion": motion, "seed": seed}
+            judge = {"exact": results / motion / "exact.json"}
+            shared |= {"chains": given.chains} if given.chains else judge
+            folder = results / motion / "runs"
+            listed += [
+                Job("run", folder / f"{arm}_{seed}.json", {"arm": arm, **shared})
+                for arm in given.arms
+            ]
+    return listed
+
+
+def judged_exactly(given: argparse.Namespace) -> list[Job]:
+    """Return the jobs that come before the arms where there are exact posteriors."""
     listed = []
     for motion in given.motions:
         exact = given.results / motion / "exact.json"
@@ -40,16 +61,6 @@ def jobs(given: argparse.Namespace) -> list[Job]:
             Job(other, given.results / motion / f"{other}.json", {"motion": motion})
             for other in given.others
         ]
-    for seed in range(1, given.seeds + 1):
-        for motion in given.motions:
-            shared = {key: getattr(given, key) for key in ("threads", "seconds", "clock", "cap")}
-            shared |= {"motion": motion, "seed": seed}
-            shared["exact"] = given.results / motion / "exact.json"
-            folder = given.results / motion / "runs"
-            listed += [
-                Job("run", folder / f"{arm}_{seed}.json", {"arm": arm, **shared})
-                for arm in given.arms
-            ]
     return listed
 
 
@@ -64,6 +75,9 @@ def main() -> None:
     options.add_argument("--threads", type=int, default=2, help="and processor cores, of a run")
     options.add_argument("--cap", type=float, default=10.0, help="seconds for each of the scores")
     options.add_argument("--results", type=Path, default=RESULTS)
+    options.add_argument(
+        "--chains", type=Path, help="train on the family, judge by what is in this folder, into it"
+    )
     given = options.parse_args()
 
     listed = jobs(given)
@@ -100,9 +114,8 @@ def said(job: Job, status: int) -> str:
     record = json.loads(job.makes.read_text(encoding="utf-8"))
     spent = ", ".join(f"{name} {seconds:.0f}" for name, seconds in record["seconds"].items())
     return (
-        f"{job.makes}: gap {record['gap'][0]:.2f}, C2ST {record['c2st'][0]:.3f}, efficiency "
-        f"{100 * record['efficiency_quartiles'][1]:.1f} %; seconds: {spent}, of processors in "
-        f"training {record['processor_seconds']:.0f}"
+        f"{job.makes}: log density {record['log_density'][0]:.2f}, C2ST {record['c2st'][0]:.3f}; "
+        f"seconds: {spent}, of processors in training {record['processor_seconds']:.0f}"
     )
 
 

@@ -6,7 +6,8 @@ A short warm-up in the same process finds the number of steps that fits; the tra
 anew, with its schedules over that number. The budget is spent on all that follows the simulation of
 the bank: set-up, compilation, steps, validations. Standardised outputs throughout: log parameters
 in prior sd, the onset in its own. Scores need the exact posteriors (exact.py); slow arms are scored
-on fewer curves, as many as fit into so many seconds for each of the scores.
+on fewer curves, as many as fit into so many seconds for each of the scores. With chains, arms are
+trained on drives of the family and judged by these (family.py).
 """
 
 import json
@@ -30,6 +31,7 @@ from studies.peers.common import (
     restart,
     write_json,
 )
+from studies.peers.family import against_chains, drives_of
 
 _WEIGHED = 500  # draws of a curve that are weighed, and that the classifier tells from exact ones
 _CALIBRATION = 100  # draws of a curve that its truth is ranked among
@@ -43,7 +45,8 @@ def main() -> None:
     options.add_argument("--arm", choices=ARMS, required=True)
     options.add_argument("--seconds", type=float, default=120.0, help="budget of the training")
     options.add_argument("--clock", choices=CLOCKS, default="wall", help="that the budget is of")
-    options.add_argument("--exact", type=Path, required=True, help="file that exact.py made")
+    options.add_argument("--exact", type=Path, help="file that exact.py made")
+    options.add_argument("--chains", type=Path, help="folder of the family, instead of it")
     options.add_argument("--cap", type=float, default=10.0, help="seconds for each of the scores")
     given = options.parse_args()
     restart(given.threads, **environment(given.arm))
@@ -51,8 +54,12 @@ def main() -> None:
     wall = CLOCKS["wall"]
     marks = [wall()]
     settings = read_settings()
-    data = held_out(given.motion, settings, max(_CURVES.values()))
-    bank, arm = bank_of(data.model), make(given.arm)
+    if given.chains:
+        bank, data = drives_of(given.chains, given.motion, settings)
+    else:
+        data = held_out(given.motion, settings, max(_CURVES.values()))
+        bank = bank_of(data.model)
+    arm = make(given.arm)
     marks.append(wall())
     planned = plan(
         lambda steps: arm.train(bank, data.model, steps, given.seed), given, unit=arm.unit
@@ -62,7 +69,7 @@ def main() -> None:
     trained = arm.train(bank, data.model, planned["steps"], given.seed)
     processor = CLOCKS["processor"]() - begin
     marks.append(wall())
-    scores = score(arm, data, given)
+    scores = (score_by_chains if given.chains else score)(arm, data, given)
     marks.append(wall())
     names = ("start", "warm-up", "training", "scoring")
     seconds = dict(zip(names, np.diff(marks).tolist(), strict=True))
@@ -89,13 +96,27 @@ def score(arm, data: HeldOut, given) -> dict:
     drawn, found = weights(arm, data, given)
     record |= found
     record |= told_apart(drawn, exact, given)
+    return record | calibration(arm, data, given)
+
+
+def score_by_chains(arm, data: HeldOut, given) -> dict:
+    """Score an arm that was trained on the family: density of the truth, chains, calibration."""
+    few, some = slice(_FEW), slice(_CURVES["weights"])
+    record = {"solver": arm.choose_solver(data.measured[few], data.z[few, None])}
+    density = arm.log_prob(data.measured[some], data.z[some, None])[:, 0]
+    record |= {"density_curves": len(density), "log_density": mean_and_error(density)}
+    return record | against_chains(arm, data, given) | calibration(arm, data, given)
+
+
+def calibration(arm, data: HeldOut, given) -> dict:
+    """Say whether truths are anywhere among an arm's draws, as often."""
     parts = [
         ranks(arm.sample(data.measured[some], _CALIBRATION, given.seed), data.z[some])
         for some in capped("calibration", given.cap)
     ]
     p_values = calibration_p_values(np.concatenate(parts), _CALIBRATION)
-    record["calibration_curves"] = sum(len(part) for part in parts)
-    return record | {"calibration_p": family_p_value(p_values)}
+    counted = sum(len(part) for part in parts)
+    return {"calibration_curves": counted, "calibration_p": family_p_value(p_values)}
 
 
 def capped(of: str, seconds: float) -> Iterator[slice]:

@@ -3,8 +3,9 @@
     python -m studies.peers.table                              prints them
     python -m studies.peers.table --into docs/evidence.md    puts them between its markers
 
-A table called NAME replaces what is between ``<!-- NAME -->`` and ``<!-- end NAME -->``; one of
-which nothing was run stays as it is.
+A table's NAME ends with its folder below that of the results, such as ``inference closing``. It
+replaces what is between ``<!-- NAME -->`` and ``<!-- end NAME -->``; one of which nothing was run
+stays as it is.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from breaker.mechanism import MOTIONS
 from studies.peers.arms import ARMS
 from studies.peers.common import RESULTS
 
@@ -84,6 +86,29 @@ def inference(folder: Path) -> str:
     return markdown(["arm", "seeds", *columns, "curves: weighed, C2ST, ranked"], rows)
 
 
+def family(folder: Path) -> str:
+    """Table of the arms on drives of the family, judged by chains, and of the network that ships.
+
+    Medians and ranges over records and seeds of the distance from the chains.
+    """
+    columns = {
+        "log density, nats": (lambda run: run["log_density"][0], 2),
+        "from the chains, nats": (lambda run: run["chain_gap"][0], 2),
+        "C2ST": (lambda run: run["c2st"][0], 3),
+        "sd, chains' = 1": (lambda run: run["sd_ratio"], 2),
+        "calibration p": (lambda run: run["calibration_p"], 3),
+    }
+    rows = [
+        [ARMS[arm], str(len(runs)), *[over_seeds(runs, *column) for column in columns.values()]]
+        for arm, runs in runs_of(folder).items()
+    ]
+    ships = read(folder.parent / "drives.json")["shipped"][folder.name]
+    cells = number(ships["chain_gap"][0], 2), number(ships["c2st"][0], 3)
+    cells += (number(ships["sd_ratio"], 2), MISSING)
+    rows.append(["breaker, network of levels as it ships", MISSING, MISSING, *cells])
+    return markdown(["arm", "seeds", *columns], rows)
+
+
 def trainings(folder: Path) -> str:
     """Table of what the arms are, and what their trainings took."""
     columns = {
@@ -142,7 +167,7 @@ def alternatives(folder: Path) -> str:
 
 def machine(results: Path) -> str:
     """Sentence on machine, date and versions; every record must come from the same."""
-    found = [read(path)["machine"] for path in sorted(results.glob("*/**/*.json"))]
+    found = [read(path)["machine"] for path in sorted(results.rglob("*.json"))]
     if not found:
         return MISSING
     dates = sorted({one.pop("date") for one in found})
@@ -162,9 +187,11 @@ def main() -> None:
     given = options.parse_args()
 
     tables = {"machine": machine(given.results)}
-    for folder in sorted(path for path in given.results.iterdir() if path.is_dir()):
-        for make in (inference, trainings, simulators, alternatives):
-            tables[f"{make.__name__} {folder.name}"] = make(folder)
+    for folder in sorted(path for path in given.results.rglob("*") if path.name in MOTIONS):
+        on_family = (folder.parent / "drives.json").exists()
+        makers = (family,) if on_family else (inference, trainings, simulators, alternatives)
+        where = " ".join(folder.relative_to(given.results).parts)
+        tables |= {f"{make.__name__} {where}": make(folder) for make in makers}
     text = given.into.read_text(encoding="utf-8") if given.into else ""
     for name, table in tables.items():
         if not given.into:
