@@ -180,7 +180,6 @@ def draw(table: Path, picture: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--records", type=int, default=20, help="of each motion")
-    parser.add_argument("--motions", nargs="+", choices=MOTIONS, default=MOTIONS)
     parser.add_argument("--steps", type=int, default=2000, help="of the chains")
     parser.add_argument("--output", type=Path, default=Path("family_exact.csv"))
     parser.add_argument("--draw", type=Path, metavar="PNG", help="draw a run that there is")
@@ -193,11 +192,12 @@ def main() -> None:
     sensor = Sensor(**config["sensor"])
     levels = open_network(model_file("medium_voltage", "levels"))
     unknowns = unknowns_of(family) + 1  # and the onset
+    options.output.parent.mkdir(parents=True, exist_ok=True)
     with options.output.open("w", newline="") as file:
         table = csv.writer(file)
         table.writerow(["motion", "record", "effective_size", "apart", "stuck", "gap", *NAMES])
         for i in range(options.records):
-            for motion in options.motions:
+            for motion in MOTIONS:
                 rng = generator(5, "exact judge of the family", motion, i)
                 drive, _ = family.drawn(rng)
                 times = sensor.times - sensor.onset_sd * rng.standard_normal()

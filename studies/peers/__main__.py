@@ -41,8 +41,8 @@ def jobs(given: argparse.Namespace) -> list[Job]:
         for motion in given.motions:
             shared = {key: getattr(given, key) for key in ("threads", "seconds", "clock", "cap")}
             shared |= {"motion": motion, "seed": seed}
-            judge = {"exact": results / motion / "exact.json"}
-            shared |= {"chains": given.chains} if given.chains else judge
+            exact = {"exact": results / motion / "exact.json"}
+            shared |= {"chains": given.chains} if given.chains else exact
             folder = results / motion / "runs"
             listed += [
                 Job("run", folder / f"{arm}_{seed}.json", {"arm": arm, **shared})

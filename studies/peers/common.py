@@ -32,6 +32,7 @@ __all__ = [
     "plan",
     "read_settings",
     "restart",
+    "told_apart",
     "truth",
     "write_json",
 ]
@@ -150,6 +151,15 @@ def held_out(motion: str, settings: dict, curves: int) -> HeldOut:
 def mean_and_error(values: np.ndarray) -> list[float]:
     """Return the mean of values and its standard error."""
     return [float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))]
+
+
+def told_apart(one: np.ndarray, other: np.ndarray, seed: int) -> float:
+    """Accuracy with which sbi's classifier tells two sets of draws ``(d, q)`` apart."""
+    import torch
+    from sbi.utils.metrics import c2st
+
+    pair = (torch.from_numpy(draws).float() for draws in (one, other))
+    return float(c2st(*pair, seed=seed, classifier="mlp"))
 
 
 def write_json(path: Path, record: dict) -> None:

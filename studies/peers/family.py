@@ -24,6 +24,7 @@ from studies.peers.common import (
     mean_and_error,
     parser,
     read_settings,
+    told_apart,
     truth,
     write_json,
 )
@@ -114,17 +115,13 @@ def against_chains(arm, data: HeldOut, given) -> dict:
 
 def judged(pairs: list[tuple[np.ndarray, np.ndarray]]) -> dict:
     """Return how far draws are from those of chains: nats, C2ST, and ratio of sd."""
-    import torch
-    from sbi.utils.metrics import c2st
-
     gaps = np.array([divergence(*pair) for pair in pairs])
-    few = [[torch.from_numpy(each[:_TOLD_APART]).float() for each in pair] for pair in pairs]
-    told = np.array([float(c2st(*pair, seed=1, classifier="mlp")) for pair in few])
+    told = [told_apart(*(each[:_TOLD_APART] for each in pair), seed=1) for pair in pairs]
     ratios = [other.std(axis=0) / exact.std(axis=0) for exact, other in pairs]
     return {
         "chains": len(pairs),
         "chain_gap": [float(np.median(gaps)), float(gaps.min()), float(gaps.max())],
-        "c2st": mean_and_error(told),
+        "c2st": mean_and_error(np.array(told)),
         "sd_ratio": float(np.median(ratios)),
     }
 

@@ -29,6 +29,7 @@ from studies.peers.common import (
     plan,
     read_settings,
     restart,
+    told_apart,
     write_json,
 )
 from studies.peers.family import against_chains, drives_of
@@ -83,28 +84,32 @@ def score(arm, data: HeldOut, given) -> dict:
     """Score a trained arm: solver, density of the truth, weights, classifier, calibration."""
     reference = json.loads(given.exact.read_text(encoding="utf-8"))
     exact = np.load(given.exact.with_suffix(".npy"))
-    few, some = slice(_FEW), slice(reference["curves"])
-    # All with a solver that is as good as the arm's default, and faster.
-    record = {"solver": arm.choose_solver(data.measured[few], data.z[few, None])}
-    density = arm.log_prob(data.measured[some], data.z[some, None])[:, 0]
+    some = slice(reference["curves"])
+    density, record = densities(arm, data, some)
     pairs = zip(data.z[some], data.measured[some], strict=True)
     joint = np.array([data.model.log_joint(z[None], measured)[0] for z, measured in pairs])
     true = joint - reference["log_evidence"]
-    record |= {"density_curves": len(density), "log_density": mean_and_error(density)}
     record |= {"exact_log_density": mean_and_error(true), "gap": mean_and_error(true - density)}
 
     drawn, found = weights(arm, data, given)
     record |= found
-    record |= told_apart(drawn, exact, given)
+    record |= compared(drawn, exact, given)
     return record | calibration(arm, data, given)
+
+
+def densities(arm, data: HeldOut, some: slice) -> tuple[np.ndarray, dict]:
+    """Choose the solver; return log densities of the truth ``(n,)`` and what to record of both."""
+    few = slice(_FEW)
+    # All with a solver that is as good as the arm's default, and faster.
+    solver = arm.choose_solver(data.measured[few], data.z[few, None])
+    density = arm.log_prob(data.measured[some], data.z[some, None])[:, 0]
+    record = {"solver": solver, "density_curves": len(density)}
+    return density, record | {"log_density": mean_and_error(density)}
 
 
 def score_by_chains(arm, data: HeldOut, given) -> dict:
     """Score an arm that was trained on the family: density of the truth, chains, calibration."""
-    few, some = slice(_FEW), slice(_CURVES["weights"])
-    record = {"solver": arm.choose_solver(data.measured[few], data.z[few, None])}
-    density = arm.log_prob(data.measured[some], data.z[some, None])[:, 0]
-    record |= {"density_curves": len(density), "log_density": mean_and_error(density)}
+    _, record = densities(arm, data, slice(_CURVES["weights"]))
     return record | against_chains(arm, data, given) | calibration(arm, data, given)
 
 
@@ -155,17 +160,14 @@ def timed(function: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:
     return function(), CLOCKS["wall"]() - begin
 
 
-def told_apart(drawn: np.ndarray, exact: np.ndarray, given) -> dict:
-    """Accuracy with which sbi's classifier tells an arm's draws from exact ones, curve by curve."""
-    import torch
-    from sbi.utils.metrics import c2st
-
+def compared(drawn: np.ndarray, exact: np.ndarray, given) -> dict:
+    """Tell an arm's draws from exact ones, curve by curve."""
     found = []
     for some in capped("c2st", given.cap):
         if some.stop > len(drawn):
             break
-        pair = (torch.from_numpy(each[some.start, :_WEIGHED]).float() for each in (exact, drawn))
-        found.append(float(c2st(*pair, seed=given.seed, classifier="mlp")))
+        pair = (each[some.start, :_WEIGHED] for each in (exact, drawn))
+        found.append(told_apart(*pair, given.seed))
     return {"c2st": mean_and_error(np.array(found)), "c2st_curves": len(found)}
 
 

@@ -89,7 +89,7 @@ def inference(folder: Path) -> str:
 def family(folder: Path) -> str:
     """Table of the arms on drives of the family, judged by chains, and of the network that ships.
 
-    Medians and ranges over records and seeds of the distance from the chains.
+    Distances from the chains are those of the median record: means over seeds, and their ranges.
     """
     columns = {
         "log density, nats": (lambda run: run["log_density"][0], 2),
