@@ -6,6 +6,7 @@ from breaker.family.inputs import NormalisedRecords
 from breaker.records import Raw, Shape, effective_noise, shape_of
 
 _LEAST = 5e-5  # noise over the stroke, below which no network was trained
+_FINEST = 0.025  # durations between samples, below which none was: finer ones count as their mean
 
 
 def normalise_record(raw: Raw, like: Shape | None = None) -> tuple[Shape, NormalisedRecords]:
@@ -39,6 +40,9 @@ def network_record(
     """
     length, unit = (shape.stroke, shape.duration) if like is None else (like.stroke, like.duration)
     told = max(effective_noise(sd / length, colour, step / unit), _LEAST)
-    numbers = shape.stroke, shape.duration, told, colour, step / shape.duration
+    share = step / shape.duration
+    if share < _FINEST:  # the same noise, as samples that far apart have it
+        share, colour = _FINEST, colour ** (_FINEST / share)
+    numbers = shape.stroke, shape.duration, told, colour, share
     there = np.array([True]), shape.way[None], shape.present[None]
     return NormalisedRecords(*there, *(np.array([each]) for each in numbers))

@@ -2,7 +2,9 @@
 
 A record is normalised by what it shows itself: the rest before and after, and the time from 10 to
 50 % of the way, before dampers act. So records of drives that move alike are the same numbers,
-whatever their size, rate and units. What networks see, in training and after, is made here.
+whatever their size, rate and units. Samples long before and after the motion are cut off, so that
+a long record and a short one have the same rests. What networks see, in training and after, is
+made here.
 """
 
 from typing import NamedTuple
@@ -22,9 +24,10 @@ _fast = compiled(late=True)
 _LEVELS = (0.1, 0.5)  # of the way, whose times make the duration
 _REST, _END = 2.0, 7.0  # durations before and after 10 % of the way, beyond which a drive rests
 _SMOOTH = 0.2  # durations, over which a record is averaged before levels are looked for
+_FROM, _TO = -2.9, 9.7  # durations after 10 % of the way: networks see no sample outside of these
 _GAP = 0.3  # durations between two samples, beyond which what lies between is missing
 _FEWEST = 3  # samples of a rest
-_ROUNDS = 3
+_ROUNDS = 4
 
 
 class Shape(NamedTuple):
@@ -105,23 +108,26 @@ def normalise(travel, step, like, way, present):
         return 0.0, 0.0, 0.0, 0.0
     low, high = _mean(value[:_FEWEST]), _mean(value[n - max(_FEWEST, n // 20) : n])
     origin = duration = 0.0
+    begin, end = 0, n
     window = max(1, n // 60)
     for _ in range(_ROUNDS):
         origin, duration = _rise(time[:n], value[:n], low, high, window)
         if not duration > 0.0:
             return 0.0, 0.0, 0.0, 0.0
         window = max(1, round(_SMOOTH * duration / step))
-        begins = np.searchsorted(time[:n], origin - _REST * duration)
-        ends = np.searchsorted(time[:n], origin + _END * duration)
-        low = _mean(value[: max(_FEWEST, begins)])
-        high = _mean(value[min(ends, n - max(_FEWEST, n // 20)) : n])
+        begin = min(np.searchsorted(time[:n], origin + _FROM * duration), n - _FEWEST)
+        end = max(np.searchsorted(time[:n], origin + _TO * duration), begin + _FEWEST)
+        rests = np.searchsorted(time[:n], origin - _REST * duration)
+        arrived = np.searchsorted(time[:n], origin + _END * duration)
+        low = _mean(value[begin : max(begin + _FEWEST, rests)])
+        high = _mean(value[min(arrived, end - max(_FEWEST, (end - begin) // 20)) : end])
     stroke = high - low
     if not stroke > 0.0:
         return 0.0, 0.0, 0.0, 0.0
     length = like[0] if like[0] > 0.0 else stroke
     unit = like[1] if like[1] > 0.0 else duration
-    _averages(time[:n], value[:n], origin, unit, way)
-    _presence(time[:n], origin, unit, max(_GAP * unit, 2.5 * step), present)
+    _averages(time[begin:end], value[begin:end], origin, unit, way)
+    _presence(time[begin:end], origin, unit, max(_GAP * unit, 2.5 * step), present)
     for j in range(way.size):
         way[j] = (way[j] - low) / length
     return low, stroke, origin, duration
