@@ -5,10 +5,10 @@
     python -m studies.family_exact --draw docs/family_exact.png     # the first records, drawn
 
 The likelihood of a drive whose elements are unknown is an integral over them, so chains walk over
-all that the family draws: seven parameters, contact, strength, elements, random forces, and the
-onset; the zero is integrated. The simulator is that of the bank, the sensor that of the defaults,
-the sampler emcee with moves by differences of walkers (0.7 DE, 0.1 DE with gamma 1, 0.2 snooker).
-Unknowns are standard normal numbers of which the family's own code makes a drive.
+all that the family draws: seven parameters, contact, elements with a strength of their own, laws,
+random forces, and the onset; the zero is integrated. The simulator is that of the bank, the sensor
+that of the defaults, the sampler emcee with moves by differences of walkers (0.7 DE, 0.1 DE with
+gamma 1, 0.2 snooker). Unknowns are standard normal numbers; the family makes a drive of them.
 
 Written for each record: effective size of the chains, how far their halves are apart and their last
 walker behind; by how many nats the network's posterior differs from theirs, both taken for normal
@@ -42,9 +42,10 @@ _MOVES = [
 _FIRST = 3000  # draws of the prior, of which walkers start at the best
 _WALKERS = 2  # for each unknown
 _BEFORE = 800  # steps of a first run
-_STUCK = 25.0  # nats; five sd of the log density of 57 unknowns
-_LOOKED_AT = 12  # scores whose chains are judged: strength and kinds, and the parameters
+_STUCK = 25.0  # nats; some four sd of the log density of a hundred unknowns
+_LOOKED_AT = 12  # scores whose chains are judged: the kind of contact, and the parameters
 _DRAWS = 4000
+_PROPOSED = 4000  # draws of each kind of contact
 
 
 class Numbers:
@@ -62,20 +63,20 @@ class Numbers:
     def random(self, size=()):
         return self._next(self.shares, size)
 
+    def uniform(self, low, high, size=()):
+        return low + (high - low) * self.random(size)
+
     def _next(self, numbers, size):
         begin, self.used = self.used, self.used + math.prod(np.atleast_1d(size).tolist())
         if self.used > numbers.size:
             raise ValueError("these scores make no drive that holds")
         return numbers[begin] if size == () else numbers[begin : self.used].reshape(size)
 
-    def uniform(self, low, high):
-        return low + (high - low) * self.random()
-
 
 def drive_of(family: Family, scores: np.ndarray) -> Drive | None:
     """The drive that the family draws by scores ``(m,)``; None if they make none."""
     try:
-        return family.drawn(Numbers(scores))[0]
+        return family.new(Numbers(scores))
     except ValueError:
         return None
 
@@ -85,27 +86,42 @@ def unknowns_of(family: Family) -> int:
     counts = []
     for seed in range(20):
         numbers = Numbers(np.random.default_rng(seed).standard_normal(100_000))
-        family.drawn(numbers)
+        family.new(numbers)
         counts.append(numbers.used)
     return min(counts)
 
 
-def log_posterior(family, sensor, motion, record, scores) -> np.ndarray:
-    """Log densities of scores ``(w, m + 1)``, the last that of the onset, but for a constant."""
-    curves = np.full((len(scores), sensor.times.size), np.nan)
+def acceptance(family: Family, rng: np.random.Generator) -> dict[str, float]:
+    """Share of the draws of each kind of contact that make a drive, by kind.
+
+    A family draws again within a kind, so that the density of a drive is that of its scores over
+    the share of its kind.
+    """
+    kinds = [kind for kind, share in family.settings["contacts"].items() if share]
+    tries = {k: [family.proposed(k, rng) is not None for _ in range(_PROPOSED)] for k in kinds}
+    return {kind: float(np.mean(each)) for kind, each in tries.items()}
+
+
+def log_posterior(family, sensor, motion, record, shares, scores) -> np.ndarray:
+    """Log densities of scores ``(w, m + 1)``, the last that of the onset, but for a constant.
+
+    ``shares`` are those of ``acceptance``.
+    """
+    curves, log_prior = np.full((len(scores), sensor.times.size), np.nan), np.zeros(len(scores))
     for i, each in enumerate(scores):
         drive = drive_of(family, each[:-1])
         if drive is not None:
+            log_prior[i] = -np.log(shares[drive.elements.contact])
             with contextlib.suppress(FloatingPointError, ValueError):
                 curves[i] = drive.travel(motion, sensor.times - sensor.onset_sd * each[-1])
     there = np.isfinite(curves).all(axis=1)
     found = np.full(len(scores), -np.inf)
     chi_square = sensor.chi_square(record, curves[there])
-    found[there] = -0.5 * (chi_square + np.square(scores[there]).sum(axis=1))
+    found[there] = -0.5 * (chi_square + np.square(scores[there]).sum(axis=1)) + log_prior[there]
     return found
 
 
-def by_chains(family, sensor, motion, record, unknowns, steps, rng):
+def by_chains(family, sensor, motion, record, shares, unknowns, steps, rng):
     """Draws of the logarithms of the parameters, ``(d, p)``, and how far the chains have come.
 
     Walkers that are stuck far below the others after a first run start anew among these (Hou et al.
@@ -115,7 +131,7 @@ def by_chains(family, sensor, motion, record, unknowns, steps, rng):
     walkers = _WALKERS * unknowns
 
     def log_density(scores):
-        return log_posterior(family, sensor, motion, record, scores)
+        return log_posterior(family, sensor, motion, record, shares, scores)
 
     first = rng.standard_normal((_FIRST, unknowns))
     start = first[np.argsort(-log_density(first))[:walkers]]
@@ -192,6 +208,7 @@ def main() -> None:
     sensor = Sensor(**config["sensor"])
     levels = open_network(model_file("medium_voltage", "levels"))
     unknowns = unknowns_of(family) + 1  # and the onset
+    shares = acceptance(family, generator(5, "exact judge of the family, kinds"))
     options.output.parent.mkdir(parents=True, exist_ok=True)
     with options.output.open("w", newline="") as file:
         table = csv.writer(file)
@@ -199,10 +216,10 @@ def main() -> None:
         for i in range(options.records):
             for motion in MOTIONS:
                 rng = generator(5, "exact judge of the family", motion, i)
-                drive, _ = family.drawn(rng)
+                drive = family.new(rng)
                 times = sensor.times - sensor.onset_sd * rng.standard_normal()
                 record = sensor.corrupt(drive.travel(motion, times)[None], rng)[0]
-                given = family, sensor, motion, record
+                given = family, sensor, motion, record, shares
                 exact, size, apart, stuck = by_chains(*given, unknowns, options.steps, rng)
                 network = by_network(levels, sensor, motion, record, rng)
                 ratios = network.std(axis=0) / exact.std(axis=0)

@@ -31,25 +31,24 @@ SHORT = {"steps": 3000, "validation_curves": ASIDE, "device": "cpu"}
 NONE = [0.0, 0.0]
 WAVES = dict.fromkeys(("way_force", "time_force", "speed_force"), NONE)
 STOPPED = {"damping": NONE, "stiffness": NONE}
-STRONG = {"strength": [1.0, 1.0], "model": 0.0}
+STRONG = {"strength": 1.0}  # all mechanisms, each at its own
 LEFT_OUT = {
     "nothing": {},
     "drag": {"more": {"drag": NONE}},
     "falling force": {"more": {"force_fall": NONE}},
-    "linkage": {"rigid": 1.0},
+    "linkage": {"more": {"linkage": NONE}},
     "held contacts": {"contacts": {"elastic": 1.0, "held": 0.0}},
     "random forces": {"more": WAVES},
     "lever": {"elements": {"lever_turn": NONE, "lever_lean": NONE}},
     "dry friction": {"elements": {"dry_friction": NONE}},
     "preloads": {"elements": {"opening_preload": NONE, "contact_preload": NONE}},
-    "build-up": {"elements": {"build_up": NONE}},
+    "build-up": {"more": {"build_up": NONE}},
     "closing train": {"elements": {"train_mass": NONE, "train_friction": NONE}},
     "bounce": {"elements": {"restitution": NONE}},
     "dampers": {"elements": {"closing_stop": STOPPED, "opening_stop": STOPPED}},
     "plain": {**STRONG, "contacts": {"elastic": 1.0, "held": 0.0}, "more": WAVES},
 }
 PRESENT = {
-    "linkage": {"rigid": 0.0},
     "held contacts": {"contacts": {"elastic": 0.0, "held": 1.0}},
     "plain": LEFT_OUT["plain"],
 }

@@ -14,10 +14,13 @@ from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
 from breaker.files.manifest import Operation
 from breaker.files.preamble import Preamble
+from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import NAMES
 from breaker.mechanism.size import Size, powers
 from breaker.model.prior import Prior
-from tests.answers.conftest import TOUCH, spread
+from breaker.model.randomness import generator
+from breaker.records.export import write_curve
+from tests.answers.conftest import SETTINGS, TOUCH, spread
 from tests.cli.conftest import written
 from tests.raws import smooth
 
@@ -30,6 +33,63 @@ def test_both_motions_of_an_operation_share_their_draws(answers):
     assert alone.motions == ("closing",)
     assert gone.draws is None
     assert spread(opening.inferred("k_a")) < spread(alone.inferred("k_a"))
+
+
+def test_means_of_records_say_more_than_one_of_them(tmp_path, infer, answers, prior):
+    (two,) = inferred.infer_means(answers, Given(), SETTINGS)
+    assert {each.record.motion: each.records for each in two} == {"closing": 2, "opening": 1}
+    assert two[0].draws is two[1].draws
+    assert inferred.infer_means(answers[:1], Given(), SETTINGS) == []
+    for k in range(10):
+        written(tmp_path / f"{k}.csv", prior, "closing", "opening")
+    listed = [Operation(k, tmp_path / f"{k}.csv") for k in range(10)]
+    several = infer(some=read_operations({"closing": listed, "opening": listed}, {}, loose=True))
+    (many,) = inferred.infer_means(several, Given(), SETTINGS)
+    assert [each.records for each in many] == [10, 10]
+    for name in ("k_a", "f", "L"):
+        one = np.median([spread(np.log(each.inferred(name))) for each in several])
+        assert spread(np.log(many[0].inferred(name))) < 0.9 * one
+        off = np.median(many[0].inferred(name)) / prior.medians[NAMES.index(name)] - 1.0
+        assert abs(off) < 3.0 * one
+
+
+@pytest.mark.parametrize("rate", [20, 40])
+def test_long_rests_move_no_answer(tmp_path, infer, prior, rate):
+    """Records of real analysers last 20 to 100 durations, those of trainings ten."""
+    listed, sizes = [], ((15.0, 65.0), (25.0, 120.0), (60.0, 360.0))
+    for number, (lead, length) in enumerate(sizes):
+        time = np.arange(-60.0, 360.0, 1.0 / rate)
+        curve = travel(prior.medians[None], time, "closing").travel[0]
+        noise = 0.1 * generator(1, "long rests", rate).standard_normal(time.size)
+        part = (time >= -lead) & (time < length - lead)
+        file = tmp_path / f"{length:.0f}.csv"
+        write_curve(file, time[part] + lead, (curve + noise)[part], motion="closing", operation=1)
+        listed.append(Operation(number, file))
+    known = Given(size=Size())
+    short, *long = infer(known, read_operations({"closing": listed}, {"rate": rate}))
+    for name in NAMES:
+        usual = np.log(short.inferred(name))
+        for each in long:
+            moved = np.median(np.log(each.inferred(name))) - np.median(usual)
+            assert abs(moved) < 0.15 * usual.std()  # noise is seen better in long ones
+
+
+def test_the_mean_of_timed_records_has_the_mean_time(infer, timed):
+    timed_twice = infer(some=[timed(TOUCH), timed(TOUCH + 0.2)])
+    ((mean,),) = inferred.infer_means(timed_twice, Given(), SETTINGS)
+    assert mean.record.raw.contact.time == pytest.approx(TOUCH + 0.1)
+    assert mean.record.raw.contact.sd == pytest.approx(np.hypot(0.1, 0.1) / np.sqrt(2.0))
+
+
+def test_a_share_of_an_interval_is_the_prior(infer, answers, records):
+    (sized,) = infer(Given(size=Size()), records[1:2])
+    for each in (answers[0], answers[1], sized):
+        assert (each.prior_share > 0.0).all()
+        assert (each.prior_share < 1.5).all()
+    k_a, gamma_b = (NAMES.index(name) for name in ("k_a", "gamma_b"))
+    assert sized.prior_share[k_a] < sized.prior_share[gamma_b]
+    weighed = spread(np.log(sized.inferred("k_a"))) / (1.96 * 0.15)
+    assert np.sqrt(sized.prior_share[k_a]) == pytest.approx(weighed, rel=0.2)
 
 
 def test_what_needs_the_touch_is_measured_at_the_inferred_one(answers, infer, timed):

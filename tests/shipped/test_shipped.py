@@ -41,7 +41,7 @@ def test_the_networks_that_ship_are_those_of_the_configuration(family, kind):
     config, file = load([DEFAULTS, *OVERLAYS[family]]), model_file(family, kind)
     assert ship.unfit(file, config, kind) == []
     assert trained_on(file, config["prior"], {**config["family"], "drives": 10})
-    assert not trained_on(file, config["prior"], {**config["family"], "model": 0.2})
+    assert not trained_on(file, config["prior"], {**config["family"], "touch": [0.6, 0.7]})
     assert not trained_on(file, {**config["prior"], "mu": {"median": 1.0}}, config["family"])
 
 
@@ -55,7 +55,11 @@ def test_all_of_them_together_are_small():
     [
         (("seed",), 2, "seed: 1, not 2"),
         (("prior", "L", "median"), 11.0, "prior.L.median: 10.0, not 11.0"),
-        (("family", "model"), 0.2, "drives.model: 0.1, not 0.2"),
+        (
+            ("family", "held_preload"),
+            [0.1, 0.2],
+            "drives.held_preload: [0.05, 0.33], not [0.1, 0.2]",
+        ),
         (("family_networks", "network", "width"), 9, "networks.network.width: 256, not 9"),
     ],
 )

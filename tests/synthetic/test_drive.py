@@ -41,6 +41,17 @@ WILD = Elements(
     time_force=Waves(0.05, (0.3, 0.9, -0.5, 0.3, 0.8, -0.1)),
     speed_force=Waves(0.05, (-0.9, 0.2, 0.4, -0.6, 0.3, 0.7)),
 )
+LAWS = replace(
+    FAMILY,
+    drag=0.05,
+    drag_power=1.5,
+    growth=2.5,
+    stick=1.0,
+    opening_progress=0.1,
+    closing_stop=replace(FAMILY.closing_stop, profile=2.0),
+    opening_stop=replace(FAMILY.opening_stop, profile=-1.5),
+)
+FLYING = Elements(contact="held", contact_preload=0.05, build_up=0.1)
 HELD = replace(FAMILY, contact="held", contact_preload=0.2, lever_turn=0.2)
 SLIDING = replace(WILD, contact="sliding", train_mass=0.3, linkage=0.0)
 SETS = {
@@ -48,7 +59,9 @@ SETS = {
     "sharp": SHARP,
     "foreign": FOREIGN,
     "wild": WILD,
+    "laws": LAWS,
     "held": HELD,
+    "flying": FLYING,
     "held and no more": Elements(contact="held", contact_preload=0.25),
     "sliding": SLIDING,
 }
@@ -81,6 +94,8 @@ class Reference:
         damper = 0.0
         if beyond > -stop.reach:
             grows = min(1.0, (beyond + stop.reach) / stop.depth)
+            share = min(1.0, (beyond + stop.reach) / stop.reach) if stop.reach else 1.0
+            grows *= np.exp(stop.profile * share) / max(1.0, np.exp(stop.profile))
             damper = stop.damping * grows * np.sign(speed) * np.abs(speed) ** stop.power
         return max(0.0, stop.stiffness * max(0.0, beyond) + damper)
 
@@ -92,7 +107,7 @@ class Reference:
 
     def random(self, time, arc, speed):
         way, in_time, by_speed = (getattr(self.has, name) for name in WAVES)
-        built = 1.0 - np.exp(-time / self.has.build_up) if self.has.build_up else 1.0
+        built = 1.0 - self.left(time)
         total = built * self.waves(in_time, time / 4.0) * time / 4.0 * np.exp(1.0 - time / 4.0)
         if 0 < arc < self.rest:
             angle = np.pi * arc / self.rest
@@ -100,24 +115,32 @@ class Reference:
         total += speed**2 / (1 + speed**2) * self.waves(by_speed, np.pi / 2 * abs(speed))
         return total * (self.f if self.closing else self.k_a * self.rest)
 
+    def left(self, time):
+        """Share of the closing force that is left after the release of an opening."""
+        has = self.has
+        return np.exp(-((max(0.0, time) / has.build_up) ** has.growth)) if has.build_up else 0.0
+
     def forces(self, time, state, force=None, held=True):
         has = self.has
         arc, speed, contact, contact_speed = state[:4]
         x, ratio = self.lever(arc)
         over = x - contact
-        if has.contact == "elastic":
+        if has.contact == "elastic" or held == "flying":
             spring = self.k_b * over + self.gamma_b * (ratio * speed - contact_speed)
-            spring += has.contact_preload * np.tanh(over / 0.3)
+            smooth = 1.0 if held == "flying" else np.tanh(over / 0.3)
+            spring += has.contact_preload * smooth
         else:
             pressed = self.k_b * (x - self.gap) + self.gamma_b * ratio * speed + has.contact_preload
             spring = pressed if has.contact == "held" and held else 0.0
         if force is None:
-            held = np.exp(-time / has.build_up) if has.build_up else 0.0
-            force = self.f * ((1.0 - held) if self.closing else held)
-        total = force * (1.0 - has.force_fall * x / 10.0) - ratio * spring - self.k_a * arc
-        total -= has.opening_preload * np.tanh(arc / 0.3) + has.dry_friction * np.tanh(speed / 0.02)
+            left = self.left(time)
+            force = self.f * ((1.0 - left) if self.closing else left)
+        total = force * (1.0 - has.force_fall * x / 10.0) - ratio * spring
+        total -= self.k_a * arc * (1.0 + has.opening_progress * arc / 10.0)
+        dry = has.dry_friction * (1.0 + has.stick * np.exp(-abs(speed) / 0.08))
+        total -= has.opening_preload * np.tanh(arc / 0.3) + dry * np.tanh(speed / 0.02)
         total -= self.gamma_a * (1.0 + has.train_friction * self.closing) * speed
-        total -= has.drag * np.sign(speed) * speed**2
+        total -= has.drag * np.sign(speed) * abs(speed) ** has.drag_power
         if np.isfinite(self.rest):
             total += self.random(time, arc, speed)
             total -= self.stop(has.closing_stop, arc - self.rest, speed)
@@ -139,8 +162,12 @@ class Reference:
         """The state after a touch or a parting, and whether the contact stays closed."""
         kind, mass = self.has.contact, 1.0 + self.has.train_mass * self.closing
         if kind == "held" and held:
-            carried = self.lever(state[0])[1] ** 2 / self.mu
-            state[1] *= mass / (mass + carried)
+            x, ratio = self.lever(state[0])
+            if held is True and x > self.gap + 1e-6:  # no force is left: the contact flies
+                return state, "flying"
+            both = mass * state[1] + ratio * state[3] / self.mu
+            state[1], state[2] = both / (mass + ratio**2 / self.mu), self.gap
+            return state, False
         back = -self.has.restitution * state[3] if kind == "elastic" and not held else 0.0
         bounces = back < -0.02
         state[2], state[3] = self.gap, back if bounces else 0.0
@@ -159,17 +186,23 @@ class Reference:
                 x, ratio = self.lever(s[0])
                 rate = 2 * np.pi / self.has.linkage if self.has.linkage else 1.0
                 ringing = rate**2 * (x - s[4]) + 0.1 * rate * (ratio * s[1] - s[5])
-                free = kind == "elastic" and not held
+                free = held == "flying" or (kind == "elastic" and not held)
                 moves = (s[3], accelerations[1]) if free else (0.0, 0.0)
                 return [s[1], accelerations[0], *moves, s[5], ringing]
 
             def leaves(time, s, held=held):
                 if kind == "elastic":
                     return self.forces(time, s)[1] if held else self.gap - s[2]
-                return (self.gap - self.lever(s[0])[0]) * (-1.0 if held else 1.0)
+                x = self.lever(s[0])[0]
+                if held == "flying":
+                    return x - s[2]
+                if held:
+                    force = self.forces(time, s)[1] if kind == "held" else np.inf
+                    return min(x - self.gap, force)
+                return self.gap - x
 
             leaves.terminal, leaves.direction = True, -1
-            watched = held != self.closing or (kind == "held" and self.closing)
+            watched = bool(held) != self.closing or (kind == "held" and (self.closing or held))
             part = solve_ivp(
                 rates,
                 (now, times[-1]),
@@ -225,6 +258,16 @@ def test_a_held_contact_takes_its_momentum_with_it():
     _, parts = drive.operate("opening", TIMES)
     x = drive.travel("opening", parts + np.array([-0.002, -0.001, 0.001, 0.002]))
     assert (x[3] - x[2]) / (x[1] - x[0]) == pytest.approx(0.5, abs=0.01)
+
+
+def test_no_contact_pulls():
+    """It parts where its force is zero, before the drive has come back to where it picks it up."""
+    drive = Drive((*THETA[:4], 0.25, *THETA[5:]), FLYING)
+    _, parts = drive.operate("opening", TIMES)
+    x = drive.travel("opening", parts + np.array([-0.001, 0.0, 0.001]))
+    force = 0.04 * (x[1] - 10.0) + 0.25 * (x[2] - x[0]) / 0.002 + 0.05
+    assert x[1] > 10.2
+    assert force == pytest.approx(0.0, abs=1e-3)
 
 
 def test_a_held_contact_is_picked_up_again_where_the_drive_rebounds():

@@ -47,6 +47,18 @@ class Given:
 
         return Prior.from_settings(levels.settings["prior"]).sized(self.size or UNIT)
 
+    def prior_log_sds(self, levels: Levels) -> np.ndarray:
+        """Return sds of the logarithms of the parameters before any record, ``(p,)``.
+
+        Without a size that of the family's drives is as unknown as their stroke and duration.
+        """
+        if self.prior is not None:
+            return np.asarray(self.prior.log_sds)
+        alone = np.array([levels.settings["prior"][name]["log_sd"] for name in NAMES])
+        sizes = levels.usual[:, 1, None] * powers()
+        by_size = np.linalg.norm(sizes, axis=0) if self.size is None else 0.0
+        return np.hypot(alone, by_size)
+
     def sample_prior(self, answer: "Answer", n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw from the prior, ``(n, p)``.
 
@@ -77,8 +89,11 @@ class Answer:
         unresolved: Why the draws are too few; empty if they are not.
         measured: What the record shows, by name.
         speeds: How speeds are defined.
+        prior_share: Of each parameter, the variance of its logarithm over that before the record,
+            ``(p,)``: 1 where the record says nothing.
         prior_sds: Of each parameter's median from that of a given prior, in its sds.
         prior_p_value: Share of that prior's drives that are farther out.
+        records: How many records it is the mean of.
         surprise: Of the contact's time, in sds of what the record leads to expect.
         remarks: What is doubtful, in words.
     """
@@ -93,8 +108,10 @@ class Answer:
     unresolved: str = ""
     measured: Mapping[str, Measured] = field(default_factory=dict)
     speeds: tuple[Speed, ...] = ()
+    prior_share: np.ndarray | None = None
     prior_sds: np.ndarray | None = None
     prior_p_value: float = np.nan
+    records: int = 1
     surprise: float = np.nan
     remarks: tuple[str, ...] = ()
 

@@ -21,6 +21,9 @@ _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _KINDS = {"parameters": "parameter", "quantities": "quantity"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
 _FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
+AFTER_TENTH = "_after_tenth"
+"""How names of inferred times end that count from 10 % of the way."""
+
 _LEFT_OUT = ("parameters", "quantities", "fit", "limits", "remarks")
 
 
@@ -29,6 +32,7 @@ def document(
     limits: Sequence[Sequence[Mapping]],
     drive: Mapping[str, object],
     settings: Mapping[str, object],
+    means: Sequence[Sequence[Answer]] = (),
 ) -> dict:
     """Return answers as a document.
 
@@ -37,17 +41,33 @@ def document(
         limits: Of each, what ``judged`` returns.
         drive: What is known of the drive as a whole: goes into the document as it is.
         settings: What the answers were made with: the same.
+        means: What ``infer_means`` returns.
 
     Returns:
-        ``{"warnings", "drive", "settings", "records", "together"}``: sentences to be said first, a
-        list with one entry for each record, and what several records of a motion have in common.
+        ``{"warnings", "drive", "settings", "records", "together", "means"}``: sentences to be said
+        first, a list with one entry for each record, what several records of a motion have in
+        common, and what their means tell.
     """
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
     records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
     warnings = [*dict.fromkeys(filter(None, (each.record.warning for each in answers)))]
     found = {"warnings": warnings, "drive": drive, "settings": settings}
-    return plainly(found | {"records": records, "together": together})
+    pooled = [entry for pole in means for entry in _means(pole)]
+    return plainly(found | {"records": records, "together": together, "means": pooled})
+
+
+def _means(answers: Sequence[Answer]) -> list[dict]:
+    """An entry for each answer on means of records of a pole, whichever motions it is from."""
+    found: dict[int, dict] = {}
+    for each in answers:
+        about = {
+            name: value for name, value in _about(each).items() if name in ("breaker", "phase")
+        }
+        empty = about | {"records": {}, "parameters": _parameters(each), "remarks": each.remarks}
+        entry = found.setdefault(id(each.draws), empty | {"resolved": not each.unresolved})
+        entry["records"][each.record.motion] = each.records
+    return [*found.values()]
 
 
 def _about(answer: Answer) -> dict:
@@ -113,6 +133,8 @@ def _parameters(answer: Answer) -> dict:
     for k, each in enumerate(PARAMETERS):
         draws = None if answer.draws is None else answer.inferred(each.name)
         found[each.name] = {"unit": each.unit, "meaning": each.meaning} | _drawn(draws)
+        if answer.prior_share is not None:
+            found[each.name]["prior_share"] = answer.prior_share[k]
         if answer.prior_sds is not None:
             found[each.name]["prior_sds"] = answer.prior_sds[k]
     return found
@@ -139,6 +161,25 @@ def _quantities(answer: Answer) -> dict:
             row |= {"median": measured.value, "interval_50": None, "interval_95": ends}
             source = "measured" if answer.alone(name) else f"measured, {EVENTS[motion]} inferred"
         found[name] = row | {"source": source, "reason": reason or None}
+    return found | _from_a_tenth(answer)
+
+
+def _from_a_tenth(answer: Answer) -> dict:
+    """When the drive is released and its contact switches, from 10 % of the way on.
+
+    A record shows 10 % of the way; a release it shows less well, and not at all where the force
+    builds up slowly.
+    """
+    if answer.draws is None:
+        return {}
+    motion, found = answer.record.motion, {}
+    for event, draws in (
+        ("release", answer.draws.release[motion]),
+        (EVENTS[motion], answer.draws.switching[motion]),
+    ):
+        about = {"unit": "ms", "meaning": f"{event}, after 10 % of the way"}
+        about |= _drawn(draws) | {"source": "inferred", "reason": None}
+        found[event + AFTER_TENTH] = about
     return found
 
 
@@ -222,7 +263,9 @@ def _numbers(each: Mapping) -> dict:
     for name in ("interval_50", "interval_95"):
         ends = each[name] or (None, None)
         found |= {f"{name}_{end}": v for end, v in zip(("lower", "upper"), ends, strict=True)}
-    return found | {name: each[name] for name in ("source", "prior_sds") if name in each}
+    return found | {
+        name: each[name] for name in ("source", "prior_share", "prior_sds") if name in each
+    }
 
 
 def plainly(value: object) -> object:

@@ -13,7 +13,7 @@ import numpy as np
 from breaker.answers.answer import Answer, Given
 from breaker.answers.operations import Record
 from breaker.answers.weights import apart, contradicted, possible, surprise_of, weights_of
-from breaker.family import LevelDraws, Levels, choose_family
+from breaker.family import LevelDraws, Levels, choose_family, mean_with_scatter
 from breaker.mechanism import NAMES, Size, speeds_of
 from breaker.model import generator
 
@@ -56,18 +56,60 @@ def infer_drive(
         groups.setdefault(key, []).append(Answer(record, levels, match, misfit, speeds=defined))
     inferred = []
     for group in groups.values():
-        within = [each for each in group if not each.misfit]
-        odd = [each for each in group if each.misfit]
-        rng = generator(settings["seed"], "motions", group[0].record.operation.number)
-        if len(within) > 1 and (said := apart(within, rng)):
-            split = [replace(each, remarks=(said,)) for each in within]
-            inferred += [new for each in split for new in _inferred([each], given, settings)]
-        elif within:
-            inferred += _inferred(within, given, settings)
-        inferred += odd
+        inferred += _together([each for each in group if not each.misfit], given, settings)
+        inferred += [each for each in group if each.misfit]
     told = [replace(each, draws=None) if each.unresolved else each for each in inferred]
     found = {id(answer.record): _measured(answer) for answer in told}
     return [found.get(id(record), Answer(record)) for record in records]
+
+
+def infer_means(answers: Sequence[Answer], given: Given, settings: Mapping) -> list[list[Answer]]:
+    """Infer each pole from the means of its records, which say more than one of them.
+
+    What operations differ by is noise of a mean (``family.mean_with_scatter``).
+
+    Args:
+        answers: What ``infer_drive`` returns; those without draws are left out.
+        given, settings: As of ``infer_drive``.
+
+    Returns:
+        For each pole of which a motion has several records, an answer for each of its motions.
+    """
+    poles: dict[tuple, dict[str, list[Answer]]] = {}
+    for each in answers:
+        if each.draws is not None:
+            pole = each.record.operation.breaker, each.record.operation.phase
+            poles.setdefault(pole, {}).setdefault(each.record.motion, []).append(each)
+    several = [by for by in poles.values() if max(map(len, by.values())) > 1]
+    return [_together([_mean_of(each) for each in by.values()], given, settings) for by in several]
+
+
+def _mean_of(answers: Sequence[Answer]) -> Answer:
+    """The mean of records of one motion as one record, with the mean of the contact's times."""
+    first, records = answers[0], [each.record for each in answers]
+    mean = mean_with_scatter([each.raw for each in records], first.levels.bases[records[0].motion])
+    shape = mean.units._replace(way=mean.seen.way[0], present=mean.seen.present[0])
+    contact = records[0].raw.contact._replace(time=np.nan, sd=np.nan)
+    if timed := [each for each in records if each.timed]:
+        after = np.array([each.raw.contact.time - each.tenth for each in timed])
+        sd = np.hypot(np.mean([each.raw.contact.sd for each in timed]), after.std())
+        contact = contact._replace(
+            time=records[0].tenth + after.mean(), sd=sd / np.sqrt(len(timed))
+        )
+    raw = replace(records[0].raw, contact=contact)
+    record = replace(records[0], raw=raw, shape=shape, seen=mean.seen)
+    return Answer(record, first.levels, first.match, speeds=first.speeds, records=len(records))
+
+
+def _together(within: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:
+    """Infer one operation from its records in the family; each by itself if they contradict."""
+    if not within:
+        return []
+    rng = generator(settings["seed"], "motions", within[0].record.operation.number)
+    if len(within) > 1 and (said := apart(within, rng)):
+        split = [replace(each, remarks=(said,)) for each in within]
+        return [new for each in split for new in _inferred([each], given, settings)]
+    return _inferred(within, given, settings)
 
 
 def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list[Answer]:
@@ -126,7 +168,11 @@ def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
             "is it of this record, and in its time?",
         ]
     answer = replace(answer, remarks=tuple(remarks))
-    if given.size is None or answer.draws is None:
+    if answer.draws is None:
+        return answer
+    left = np.log(answer.draws.theta).std(axis=0) / given.prior_log_sds(answer.levels)
+    answer = replace(answer, prior_share=np.square(left))
+    if given.size is None:
         return answer
     from scipy.special import chdtrc
 

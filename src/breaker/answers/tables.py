@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.answers.changed import VERDICT_WORDS
+from breaker.answers.documents import AFTER_TENTH
 from breaker.answers.visited import change_words, label_of
-from breaker.answers.words import bounds_in_words, starred
+from breaker.answers.words import bounds_in_words, is_prior, starred
 from breaker.inspection import alike
 from breaker.mechanism import EVENTS, in_digits, in_p
 
@@ -87,7 +88,8 @@ def measured_table(
     found: dict[str, dict[str, Mapping]] = {}
     for phase, entry in channels.items():
         for name, each in entry["quantities"].items():
-            found.setdefault(name, {})[phase] = each
+            if not name.endswith(AFTER_TENTH):  # no time that an instrument has
+                found.setdefault(name, {})[phase] = each
     rows, one = _times(channels), next(iter(channels.values()))
     for name in sorted(found, key=lambda name: any(map(starred, found[name].values()))):
         rows.append(_row(name, found[name], channels))
@@ -237,7 +239,11 @@ def model_table(entries: Sequence[Mapping]) -> Table:
     notes = named(said, len(first))
     if any(each["fit"]["resolved"] for each in first.values()):
         notes.append("; ".join(f"{name}: {each['meaning']}" for name, each in names.items()))
-        notes.append("medians and 95 % intervals of the first operation of each channel")
+        grey = any(
+            is_prior(each) for entry in first.values() for each in entry["parameters"].values()
+        )
+        said = "medians and 95 % intervals of the first operation of each channel"
+        notes.append(said + "; grey: nearly all prior, the record adds little" * grey)
     by: dict[str, dict[str, dict[str, None]]] = {}
     for entry in entries:
         for each in entry.get("limits", ()):
@@ -255,4 +261,4 @@ def _posterior(each: Mapping) -> Cell:
     if each["median"] is None:
         return NONE
     low, high = (in_digits(end, 2) for end in each["interval_95"])
-    return Cell(f"{in_digits(each['median'], 3)}\n{low}–{high}")
+    return Cell(f"{in_digits(each['median'], 3)}\n{low}–{high}", "faint" * is_prior(each))

@@ -9,6 +9,7 @@ from breaker.mechanism import in_digits, in_p
 _WIDTH = 98
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
 _CELLS, _CELL = 3, 31  # of a line of a short block, and letters of each
+_PRIOR = 0.8  # share of the prior's variance, from which on a record says hardly anything
 _LIMIT = "  {:<20} {:<9} {:>8}  {:<20} {}"
 
 
@@ -32,7 +33,21 @@ def in_words(document: Mapping) -> str:
         blocks = [block(each) if each["accepted"] else _rejected(each, there) for each in there]
         parts += map("\n".join, blocks)
     parts += ["\n".join(_together(motion, each)) for motion, each in document["together"].items()]
+    parts += ["\n".join(_mean(each)) for each in document["means"]]
     return "\n\n".join(parts)
+
+
+def _mean(found: Mapping) -> list[str]:
+    """What the means of several records tell of a pole."""
+    of = " and ".join(f"{n} {motion}{'s' * (n > 1)}" for motion, n in found["records"].items())
+    about = ", ".join(str(found[name]) for name in ("breaker", "phase") if found.get(name))
+    lines = [f"inferred from the mean of {of}{' of ' * bool(about)}{about}"]
+    if found["resolved"]:
+        for name, each in found["parameters"].items():
+            lines += _row(name, each, f"{each['meaning']}{_of_prior(each)}")
+    said = [f"remark: {each}" for each in found["remarks"]]
+    said += [] if found["resolved"] else ["NOT resolved: too few draws are left"]
+    return [*lines, *(line for each in said for line in wrapped(each))]
 
 
 def _drive(document: Mapping) -> list[str]:
@@ -56,8 +71,21 @@ def _long(record: Mapping) -> list[str]:
     if record["fit"]["resolved"]:
         lines.append(f"inferred{together}")
         for name, each in inferred.items():
-            lines += _row(name, each, each["meaning"])
+            lines += _row(name, each, f"{each['meaning']}{_of_prior(each)}")
     return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
+
+
+def _of_prior(each: Mapping) -> str:
+    """How much of an interval is the prior, as a share of its variance; "" where it is not told."""
+    share = each.get("prior_share")
+    if share is None:
+        return ""
+    return "; nearly all prior" if is_prior(each) else f"; {100.0 * share:.0f} % prior"
+
+
+def is_prior(each: Mapping) -> bool:
+    """Whether a record says hardly anything of a parameter, so that its interval is the prior's."""
+    return (each.get("prior_share") or 0.0) >= _PRIOR
 
 
 def _both(found: Mapping) -> tuple[dict, dict]:

@@ -81,7 +81,14 @@ def _run(options: argparse.Namespace) -> int:
     endurance = config["endurance"]
     operations, loose = operations_of(options.files, options, config)
     # Imported here, so that --help and wrong options answer at once.
-    from breaker.answers import document, in_words, infer_drive, judged, read_operations
+    from breaker.answers import (
+        document,
+        in_words,
+        infer_drive,
+        infer_means,
+        judged,
+        read_operations,
+    )
     from breaker.mechanism import from_list
 
     given, words = _given(options, config)
@@ -97,7 +104,8 @@ def _run(options: argparse.Namespace) -> int:
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     about = {"size": given.size and vars(given.size), "words": words}
-    found = document(answers, verdicts, about, settings | {"known": dict(given.known)})
+    means = infer_means(answers, given, settings)
+    found = document(answers, verdicts, about, settings | {"known": dict(given.known)}, means)
     if overlays:
         found["reference"] = [each.values for each in overlays]
     rejected = [each for each in found["records"] if not each["accepted"]]

@@ -77,6 +77,33 @@ def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     return Mean(units, whole, without_onset(np.tile(mean, (n, 1)), way, both))
 
 
+def mean_with_scatter(raws: Sequence[Raw], basis: Basis) -> Mean:
+    """Return the mean of records of one motion, whose noise has the scatter of operations.
+
+    Args:
+        basis: Components of the shapes or the changes in the family.
+
+    Raises:
+        ValueError: If a record has no motion from one rest to another.
+    """
+    mean = mean_record(raws)
+    noise = _noise_of(mean, len(raws), mean.scatter(basis), len(raws) - 1)
+    return mean._replace(seen=mean.seen._replace(noise=noise))
+
+
+def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarray:
+    """Noise of a mean of records, ``(1,)``: the sensor's, or the scatter of operations if larger.
+
+    Args:
+        apart: How far records are from the others, as noise, ``(n,)``.
+        seen: From how many records more than one that is known.
+    """
+    single = np.square(mean.seen.noise) * count
+    found = np.square(np.median(apart)) if seen else 0.0
+    scattered = (_KNOWN * (single + _USUAL**2) + seen * found) / (_KNOWN + seen)
+    return np.sqrt(np.maximum(single, scattered) / count)
+
+
 def mean_and_change(
     before: Sequence[Raw], today: Sequence[Raw], basis: Basis
 ) -> tuple[NormalisedRecords, NormalisedRecords]:
@@ -92,12 +119,9 @@ def mean_and_change(
     second = mean_record(today, first.units)
     apart = np.concatenate([each.scatter(basis) for each in (first, second)])
     seen = len(before) + len(today) - 2
-    noise = []
-    for each, raws in ((first, before), (second, today)):
-        single = np.square(each.seen.noise) * len(raws)
-        found = np.square(np.median(apart)) if seen else 0.0
-        scattered = (_KNOWN * (single + _USUAL**2) + seen * found) / (_KNOWN + seen)
-        noise.append(np.sqrt(np.maximum(single, scattered) / len(raws)))
+    noise = [
+        _noise_of(each, len(raws), apart, seen) for each, raws in ((first, before), (second, today))
+    ]
     there = first.seen.present & second.seen.present
     way = without_onset(first.seen.way, second.seen.way, there)
     change = second.seen._replace(way=way, present=there, noise=np.hypot(*noise))

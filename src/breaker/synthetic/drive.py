@@ -26,6 +26,9 @@ from breaker.synthetic.paths import curve, sampled
 STOPS = ("closing_stop", "opening_stop")
 WAVES = ("way_force", "time_force", "speed_force")
 CONTACTS = ("elastic", "held", "sliding")
+LAWS = ("contact", "stick", "growth", "drag_power")
+"""Fields of ``Elements`` that say how others act, and have no size of their own."""
+
 TOLERANCE = 1e-6  # mm and mm/ms, error of a step of a drive of size 1
 
 
@@ -42,6 +45,8 @@ class Stop:
             closes with the flow.
         depth: Way over which the damping comes in, mm.
         stiffness: Of the bumper, from the rest position on, 1/ms^2.
+        profile: How the damping changes over the reach: it grows towards the end by
+            ``e^profile``, or falls if that is below 0; its largest value stays.
     """
 
     reach: float = 0.0
@@ -49,6 +54,7 @@ class Stop:
     power: float = 1.0
     depth: float = 1.0
     stiffness: float = 0.0
+    profile: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -83,13 +89,18 @@ class Elements:
         restitution: Of the contacts: speed after a bounce over the one before.
         closing_stop, opening_stop: Dampers at the closed and at the open end.
         force_fall: Share of the closing force that is gone after 10 mm of travel.
-        drag: Force at 1 mm/ms that grows with the square of the speed, mm/ms^2.
+        drag: Force at 1 mm/ms that grows with a power of the speed, mm/ms^2.
         linkage: Period of the linkage that carries the transducer, ms; 0 where it is rigid.
         contact: "elastic" as in the model; "held", where the drive carries the contact against a
             stop, under the preload of its spring, until it touches, and picks it up again when it
             parts; or "sliding", whose force and mass leave no trace.
         way_force, time_force, speed_force: Random forces along the way, in the time after the
             release, and by the speed. They vanish at both rests.
+        opening_progress: Share by which the opening spring is stiffer after 10 mm.
+        stick: By how much dry friction is larger where the drive hardly moves, share of it.
+        growth: Power of the time in the law of ``build_up``, ``1 - exp(-(t / build_up)^growth)``:
+            1 exponential, more an S.
+        drag_power: That of the speed in ``drag``.
     """
 
     lever_turn: float = 0.0
@@ -110,6 +121,10 @@ class Elements:
     way_force: Waves = field(default_factory=Waves)
     time_force: Waves = field(default_factory=Waves)
     speed_force: Waves = field(default_factory=Waves)
+    opening_progress: float = 0.0
+    stick: float = 0.0
+    growth: float = 1.0
+    drag_power: float = 2.0
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Elements":
@@ -123,20 +138,24 @@ class Elements:
         """All numbers in one row, ``(e,)``, for compiled code and stores."""
         return list(_flat(self).values())
 
-    def scaled(self, strength: float) -> "Elements":
+    def scaled(self, strength: float | Mapping[str, float]) -> "Elements":
         """Return the elements at another strength: 0 leaves the model, 1 changes nothing.
 
-        A stop keeps its place and its law; its forces change.
+        A stop keeps its place and its law, and so do all forces; their sizes change.
+
+        Args:
+            strength: Of all elements, or of each by name.
         """
         parts = {each.name: getattr(self, each.name) for each in fields(self)}
-        for name, value in parts.items():
+        for name in parts.keys() - set(LAWS):
+            value, size = parts[name], strength[name] if isinstance(strength, Mapping) else strength
             if isinstance(value, Stop):
                 forces = {"damping": value.damping, "stiffness": value.stiffness}
-                parts[name] = replace(value, **{n: strength * each for n, each in forces.items()})
+                parts[name] = replace(value, **{n: size * each for n, each in forces.items()})
             elif isinstance(value, Waves):
-                parts[name] = replace(value, share=strength * value.share)
-            elif name != "contact":
-                parts[name] = strength * value
+                parts[name] = replace(value, share=size * value.share)
+            else:
+                parts[name] = size * value
         return Elements(**parts)
 
 

@@ -3,14 +3,15 @@
 A drive of the family is a draw of the prior, so that its masses, springs, frictions, force and gap
 are the true values of the model's seven parameters, and on top of it every element that the model
 lacks, drawn from its range. A range that contains 0 is drawn uniformly, any other one uniformly in
-the logarithm of the size. A draw whose drive holds no closed position is drawn again, which favours
-strong drives a little.
+the logarithm of the size. A draw whose drive holds no closed position is drawn again.
 
 A worn drive has changes of a few parameters and a few elements, as a share of their values in new
 condition, each drawn from its range.
 
-A family that networks are trained on is wider: its drives differ in strength, some of them are the
-model, others have contacts and random forces that it has not, and they wear in several ways.
+A family that networks are trained on is wider. Each of its mechanisms is there or not, with a
+strength of its own: how many a drive has is uniform, from none, which is the model, over one alone
+to all of them. Others have contacts and random forces that the model has not, and drives wear in
+several ways.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +21,7 @@ import numpy as np
 
 from breaker.mechanism import NAMES
 from breaker.model import Prior
-from breaker.synthetic.drive import CONTACTS, WAVES, Drive, Elements, Stop
+from breaker.synthetic.drive import CONTACTS, LAWS, WAVES, Drive, Elements, Stop
 
 WEAR = ("none", "sparse", "dense")
 
@@ -55,47 +56,56 @@ class Family:
     def new(self, rng: np.random.Generator) -> Drive:
         """Draw a drive in new condition.
 
-        Raises:
-            RuntimeError: If no drive of the family holds a closed position.
-        """
-        return self.drawn(rng)[0]
-
-    def drawn(self, rng: np.random.Generator) -> tuple[Drive, float]:
-        """Draw a drive in new condition, and return it with the strength of its elements.
+        A drive that holds no closed position is drawn again with another of its kind of contact: so
+        kinds have the shares that they are given, and within a kind all else is conditioned on
+        holding.
 
         Raises:
             RuntimeError: If no drive of the family holds a closed position.
         """
-        settings = self.settings
-        ranges = {**settings["elements"], **settings.get("more", {})}
-        contact, strength, preload, rigid = "elastic", settings["strength"], 0.0, False
-        if "contacts" in settings:
-            contact, strength, preload, rigid = self._kind(rng)
+        kinds = self.settings.get("contacts")
+        contact = _chosen(kinds, CONTACTS, rng) if kinds else ""
         for _ in range(_TRIES):
-            theta = tuple(self.prior.sample(1, rng)[0].tolist())
-            elements = Elements.from_settings(_draw_all(ranges, Elements, rng))
-            elements = replace(elements.scaled(strength), contact=contact)
-            drive = Drive(theta, elements)
-            if contact == "held":
-                drive = drive.changed(contact_preload=preload * drive.value("f"))
-            if rigid:
-                drive = drive.changed(linkage=0.0)
-            if drive.holds and (contact != "sliding" or self._touches(drive)):
-                return drive, strength
+            if (drive := self.proposed(contact, rng)) is not None:
+                return drive
         raise RuntimeError(
             f"none of {_TRIES} drives of the family holds a closed position; lower the preloads in "
             "rigs.elements, or rigs.strength"
         )
 
-    def _kind(self, rng: np.random.Generator) -> tuple[str, float, float, bool]:
-        """Draw contact, strength, preload of a held contact, and whether there is no linkage."""
+    def proposed(self, contact: str, rng: np.random.Generator) -> Drive | None:
+        """Draw a drive of a kind of contact, "" where the family has one kind; None if the draw
+        holds no closed position, or a sliding contact touches where none may.
+        """
         settings = self.settings
-        strength = float(rng.uniform(*settings["strength"]))
-        contact = _chosen(settings["contacts"], CONTACTS, rng)
-        preload, rigid = float(rng.uniform(*settings["held_preload"])), rng.random()
-        if rng.random() < settings["model"]:
-            return "elastic", 0.0, 0.0, True
-        return contact, strength, preload, rigid < settings["rigid"]
+        theta = tuple(self.prior.sample(1, rng)[0].tolist())
+        ranges = dict(settings["elements"])
+        for name, more in settings.get("more", {}).items():
+            ranges[name] = {**ranges[name], **more} if isinstance(more, Mapping) else more
+        elements = Elements.from_settings(_draw_all(ranges, Elements, rng))
+        drive = Drive(theta, elements.scaled(self._strength(rng)))
+        if contact:
+            preload = float(rng.uniform(*settings["held_preload"]))
+            if contact == "held":
+                drive = drive.changed(contact_preload=preload * drive.value("f"))
+            drive = replace(drive, elements=replace(drive.elements, contact=contact))
+        works = drive.holds and (contact != "sliding" or self._touches(drive))
+        return drive if works else None
+
+    def _strength(self, rng: np.random.Generator) -> float | dict[str, float]:
+        """Draw the strength of each mechanism, 0 where it is not there; one number if all share it.
+
+        The share of those that are there is uniform, and so is their number.
+        """
+        strength = self.settings["strength"]
+        if not isinstance(strength, Sequence):
+            return strength
+        names, share = (
+            [each.name for each in fields(Elements) if each.name not in LAWS],
+            rng.random(),
+        )
+        there, size = rng.random(len(names)) < share, rng.uniform(*strength, len(names))
+        return dict(zip(names, (there * size).tolist(), strict=True))
 
     def _touches(self, drive: Drive) -> bool:
         """Whether a sliding contact touches where it may, as a share of the stroke."""

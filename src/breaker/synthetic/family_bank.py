@@ -35,7 +35,6 @@ _DIMS = {
     "switching": _PER_MOTION,
     "parameters": ("drive", "condition", "parameter"),
     "elements": ("drive", "condition", "element"),
-    "strength": ("drive",),
     "wear": ("drive",),
     "contact": ("drive",),
 }
@@ -60,8 +59,8 @@ def simulate_family(family: Family, drives: int, rng: np.random.Generator) -> xr
         Over dims drive, condition ("new", "worn"), motion and u: ``shape``, in 16 bits, see
         ``shapes``; ``stroke`` (mm) and ``duration`` (ms); ``release`` and ``switching``, times of
         the first motion and of the drive's own touch or parting, in u; and of each drive its
-        ``parameters``, ``elements`` (of a drive of size 1), ``strength``, ``wear`` (number in
-        ``WEAR``) and ``contact`` (number in ``CONTACTS``).
+        ``parameters``, ``elements`` (of a drive of size 1), ``wear`` (number in ``WEAR``) and
+        ``contact`` (number in ``CONTACTS``).
 
     Raises:
         RuntimeError: If hardly a drive of the family works.
@@ -96,11 +95,10 @@ def _row(family: Family, rng: np.random.Generator) -> dict[str, np.ndarray]:
     Raises:
         FloatingPointError: If a curve has no shape.
     """
-    new, strength = family.drawn(rng)
+    new = family.new(rng)
     kind = family.kind_of_wear(rng)
     both = [_taken_apart(drive) for drive in (new, family.worn(new, rng, kind))]
     return {name: np.stack([each[name] for each in both]) for name in both[0]} | {
-        "strength": np.float64(strength),
         "wear": np.int8(WEAR.index(kind)),
         "contact": np.int8(CONTACTS.index(new.elements.contact)),
     }

@@ -17,23 +17,26 @@ STAGES = np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B])  # the last is th
 TIMES, ERROR = STAGES.sum(axis=1), RK45.E
 
 _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there
+_SLIP = 0.08  # mm/ms, in which sticking friction falls to that of sliding
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
 _SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
 _LASTING = 4.0  # ms after the release, where a random force in time is largest
 _HALVINGS = 60
 _LOOKS = 40  # places along the way at which random forces may hold a drive up
 _AT_EVENT = 1e-10  # mm or mm/ms^2, that a touch or a parting may be off
+_AT_STOP = 1e-9  # mm, within which a contact is at its stop
 _FIRST, _SHORTEST, _LONGEST = 0.01, 1e-8, 2.0  # ms, steps
 _MOST = 100_000  # steps
 _SHARES = 0.1, 0.5  # of the way, whose times are a motion's own measure
-_FREE, _CLOSED = 0, 1
+_FREE, _CLOSED, _FLYING = 0, 1, 2  # flying: a held contact has parted, but not reached its stop
 _ELASTIC, _HELD, _SLIDING = 0, 1, 2
 
 (MU, K_A, K_B, GAMMA_A, GAMMA_B, F, GAP, TURN, LEAN, DRY, PRE_A, PRE_B, BUILD_UP) = range(13)
 (TRAIN_MASS, TRAIN_FRICTION, RESTITUTION, CLOSING_STOP) = range(13, 17)
-OPENING_STOP, FALL, DRAG, CONTACT = 21, 26, 27, 29
-WAY_FORCE, TIME_FORCE, SPEED_FORCE = 30, 37, 44
-REACH, DAMPING, POWER, DEPTH, STIFFNESS = range(5)  # of a stop, from its first number on
+OPENING_STOP, FALL, DRAG, CONTACT = 22, 28, 29, 31
+WAY_FORCE, TIME_FORCE, SPEED_FORCE = 32, 39, 46
+PROGRESS, STICK, GROWTH, DRAG_POWER = range(53, 57)
+REACH, DAMPING, POWER, DEPTH, STIFFNESS, PROFILE = range(6)  # of a stop, from its first number on
 _STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
 
 
@@ -61,6 +64,9 @@ def _stop(n, first, beyond, speed):
     force = n[first + STIFFNESS] * max(0.0, beyond)
     if way > 0.0 and n[first + DAMPING] > 0.0:
         size = n[first + DAMPING] * min(1.0, way / n[first + DEPTH])
+        if n[first + PROFILE] != 0.0:  # narrower and narrower where above 0, wider where below
+            share = min(1.0, way / n[first + REACH]) if n[first + REACH] > 0.0 else 1.0
+            size *= np.exp(n[first + PROFILE] * (share - 1.0 * (n[first + PROFILE] > 0.0)))
         power = size * abs(speed) ** n[first + POWER]
         force += power if speed > 0.0 else -power
     return max(0.0, force)
@@ -97,6 +103,8 @@ def _spring(n, mode, x, rate, state):
     """Force of the contact on the drive, of a travel x that changes at a rate; 0 where rigid."""
     if n[CONTACT] == _SLIDING or (n[CONTACT] == _HELD and mode == _FREE):
         return 0.0
+    if n[CONTACT] == _HELD and mode == _FLYING:
+        return n[K_B] * (x - state[2]) + n[GAMMA_B] * (rate - state[3]) + n[PRE_B]
     if n[CONTACT] == _HELD:
         return n[K_B] * (x - n[GAP]) + n[GAMMA_B] * rate + n[PRE_B]
     u = x - state[2]
@@ -105,19 +113,27 @@ def _spring(n, mode, x, rate, state):
 
 
 @_fast
+def _held(n, time):
+    """Share of the closing force that is still there at a time after it is released."""
+    if not time < 40.0 * n[BUILD_UP]:
+        return 0.0
+    share = time / n[BUILD_UP]
+    return np.exp(-share if n[GROWTH] == 1.0 else -(share ** n[GROWTH]))
+
+
+@_fast
 def _forces(n, rest, time, closing, mode, state):
     """Forces on the drive and on the contact, per drive mass, and the lever's slope and bend."""
     arc, speed = state[0], state[1]
     x, ratio, bend = _lever(n, arc)
     spring = _spring(n, mode, x, ratio * speed, state)
-    held = np.exp(-time / n[BUILD_UP]) if time < 40.0 * n[BUILD_UP] else 0.0
+    held = _held(n, time)
     force = n[F] * (1.0 - n[FALL] * x / _STROKE) * (1.0 - held if closing else held)
     friction = n[GAMMA_A] * (1.0 + (n[TRAIN_FRICTION] if closing else 0.0))
     total = (
         force
-        - n[K_A] * arc
+        - n[K_A] * arc * (1.0 + n[PROGRESS] * arc / _STROKE)
         - friction * speed
-        - n[DRAG] * speed * abs(speed)
         - ratio * spring
         - _stop(n, CLOSING_STOP, arc - rest, speed)
         + _stop(n, OPENING_STOP, -arc, -speed)
@@ -125,7 +141,11 @@ def _forces(n, rest, time, closing, mode, state):
     if n[PRE_A] > 0.0:
         total -= n[PRE_A] * _sign(arc / _SMOOTH_WAY)
     if n[DRY] > 0.0:
-        total -= n[DRY] * _sign(speed / _SMOOTH_SPEED)
+        stick = 1.0 + n[STICK] * np.exp(-abs(speed) / _SLIP)
+        total -= n[DRY] * stick * _sign(speed / _SMOOTH_SPEED)
+    if n[DRAG] > 0.0:
+        drag = n[DRAG] * abs(speed) ** n[DRAG_POWER]
+        total -= drag if speed > 0.0 else -drag
     if n[WAY_FORCE] + n[TIME_FORCE] + n[SPEED_FORCE] > 0.0 and rest < np.inf:
         total += _random(n, rest, time, closing, held, state)
     return total, spring, ratio, bend
@@ -165,7 +185,8 @@ def _rates(n, rest, time, closing, mode, state, out, row):
     if n[CONTACT] == _HELD and mode == _FREE:
         mass += ratio * ratio / n[MU]
         total -= ratio * bend * speed * speed / n[MU]
-    moves = 1.0 if n[CONTACT] == _ELASTIC and mode == _FREE else 0.0
+    flies = mode == _FLYING or (n[CONTACT] == _ELASTIC and mode == _FREE)
+    moves = 1.0 if flies else 0.0
     out[row, 0], out[row, 1] = speed, total / mass
     out[row, 2], out[row, 3] = moves * state[3], moves * n[MU] * spring
 
@@ -194,9 +215,15 @@ def _advance(n, rest, time, closing, mode, state, h, new, k):
 
 @_fast
 def _margin(n, rest, time, closing, mode, state):
-    """Positive as long as the mode lasts: way to the touch or to the parting, or contact force."""
-    if n[CONTACT] == _ELASTIC and mode == _CLOSED:
-        return _forces(n, rest, time, closing, mode, state)[1]
+    """Positive as long as the mode lasts: way to the touch or to the parting, or contact force.
+
+    No contact pulls: it parts where its force is zero, or a held one where the drive picks it up.
+    """
+    if n[CONTACT] != _SLIDING and mode == _CLOSED:
+        force = _forces(n, rest, time, closing, mode, state)[1]
+        return force if n[CONTACT] == _ELASTIC else min(force, _lever(n, state[0])[0] - n[GAP])
+    if mode == _FLYING:
+        return _lever(n, state[0])[0] - state[2]
     way = n[GAP] - (state[2] if n[CONTACT] == _ELASTIC else _lever(n, state[0])[0])
     return way if mode == _FREE else -way
 
@@ -204,9 +231,14 @@ def _margin(n, rest, time, closing, mode, state):
 @_fast
 def _switch(n, closing, mode, state):
     """Mode after the touch or the parting; changes the state in place."""
-    if n[CONTACT] == _HELD and mode == _CLOSED:  # picks the contact up, which was at rest
-        mass = 1.0 + (n[TRAIN_MASS] if closing else 0.0)
-        state[1] *= mass / (mass + _lever(n, state[0])[1] ** 2 / n[MU])
+    if n[CONTACT] == _HELD and mode != _FREE:
+        x, ratio, _ = _lever(n, state[0])
+        if mode == _CLOSED and x - n[GAP] > _AT_STOP:
+            return _FLYING
+        mass = 1.0 + (n[TRAIN_MASS] if closing else 0.0)  # picks the contact up
+        state[1] = (mass * state[1] + ratio * state[3] / n[MU]) / (mass + ratio * ratio / n[MU])
+        state[2] = n[GAP]
+        return _FREE
     back = n[RESTITUTION] * state[3]  # of an elastic contact; all others are at rest
     state[2], state[3] = n[GAP], -back if back > _SLOWEST else 0.0
     return _CLOSED if mode == _FREE and back <= _SLOWEST else _FREE
@@ -276,7 +308,7 @@ def follow(n, rest, closing, end, beyond, tolerance):
             h *= max(0.2, factor)
             continue
         # As in the model a contact stays after its touch, but for one that the drive holds.
-        watched = closing == (mode == _FREE) or (closing and n[CONTACT] == _HELD)
+        watched = closing == (mode == _FREE) or mode == _FLYING or (closing and n[CONTACT] == _HELD)
         over = watched and _margin(n, rest, now + h, closing, mode, new) < 0.0
         taken = _located(n, rest, now, closing, mode, state, h, new, k) if over else h
         steps[count, 0], steps[count, 1] = now, taken
