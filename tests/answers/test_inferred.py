@@ -81,15 +81,14 @@ def test_the_mean_of_timed_records_has_the_mean_time(infer, timed):
     assert mean.record.raw.contact.sd == pytest.approx(np.hypot(0.1, 0.1) / np.sqrt(2.0))
 
 
-def test_a_share_of_an_interval_is_the_prior(infer, answers, records):
+def test_a_share_of_an_interval_is_the_prior(infer, answers, records, defaults):
     (sized,) = infer(Given(size=Size()), records[1:2])
     for each in (answers[0], answers[1], sized):
         assert (each.prior_share > 0.0).all()
         assert (each.prior_share < 1.5).all()
-    k_a, gamma_b = (NAMES.index(name) for name in ("k_a", "gamma_b"))
-    assert sized.prior_share[k_a] < sized.prior_share[gamma_b]
-    weighed = spread(np.log(sized.inferred("k_a"))) / (1.96 * 0.15)
-    assert np.sqrt(sized.prior_share[k_a]) == pytest.approx(weighed, rel=0.2)
+    for name, share in zip(NAMES, sized.prior_share, strict=True):
+        told = spread(np.log(sized.inferred(name))) / (1.96 * defaults["prior"][name]["log_sd"])
+        assert np.sqrt(share) == pytest.approx(told, rel=0.25)
 
 
 def test_what_needs_the_touch_is_measured_at_the_inferred_one(answers, infer, timed):

@@ -21,7 +21,7 @@ _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
 _KINDS = {"parameters": "parameter", "quantities": "quantity"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
 _FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
-AFTER_TENTH = "_after_tenth"
+FROM_TENTH = "_from10"
 """How names of inferred times end that count from 10 % of the way."""
 
 _LEFT_OUT = ("parameters", "quantities", "fit", "limits", "remarks")
@@ -177,9 +177,9 @@ def _from_a_tenth(answer: Answer) -> dict:
         ("release", answer.draws.release[motion]),
         (EVENTS[motion], answer.draws.switching[motion]),
     ):
-        about = {"unit": "ms", "meaning": f"{event}, after 10 % of the way"}
+        about = {"unit": "ms", "meaning": f"{event}, counted from 10 % of the way"}
         about |= _drawn(draws) | {"source": "inferred", "reason": None}
-        found[event + AFTER_TENTH] = about
+        found[event + FROM_TENTH] = about
     return found
 
 

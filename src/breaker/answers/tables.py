@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.answers.changed import VERDICT_WORDS
-from breaker.answers.documents import AFTER_TENTH
+from breaker.answers.documents import FROM_TENTH
 from breaker.answers.visited import change_words, label_of
 from breaker.answers.words import bounds_in_words, is_prior, starred
 from breaker.inspection import alike
@@ -88,7 +88,7 @@ def measured_table(
     found: dict[str, dict[str, Mapping]] = {}
     for phase, entry in channels.items():
         for name, each in entry["quantities"].items():
-            if not name.endswith(AFTER_TENTH):  # no time that an instrument has
+            if not name.endswith(FROM_TENTH):  # no time that an instrument has
                 found.setdefault(name, {})[phase] = each
     rows, one = _times(channels), next(iter(channels.values()))
     for name in sorted(found, key=lambda name: any(map(starred, found[name].values()))):

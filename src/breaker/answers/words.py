@@ -6,7 +6,7 @@ from textwrap import wrap
 from breaker.answers.judgement import VERDICTS
 from breaker.mechanism import in_digits, in_p
 
-_WIDTH = 98
+_WIDTH = 100
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
 _CELLS, _CELL = 3, 31  # of a line of a short block, and letters of each
 _PRIOR = 0.8  # share of the prior's variance, from which on a record says hardly anything
