@@ -127,6 +127,7 @@ def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list
         found = levels.draw(seen, n, rng, size=size)
         new = [replace(each, draws=found, motions=tuple(seen)) for each in within]
         shares = np.where(possible(new), weights_of(new, given, size), 0.0)
+        shares /= shares.max() or 1.0  # those that are possible may be of any smallness
         left = float(shares.sum() ** 2 / np.square(shares).sum()) if shares.any() else 0.0
         if left > effective:
             effective, draws, trial, weights = left, found, new, shares
