@@ -29,7 +29,6 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from breaker.answers import Answer, Given, infer_drive, read_operations
-from breaker.answers.operations import Record
 from breaker.family import shipped_networks
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, NAMES, Size
@@ -327,7 +326,7 @@ def write(file: Path, curve: Curve, rng: np.random.Generator, options: argparse.
     return release
 
 
-def timed(record: Record, begins: Mapping, curves: Mapping, rng, sd: float) -> Record:
+def timed(record, begins: Mapping, curves: Mapping, rng: np.random.Generator, sd: float):
     """A record whose contact was seen to switch, with an error of a standard deviation in ms."""
     at = begins[record.motion] + curves[record.motion].switching + sd * rng.standard_normal()
     return (

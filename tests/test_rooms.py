@@ -36,6 +36,8 @@ FROM_MODULES = {"figures"}
 TORCH = {"networks", "posterior"}
 BESIDE = {"studies", "tests"}
 LONGEST_MODULE = 300
+# A module that may be longer: numba sees changes of one file only, so all that may change is in it.
+LONGER = {"src/breaker/synthetic/integrator.py": 340}
 LONGEST_FUNCTION = 55
 MOST_PARAMETERS = 5
 # Functions that may take more, by file.
@@ -232,7 +234,7 @@ def tall(code: Mapping[str, str]) -> list[str]:
     """Modules and functions that are too long."""
     wrong = []
     for file, text in code.items():
-        if (lines := len(text.splitlines())) > LONGEST_MODULE:
+        if (lines := len(text.splitlines())) > LONGER.get(file, LONGEST_MODULE):
             wrong.append(f"{file} has {lines} lines")
         wrong += [
             f"{file}: {name} has {lines} lines"
