@@ -61,9 +61,8 @@ def _means(answers: Sequence[Answer]) -> list[dict]:
     """An entry for each answer on means of records of a pole, whichever motions it is from."""
     found: dict[int, dict] = {}
     for each in answers:
-        about = {
-            name: value for name, value in _about(each).items() if name in ("breaker", "phase")
-        }
+        known = _about(each)
+        about = {name: known[name] for name in ("breaker", "phase")}
         empty = about | {"records": {}, "parameters": _parameters(each), "remarks": each.remarks}
         entry = found.setdefault(id(each.draws), empty | {"resolved": not each.unresolved})
         entry["records"][each.record.motion] = each.records

@@ -100,11 +100,9 @@ class Family:
         strength = self.settings["strength"]
         if not isinstance(strength, Sequence):
             return strength
-        names, share = (
-            [each.name for each in fields(Elements) if each.name not in LAWS],
-            rng.random(),
-        )
-        there, size = rng.random(len(names)) < share, rng.uniform(*strength, len(names))
+        names = [each.name for each in fields(Elements) if each.name not in LAWS]
+        there = rng.random() > rng.random(len(names))
+        size = rng.uniform(*strength, len(names))
         return dict(zip(names, (there * size).tolist(), strict=True))
 
     def _touches(self, drive: Drive) -> bool:

@@ -103,12 +103,10 @@ def _spring(n, mode, x, rate, state):
     """Force of the contact on the drive, of a travel x that changes at a rate; 0 where rigid."""
     if n[CONTACT] == _SLIDING or (n[CONTACT] == _HELD and mode == _FREE):
         return 0.0
-    if n[CONTACT] == _HELD and mode == _FLYING:
-        return n[K_B] * (x - state[2]) + n[GAMMA_B] * (rate - state[3]) + n[PRE_B]
-    if n[CONTACT] == _HELD:
-        return n[K_B] * (x - n[GAP]) + n[GAMMA_B] * rate + n[PRE_B]
     u = x - state[2]
     force = n[K_B] * u + n[GAMMA_B] * (rate - state[3])
+    if n[CONTACT] == _HELD:
+        return force + n[PRE_B]
     return force + n[PRE_B] * _sign(u / _SMOOTH_WAY) if n[PRE_B] > 0.0 else force
 
 
@@ -237,7 +235,7 @@ def _switch(n, closing, mode, state):
             return _FLYING
         mass = 1.0 + (n[TRAIN_MASS] if closing else 0.0)  # picks the contact up
         state[1] = (mass * state[1] + ratio * state[3] / n[MU]) / (mass + ratio * ratio / n[MU])
-        state[2] = n[GAP]
+        state[2], state[3] = n[GAP], 0.0
         return _FREE
     back = n[RESTITUTION] * state[3]  # of an elastic contact; all others are at rest
     state[2], state[3] = n[GAP], -back if back > _SLOWEST else 0.0
