@@ -13,7 +13,7 @@ from breaker.posterior import FamilyNetwork
 SIZES = {"width": 12, "blocks": 2, "features": 6, "components": 3, "head": 5}
 
 
-def network(atoms: int = 0, seed: int = 3, size: float = 0.2) -> FamilyNetwork:
+def network(atoms: tuple[bool, ...] = (), seed: int = 3, size: float = 0.2) -> FamilyNetwork:
     """An untrained network with random weights of some size."""
     made = FamilyNetwork(SIZES, "levels", (4, 3), atoms=atoms, seed=seed)
     rng = torch.Generator().manual_seed(seed)
@@ -26,7 +26,8 @@ def network(atoms: int = 0, seed: int = 3, size: float = 0.2) -> FamilyNetwork:
 def read(made: FamilyNetwork) -> Network:
     """The same without torch."""
     return Network(
-        {name: each.numpy() for name, each in made.state_dict().items()}, made.inference.atoms
+        {name: each.numpy() for name, each in made.state_dict().items()},
+        made.inference.atoms.tolist(),
     )
 
 
@@ -42,7 +43,7 @@ def test_the_density_is_one_over_all_outputs():
 
 
 def test_atoms_have_a_probability_and_the_rest_the_rest():
-    mixture = network(atoms=1).inference
+    mixture = network(atoms=(True, False, False)).inference
     line = torch.linspace(-15.0, 15.0, 3001, dtype=torch.float64)[:, None]
     theta = torch.cat([line + 1e-6, torch.zeros(len(line), 2)], dim=1)
     there = torch.tensor([1.0, 0.0, 0.0]).expand(len(theta), 3)
@@ -96,7 +97,7 @@ def test_draws_of_arrays_are_of_the_density():
 
 
 def test_atoms_are_drawn_as_often_as_they_are_probable():
-    made = network(atoms=2)
+    made = network(atoms=(True, True, False))
     arrays = read(made)
     features = arrays.features(np.full((1, 4), 0.7))[0]
     told, n = np.array([True, False, False]), 20_000

@@ -47,7 +47,10 @@ LAWS = replace(
     drag_power=1.5,
     growth=2.5,
     stick=1.0,
+    slip=0.3,
+    load=0.7,
     opening_progress=0.1,
+    reading=Waves(0.1, (0.6, -0.5, 0.8, -0.3, 0.5, -0.6)),
     closing_stop=replace(FAMILY.closing_stop, profile=2.0),
     opening_stop=replace(FAMILY.opening_stop, profile=-1.5),
 )
@@ -60,6 +63,7 @@ SETS = {
     "foreign": FOREIGN,
     "wild": WILD,
     "laws": LAWS,
+    "laws on a linkage": replace(LAWS, linkage=1.5),
     "held": HELD,
     "flying": FLYING,
     "held and no more": Elements(contact="held", contact_preload=0.25),
@@ -105,8 +109,15 @@ class Reference:
         turns = angle * np.arange(1, 4)
         return waves.share * float((a[:, 0] * np.sin(turns) + a[:, 1] * np.cos(turns)).sum())
 
+    def read(self, x):
+        """What the transducer shows of a travel, and the slope of that."""
+        has, stroke, k = self.has.reading, self.lever(self.rest)[0], np.arange(1, 7)
+        turns, sizes = np.multiply.outer(x, k * np.pi / stroke), has.share * np.array(has.harmonics)
+        way = (sizes / k**2 * np.sin(turns)).sum(axis=-1) * stroke / np.pi
+        return x + way, 1.0 + (sizes / k * np.cos(turns)).sum(axis=-1)
+
     def random(self, time, arc, speed):
-        way, in_time, by_speed = (getattr(self.has, name) for name in WAVES)
+        way, in_time, by_speed = (getattr(self.has, name) for name in WAVES[:3])
         built = 1.0 - self.left(time)
         total = built * self.waves(in_time, time / 4.0) * time / 4.0 * np.exp(1.0 - time / 4.0)
         if 0 < arc < self.rest:
@@ -137,7 +148,9 @@ class Reference:
             force = self.f * ((1.0 - left) if self.closing else left)
         total = force * (1.0 - has.force_fall * x / 10.0) - ratio * spring
         total -= self.k_a * arc * (1.0 + has.opening_progress * arc / 10.0)
-        dry = has.dry_friction * (1.0 + has.stick * np.exp(-abs(speed) / 0.08))
+        dry = has.dry_friction * (1.0 + has.stick * np.exp(-abs(speed) / has.slip))
+        load = min((self.k_a * abs(arc) + abs(spring)) / self.f, 1.5)
+        dry *= 1.0 - has.load + has.load * load
         total -= has.opening_preload * np.tanh(arc / 0.3) + dry * np.tanh(speed / 0.02)
         total -= self.gamma_a * (1.0 + has.train_friction * self.closing) * speed
         total -= has.drag * np.sign(speed) * abs(speed) ** has.drag_power
@@ -184,6 +197,8 @@ class Reference:
             def rates(time, s, held=held):
                 accelerations = self.acceleration(time, s, held)
                 x, ratio = self.lever(s[0])
+                x, slope = self.read(x)
+                ratio = ratio * slope
                 rate = 2 * np.pi / self.has.linkage if self.has.linkage else 1.0
                 ringing = rate**2 * (x - s[4]) + 0.1 * rate * (ratio * s[1] - s[5])
                 free = held == "flying" or (kind == "elastic" and not held)
@@ -217,7 +232,8 @@ class Reference:
             here = (times > now) & (times <= part.t[-1])
             if here.any():
                 arcs = part.sol(times[here])
-                result[here] = arcs[4] if self.has.linkage else self.lever(arcs[0])[0]
+                travel = self.read(self.lever(arcs[0])[0])[0]
+                result[here] = arcs[4] if self.has.linkage else travel
             now, state = part.t[-1], part.y[:, -1].copy()
             if part.status == 1:
                 self.switches = min(self.switches, now)

@@ -31,6 +31,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "mean_record",
             "mean_with_scatter",
         ],
+        "mechanisms": ["MECHANISMS", "WEARING", "mechanism_draws", "mechanism_outputs"],
         "measured": ["network_record", "normalise_record"],
         "levels": ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"],
         "membership": ["PARTS", "Match", "Membership", "choose_family", "distances"],

@@ -6,12 +6,13 @@ has not changed at all is an answer of its own.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from breaker.family.inputs import Basis, NormalisedRecords, change_inputs
+from breaker.family.mechanisms import WEARING, mechanism_draws
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES
 
@@ -29,17 +30,19 @@ class ChangeDraws:
         ratios: Parameters over what they were, ``(d, p)``; 1 where they have not changed.
         later: By how much touch or parting of each motion at hand comes later after the release,
             ``(d,)``, ms.
+        mechanisms: By how much the size of each of ``WEARING`` has changed, ``(d,)``.
     """
 
     ratios: np.ndarray
     later: Mapping[str, np.ndarray]
+    mechanisms: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Changes:
     """A trained network of changes; attributes as of ``Levels``."""
 
-    atoms: ClassVar[int] = len(NAMES) + len(MOTIONS)
+    atoms: ClassVar[tuple[bool, ...]] = (True,) * (len(NAMES) + len(MOTIONS) + len(WEARING))
 
     settings: Mapping
     network: Network
@@ -65,12 +68,14 @@ class Changes:
             draws: Number of draws d.
         """
         motions = [motion for motion in MOTIONS if motion in references]
-        y = self.draws(references, changes, draws, rng)[0]
+        y = self.draws(references, changes, draws, rng, mechanisms=True)[0]
         later = {
             m: float(references[m].duration[0]) * y[:, len(NAMES) + MOTIONS.index(m)]
             for m in motions
         }
-        return ChangeDraws(np.exp(y[:, : len(NAMES)]), later)
+        sizes, duration = y[:, len(NAMES) + len(MOTIONS) :], references[motions[0]].duration[0]
+        mechanisms = mechanism_draws(sizes, WEARING, float(duration))
+        return ChangeDraws(np.exp(y[:, : len(NAMES)]), later, mechanisms)
 
     def draws(
         self,
@@ -78,15 +83,18 @@ class Changes:
         changes: Mapping[str, NormalisedRecords],
         draws: int,
         rng: np.random.Generator,
+        *,
+        mechanisms: bool = False,
     ) -> np.ndarray:
         """Draw from the posteriors of several changes, the same random numbers for each.
 
         Args:
             references, changes, draws: As of ``draw``, n of each motion at hand.
+            mechanisms: Whether those of mechanisms are wanted, which are 0 otherwise.
 
         Returns:
-            Logarithms of the parameters over what they were, and by how much touch and parting come
-            later, in durations, ``(n, d, p + 2)``.
+            Logarithms of the parameters over what they were, by how much touch and parting come
+            later, in durations, and outputs of the mechanisms that wear, ``(n, d, q)``.
         """
         n = len(next(iter(references.values())).way)
         known, changed = (
@@ -94,17 +102,21 @@ class Changes:
             for each in (references, changes)
         )
         x = change_inputs(known, changed, self.bases, self.change_bases, self.usual)
-        there = np.array([True] * len(NAMES) + [m in references for m in MOTIONS])
+        told = [m in references for m in MOTIONS]
+        there = np.array([True] * len(NAMES) + told + [mechanisms] * len(WEARING))
         found = self.network.sample(self.network.features(x), there, draws, rng)
         return self.centre + self.scale * found
 
 
 def change_outputs(before: np.ndarray, after: np.ndarray, later: np.ndarray) -> np.ndarray:
-    """Return what a network of changes infers, before its scale, ``(n, p + 2)``.
+    """Return parameters and times as a network of changes infers them, before its scale.
 
     Args:
         before, after: Parameters, ``(n, p)``.
         later: By how much touch and parting come later, ``(n, 2)``, in durations.
+
+    Returns:
+        ``(n, p + 2)``.
     """
     ratios = np.where(after == before, 1.0, after / before)
     return np.hstack([np.log(ratios), later])

@@ -8,12 +8,13 @@ size is given, stroke and duration themselves say more, and are told.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from breaker.family.inputs import Basis, NormalisedRecords, level_inputs
+from breaker.family.mechanisms import MECHANISMS, mechanism_draws
 from breaker.family.membership import Match, Membership
 from breaker.family.network import Network
 from breaker.mechanism import MOTIONS, NAMES, UNIT, Size, powers
@@ -30,11 +31,13 @@ class LevelDraws:
         theta: Parameters, ``(d, p)``, physical units.
         release: Of each motion that is there, ``(d,)``, ms after 10 % of its way.
         switching: The same of touch or parting of the drive's own contact.
+        mechanisms: Size of each of ``MECHANISMS``, ``(d,)``; exactly 0 where it is absent.
     """
 
     theta: np.ndarray
     release: Mapping[str, np.ndarray]
     switching: Mapping[str, np.ndarray]
+    mechanisms: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +53,10 @@ class Levels:
         members: What drives of the family look like, by motion.
     """
 
-    atoms: ClassVar[int] = 0
-    """Number of the first outputs that may be exactly 0."""
+    atoms: ClassVar[tuple[bool, ...]] = tuple(
+        np.repeat([False, True], [len(NAMES) + len(EVENTS), len(MECHANISMS)]).tolist()
+    )
+    """Which outputs may be exactly 0."""
 
     settings: Mapping
     network: Network
@@ -96,7 +101,10 @@ class Levels:
         release, switching = (
             {m: events[f"{event} {m}"] for m in motions} for event in ("release", "switching")
         )
-        return LevelDraws(np.exp(y[:, : len(NAMES)]) * scale.factors, release, switching)
+        sizes = y[:, len(NAMES) + len(EVENTS) :]
+        mechanisms = mechanism_draws(sizes, MECHANISMS, float(first.duration[0]))
+        theta = np.exp(y[:, : len(NAMES)]) * scale.factors
+        return LevelDraws(theta, release, switching, mechanisms)
 
     def match(self, motion: str, record: NormalisedRecords) -> Match:
         """Say whether one record may be of a drive of the family."""
@@ -106,19 +114,24 @@ class Levels:
 def outputs_there(motions: Sequence[bool]) -> np.ndarray:
     """Return which outputs records of motions tell, ``(q,)`` of bool; or ``(n, ...) -> (n, q)``."""
     motions = np.asarray(motions)
-    known = np.ones((*motions.shape[:-1], len(NAMES)), dtype=bool)
-    return np.concatenate([known, np.repeat(motions, 2, axis=-1)], axis=-1)
+    known, more = (
+        np.ones((*motions.shape[:-1], n), dtype=bool) for n in (len(NAMES), len(MECHANISMS))
+    )
+    return np.concatenate([known, np.repeat(motions, 2, axis=-1), more], axis=-1)
 
 
 def level_outputs(
     theta: np.ndarray, events: np.ndarray, stroke: np.ndarray, duration: np.ndarray
 ) -> np.ndarray:
-    """Return what a network of levels infers, before centre and scale, ``(n, q)``.
+    """Return parameters and events as a network of levels infers them, before centre and scale.
 
     Args:
         theta: Parameters, ``(n, p)``.
         events: ``EVENTS``, after 10 % of the way of their motion, in its durations, ``(n, 4)``.
         stroke, duration: As records show them of the first motion that is there, ``(n,)``.
+
+    Returns:
+        ``(n, p + 4)``.
     """
     length, time = powers()
     units = np.log(stroke)[:, None] * length + np.log(duration)[:, None] * time

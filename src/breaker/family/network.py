@@ -4,7 +4,7 @@ The same numbers as ``networks.ResidualMLP`` and ``networks.AutoregressiveMixtur
 test holds: see there for what they compute.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -16,14 +16,15 @@ class Network:
 
     Args:
         arrays: Weights by their names in ``posterior.FamilyNetwork``.
-        atoms: Number of the first outputs that may be exactly 0.
+        atoms: Which outputs may be exactly 0, ``(q,)`` of bool; none if it is empty.
     """
 
-    def __init__(self, arrays: Mapping[str, np.ndarray], atoms: int = 0) -> None:
-        self.arrays, self.atoms = arrays, atoms
+    def __init__(self, arrays: Mapping[str, np.ndarray], atoms: Sequence[bool] = ()) -> None:
+        self.arrays = arrays
         self.blocks = sum(name.startswith("summary.inner.") for name in arrays) // 2
         self.dims, self.width, outputs = arrays["inference.leave"].shape
         self.components = (outputs - 1) // 3
+        self.atoms = tuple(atoms) or (False,) * self.dims
 
     def features(self, x: np.ndarray) -> np.ndarray:
         """Map inputs ``(n, i)`` to features ``(n, s)``."""
@@ -69,7 +70,7 @@ class Network:
             mean, width = (np.take_along_axis(e, chosen, axis=-1)[..., 0] for e in (means, widths))
             residual = mean + np.exp(np.clip(width, -_WIDEST, _WIDEST)) * normal[:, i]
             atom = np.zeros((n, draws), dtype=bool)
-            if i < self.atoms:
+            if self.atoms[i]:
                 atom = uniform[:, i, 1] < _logistic(numbers[..., -1])
             value = place[:, i, None] + np.einsum("ndq,nq->nd", theta, weights[:, i])
             value += scale[:, i, None] * residual

@@ -12,6 +12,7 @@ does not have are left out. Draws are the business of who reads the weights (``f
 """
 
 import math
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor, nn
@@ -28,14 +29,20 @@ class AutoregressiveMixture(nn.Module):
         features: Number s of features of the condition.
         components: Gaussians of a mixture.
         width: Width of the network of a dimension.
-        atoms: Number of the first dimensions that may be exactly 0.
+        atoms: Which dimensions may be exactly 0, ``(q,)`` of bool; none if it is empty.
     """
 
     def __init__(
-        self, dims: int, features: int, *, components: int, width: int, atoms: int = 0
+        self,
+        dims: int,
+        features: int,
+        *,
+        components: int,
+        width: int,
+        atoms: Sequence[bool] = (),
     ) -> None:
         super().__init__()
-        self.dims, self.components, self.atoms = dims, components, atoms
+        self.dims, self.components = dims, components
         self.head = nn.Linear(features, 2 * dims + dims * (dims - 1) // 2)
         self.project = nn.Linear(features, dims * width)
         seen = 2 * dims  # residuals, and which of them are atoms
@@ -48,12 +55,13 @@ class AutoregressiveMixture(nn.Module):
         nn.init.zeros_(self.head.bias)
         earlier = torch.ones(dims, dims).tril(-1).repeat(1, 2)
         self.register_buffer("earlier", earlier, persistent=False)
+        self.register_buffer("atoms", torch.tensor(atoms or (False,) * dims), persistent=False)
 
     def log_prob(self, theta: Tensor, features: Tensor, there: Tensor) -> Tensor:
         """Return the log density of each dimension given those before it, ``(n, q)``.
 
         Args:
-            theta: ``(n, q)``; what is exactly 0 in the first ``atoms`` dimensions is an atom.
+            theta: ``(n, q)``; what is exactly 0 in a dimension of ``atoms`` is one.
             features: ``(n, s)``.
             there: Which dimensions count, ``(n, q)`` of 0 and 1; the density of others is 0.
         """
@@ -61,8 +69,7 @@ class AutoregressiveMixture(nn.Module):
         place, scale, weights = self._linear(features)
         theta = theta * there
         residual = (theta - place - (weights @ theta.unsqueeze(-1)).squeeze(-1)) * torch.exp(-scale)
-        atom = torch.zeros_like(theta)
-        atom[:, : self.atoms] = (theta[:, : self.atoms] == 0.0).to(theta.dtype)
+        atom = (self.atoms & (theta == 0.0)).to(theta.dtype)
         free = there * (1.0 - atom)
         seen = torch.cat([residual.clamp(-_CLIP, _CLIP) * free, atom * there], dim=1)
         shift = self.project(features).reshape(n, q, -1)
@@ -73,15 +80,13 @@ class AutoregressiveMixture(nn.Module):
         normal = -0.5 * ((residual.unsqueeze(-1) - means) * torch.exp(-widths)).square()
         normal = normal - widths - 0.5 * math.log(2.0 * math.pi)
         density = torch.logsumexp(torch.log_softmax(logits, dim=-1) + normal, dim=-1) - scale
-        if self.atoms:
-            odds = numbers[..., -1]
-            said = torch.where(
-                atom > 0.0,
-                nn.functional.logsigmoid(odds),
-                nn.functional.logsigmoid(-odds) + density,
-            )
-            density = torch.cat([said[:, : self.atoms], density[:, self.atoms :]], dim=1)
-        return density * there
+        odds = numbers[..., -1]
+        said = torch.where(
+            atom > 0.0,
+            nn.functional.logsigmoid(odds),
+            nn.functional.logsigmoid(-odds) + density,
+        )
+        return torch.where(self.atoms, said, density) * there
 
     def _linear(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Places and log scales ``(n, q)``, and lower-triangular weights ``(n, q, q)``."""

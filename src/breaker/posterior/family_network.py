@@ -1,6 +1,6 @@
 """The network of a family of drives in training: inputs in, density of outputs out."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,12 +19,18 @@ class FamilyNetwork(nn.Module):
         settings: Sizes: ``width``, ``blocks``, ``features``, ``components`` and ``head``.
         name: What it is of, for messages.
         sizes: Numbers of inputs and outputs.
-        atoms: Number of the first outputs that may be exactly 0.
+        atoms: Which outputs may be exactly 0.
         seed: Seed of the first weights.
     """
 
     def __init__(
-        self, settings: Mapping, name: str, sizes: tuple[int, int], *, atoms: int, seed: int
+        self,
+        settings: Mapping,
+        name: str,
+        sizes: tuple[int, int],
+        *,
+        atoms: Sequence[bool],
+        seed: int,
     ) -> None:
         super().__init__()
         self.name, features = name, settings["features"]

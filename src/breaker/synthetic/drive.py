@@ -24,9 +24,9 @@ from breaker.synthetic.integrator import closed_rest, follow
 from breaker.synthetic.paths import curve, sampled
 
 STOPS = ("closing_stop", "opening_stop")
-WAVES = ("way_force", "time_force", "speed_force")
+WAVES = ("way_force", "time_force", "speed_force", "reading")
 CONTACTS = ("elastic", "held", "sliding")
-LAWS = ("contact", "stick", "growth", "drag_power")
+LAWS = ("contact", "stick", "slip", "load", "growth", "drag_power")
 """Fields of ``Elements`` that say how others act, and have no size of their own."""
 
 TOLERANCE = 1e-6  # mm and mm/ms, error of a step of a drive of size 1
@@ -62,8 +62,8 @@ class Waves:
     """A smooth random function, of three harmonics: a mechanism that nobody named.
 
     Attributes:
-        share: Its root mean square, share of the force that drives the motion: that of the closing,
-            or that of the opening spring where the breaker is closed.
+        share: Of a force its root mean square, share of the force that drives the motion: that of
+            the closing, or that of the opening spring where the breaker is closed.
         harmonics: Coefficients of sine and cosine of each harmonic, of root mean square 1.
     """
 
@@ -96,8 +96,13 @@ class Elements:
             parts; or "sliding", whose force and mass leave no trace.
         way_force, time_force, speed_force: Random forces along the way, in the time after the
             release, and by the speed. They vanish at both rests.
+        reading: What a transducer beside the pushrod shows, whose lever has any smooth ratio: share
+            times ``sum_k c_k cos(k pi x / stroke) / k`` beside 1. Both rests stay.
         opening_progress: Share by which the opening spring is stiffer after 10 mm.
         stick: By how much dry friction is larger where the drive hardly moves, share of it.
+        slip: Speed in which sticking friction falls to that of sliding, mm/ms.
+        load: Share of the dry friction that goes with the load of the springs, over the closing
+            force.
         growth: Power of the time in the law of ``build_up``, ``1 - exp(-(t / build_up)^growth)``:
             1 exponential, more an S.
         drag_power: That of the speed in ``drag``.
@@ -125,6 +130,9 @@ class Elements:
     stick: float = 0.0
     growth: float = 1.0
     drag_power: float = 2.0
+    reading: Waves = field(default_factory=Waves)
+    slip: float = 0.08
+    load: float = 0.0
 
     @classmethod
     def from_settings(cls, settings: Mapping) -> "Elements":

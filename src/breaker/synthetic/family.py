@@ -95,14 +95,16 @@ class Family:
     def _strength(self, rng: np.random.Generator) -> float | dict[str, float]:
         """Draw the strength of each mechanism, 0 where it is not there; one number if all share it.
 
-        The share of those that are there is uniform, and so is their number.
+        The share of those that are there is uniform, and so is their number. Of strengths the
+        density falls linearly to 0 at the largest.
         """
         strength = self.settings["strength"]
         if not isinstance(strength, Sequence):
             return strength
         names = [each.name for each in fields(Elements) if each.name not in LAWS]
         there = rng.random() > rng.random(len(names))
-        size = rng.uniform(*strength, len(names))
+        low, high = strength
+        size = rng.triangular(low, low, high, len(names))
         return dict(zip(names, (there * size).tolist(), strict=True))
 
     def _touches(self, drive: Drive) -> bool:

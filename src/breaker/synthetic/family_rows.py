@@ -9,6 +9,8 @@ import xarray as xr
 
 from breaker.family import (
     EVENTS,
+    MECHANISMS,
+    WEARING,
     Basis,
     Changes,
     Levels,
@@ -16,6 +18,7 @@ from breaker.family import (
     change_outputs,
     level_inputs,
     level_outputs,
+    mechanism_outputs,
     outputs_there,
     units_of,
     without_onset,
@@ -25,6 +28,7 @@ from breaker.records import SHAPE_TIMES
 from breaker.synthetic.family_bank import GRID as TIMES
 from breaker.synthetic.family_bank import shapes
 from breaker.synthetic.family_records import record_shapes
+from breaker.synthetic.mechanism_sizes import mechanism_sizes
 
 _COMPONENTS, _CHANGE_COMPONENTS = 64, 40
 _MOST = 8000  # drives that components are of
@@ -33,7 +37,8 @@ _TOLD = 0.6  # share of the drives whose size is given
 _BACK = 0.2  # share of the changes that go from worn to new, as after maintenance
 _CHANGE_NOISE = (1e-5, 1e-2)  # of a sample, share of the stroke: of means of many records down
 _SAME = 1e-4  # durations, by which touch or parting may move and count as unchanged
-_CHANGE = 0.03  # of the logarithm of a parameter
+_CHANGE = 0.03  # of the logarithm of a parameter, and of a mechanism over the closing force
+_LEAST = 1e-6  # scale of a mechanism that no drive has
 _ODD = (0.005, 0.05, 3)  # shares of a change, and terms of curves that nobody explains
 _FASTEST = 0.3  # periods of a term in a duration
 _STEP = TIMES[1] - TIMES[0]
@@ -52,8 +57,8 @@ class Rows:
 
     kind: ClassVar[str]
     """"levels" or "changes"."""
-    atoms: ClassVar[int]
-    """Number of the first outputs that may be exactly 0."""
+    atoms: ClassVar[tuple[bool, ...]]
+    """Which outputs may be exactly 0."""
     names: ClassVar[tuple[str, ...]]
     """Of the outputs."""
 
@@ -65,6 +70,7 @@ class Rows:
         self.theta = self.bank.parameters.values
         self.stroke = self.bank.stroke.values
         self.duration = self.bank.duration.values
+        self.elements = self.bank.elements.values
         self.events = np.stack([self.bank.release.values, self.bank.switching.values], axis=-1)
 
     def __len__(self) -> int:
@@ -98,6 +104,18 @@ class Rows:
         sizes = [np.log(self.stroke[:, 0]), np.log(self.duration[:, 0])]
         return np.array([[each.mean(), each.std()] for each in sizes])
 
+    def _mechanisms(
+        self, drives: np.ndarray, condition: np.ndarray, elements: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Sizes of mechanisms of drives in a condition, with the elements of that or another."""
+        return mechanism_sizes(
+            self.theta[drives, condition],
+            self.elements[drives, elements],
+            self.bank.contact.values[drives],
+            self.stroke[drives, condition],
+            self.duration[drives, condition, MOTIONS.index("closing")],
+        )
+
     def _curves(self, drives: np.ndarray, condition: np.ndarray | int, motion: int) -> np.ndarray:
         return shapes(self.curves[drives, condition, motion])
 
@@ -113,7 +131,7 @@ class _Pairs(NamedTuple):
 class LevelRows(Rows):
     """Records of one operation, and the state of the drive."""
 
-    kind, names, atoms = "levels", (*NAMES, *EVENTS), Levels.atoms
+    kind, names, atoms = "levels", (*NAMES, *EVENTS, *MECHANISMS), Levels.atoms
 
     def freeze(self, rng: np.random.Generator) -> None:
         """Set the scales."""
@@ -121,7 +139,11 @@ class LevelRows(Rows):
         self.frozen = {"bases": self._bases(drives, rng), "usual": self._usual()}
         _, y, there, _ = self.unscaled(drives, rng)
         y = np.where(there, y, np.nan)
-        self.frozen |= {"centre": np.nanmean(y, axis=0), "scale": np.nanstd(y, axis=0)}
+        centre, scale = np.nanmean(y, axis=0), np.nanstd(y, axis=0)
+        first = len(NAMES) + len(EVENTS)
+        centre[first:] = 0.0  # which is where a mechanism is that is not there
+        scale[first:] = np.sqrt(np.square(y[:, first:]).mean(axis=0)) + _LEAST
+        self.frozen |= {"centre": centre, "scale": scale}
 
     def unscaled(
         self,
@@ -149,8 +171,12 @@ class LevelRows(Rows):
         records, events = self._records(drives, condition, motions, rng, **sensor)
         x = level_inputs(records, told, self.frozen["bases"], self.frozen["usual"])
         theta = self.theta[drives, condition]
-        y = level_outputs(theta, events, *units_of(records))
-        units = np.hstack([np.log(theta) - y[:, : len(NAMES)], 0.0 * events])
+        stroke, duration = units_of(records)
+        sizes = self._mechanisms(drives, condition, condition)
+        sizes = mechanism_outputs(sizes, duration)
+        y = np.hstack([level_outputs(theta, events, stroke, duration), sizes])
+        units = np.zeros_like(y)
+        units[:, : len(NAMES)] = np.log(theta) - y[:, : len(NAMES)]
         motions = np.column_stack([each.there for each in records.values()])
         return x, y, outputs_there(motions) & motions.any(axis=1)[:, None], units
 
@@ -174,7 +200,7 @@ class ChangeRows(Rows):
     """Records of a drive in two conditions, and what has changed."""
 
     kind = "changes"
-    names = (*NAMES, *(f"later {motion}" for motion in MOTIONS))
+    names = (*NAMES, *(f"later {motion}" for motion in MOTIONS), *WEARING)
     atoms = Changes.atoms
 
     def freeze(self, rng: np.random.Generator) -> None:
@@ -188,7 +214,7 @@ class ChangeRows(Rows):
             motion: Basis.of(each.way, _CHANGE_COMPONENTS)._replace(mean=np.zeros(SHAPE_TIMES.size))
             for motion, each in changes.items()
         }
-        scale = np.full(len(NAMES) + len(MOTIONS), _CHANGE)
+        scale = np.full(len(self.names), _CHANGE)
         scales = {"centre": 0.0 * scale, "scale": scale}
         self.frozen = {"bases": bases, "change_bases": change_bases, "usual": usual} | scales
 
@@ -218,12 +244,12 @@ class ChangeRows(Rows):
         scales = (self.frozen[name] for name in ("bases", "change_bases", "usual"))
         x = change_inputs(records, changes, *scales)
         motions = np.column_stack([each.there for each in records.values()])
-        parameters = np.repeat(motions.any(axis=1)[:, None], len(NAMES), axis=1)
-        there = np.hstack([parameters, motions])
+        some = motions.any(axis=1)[:, None]
+        there = np.hstack([some.repeat(len(NAMES), 1), motions, some.repeat(len(WEARING), 1)])
         return x, y, there, np.zeros_like(y)
 
     def _records(self, pairs, motions, rng, noise, *, odd=True):
-        """References in mm and ms, changes from them, and outputs, ``(n, p + 2)``.
+        """References in mm and ms, changes from them, and outputs, ``(n, q)``.
 
         With ``odd``, a part of the change is of no drive of the family.
         """
@@ -258,7 +284,12 @@ class ChangeRows(Rows):
             late = np.where(np.isfinite(late), late, 0.0) / seen.duration
             moved.append(np.where(np.abs(late) < _SAME, 0.0, late))
         both = self.theta[drives, first], self.theta[drives, second]
-        return references, changes, change_outputs(*both, np.array(moved).T)
+        sizes = (self._mechanisms(drives, first, elements) for elements in order)
+        was, by = next(sizes), next(sizes)
+        worn = {name: by[name] - was[name] for name in WEARING}
+        worn = mechanism_outputs(worn, units_of(references)[1])
+        outputs = np.hstack([change_outputs(*both, np.array(moved).T), worn])
+        return references, changes, outputs
 
 
 def _odd(

@@ -54,16 +54,18 @@ def sample_rows(
     values = network.centre + network.scale * values
     kept = (
         plausible_wear(values[..., : len(NAMES)])
-        if rows.atoms
+        if rows.kind == "changes"
         else np.ones(len(values), dtype=bool)
     )
     values, y, units = values[kept], y[kept], units[kept]
 
     def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:
         jitter = 1e-9 * network.scale * rng.standard_normal(outputs.shape)
-        found = outputs + units + rows.atoms * jitter
+        found = outputs + units + np.array(rows.atoms) * jitter
         p = len(NAMES)
-        found[..., :p] = 100.0 * np.expm1(found[..., :p]) if rows.atoms else np.exp(found[..., :p])
+        found[..., :p] = (
+            100.0 * np.expm1(found[..., :p]) if rows.kind == "changes" else np.exp(found[..., :p])
+        )
         return found[..., told]
 
     return xr.Dataset(

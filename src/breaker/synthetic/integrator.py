@@ -17,7 +17,7 @@ STAGES = np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B])  # the last is th
 TIMES, ERROR = STAGES.sum(axis=1), RK45.E
 
 _SMOOTH_SPEED = 0.02  # mm/ms, above which dry friction is fully there
-_SLIP = 0.08  # mm/ms, in which sticking friction falls to that of sliding
+_LOADED = 1.5  # closing forces, beyond which friction does not grow with the load
 _SMOOTH_WAY = 0.3  # mm, beyond which a preload is fully there
 _SLOWEST = 0.02  # mm/ms, a contact that bounces with less stays
 _LASTING = 4.0  # ms after the release, where a random force in time is largest
@@ -35,7 +35,7 @@ _ELASTIC, _HELD, _SLIDING = 0, 1, 2
 (TRAIN_MASS, TRAIN_FRICTION, RESTITUTION, CLOSING_STOP) = range(13, 17)
 OPENING_STOP, FALL, DRAG, CONTACT = 22, 28, 29, 31
 WAY_FORCE, TIME_FORCE, SPEED_FORCE = 32, 39, 46
-PROGRESS, STICK, GROWTH, DRAG_POWER = range(53, 57)
+PROGRESS, STICK, GROWTH, DRAG_POWER, READING, SLIP, LOAD = *range(53, 58), 64, 65
 REACH, DAMPING, POWER, DEPTH, STIFFNESS, PROFILE = range(6)  # of a stop, from its first number on
 _STROKE = 10.0  # mm, to which the lever's turn and the fall of the force refer
 
@@ -139,8 +139,9 @@ def _forces(n, rest, time, closing, mode, state):
     if n[PRE_A] > 0.0:
         total -= n[PRE_A] * _sign(arc / _SMOOTH_WAY)
     if n[DRY] > 0.0:
-        stick = 1.0 + n[STICK] * np.exp(-abs(speed) / _SLIP)
-        total -= n[DRY] * stick * _sign(speed / _SMOOTH_SPEED)
+        size = n[DRY] * (1.0 + n[STICK] * np.exp(-abs(speed) / n[SLIP]))
+        load = min((n[K_A] * abs(arc) + abs(spring)) / n[F], _LOADED)
+        total -= size * (1.0 + n[LOAD] * (load - 1.0)) * _sign(speed / _SMOOTH_SPEED)
     if n[DRAG] > 0.0:
         drag = n[DRAG] * abs(speed) ** n[DRAG_POWER]
         total -= drag if speed > 0.0 else -drag
@@ -266,10 +267,19 @@ def _located(n, rest, time, closing, mode, state, h, new, k):
 
 
 @_fast
-def _keep(n, state, rates, ends):
-    """Travel, its speed and its acceleration, into ``ends``."""
+def _keep(n, stroke, state, rates, ends):
+    """What a transducer reads, its speed and its acceleration, into ``ends``."""
     x, ratio, bend = _lever(n, state[0])
     ends[0], ends[1], ends[2] = x, ratio * state[1], ratio * rates[1] + bend * state[1] * state[1]
+    if n[READING] > 0.0:
+        slope, curves = 1.0, 0.0
+        for k in range(1, 7):
+            turn, size = k * np.pi / stroke, n[READING] * n[READING + k] / k
+            ends[0] += size * np.sin(turn * x) / turn
+            slope += size * np.cos(turn * x)
+            curves -= size * turn * np.sin(turn * x)
+        ends[2] = slope * ends[2] + curves * ends[1] * ends[1]
+        ends[1] *= slope
 
 
 @_fast
@@ -310,8 +320,8 @@ def follow(n, rest, closing, end, beyond, tolerance):
         over = watched and _margin(n, rest, now + h, closing, mode, new) < 0.0
         taken = _located(n, rest, now, closing, mode, state, h, new, k) if over else h
         steps[count, 0], steps[count, 1] = now, taken
-        _keep(n, state, k[0], steps[count, 2:])
-        _keep(n, new, k[6], steps[count, 5:])
+        _keep(n, stroke, state, k[0], steps[count, 2:])
+        _keep(n, stroke, new, k[6], steps[count, 5:])
         way = abs(steps[count, 5] - begin) / stroke
         count += 1
         first = min(first, now) if way >= _SHARES[0] else first
