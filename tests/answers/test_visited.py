@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from breaker.answers.alike import judged_today, unlike
-from breaker.answers.changed import changes, compare, measured_changes
+from breaker.answers.changed import changes, compare, measured_changes, mechanism_changes
 from breaker.answers.scatter import visit_error
 from breaker.answers.visited import visits_document, visits_in_words
 from breaker.family.changes import ChangeDraws
@@ -69,6 +69,7 @@ def document(*families, before=None, today=None, beyond=0.05, rejected=(), **mor
     told = {
         "differences": unlike(measured, found.strokes, more.get("stated", {})),
         "changes": [*measured, *changes(found, beyond)],
+        "mechanisms": mechanism_changes(found, beyond),
         "limits": judged_today(found, today, more.get("limits", ()), SPEEDS, 1),
     }
     counts = {m: {"before": len(before[m]), "today": len(today[m])} for m in before}

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from numpy import array_equal
 
 from breaker.answers.alike import judged_today, unlike
-from breaker.answers.changed import changes, compare, measured_changes
+from breaker.answers.changed import changes, compare, measured_changes, mechanism_changes
 from breaker.answers.stated import stated_of
 from breaker.answers.visited import visits_document
 from breaker.family import shipped_networks
@@ -56,6 +56,7 @@ def compared(
                 measured, found.strokes, {v: stated_of(each) for v, each in visits.items()}
             ),
             "changes": [*measured, *changes(found, beyond)],
+            "mechanisms": mechanism_changes(found, beyond),
             "limits": judged_today(found, today, entries, speeds, config["seed"]),
         },
         {m: {"before": len(before[m]), "today": len(today[m])} for m in before},

@@ -20,6 +20,7 @@ from breaker.answers.judgement import NORMAL
 from breaker.answers.scatter import PAST_REST, scattered, usual_scatter, visit_error
 from breaker.family import (
     LEAST_AGREEMENT,
+    MECHANISMS,
     Changes,
     Levels,
     Match,
@@ -44,6 +45,7 @@ from breaker.records import Raw
 
 VERDICT_WORDS = ("changed", "not told", "did not change")
 
+_OF_FORCE = 0.2  # of the share, from which on a mechanism counts, in closing forces
 _SURE = 0.95  # probability from which a change is beyond a share
 _QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 4000
@@ -71,6 +73,8 @@ class Compared:
             ``later`` neither, where the change is larger than any wear of the family.
         later: By how much touch or parting come later, in shares of the time that they took before,
             ``(d,)``, by motion.
+        mechanisms: Draws of by how much mechanisms have changed, ``(d,)``, shares of the closing
+            force, by name; none where closing and opening contradict each other.
         agreement: Of the parameter in which motions agree least, the probability that they do as
             little; 1 of a single motion.
         least: This parameter; empty if there is none.
@@ -83,6 +87,7 @@ class Compared:
     fits: bool
     ratios: Mapping[tuple[str, ...], np.ndarray] = field(default_factory=dict)
     later: Mapping[str, np.ndarray] = field(default_factory=dict)
+    mechanisms: Mapping[str, np.ndarray] = field(default_factory=dict)
     agreement: float = 1.0
     least: str = ""
 
@@ -130,6 +135,7 @@ def compare(
         found,
         ratios={motions: draws[motions].ratios for motions in (alone if apart else [whole])},
         later={m: draws[(m,) if apart else whole].later[m] / took[m] for m in both},
+        mechanisms={} if apart else draws[whole].mechanisms,
         agreement=float(agreement.min()),
         least=NAMES[int(agreement.argmin())] if alone else "",
     )
@@ -185,6 +191,18 @@ def changes(found: Compared, beyond: float = 0.05) -> list[dict]:
     for motion, draws in found.later.items():
         rows.append(_inferred(QUANTITIES[SWITCHING[motion]], "time", motion, draws, beyond))
     return rows
+
+
+def mechanism_changes(found: Compared, beyond: float = 0.05) -> list[dict]:
+    """Return the change of each mechanism beside the model, in rows as of ``changes``.
+
+    Changes are in percent of the closing force, and count from a fifth of the share on.
+    """
+    return [
+        _inferred(Parameter(name, "", "1", MECHANISMS[name]), "mechanism", "", draws, share)
+        for share in [_OF_FORCE * beyond]
+        for name, draws in found.mechanisms.items()
+    ]
 
 
 def _inferred(

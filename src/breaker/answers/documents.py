@@ -12,19 +12,20 @@ import numpy as np
 
 from breaker.answers.answer import Answer
 from breaker.answers.judgement import NORMAL, VERDICTS
+from breaker.family import MECHANISMS
 from breaker.files import ABOUT, printable
 from breaker.mechanism import EVENTS, MOTIONS, PARAMETERS, SOURCES, quantities_of
 
 _FEWEST = 2  # records that are summed up together
 _WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
 _LEVELS = (0.5, 0.25, 0.75, 0.025, 0.975)
-_KINDS = {"parameters": "parameter", "quantities": "quantity"}
+_KINDS = {"parameters": "parameter", "mechanisms": "mechanism", "quantities": "quantity"}
 _FIRST = ("motion", "operation", "file", "kind", "output", "unit", "median")
 _FIRST += tuple(f"interval_{of}_{end}" for of in (50, 95) for end in ("lower", "upper"))
 FROM_TENTH = "_from10"
 """How names of inferred times end that count from 10 % of the way."""
 
-_LEFT_OUT = ("parameters", "quantities", "fit", "limits", "remarks")
+_LEFT_OUT = (*_KINDS, "fit", "limits", "remarks")
 
 
 def document(
@@ -64,6 +65,7 @@ def _means(answers: Sequence[Answer]) -> list[dict]:
         known = _about(each)
         about = {name: known[name] for name in ("breaker", "phase")}
         empty = about | {"records": {}, "parameters": _parameters(each), "remarks": each.remarks}
+        empty["mechanisms"] = _mechanisms(each)
         entry = found.setdefault(id(each.draws), empty | {"resolved": not each.unresolved})
         entry["records"][each.record.motion] = each.records
     return [*found.values()]
@@ -88,6 +90,7 @@ def _record(answer: Answer, limits: Sequence[Mapping], known: Sequence[str]) -> 
     if record.reason:
         return entry
     entry |= {"fit": _fit(answer), "parameters": _parameters(answer)}
+    entry["mechanisms"] = _mechanisms(answer)
     entry["quantities"] = _quantities(answer)
     if limits:
         worst = max((each["verdict"] for each in limits), key=VERDICTS.index)
@@ -137,6 +140,16 @@ def _parameters(answer: Answer) -> dict:
         if answer.prior_sds is not None:
             found[each.name]["prior_sds"] = answer.prior_sds[k]
     return found
+
+
+def _mechanisms(answer: Answer) -> dict:
+    """What the drive has beside the model: how probably, and how much of it."""
+    return {
+        name: {"unit": "ms" if name == "build_up" else "1", "meaning": MECHANISMS[name]}
+        | {"probability": np.mean(draws != 0.0)}
+        | _drawn(draws)
+        for name, draws in (answer.draws.mechanisms if answer.draws else {}).items()
+    }
 
 
 def _quantities(answer: Answer) -> dict:
@@ -263,7 +276,9 @@ def _numbers(each: Mapping) -> dict:
         ends = each[name] or (None, None)
         found |= {f"{name}_{end}": v for end, v in zip(("lower", "upper"), ends, strict=True)}
     return found | {
-        name: each[name] for name in ("source", "prior_share", "prior_sds") if name in each
+        name: each[name]
+        for name in ("source", "prior_share", "prior_sds", "probability")
+        if name in each
     }
 
 

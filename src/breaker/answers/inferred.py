@@ -12,15 +12,21 @@ import numpy as np
 
 from breaker.answers.answer import Answer, Given
 from breaker.answers.operations import Record
-from breaker.answers.weights import apart, contradicted, possible, surprise_of, weights_of
-from breaker.family import LevelDraws, Levels, choose_family, mean_with_scatter
+from breaker.answers.weights import (
+    SURPRISING,
+    apart,
+    contradicted,
+    possible,
+    surprise_of,
+    weights_of,
+)
+from breaker.family import Levels, choose_family, mean_with_scatter
 from breaker.mechanism import NAMES, Size, speeds_of
 from breaker.model import generator
 
 _ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
 _LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round
 _POSSIBLE = 0.2  # share of draws that is enough where they are not weighed
-_SURPRISING = 4.0  # sd, of the contact's time
 
 
 def infer_drive(
@@ -141,8 +147,7 @@ def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list
         places = (np.arange(settings["draws"]) + rng.random()) / settings["draws"]
         chosen = rng.permutation(np.searchsorted(np.cumsum(weights), places * weights.sum()))
         chosen = np.minimum(chosen, weights.size - 1)
-        times = [{m: t[chosen] for m, t in e.items()} for e in (draws.release, draws.switching)]
-        draws = LevelDraws(draws.theta[chosen], *times)
+        draws = draws.of(chosen)
     inferred = [
         replace(
             each,
@@ -162,11 +167,11 @@ def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list
 
 def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:
     """Hold an answer against what was given beside the record."""
-    if abs(answer.surprise) > _SURPRISING:
+    if abs(answer.surprise) > SURPRISING:
         remarks = [
             *remarks,
             f"the contact's time is {answer.surprise:+.1f} sd from what the curve leads to expect: "
-            "is it of this record, and in its time?",
+            "it is not used. Is it of this record, of this phase, and in its time?",
         ]
     answer = replace(answer, remarks=tuple(remarks))
     if answer.draws is None:

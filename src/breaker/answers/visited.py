@@ -35,7 +35,8 @@ def visits_document(
         told: Rows of it: ``warnings``, sentences; ``differences``, what ``unlike`` returns;
             ``changes``, what
             ``measured_changes`` returns, then what ``changes`` returns, which is left out where
-            visits were measured differently; ``limits``, what ``judged_today`` returns.
+            visits were measured differently; ``mechanisms``, what ``mechanism_changes`` returns,
+            the same; ``limits``, what ``judged_today`` returns.
         records: Number of records by motion and visit.
         rejected: ``file``, ``motion``, ``visit`` and ``reason`` of records that were not used.
         settings: What the comparison was made with: ``share``, ``misfit_p_value``, ``seed``.
@@ -61,6 +62,7 @@ def visits_document(
         "rejected": [dict(each) for each in rejected],
         "differences": plainly(told["differences"]),
         "changes": rows,
+        "mechanisms": [] if state == "unlike" else [*told["mechanisms"]],
         "limits": plainly(told["limits"]),
     }
     warnings = [f"WARNING: {each}" for each in told.get("warnings", ())] + _unlike(document)
@@ -118,7 +120,9 @@ def _headline(document: Mapping) -> str:
         second += f"; cannot be told: {unsure}"
     if still:
         second += f"; not {beyond}: {still if unsure else 'all others'}"
-    return f"{first}\n{second}"
+    sure, *_ = _by_verdict(document["mechanisms"])
+    third = f"\nMechanisms beside the model, of the closing force: {sure}" if sure else ""
+    return f"{first}\n{second}{third}"
 
 
 def _by_verdict(rows: Iterable[Mapping]) -> list[str]:
@@ -212,6 +216,10 @@ def visits_in_words(document: Mapping) -> str:
             lines.append(_GROUPS[row["kind"]])
         kind = row["kind"]
         lines.append(_in_words(row))
+    mechanisms = [row for row in document["mechanisms"] if row["verdict"] != VERDICT_WORDS[2]]
+    least = in_digits(20 * document["settings"]["share"], 4)
+    lines += [f"mechanisms, % of the closing force (P> {least} %)"] if mechanisms else []
+    lines += map(_in_words, mechanisms)
     return "\n".join([*lines, *limit_lines(document["limits"])])
 
 

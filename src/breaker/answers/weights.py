@@ -12,11 +12,17 @@ from breaker.mechanism import NAMES, Size, in_digits, in_p, powers
 from breaker.records import SHAPE_TIMES
 
 _CONTRADICTED = 3.0  # sd, of a fact
+SURPRISING = 4.0
+"""Standard deviations of the contact's time from which on it contradicts the curve."""
+
 _DRAWS = 1000  # of each motion, by which they are held against each other
 
 
 def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np.ndarray:
-    """Weights of draws ``(d,)`` at a size, their sum 1; all 0 where none is possible."""
+    """Weights of draws ``(d,)`` at a size, their sum 1; all 0 where none is possible.
+
+    A contact whose time contradicts the curve is of another phase or record, and is not used.
+    """
     draws = answers[0].draws
     log = np.zeros(len(draws.theta))
     if given.prior is not None:
@@ -27,7 +33,7 @@ def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np
             along, _ = np.linalg.qr((powers() / family.log_sds).T)
             log -= 0.5 * np.square(family.standardise(draws.theta) @ along).sum(axis=1)
     for answer in answers:
-        if answer.record.timed:
+        if answer.record.timed and abs(surprise_of(answer)) <= SURPRISING:
             off = draws.switching[answer.record.motion] - _contact(answer.record)
             log -= 0.5 * np.square(off / answer.record.raw.contact.sd)
     for name, (value, sd) in given.known.items():

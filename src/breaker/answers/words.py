@@ -9,6 +9,7 @@ from breaker.mechanism import in_digits, in_p
 _WIDTH = 100
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
 _CELLS, _CELL = 3, 31  # of a line of a short block, and letters of each
+_THERE = 0.9  # probability from which on a mechanism is there; from 1 less it on it is not
 _PRIOR = 0.8  # share of the prior's variance, from which on a record says hardly anything
 _LIMIT = "  {:<20} {:<9} {:>8}  {:<20} {}"
 
@@ -45,6 +46,7 @@ def _mean(found: Mapping) -> list[str]:
     if found["resolved"]:
         for name, each in found["parameters"].items():
             lines += _row(name, each, f"{each['meaning']}{_of_prior(each)}")
+        lines += _mechanisms(found)
     said = [f"remark: {each}" for each in found["remarks"]]
     said += [] if found["resolved"] else ["NOT resolved: too few draws are left"]
     return [*lines, *(line for each in said for line in wrapped(each))]
@@ -72,7 +74,25 @@ def _long(record: Mapping) -> list[str]:
         lines.append(f"inferred{together}")
         for name, each in inferred.items():
             lines += _row(name, each, f"{each['meaning']}{_of_prior(each)}")
+        lines += _mechanisms(record)
     return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
+
+
+def _mechanisms(found: Mapping) -> list[str]:
+    """What the drive has beside the model for sure, and what it may have or has not."""
+    there, perhaps, absent = {}, [], []
+    for name, each in found["mechanisms"].items():
+        if each["probability"] >= _THERE:
+            there[name] = each
+        elif each["probability"] > 1.0 - _THERE:
+            perhaps.append(f"{name} {100.0 * each['probability']:.0f} %")
+        else:
+            absent.append(name)
+    lines = ["mechanisms beside the model"] if found["mechanisms"] else []
+    lines += [line for n, each in there.items() for line in _row(n, each, each["meaning"])]
+    for title, names in (("perhaps", perhaps), ("not there", absent)):
+        lines += wrapped(f"{title}: {', '.join(names)}") if names else []
+    return lines
 
 
 def _of_prior(each: Mapping) -> str:

@@ -30,7 +30,8 @@ class ChangeDraws:
         ratios: Parameters over what they were, ``(d, p)``; 1 where they have not changed.
         later: By how much touch or parting of each motion at hand comes later after the release,
             ``(d,)``, ms.
-        mechanisms: By how much the size of each of ``WEARING`` has changed, ``(d,)``.
+        mechanisms: By how much the size of each of ``WEARING`` has changed, ``(d,)``; that of
+            ``build_up`` as a share of the duration.
     """
 
     ratios: np.ndarray
@@ -73,8 +74,7 @@ class Changes:
             m: float(references[m].duration[0]) * y[:, len(NAMES) + MOTIONS.index(m)]
             for m in motions
         }
-        sizes, duration = y[:, len(NAMES) + len(MOTIONS) :], references[motions[0]].duration[0]
-        mechanisms = mechanism_draws(sizes, WEARING, float(duration))
+        mechanisms = mechanism_draws(y[:, len(NAMES) + len(MOTIONS) :], WEARING, 1.0)
         return ChangeDraws(np.exp(y[:, : len(NAMES)]), later, mechanisms)
 
     def draws(

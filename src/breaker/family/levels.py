@@ -39,6 +39,14 @@ class LevelDraws:
     switching: Mapping[str, np.ndarray]
     mechanisms: Mapping[str, np.ndarray] = field(default_factory=dict)
 
+    def of(self, chosen: np.ndarray) -> "LevelDraws":
+        """Return some of the draws, by their numbers ``(k,)``."""
+        named = (
+            {name: each[chosen] for name, each in by.items()}
+            for by in (self.release, self.switching, self.mechanisms)
+        )
+        return LevelDraws(self.theta[chosen], *named)
+
 
 @dataclass(frozen=True, eq=False)
 class Levels:

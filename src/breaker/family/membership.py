@@ -17,7 +17,7 @@ from breaker.records import SHAPE_TIMES
 
 T = TypeVar("T")
 
-_USUAL = 0.02  # p-value from which records are usual of a family
+_USUAL = 0.1  # p-value from which on no other family is looked at: none has more evidence
 _FREE = 4.0  # variance of what a record's own rests and times leave open: next to nothing known
 
 PARTS = {"start": (-np.inf, 0.0), "main motion": (0.0, 2.0), "end": (2.0, np.inf)}
@@ -33,11 +33,14 @@ class Match(NamedTuple):
         parts: By part of the motion, the root mean square of what the nearest shape leaves over
             that of 99 % of the family's drives: above 1 it is there that they differ.
         nearest: The nearest shape, way over stroke, ``(g,)``.
+        evidence: Logarithm of the density of the record among drives of the family, less what all
+            families have in common.
     """
 
     p_value: float
     parts: dict[str, float]
     nearest: np.ndarray
+    evidence: float = 0.0
 
 
 class Membership(NamedTuple):
@@ -58,7 +61,7 @@ class Membership(NamedTuple):
     def match(self, seen: NormalisedRecords, basis: Basis) -> Match:
         """Compare one record with the family, as if it had the least noise of those at least."""
         seen = seen._replace(noise=np.maximum(seen.noise, self.noise[0]))
-        square, left, nearest = (each[0] for each in distances(seen, basis))
+        square, left, nearest, evidence = (each[0] for each in distances(seen, basis))
         at = float(np.clip(np.log(seen.noise[0]), *np.log(self.noise[[0, -1]])))
         level = np.interp(at, np.log(self.noise), np.arange(self.noise.size))
         low = min(int(level), self.noise.size - 2)
@@ -69,7 +72,7 @@ class Membership(NamedTuple):
         )
         below = float(np.interp(square, quantiles, self.shares, left=0.0))
         parts = dict(zip(PARTS, (left / usual).tolist(), strict=True))
-        return Match(1.0 - below, parts, nearest)
+        return Match(1.0 - below, parts, nearest, float(evidence))
 
     @classmethod
     def of(cls, levels: Mapping[float, NormalisedRecords], basis: Basis) -> "Membership":
@@ -86,18 +89,19 @@ class Membership(NamedTuple):
         return cls(np.array(list(levels)), squares, shares, left)
 
 
-def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, ...]:
     """Return how far records are from the family's shapes.
 
     Returns:
         Squares of their distances over the number of samples of the grid, ``(n,)``; root mean
         square of what the nearest shape leaves of each part, in noise, ``(n, 3)``, nan without a
-        sample; and the nearest shapes, ``(n, g)``.
+        sample; the nearest shapes, ``(n, g)``; and the evidence, as of ``Match``, ``(n,)``.
     """
     directions = np.vstack([basis.directions, _free(basis.mean)])
     variances = np.append(basis.variances, np.full(len(directions) - len(basis.directions), _FREE))
     n, part = len(seen.way), [(a <= SHAPE_TIMES) & (b > SHAPE_TIMES) for a, b in PARTS.values()]
     squares, lefts, nearest = np.empty(n), np.empty((n, len(part))), np.empty(seen.way.shape)
+    evidence, spread = np.empty(n), np.log(variances).sum()
     for i, (way, there, noise) in enumerate(zip(seen.way, seen.present, seen.noise, strict=True)):
         rows = directions[:, there]
         off = way[there] - basis.mean[there]
@@ -105,12 +109,14 @@ def distances(seen: NormalisedRecords, basis: Basis) -> tuple[np.ndarray, np.nda
         scores = np.linalg.solve(precision, rows @ off / noise**2)
         nearest[i] = basis.mean + scores @ directions
         left = np.where(there, (way - nearest[i]) / noise, np.nan)
-        squares[i] = (off @ left[there]) / noise / there.sum()
+        total = (off @ left[there]) / noise
+        squares[i] = total / there.sum()
+        evidence[i] = -0.5 * (total + np.linalg.slogdet(precision)[1] + spread)
         lefts[i] = [
             np.sqrt(np.mean(np.square(left[each & there]))) if (each & there).any() else np.nan
             for each in part
         ]
-    return squares, lefts, nearest
+    return squares, lefts, nearest, evidence
 
 
 def _free(mean: np.ndarray) -> np.ndarray:
@@ -127,14 +133,14 @@ def _free(mean: np.ndarray) -> np.ndarray:
 def choose_family(
     families: Iterable[T], match: Callable[[T], Sequence[tuple[Hashable, Match]]], least: float
 ) -> tuple[T, list[tuple[Hashable, Match]], bool]:
-    """Return the first family of which records are usual, or that which they fit best.
+    """Return the family that records give most evidence of, or that which they fit best.
 
     A group of records fits as well as the median of them, and all have to. A foreign drive is
-    often just within the first family, at its edge, and answers for it are wrong; a wider one tells
-    less of it, and that is true.
+    often just within the first family, at its edge, and answers for it are wrong; a wider one, in
+    which the drive is more usual, tells less of it, and that is true.
 
     Args:
-        families: What answers for each; the next is opened only where the records are unusual.
+        families: What answers for each; the next is opened only where the records are not usual.
         match: Returns how each record fits, with the group that it is in.
         least: p-value below which a group does not fit.
 
@@ -144,13 +150,18 @@ def choose_family(
     tried = []
     for family in families:
         matches = list(match(family))
-        groups: dict[Hashable, list[float]] = {}
+        groups: dict[Hashable, list[Match]] = {}
         for group, each in matches:
-            groups.setdefault(group, []).append(each.p_value)
-        fits = min(float(np.median(each)) for each in groups.values())
-        if fits >= max(_USUAL, least):
+            groups.setdefault(group, []).append(each)
+        medians = [
+            np.median([(e.p_value, e.evidence) for e in group], axis=0) for group in groups.values()
+        ]
+        p_values, evidence = np.array(medians).T
+        fits = float(p_values.min())
+        if not tried and fits >= max(_USUAL, least):
             return family, matches, True
         off = max(np.nanmax([*each.parts.values()]) for _, each in matches)
-        tried.append((fits, -off, family, matches))
-    fits, _, family, matches = max(tried, key=lambda each: each[:2])
-    return family, matches, fits >= least
+        grade = (True, evidence.sum(), 0.0) if fits >= least else (False, fits, -off)
+        tried.append((grade, family, matches))
+    grade, family, matches = max(tried, key=lambda each: each[0])
+    return family, matches, bool(grade[0])
