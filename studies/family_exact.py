@@ -66,6 +66,10 @@ class Numbers:
     def uniform(self, low, high, size=()):
         return low + (high - low) * self.random(size)
 
+    def triangular(self, low, mode, high, size=()):
+        assert low == mode
+        return high - (high - low) * np.sqrt(1.0 - self.random(size))
+
     def _next(self, numbers, size):
         begin, self.used = self.used, self.used + math.prod(np.atleast_1d(size).tolist())
         if self.used > numbers.size:

@@ -19,6 +19,7 @@ from breaker.mechanism import MOTIONS, NAMES
 LEAST_AGREEMENT = 0.01
 """Agreement of a parameter below which closing and opening contradict each other."""
 
+_SURE = 0.95  # share of draws
 _MOST = np.log(2.0)  # of the logarithm of a parameter; no wear of a family is half as large
 
 
@@ -129,9 +130,9 @@ def plausible_wear(draws: np.ndarray) -> np.ndarray:
         draws: Logarithms of the parameters over what they were, ``(..., d, p)``.
 
     Returns:
-        ``(...)`` of bool: whether the median of each is below a factor of 2.
+        ``(...)`` of bool: whether 95 % of the draws of each are below a factor of 2.
     """
-    return (np.abs(np.median(draws, axis=-2)) < _MOST).all(axis=-1)
+    return ((np.abs(draws) < _MOST).mean(axis=-2) > _SURE).all(axis=-1)
 
 
 def agreement_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
