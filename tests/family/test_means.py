@@ -8,9 +8,9 @@ from breaker.family.means import mean_and_change, mean_record
 from breaker.mechanism.parameters import MOTIONS
 from breaker.records import SHAPE_TIMES, Shape
 from breaker.synthetic import family_records
+from breaker.synthetic.change_rows import ChangeRows, _Pairs
 from breaker.synthetic.family import Family
 from breaker.synthetic.family_bank import simulate_family
-from breaker.synthetic.family_rows import ChangeRows, _Pairs
 from tests.raws import raw_of, smooth
 
 DRIVES = 12

@@ -275,11 +275,8 @@ def _numbers(each: Mapping) -> dict:
     for name in ("interval_50", "interval_95"):
         ends = each[name] or (None, None)
         found |= {f"{name}_{end}": v for end, v in zip(("lower", "upper"), ends, strict=True)}
-    return found | {
-        name: each[name]
-        for name in ("source", "prior_share", "prior_sds", "probability")
-        if name in each
-    }
+    more = ("source", "prior_share", "prior_sds", "probability")
+    return found | {name: each[name] for name in more if name in each}
 
 
 def plainly(value: object) -> object:

@@ -10,7 +10,8 @@ import xarray as xr
 from breaker.family import Changes, Levels, plausible_wear
 from breaker.mechanism import NAMES
 from breaker.stores import open_store
-from breaker.synthetic.family_rows import ChangeRows, LevelRows, Rows
+from breaker.synthetic.change_rows import ChangeRows
+from breaker.synthetic.family_rows import LevelRows, Rows
 
 
 def rows_of(kind: str, bank: xr.Dataset, like: Levels | Changes | None = None) -> Rows:
@@ -52,21 +53,14 @@ def sample_rows(
         [network.network.sample(each[None], told, draws, rng)[0] for each in features]
     )
     values = network.centre + network.scale * values
-    kept = (
-        plausible_wear(values[..., : len(NAMES)])
-        if rows.kind == "changes"
-        else np.ones(len(values), dtype=bool)
-    )
+    kept = np.ones(len(values), dtype=bool)
+    if rows.kind == "changes":
+        kept = plausible_wear(values[..., : len(NAMES)])
     values, y, units = values[kept], y[kept], units[kept]
 
     def physical(outputs: np.ndarray, units: np.ndarray) -> np.ndarray:
         jitter = 1e-9 * network.scale * rng.standard_normal(outputs.shape)
-        found = outputs + units + np.array(rows.atoms) * jitter
-        p = len(NAMES)
-        found[..., :p] = (
-            100.0 * np.expm1(found[..., :p]) if rows.kind == "changes" else np.exp(found[..., :p])
-        )
-        return found[..., told]
+        return rows.physical(outputs + units + np.array(rows.atoms) * jitter)[..., told]
 
     return xr.Dataset(
         {
