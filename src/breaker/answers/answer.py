@@ -1,7 +1,7 @@
 """What is given beside the records of a drive, and what is known of each record."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,6 +58,23 @@ class Given:
         sizes = levels.usual[:, 1, None] * powers()
         by_size = np.linalg.norm(sizes, axis=0) if self.size is None else 0.0
         return np.hypot(alone, by_size)
+
+    def prior_moments(self, answer: "Answer") -> tuple[np.ndarray, np.ndarray]:
+        """Return mean and covariance of what networks take the logarithms of parameters for.
+
+        Args:
+            answer: Of the drive, whose stroke and duration tell its size where it is not given.
+
+        Returns:
+            ``(p,)`` and ``(p, p)``.
+        """
+        prior = replace(self, prior=None).prior_of(answer.levels)
+        mean, covariance = np.log(prior.medians), np.diag(np.square(prior.log_sds))
+        if self.size is None:
+            seen, (middle, sd) = answer.record.seen, answer.levels.usual.T
+            mean += (np.log([seen.stroke[0], seen.duration[0]]) - middle) @ powers()
+            covariance += powers().T @ np.diag(np.square(sd)) @ powers()
+        return mean, covariance
 
     def sample_prior(self, answer: "Answer", n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw from the prior, ``(n, p)``.

@@ -112,7 +112,7 @@ def _together(within: Sequence[Answer], given: Given, settings: Mapping) -> list
     if not within:
         return []
     rng = generator(settings["seed"], "motions", within[0].record.operation.number)
-    if len(within) > 1 and (said := apart(within, rng)):
+    if len(within) > 1 and (said := apart(within, given, rng)):
         split = [replace(each, remarks=(said,)) for each in within]
         return [new for each in split for new in _inferred([each], given, settings)]
     return _inferred(within, given, settings)

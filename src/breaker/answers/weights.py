@@ -7,8 +7,8 @@ import numpy as np
 
 from breaker.answers.answer import Answer, Given
 from breaker.answers.operations import Record
-from breaker.family import LEAST_AGREEMENT, agreement_of
-from breaker.mechanism import NAMES, Size, in_digits, in_p, powers
+from breaker.family import agreement_of
+from breaker.mechanism import NAMES, Size, in_digits, powers
 from breaker.records import SHAPE_TIMES
 
 _CONTRADICTED = 3.0  # sd, of a fact
@@ -16,6 +16,8 @@ SURPRISING = 4.0
 """Standard deviations of the contact's time from which on it contradicts the curve."""
 
 _DRAWS = 1000  # of each motion, by which they are held against each other
+_LEAST = np.log(0.01)  # evidence of one drive, of which pairs of one have less in at most 1 %
+_SURE = 1e-3  # of the prior's variance, that two records leave at most less than nothing
 
 
 def weights_of(answers: Sequence[Answer], given: Given, size: Size | None) -> np.ndarray:
@@ -70,20 +72,44 @@ def possible(answers: Sequence[Answer]) -> np.ndarray:
     return found
 
 
-def apart(answers: Sequence[Answer], rng: np.random.Generator) -> str:
-    """In which parameter records of an operation contradict each other, in words; "" if in none."""
+def apart(answers: Sequence[Answer], given: Given, rng: np.random.Generator) -> str:
+    """Whether records of an operation are of two drives rather than one, in words; "" if not."""
     alone = [
-        each.levels.draw({each.record.motion: each.record.seen}, _DRAWS, rng).theta
+        each.levels.draw({each.record.motion: each.record.seen}, _DRAWS, rng, size=given.size).theta
         for each in answers
     ]
-    agreement = agreement_of(*alone)
-    least = int(agreement.argmin())
-    if agreement[least] >= LEAST_AGREEMENT:
+    evidence = evidence_of_one(*map(np.log, alone), *given.prior_moments(answers[0]))
+    if evidence >= _LEAST:
         return ""
+    least = int(agreement_of(*alone).argmin())
     return (
-        f"closing and opening contradict each other ({NAMES[least]}, {in_p(agreement[least])}): "
-        "each is inferred by itself, and no drive of the family has both; trust what is measured"
+        f"closing and opening contradict each other, most in {NAMES[least]}: that they are of two "
+        f"drives of the family is {in_digits(np.exp(-evidence), 2)} times as probable as that they "
+        "are of one. Each is inferred by itself; trust what is measured"
     )
+
+
+def evidence_of_one(
+    one: np.ndarray, other: np.ndarray, mean: np.ndarray, covariance: np.ndarray
+) -> float:
+    """Return the logarithm of the evidence that two records are of one drive and not of two.
+
+    It is that of ``int q(z | one) q(z | other) / p(z) dz``, all taken for normal. Of records of one
+    drive no more than a share s has an evidence below ``log s`` (Markov's inequality).
+
+    Args:
+        one, other: Draws of the logarithms of the parameters from either record, ``(d, p)``.
+        mean, covariance: Of the prior, ``(p,)`` and ``(p, p)``.
+    """
+    prior = np.linalg.inv(covariance)
+    first, second = (np.linalg.inv(np.cov(each.T)) for each in (one, other))
+    a, b = one.mean(axis=0) - mean, other.mean(axis=0) - mean
+    sizes, axes = np.linalg.eigh(first + second - prior)
+    sizes = np.maximum(sizes, _SURE * np.linalg.eigvalsh(prior)[0])
+    both = axes.T @ (first @ a + second @ b)
+    square = a @ first @ a + b @ second @ b - both @ (both / sizes)
+    logs = [np.linalg.slogdet(each)[1] for each in (first, second, prior)]
+    return float(0.5 * (logs[0] + logs[1] - logs[2] - np.log(sizes).sum() - square))
 
 
 def surprise_of(answer: Answer) -> float:
