@@ -37,5 +37,5 @@ def test_the_evidence_is_the_ratio_of_two_probabilities():
     error = of_two.std() / np.sqrt(DRIVES)
     assert abs(of_two.mean() - 1.0) < 3.5 * error + 0.05
     of_one = np.exp(-evidence(rng, two=False))
-    assert (of_one > 100.0).mean() < 0.03  # Markov: at most 1 %; more than 12 of 400 by chance: 2e-4
+    assert (of_one > 100.0).mean() < 0.03  # at most 1 %; 12 of 400 by chance: 2e-4
     assert np.median(of_one) < 1.0 < np.median(1.0 / of_two)
