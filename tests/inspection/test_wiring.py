@@ -31,7 +31,8 @@ def beside(*names, motion="closing", quiet=(), late=()):
         (("Travel L2", "Contact L1", "Contact L2"), "Contact L2"),
         (("Weg", "Kontakt (V)"), "Kontakt (V)"),
         (("Travel 1 (mm)", "Res 1 (uOhm)", "Contact"), "Contact"),
-        (("Travel 1", "Res 1", "Res 2"), "Res 1"),
+        (("Travel 1", "Res 1", "Res 2"), None),  # channels of resistance are not those of travel
+        (("Travel R", "Res R", "Res Y"), "Res R"),
         (("Travel 1", "Contact 2", "Aux contact 1"), None),
         (("Travel", "Contact 1", "Contact 2"), None),
         (("Travel A", "Main A", "Arcing A", "Main B", "Arcing B"), "Arcing A"),

@@ -119,6 +119,8 @@ def _fit(answer: Answer) -> dict:
     if answer.record.timed:
         found |= {"contact_time": raw.contact.time - raw.moves, "contact_sd": raw.contact.sd}
         found["contact_surprise"] = answer.surprise
+        if np.isfinite(raw.contact.main):
+            found["main_contact_time"] = raw.contact.main - raw.moves
     return found
 
 

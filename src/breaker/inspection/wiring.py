@@ -10,6 +10,7 @@ import numpy as np
 from breaker.files import TO_MM, motion_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
+from breaker.inspection.stated_contacts import stated_contacts
 from breaker.mechanism import MOTIONS
 
 _CONTACT = re.compile(
@@ -23,10 +24,13 @@ _COIL = re.compile(
     r"(?i)coil|spule|bobin|\btrip\b|\btrig|solenoid|auslös|线圈|\bcurr|strom|courant|corr[ie]ent"
     r"|电流|^i[ _-]?[co]\b|^i[ _-]?(?:clos|open|trip)|\bcmd\b|command|befehl|\b[ct]c ?\d?\b"
 )
+_TEST_CURRENT = re.compile(r"(?i)dcrm|(?:test|mess|prüf)\W?(?:curr|strom)|courant d.essai")
+_AMPERES = re.compile(r"\bA\b|(?i:\bamp)")
 _INSERTED = re.compile(r"(?i)resistor|\bpir|insertion|einschaltwid")
 _OTHER = re.compile(r"(?i)\baux|\bhilfs|motor|heater|heizung")
 _PHASES = re.compile(r"(?i)(?<![a-z])(l[123]|[rybacstuvw]|red|yellow|blue)(?![a-z])")
 _FEWEST = 40  # samples
+_LARGEST, _USUAL = 20.0, 0.98  # A, of a coil, and the share of its samples that has less
 _ON = 0.25  # of its range, from which a coil is energised
 _PULSE = (0.1, 15.0)  # least range of one that is: of the largest, and of its noise
 
@@ -61,7 +65,9 @@ def columns_beside(
 ) -> list[dict[str, Beside]]:
     """Return what goes with each travel, by motion.
 
-    A contact goes with a travel of the same phase or number in its name, or where either has none.
+    A contact goes with the travel that rows above the columns state. Where none does, it goes with
+    a travel of the same phase or number in its name, or where either has none; but of several
+    resistances, which are numbered by channel, nobody knows what the channels belong to.
     As IEC 62271-100 counts the times of a pole, the arcing contacts go before the main ones,
     resistor contacts are left out, and of breaks in series that counts which touches last or parts
     first. A coil goes with the motion that its name says, and without one with those that it is
@@ -79,12 +85,21 @@ def columns_beside(
     travelling = {each.place for each in travels}
     there = [i for i in range(len(layout.names)) if _has_signal(layout, i)]
     there = [i for i in there if i not in travelling and layout.units[i] not in TO_MM]
+    every = [
+        i for i, name in enumerate(layout.names) if i not in travelling and _CONTACT.search(name)
+    ]
+    every = every or [i for i, name in enumerate(layout.names) if _RESISTANCE.search(name)]
+    stated = stated_contacts(layout.preamble, every)
+    several = len(_named(layout, there, _RESISTANCE)) > 1
     known = _known_phases(layout, own, _named(layout, there, _CONTACT))
     found = []
     for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
         pole = _Pole(*marks, order, len(travels), known)
-        fits = [i for i in there if _go_together(layout.names[i], pole)]
+        fits = [i for i in there if _go_together(layout.names[i], pole, several)]
         contacts = _named(layout, fits, _CONTACT) or _named(layout, fits, _RESISTANCE)
+        if stated is not None:
+            own = pole.numbers or {str(order)}
+            contacts = [i for i in there if i in stated and stated[i][0] in own]
         each = {}
         for motion in MOTIONS:
             own_way = travel.rises == ((motion == "closing") == (sign > 0))
@@ -106,8 +121,7 @@ def coils_before(layout: Layout, travel: Travel, k: int) -> dict[int, int]:
     """Return the columns of coils, and the sample at which each is energised before a motion, k,
     of a travel; -1 where it is not.
     """
-    named = _named(layout, range(len(layout.names)), _COIL)
-    named = [i for i in named if _has_signal(layout, i)]
+    named = [i for i in _named(layout, range(len(layout.names)), _COIL) if _is_coil(layout, i)]
     ranges = {i: float(np.nanmax(layout.columns[i]) - np.nanmin(layout.columns[i])) for i in named}
     begin, end = travel.part(k)[0], int(travel.course.middles[k])
     found = dict.fromkeys(named, -1)
@@ -190,11 +204,23 @@ def _has_signal(layout: Layout, place: int) -> bool:
     return named and there.size >= _FEWEST and np.ptp(there) > 0.0
 
 
-def _go_together(name: str, pole: _Pole) -> bool:
-    """Whether a contact goes with a pole."""
+def _is_coil(layout: Layout, place: int) -> bool:
+    """Whether a column of a current may be that of a coil, and not that of a resistance test."""
+    if not _has_signal(layout, place) or _TEST_CURRENT.search(layout.names[place]):
+        return False
+    name, before = layout.names[place], layout.names[place - 1] if place else ""
+    pair = _RESISTANCE.search(before) and _marks(before)[1] == _marks(name)[1]
+    usual = np.nanquantile(np.abs(layout.columns[place]), _USUAL)
+    return not pair and not (_AMPERES.search(name) and usual > _LARGEST)
+
+
+def _go_together(name: str, pole: _Pole, several: bool) -> bool:
+    """Whether a contact goes with a pole, by its name; of several resistances by phase alone."""
     phases, numbers = _marks(name)
     if phases & pole.known:
         return bool(phases & pole.phases)
+    if several and _RESISTANCE.search(name):
+        return False
     if numbers and pole.numbers:
         return bool(numbers & pole.numbers)
     return not (phases or numbers) or not (pole.phases or pole.numbers)

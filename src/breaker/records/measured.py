@@ -178,11 +178,11 @@ class Reading:
 
     def latch(self) -> Uncertain:
         """Time from the trigger to the first motion, ms."""
-        return self._first_motion + -self._trigger
+        return self._first_motion - self._trigger
 
     def operating_time(self) -> Uncertain:
         """Time from the trigger to touch or parting, ms."""
-        return self._switching + -self._trigger
+        return self._switching - self._trigger
 
     def bounce_time(self) -> Uncertain:
         """Time from the first touch to the last, ms."""
@@ -232,11 +232,11 @@ class Reading:
         return self.trace.error(self.located.moves, sd)
 
     @property
-    def _trigger(self) -> float:
+    def _trigger(self) -> Uncertain:
         """Time at which the coil was energised, ms."""
         if not np.isfinite(self.contact.trigger):
             raise NotShownError("no trigger: when the coil was energised is not known")
-        return self.contact.trigger
+        return self.trace.error(self.contact.trigger, self.contact.trigger_sd)
 
     @cached_property
     def _switching(self) -> Uncertain:

@@ -1,0 +1,57 @@
+"""Which travel and phase a contact belongs to, as rows above the columns of an analyser state it.
+
+Such rows are aligned with the columns of contacts: one names the transducer of each (``TR1``), one
+the phase and the number of its break (``YBreak2``, or ``NA`` where nothing is connected).
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+_TRAVEL = re.compile(r"(?i)(?:tr(?:av(?:el)?|ans(?:ducer)?)?|t|wg|weg)\W{0,2}0*(\d+)")
+_BREAK = re.compile(r"(?i)(l[123]|[rybacstuvw])?\W{0,2}(?:break|brk|br|chamber|unit)\W{0,2}\d*")
+_NOT_CONNECTED = re.compile(r"(?i)n\.?/?a\.?|nil|none|not connected|-+")
+
+
+def stated_contacts(
+    rows: Iterable[Sequence[str]], contacts: Sequence[int]
+) -> Mapping[int, tuple[str, str]] | None:
+    """Return the number of the travel and the phase of each contact that is connected.
+
+    Args:
+        rows: Cells of the lines above the columns, in their order.
+        contacts: Columns of contacts, rising.
+
+    Returns:
+        By column; the phase in lower case, empty where it is not stated. None where no row says
+        which travel a contact belongs to.
+    """
+    travels: dict[int, str] = {}
+    phases: dict[int, str] = {}
+    apart: set[int] = set()
+    for row in rows:
+        cells = {i: cell.strip() for i, cell in enumerate(row) if cell.strip()}
+        of_travel = {i: m[1] for i, cell in cells.items() if (m := _TRAVEL.fullmatch(cell))}
+        of_break = {i: m for i, cell in cells.items() if (m := _BREAK.fullmatch(cell))}
+        nothing = {i for i, cell in cells.items() if _NOT_CONNECTED.fullmatch(cell)}
+        if of_travel:
+            places = _placed([*of_travel, *nothing], contacts)
+            travels |= {places[i]: number for i, number in of_travel.items() if i in places}
+        elif of_break:
+            places = _placed([*of_break, *nothing], contacts)
+            phases |= {places[i]: (m[1] or "") for i, m in of_break.items() if i in places}
+        else:
+            continue
+        apart |= {places[i] for i in nothing if i in places}
+    if not travels:
+        return None
+    there = travels.keys() - apart
+    return {place: (travels[place], phases.get(place, "").casefold()) for place in there}
+
+
+def _placed(cells: Sequence[int], contacts: Sequence[int]) -> dict[int, int]:
+    """Columns of contacts by the places of cells: where they stand, or else in their order where
+    there are as many.
+    """
+    if set(cells) & set(contacts):
+        return {i: i for i in cells if i in contacts}
+    return dict(zip(sorted(cells), contacts, strict=True)) if len(cells) == len(contacts) else {}
