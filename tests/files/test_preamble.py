@@ -236,3 +236,23 @@ def test_an_inch_sign_is_no_quotation_mark():
     (found,) = preamble_of([['Stroke : 7.02"']]).results
     assert (found.value, found.unit) == (7.02, '"')
     assert preamble_of([['"Serial": "7-7",']]).serial == "7-7"
+
+
+def test_a_name_with_two_brackets_keeps_channel_and_unit():
+    row = "Stroke (T1)(mm) :,150.1,,Velocity (m/s)(T2) :,4.1,,Coil Current (A)(C1) :,2.1"
+    found = preamble_of([row.split(",")]).results
+    assert [(e.quantity, e.channel, e.value, e.unit) for e in found] == [
+        ("stroke", "T1", 150.1, "mm"),
+        ("speed", "T2", 4.1, "m/s"),
+    ]
+
+
+def test_the_way_of_the_contact_is_not_that_of_the_mechanism():
+    row = "Mechanism Travel(T1)(mm) :,120.5,,Contact Travel(T1)(mm) :,178.2"
+    row += ",,Close - Datum Velocity (m/s)(T1) :,2.9"
+    found = preamble_of([row.split(",")]).results
+    assert [(each.quantity, each.motion) for each in found] == [
+        ("mechanism_travel", ""),
+        ("stroke", ""),
+        ("datum_speed", "closing"),
+    ]

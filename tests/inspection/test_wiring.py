@@ -127,3 +127,29 @@ def test_contacts_of_phases_go_with_travels_that_have_none_in_their_order():
     found = columns_beside(layout, [Travel(k, "m", Course(TIME, rises)) for k in (0, 1)])
     contacts = [each["closing"].settings["contact_column"] for each in found]
     assert contacts == ["Contact A", "Contact B"]
+
+
+@pytest.mark.parametrize("shift", [0, 40], ids=["aligned", "in order"])
+def test_rows_above_the_columns_say_which_contact_is_of_which_travel(shift):
+    """Resistance by turns with the current of its test, which is no coil; CH2 is not of T2."""
+    names = ["Coil Current C1 (A)", "Travel T1 (mm)", "Travel T2 (mm)"]
+    for k in (1, 2, 3, 4):
+        names += [f"DCRM Res CH{k} in uOhm", f"DCRM Current CH{k} in Amp"]
+    closes = way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0)
+    columns = [3.0 * ((TIME > 20.0) & (TIME < 45.0)), 100.0 * closes, 102.0 * closes]
+    for closed in (SIGNAL, LATE, SIGNAL, SIGNAL):
+        columns += [np.where(closed, 300.0, 8000.0), 50.0 * closed]
+    travel, breaks = ["" for _ in names], ["" for _ in names]
+    for place, of, called in zip((3, 5, 7, 9), ("TR1", "TR1", "TR2", "TR2"), "RRYY", strict=True):
+        travel[place], breaks[place] = of, f"{called}Break1"
+    breaks[7] = "NA"
+    rows = [[""] * shift + each for each in (travel, breaks)]
+    layout = Layout({}, rows, names, [None] * len(names), columns)
+    travels = [Travel(k, "mm", Course(TIME, columns[k])) for k in (1, 2)]
+    first, second = columns_beside(layout, travels)
+    assert first["closing"].settings["contact_column"] == "DCRM Res CH2"  # touches last
+    assert second["closing"].settings["contact_column"] == "DCRM Res CH4"
+    assert {e["closing"].settings["trigger_column"] for e in (first, second)} == {names[0]}
+    silent = Layout({}, [], names, [None] * len(names), columns)
+    for each in columns_beside(silent, travels):
+        assert "contact_column" not in each["closing"].settings

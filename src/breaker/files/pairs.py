@@ -20,6 +20,7 @@ _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"({_NUMBER})\s*([^\d\s:,;]\S{{0,11}})?")
 _BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
 _NAMED = re.compile(r"[^\d\W].*?[:=：]")
+_LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket beside the unit
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
 
@@ -100,8 +101,11 @@ def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
 
 
 def _pair(name: str, values: Sequence[str], row: int) -> Pair:
-    unit = _UNIT.search(name)
-    bare, known = (_UNIT.sub(" ", name).strip(), unit[1].strip()) if unit else (name, "")
+    brackets = [each[1].strip() for each in _UNIT.finditer(name)]
+    label = next(filter(_LABEL.fullmatch, brackets), "") if len(brackets) > 1 else ""
+    unit = next((each for each in brackets if each != label), "")
+    bare = f"{_UNIT.sub(' ', name).strip()} {label}".strip() if brackets else name
+    known = unit
     if not (unit or "/" in name):
         bare, known = split_unit(name)
     return Pair(bare or name, (known or "") if bare else "", tuple(values), row)

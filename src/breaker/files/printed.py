@@ -13,11 +13,13 @@ from breaker.files.settings import TO_MM, TO_MS
 _QUANTITIES = {  # the first that a name has, if it has none of those that are no results
     "": r"point|punkt|range|limit|\bmin|rated|nominal|toler|refer|soll|sampl|ratio|unit|transducer"
     r"|sensor|gauge|scale|level|delay|length|\bto\b|\bfrom\b|type|resol|definition",
+    "datum_speed": r"datum\W.*(?:veloc|speed)",
     "maximum_speed": r"\b(?:max|peak)\w*\W.*(?:veloc|speed|geschw)",
     "maximum_travel": r"\b(?:max|peak)\w*\W.*(?:travel|stroke)",
     "over_travel": r"over.?\s?(?:travel|stroke|shoot)|überhub|überschwing|sobre\w*carrera|超程",
     "rebound": r"re.?bound|back.?\s?travel|rückprall|rebote|反弹",
-    "wipe": r"\bwipe\b|penetration|contact (?:travel|engagement)",
+    "mechanism_travel": r"(?:mechanism|drive|rod)\W*(?:travel|stroke)|antriebs?(?:hub|weg)",
+    "wipe": r"\bwipe\b|penetration|contact engagement",
     "damping_time": r"damp",
     "speed": r"veloc|speed|geschw|vitesse|\bv\b|速度",
     "travel_time": r"(?:travel|stroke|running|motion)\W*time|laufzeit",
@@ -52,7 +54,8 @@ class Printed(NamedTuple):
     """A result of an analyser.
 
     Attributes:
-        quantity: What it is, such as "stroke", "speed" or "closing_time".
+        quantity: What it is, such as "stroke", "speed" or "closing_time". A travel of the contact
+            is a stroke, that of the mechanism, before its linkage, is none.
         motion: "closing" or "opening"; empty where the text does not say.
         channel: As the text names it, such as "CH1", "R" or "2"; empty for one of all.
         value: In its unit.

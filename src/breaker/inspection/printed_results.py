@@ -27,6 +27,8 @@ _MEASURED = {
 }
 _NOT_MEASURED = {
     "rebound": "makers mean different things by it",
+    "mechanism_travel": "the way of the drive before its linkage, which no column shows",
+    "datum_speed": "at a point of the maker's, which is not stated",
     "maximum_travel": "not measured here: see the stroke and the over-travel",
     "travel_time": "makers count it between different points",
 }
