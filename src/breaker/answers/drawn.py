@@ -8,6 +8,7 @@ import numpy as np
 
 from breaker.answers.answer import Answer, Given
 from breaker.answers.overlays import Overlay
+from breaker.answers.words import how_it_fits
 from breaker.family import PARTS
 from breaker.files import printable
 from breaker.mechanism import in_p
@@ -107,8 +108,7 @@ def _curve(answer: Answer) -> Curve:
         if np.isfinite(ratio):
             usual[part] = np.sqrt(np.nanmean(np.square(left[part]))) / ratio
     far = answer.far_from_prior and not answer.misfit
-    found = "OUT OF the family" if answer.misfit else "fits the family"
-    words = f"{found}, {in_p(match.p_value)}"
+    words = f"{how_it_fits(match.p_value, answer.misfit)} the family, {in_p(match.p_value)}"
     if far:
         words = f"does NOT fit the prior, {in_p(answer.prior_p_value)}"
     none = np.empty(0)

@@ -8,7 +8,7 @@ import numpy as np
 from breaker.answers.changed import VERDICT_WORDS
 from breaker.answers.documents import FROM_TENTH
 from breaker.answers.visited import change_words, label_of
-from breaker.answers.words import bounds_in_words, is_prior, starred
+from breaker.answers.words import bounds_in_words, how_it_fits, is_prior, starred
 from breaker.inspection import alike
 from breaker.mechanism import EVENTS, in_digits, in_p
 
@@ -224,9 +224,10 @@ def model_table(entries: Sequence[Mapping]) -> Table:
     for (phase, *_), entry in first.items():
         fit = entry["fit"]
         fits = f"{fit['family'].replace('_', ' ')}\n{in_p(fit['p_value'])}"
-        trust = Cell(f"fits {fits}")
+        how = how_it_fits(fit["p_value"], fit["misfit"])
+        trust = Cell(f"{how} {fits}", "doubt" * (how != "fits"))
         if fit["misfit"]:
-            trust = Cell(f"OUT OF {fits}", "bad")
+            trust = Cell(f"{how} {fits}", "bad")
             said.append(("", _OUT))
         elif fit["why_unresolved"]:
             trust = Cell("not resolved", "doubt")

@@ -9,6 +9,7 @@ from breaker.mechanism import in_digits, in_p
 _WIDTH = 100
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
 _CELLS, _CELL = 3, 31  # of a line of a short block, and letters of each
+_EDGE = 0.02  # p-value, below which a record is at the edge of a family
 _THERE = 0.9  # probability from which on a mechanism is there; from 1 less it on it is not
 _PRIOR = 0.8  # share of the prior's variance, from which on a record says hardly anything
 _LIMIT = "  {:<20} {:<9} {:>8}  {:<20} {}"
@@ -208,10 +209,15 @@ def _ending(record: Mapping) -> list[str]:
     return [line for each in said for line in wrapped(each)]
 
 
+def how_it_fits(p_value: float, misfit: bool) -> str:
+    """Return how a record fits a family, in words that the family's name follows."""
+    return "OUT OF" if misfit else "at the edge of" if p_value < _EDGE else "fits"
+
+
 def _fit(fit: Mapping) -> str:
     family = f"the family {fit['family']} ({in_p(fit['p_value'])})"
     if not fit["misfit"]:
-        return f"fits {family}"
+        return f"{how_it_fits(fit['p_value'], False)} {family}"
     where = differs_in_words(fit["parts"])
     where = where and f"; {where}"
     return (
