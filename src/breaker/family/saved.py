@@ -65,6 +65,8 @@ def open_network(path: str | Path) -> Levels | Changes:
                 arrays[name] = saved.weight(name, "float64")
         try:
             network = Network(weights, _KINDS[kind].atoms)
+            if network.dims != len(network.atoms):
+                raise ModelFileError("it is of another version of breaker; train it anew")
             found = {name: arrays[name] for name in ("usual", "centre", "scale")}
             for name, tuple_of in _TUPLES.items():
                 if any(each.startswith(f"{name}.") for each in arrays):
