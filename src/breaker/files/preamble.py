@@ -45,11 +45,11 @@ _NAMES = {  # words of what a name means
     r"|unit of (?:travel|stroke)",
     "operation": r"^(?:kind of |type of |test |cb )?(?:operation|plan|operating sequence|sequence"
     r"|duty|schaltfolge|man\w{1,2}uvre|schaltung|operaci[oó]n|maniobra|manovra|операция|操作)"
-    r"(?: (?:type|mode|sequence|kind))?$|^(?:test|operation) (?:type|mode|sequence)$",
+    r"(?: (?:type|mode|sequence|kind))?$|^(?:test|operation)(?: (?:type|mode|sequence))?$",
     "phases": r"^(?:phase|pole|pol|channel)(?:s| names?)?$",
     "point of speed": r"(?:veloc|speed|geschw|vitesse|veloci)"
     r".*(?:point|punkt|\bpt|range|from|\bto\b|upper|lower|zone|def)"
-    r"|(?:point|punkt|zone)\w*.*(?:veloc|speed|geschw|vitesse)",
+    r"|(?:point|punkt|zone)\w*.*(?:veloc|speed|geschw|vitesse)|^(?:close|open)\W?[12]$",
 }
 _meant = by_words(_NAMES)
 _CHANNEL = re.compile(

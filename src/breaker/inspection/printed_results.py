@@ -44,6 +44,7 @@ class Compared:
         printed: The result.
         measured: In the unit of the result; NaN where it is not measured.
         reason: Why not; empty where it is.
+        sd: Of the measured one, in that unit.
     """
 
     column: str | int
@@ -51,6 +52,7 @@ class Compared:
     printed: Printed
     measured: float = math.nan
     reason: str = ""
+    sd: float = 0.0
 
     @property
     def difference(self) -> float:
@@ -60,8 +62,10 @@ class Compared:
 
     @property
     def differs(self) -> bool:
-        """Whether it does by more than such values do."""
-        return abs(self.difference) > _DIFFERS.get(self.printed.quantity, math.inf)
+        """Whether it does by more than such values do, and than its error is."""
+        most = _DIFFERS.get(self.printed.quantity, math.inf)
+        value = abs(self.printed.value)
+        return bool(value and abs(self.difference) > most + 2.0 * self.sd / value)
 
 
 def measured_name(printed: Printed, motion: str) -> str:
@@ -122,12 +126,13 @@ def compare_printed(layout: Layout, travels: Sequence[Travel], motions: Sequence
             measured[id(motion)] = motion.record.measured(used) if motion.record else {}
         name = measured_name(printed, motion.motion)
         why = _NOT_MEASURED.get(printed.quantity, "not measured here")
-        value, _, reason = measured[id(motion)].get(name, (math.nan, 0.0, why))
+        value, sd, reason = measured[id(motion)].get(name, (math.nan, 0.0, why))
         if motion.record is None:
             reason = "the motion is not read"
         if printed.quantity == "speed" and motion.motion not in speeds:
             value, reason = math.nan, "between which points is not stated"
-        found.append(Compared(column, motion.motion, printed, value / printed.size, reason))
+        value, sd = value / printed.size, sd / printed.size
+        found.append(Compared(column, motion.motion, printed, value, reason, sd))
     return found
 
 

@@ -14,7 +14,7 @@ from breaker.inspection.stated_contacts import stated_contacts
 from breaker.mechanism import MOTIONS
 
 _CONTACT = re.compile(
-    r"(?i)contact|kontakt|contatt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir|^c(?=\d)"
+    r"(?i)contact|kontakt|contatt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir|^c\d(?!.*(?:cur|coil|strom|amp))"
     r"|触头"
 )
 _ARCING = re.compile(r"(?i)\barc|lichtbogen|abbrenn|弧")

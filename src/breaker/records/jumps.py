@@ -20,6 +20,8 @@ _LEAST = 0.003  # strokes, jump that counts
 _PIECES = 400  # pieces that do not fit together, from which nothing is a record
 _MOTION = 0.75  # strokes within a piece, which then holds the motion; of more pieces
 _OFTEN = 0.5  # strokes, which then hold one
+_SLIPS = 0.05  # strokes, by which a sensor slips: behind it is a rest that is not seen before
+_REST, _STILL = 0.25, 0.01  # strokes at the greatest speed, in which rests keep so many strokes
 _GOES = (0.1, 0.02)  # strokes at the greatest speed, and strokes in that time from which it moves
 _ONWARD = 1.5  # times the ways beside a gap as long: way within it
 _LINE = 5  # samples of the lines that show how far a record leaps
@@ -92,6 +94,12 @@ def fitting(
         """Whether samples from one to another, behind an edge or before it, are of a motion."""
         if end - begin < lead:
             return False
+        if (
+            0 < edge < travel.size
+            and abs(leap_at(travel, edge, lead)) < _SLIPS * stroke
+            and not _rests(travel[:edge], max(lead, round(_REST * pace)), stroke)
+        ):
+            return True
         low, high = np.quantile(travel[begin:end], [0.05, 0.95])
         beside = [travel[max(edge - lead, 0) : edge], travel[edge : edge + lead]]
         ways = [abs(np.median(each[-3:]) - np.median(each[:3])) for each in beside if each.size]
@@ -100,7 +108,7 @@ def fitting(
     parts = [(0, first.size)] if first.size <= _PIECES else []
     while parts:
         begin, end = parts.pop()
-        chain = begin + _chain(travel, first[begin:end], last[begin:end], (coarse, stroke))
+        chain = begin + _chain(travel, first[begin:end], last[begin:end], (coarse, stroke, pace))
         for k in chain:
             kept[first[k] : last[k]] = True
         for low, high in ((begin, chain[0]), (chain[-1] + 1, end)):
@@ -111,14 +119,24 @@ def fitting(
     return kept, slips
 
 
+def _rests(travel: np.ndarray, count: int, stroke: float) -> bool:
+    """Whether the last samples, so many, are of a rest."""
+    thirds = np.array_split(travel[-count:], 3)
+    return np.ptp([np.median(each) for each in thirds if each.size]) < _STILL * stroke
+
+
 def _chain(
     travel: np.ndarray, first: np.ndarray, last: np.ndarray, sizes: tuple[float, float]
 ) -> np.ndarray:
-    """Which pieces fit together, hold most motions and then most samples, in their order."""
-    coarse, stroke = sizes
+    """Which pieces fit together, hold most motions and then most samples, in their order.
+
+    What is left out between them is no motion of the drive, which takes its time.
+    """
+    coarse, stroke, pace = sizes
     size = last - first
     moves = [np.ptp(travel[a:b]) >= _MOTION * stroke for a, b in zip(first, last, strict=True)]
     most = size + np.where(moves, travel.size, 0)
+    motions = np.cumsum(np.logical_and(moves, size >= pace))
     own, before = most.copy(), np.full(first.size, -1)
     for i in range(2, first.size):
         gap = first[i] - last[: i - 1] + 1  # the next piece never fits: it is behind a jump
@@ -128,7 +146,8 @@ def _chain(
         right = np.abs(travel[first[i]] - travel[first[i] + on])
         way = gap * (left / np.maximum(back, 1) + right / np.maximum(on, 1))
         off = np.abs(travel[first[i]] - travel[last[: i - 1] - 1])
-        chains = np.where(off <= coarse + _ONWARD * way, most[: i - 1], 0)
+        fits = (off <= coarse + _ONWARD * way) & (motions[: i - 1] == motions[i - 1])
+        chains = np.where(fits, most[: i - 1], 0)
         if chains.max() > 0:
             before[i] = chains.argmax()
             most[i] = own[i] + chains.max()

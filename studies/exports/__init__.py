@@ -1,0 +1,1 @@
+"""Exports of analysers written at random, and what is read of them."""

@@ -1,0 +1,195 @@
+"""Exports of analysers of breakers, written at random with their truth, and what is read of them.
+
+    python -m studies.exports --sheets 200 --seed 1 --table docs/exports.csv --rows rows.csv
+
+A sheet is inspected by ``breaker inspect``, what it proposes is filled in where it says so (the
+rate), and its records are inferred with contacts and coils that ``inspect`` names. A value is false
+outside of five times its interval and beyond a tolerance, or of another channel.
+"""
+
+import argparse
+import contextlib
+import io
+import json
+import re
+import signal
+import sys
+import tempfile
+import traceback
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from studies.exports.layouts import write_export
+from studies.exports.scores import bare, score
+
+
+def call(*arguments: str, limit: int = 180) -> tuple[int | str, str, str]:
+    """Return status (or the trace of an exception), text and errors of the command `breaker`."""
+    from breaker.cli import run
+
+    def late(*_):
+        raise TimeoutError(f"no answer in {limit} s")
+
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
+    before, status = sys.argv, 0
+    sys.argv = ["breaker", *map(str, arguments)]
+    signal.signal(signal.SIGALRM, late)
+    signal.alarm(limit)
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            status = run() or 0
+    except SystemExit as leave:
+        status = leave.code or 0
+    except Exception:
+        status = traceback.format_exc()
+    finally:
+        signal.alarm(0)
+        sys.argv = before
+    out.flush(), err.flush()
+    return status, *(stream.buffer.getvalue().decode("utf-8", "replace") for stream in (out, err))
+
+
+def part(text: str, head: str) -> list[str]:
+    """Return the lines of a text below a heading, up to an empty one."""
+    found = re.search(rf"^  {head}.*\n((?:.+\n)*)", text, re.MULTILINE)
+    return found[1].splitlines() if found else []
+
+
+def read_inspection(text: str, truth: dict) -> dict:
+    """Return the tables that `breaker inspect` prints."""
+    names = {bare(c): c for c in truth["columns"]}
+    motion = r"(closing|opening)"
+    document: dict = {"columns": [], "printed": [], "moves": []}
+    for line in part(text, "column +motion +first"):
+        found = re.match(rf"  (.+?)\s+{motion}\s.*\saccepted", line)
+        if found:
+            own = [name for name in names if name and found[1].startswith(name)]
+            document["moves"].append([max(own, key=len, default=found[1]), found[2]])
+    for line in part(text, "contacts and coils"):
+        found = re.match(rf"  (.+?)\s+{motion}\s\s\s(.*)", line)
+        if found:
+            cells = [c.strip() or None for c in re.split(r"\s{2,}", found[3])][:2]
+            cells = [cells[0], None] if len(cells) == 1 else cells
+            cells[0] = cells[0] and cells[0].partition(", not ")[0]
+            document["columns"].append([names.get(found[1], found[1]), found[2], *cells])
+    for line in part(text, "results of the analyser")[1:]:
+        cells = re.split(r"\s{2,}", line.strip())
+        cells = cells if line[2:3].strip() else ["", *cells]
+        cells = cells if cells[1] in ("closing", "opening") else [cells[0], None, *cells[1:]]
+        column = next((c for c in names if c.endswith(f" {cells[0]}")), cells[0])  # `T4` of T4
+        document["printed"].append([column, *cells[1:3], float(cells[3]), cells[-1] == "<"])
+    return document
+
+
+def ask(path: Path, truth: dict, folder: Path) -> tuple[dict, list[str]]:
+    """Return what the product says of a file, channel by channel, and its failures."""
+    layout, own, failures = folder / "layout.yaml", folder / "own.yaml", []
+    for file in (layout, own):
+        file.unlink(missing_ok=True)
+    status, text, err = call("inspect", path, "--output", layout)
+    document = read_inspection(text, truth) | {"records": []}
+    if not layout.exists():
+        return document, [f"inspect: {status} {err}"]
+    rate = rf"rate: {truth['rate']:.12g}\1"
+    lines = re.sub(r"rate: null(,?).*FILL IN.*", rate, layout.read_text(encoding="utf-8"))
+    if "FILL IN" in lines:
+        failures.append("inspect: " + re.findall(r".*FILL IN.*", lines)[0].strip())
+    layout.write_text(lines, encoding="utf-8")
+    begins = {"closing": "open", "opening": "closed"}
+    for column, channel in truth["channels"].items():
+        groups: dict[tuple, list[str]] = {}
+        for motion in sorted({m["motion"] for m in channel["motions"]}):
+            said = [c[2:] for c in document["columns"] if c[:2] == [column, motion]]
+            groups.setdefault(tuple(said[0]) if said else (None, None), []).append(motion)
+        for (contact, coil), motions in groups.items():
+            lines = {"contact_column": contact, "trigger_column": coil}
+            lines = [f"    {key}: {json.dumps(name)}" for key, name in lines.items()]
+            unit = truth["zones"]["unit"]
+            for motion, at in begins.items():
+                points = [f"{v} {unit} from {at}" for v in truth["zones"][motion]]
+                lines.append(f"  {motion}_speed_zone: {json.dumps(points)}")
+            lines = ["endurance:", "  format:", *lines[:2], "speeds:", *lines[2:]]
+            own.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            only = ["--motion", motions[0]] if len(groups) > 1 else []
+            options = ["--channel", column, *only, "--json", "--config", layout, own]
+            status, text, err = call("infer", path, *options)
+            try:
+                found = json.loads(text)["records"]
+            except (json.JSONDecodeError, KeyError):
+                failures.append(f"infer: {status} {err}")
+                continue
+            document["records"] += [record | {"channel": column} for record in found]
+            failures += [f"rejected: {r['reason']}" for r in found if not r["accepted"]]
+    return document, failures
+
+
+def one_sheet(number: int, seed: int, keep: Path | None) -> tuple[list[dict], list[dict]]:
+    """Return the rows and the failures of one sheet."""
+    rows, failures = [], []
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = (keep or Path(scratch)) / f"{number:04}"
+        visit = write_export(folder, np.random.default_rng([seed, number]))
+        for truth in visit["files"]:
+            path = folder / truth["file"]
+            document, failed = ask(path, truth, Path(scratch))
+            about = {"sheet": number, "layout": truth["layout"], "file": str(path)}
+            trouble = {c: " ".join(v["trouble"]) for c, v in truth["channels"].items()}
+            for row in score(truth, document):
+                column = next((c for c in trouble if row.channel.startswith(c)), "")
+                rows.append(about | row._asdict() | {"trouble": trouble.get(column, "")})
+            failures += [about | {"failure": text.replace(str(path), "FILE")} for text in failed]
+        if keep:
+            (folder / "truth.json").write_text(json.dumps(visit, indent=1), encoding="utf-8")
+    return rows, failures
+
+
+def summary(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return by kind of value and by layout how many values are right, absent and false."""
+    tables = []
+    for by, keys in (("value", rows["kind"] + ": " + rows["name"]), ("layout", rows["layout"])):
+        counts = pd.crosstab(keys, rows["verdict"])
+        counts = counts.reindex(columns=["right", "absent", "false"], fill_value=0)
+        shares = counts.div(counts.sum(axis=1), axis=0).round(3)
+        shares.insert(0, "values", counts.sum(axis=1))
+        tables.append(shares.assign(false_values=counts["false"]).rename_axis("of").reset_index())
+        tables[-1].insert(0, "by", by)
+    return pd.concat(tables, ignore_index=True)
+
+
+def main() -> None:
+    """Write sheets, ask the product, and print what is right, absent and false."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sheets", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, help="number of the first sheet")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--cores", type=int, default=1)
+    parser.add_argument("--table", type=Path, metavar="CSV")
+    parser.add_argument("--rows", type=Path, metavar="CSV")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the sheets there")
+    args = parser.parse_args()
+    rows: list[dict] = []
+    failures: list[dict] = []
+    numbers = range(args.first, args.first + args.sheets)
+    with ProcessPoolExecutor(args.cores) as pool:
+        for found in pool.map(partial(one_sheet, seed=args.seed, keep=args.keep), numbers):
+            rows += found[0]
+            failures += found[1]
+    table = summary(pd.DataFrame(rows))
+    print(table.to_string(index=False))
+    kinds = pd.Series([f["failure"].split(":")[0] for f in failures]).value_counts()
+    crashed = sum("Traceback" in f["failure"] for f in failures)
+    print(f"{args.sheets} sheets; failures: {kinds.to_dict()}, of which exceptions: {crashed}")
+    for failure in failures:
+        print(f"  {failure['file']}: {' '.join(failure['failure'].split())[-300:]}")
+    if args.table:
+        table.to_csv(args.table, index=False)
+    if args.rows:
+        pd.DataFrame(rows).to_csv(args.rows, index=False)
+
+
+if __name__ == "__main__":
+    main()

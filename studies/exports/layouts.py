@@ -1,0 +1,518 @@
+"""Exports of analysers of breakers, written at random with their truth: a grammar of layouts."""
+
+import csv
+import io
+import re
+from datetime import datetime, timedelta
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+STEP = 0.02  # of a motion's curve, ms
+PHASES = ["R Y B", "A B C", "L1 L2 L3"]
+PLANS = ["closing", "opening", "closing opening", "opening closing", "opening closing opening"]
+RATES = [1, 2, 2.5, 4, 5, 8, 10, 12, 12.5, 16, 20, 25]  # kHz
+# Of plain sheets: time, travel, contact, closing coil, opening coil, motor; place, number, date,
+# rate; how the date is written.
+WORDS = [
+    "Time|Travel {}|Contact {}|Close coil {}|Trip coil {}|Motor current"
+    "|Station|Breaker|Date|Sample rate [kHz]|%m/%d/%Y",
+    "t|Stroke {}|Main contact {}|I close {}|I trip {}|I motor"
+    "|Substation|CB No.|Test date|Sampling frequency [kHz]|%d %b %Y",
+    "Zeit|Weg {}|Hauptkontakt {}|Spule EIN {}|Spule AUS {}|Motorstrom"
+    "|Umspannwerk|Schalter-Nr.|Prüfdatum|Abtastrate [kHz]|%d.%m.%Y",
+    "Zeit|Hub {}|Kontakt {}|Strom Ein-Spule {}|Strom Aus-Spule {}|Motor"
+    "|Anlage|Gerät|Datum|Abtastfrequenz [kHz]|%d.%m.%y",
+    "Temps|Course {}|Contact {}|Bobine enclenchement {}|Bobine déclenchement {}|Courant moteur"
+    "|Poste|N° disjoncteur|Date d'essai|Fréquence [kHz]|%d/%m/%Y",
+]
+LANGUAGES = ["english", "english", "german", "german", "french"]
+# Names and values above the samples of a resistance and travel analyser.
+SETTINGS = """Station Name|{station};Bay Name|{bay};Equipment No|{equipment};CB Serial No.|{serial}
+CB Type|{type};CB Make|{make};{phase_name}|{phase};Rated Voltage (kV)|{kv};Gas Pressure (bar)|{bar}
+Test Date|{day};Test Time|{clock};Ambient Temp (°C)|{warm};Operator|{operator};Test|{test}
+Trigger Option|{trigger};{rate_name}|{rate};Resistance Range (uOhm)|{range};Current Range (A)|{amps}
+Plot Length (ms)|{length};C - O Delay (ms)|300;O - C Delay (ms)|.3;Linkage Ratio|{ratio}
+T1 (mm)|{t1};T2 (mm)|{t2};T3 (mm)|{t3};T4 (mm)|{t4};T5 (mm)|{t5};T6 (mm)|{t6}
+{points}Close1{unit}|{c1};Open1{unit}|{o1};DefClose|10;Close2{unit}|{c2};Open2{unit}|{o2};DefOpen|10"""
+# Names of results: quantity, motion, name. The first way is that of the drive, before the linkage.
+RESULTS = [
+    "Mechanism Travel(T{})(mm)|Contact Travel(T{})(mm)|{} - Over Travel(T{})(mm)"
+    "|{} -Rebound(T{})(mm)|{} - Velocity (m/s)(T{})|{} - Datum Velocity (m/s)(T{})",
+    "|Stroke (T{})(mm)|{}-Over Travel (T{})(mm)|{} -Rebound (T{})(mm)|{} -Velocity (m/s)(T{})|",
+    "|Stroke T{} (mm)|{} Over Travel T{} (mm)|{} Rebound T{} (mm)|{} Speed T{} (m/s)|",
+]
+
+
+def pick(rng: np.random.Generator, choices, p=None):
+    """Return one of some choices."""
+    return choices[int(rng.choice(len(choices), p=p))]
+
+
+def motion_curve(rng: np.random.Generator, stroke: float, closing: bool) -> np.ndarray:
+    """Return the way (mm) at steps of STEP from the first motion on, up to its rest."""
+    speed = rng.uniform(2.0, 4.0) if closing else rng.uniform(4.0, 9.0)
+    rise = rng.uniform(4.0, 9.0) if closing else rng.uniform(2.5, 5.0)
+    zone = stroke * rng.uniform(0.12, 0.3)  # of the damper
+    zeta, omega = rng.uniform(0.5, 0.95), speed / zone * rng.uniform(1.0, 1.5)
+    creep = stroke * rng.uniform(0.01, 0.05) if not closing and rng.random() < 0.6 else 0.0
+    tau = rng.uniform(15.0, 45.0)
+    way = np.zeros(int(450 / STEP))
+    x = v = damped = since = 0.0
+    for i in range(1, len(way)):
+        share = min(max((x - stroke + zone) / (0.3 * zone), 0.0), 1.0)
+        damped = max(damped, share * share * (3 - 2 * share))
+        since += STEP * (damped > 0)
+        rest = stroke - creep * np.exp(-since / tau)
+        push = (speed - v) / rise * (1 - np.exp(-i * STEP / 0.4))
+        stop = omega * omega * (x - rest) + 2 * zeta * omega * v
+        v += STEP * ((1 - damped) * push - damped * stop)
+        x += STEP * v
+        way[i] = x
+    return way * (stroke / way[-1])
+
+
+def reached(way: np.ndarray, mm: float) -> float:
+    """Return when a way is first reached, ms after the first motion."""
+    after = int(np.argmax(way >= mm))
+    before = way[after - 1]
+    share = (mm - before) / (way[after] - before) if after else 0.0
+    return float(STEP * (after - 1 + share)) if after else 0.0
+
+
+def mean_speed(way: np.ndarray, begin: float, end: float) -> float:
+    """Return the mean speed (m/s) between two ways in mm."""
+    return (end - begin) / (reached(way, end) - reached(way, begin))
+
+
+def values_of(way: np.ndarray, zone: list[float]) -> dict:
+    """Return what a curve shows; `crossings` are the times of 0, 1, ... 99 % of the way."""
+    stroke, top = float(way[-1]), int(np.argmax(way))
+    over = max(float(way[top]) - stroke, 0.0)
+    crossings = [reached(way, stroke * k / 100) for k in range(100)]
+    return {
+        "stroke": stroke,
+        "over_travel": over,
+        "rebound": max(stroke - float(way[top:].min()), 0.0) if over > 0.01 else 0.0,
+        "travel_time": crossings[90] - crossings[10],
+        "speed": mean_speed(way, zone[0] * stroke, zone[1] * stroke),
+        "crossings": crossings,
+    }
+
+
+def draw_plan(rng: np.random.Generator) -> dict:
+    """Return what the poles of a breaker share: operation, drive, coils and breaks."""
+    at = 0.0 if rng.random() < 0.4 else rng.uniform(5, 60)
+    latches = {"closing": rng.uniform(25, 60), "opening": rng.uniform(8, 20)}
+    moves = []
+    for motion in pick(rng, PLANS, p=[0.25, 0.25, 0.35, 0.1, 0.05]).split():
+        moves.append((motion, at, latches[motion]))
+        at += rng.uniform(200, 400)
+    plan = {"moves": moves, "length": sum(moves[-1][1:]) + rng.uniform(130, 300)}
+    plan |= {"stroke": rng.uniform(100, 200), "breaks": 1 + int(rng.random() < 0.4)}
+    plan |= {"lead": rng.uniform(10, 25) if rng.random() < 0.6 else 0.0}
+    plan |= {"seeds": {m: int(rng.integers(2**31)) for m in latches}}
+    plan |= {"ganged": rng.random() < 0.4, "second_trip": rng.random() < 0.25}
+    return plan | {"apart": rng.uniform(0, 3) * (not plan["ganged"]) * (rng.random() < 0.5)}
+
+
+def draw_pole(rng: np.random.Generator, phase: str, plan: dict) -> dict:
+    """Return a pole: its breaks, and when its coil is energised and its drive moves."""
+    stroke = plan["stroke"] * rng.uniform(0.98, 1.02)
+    gap = stroke * rng.uniform(0.58, 0.7)
+    pole = {"phase": phase, "stroke": stroke, "breaks": [], "motions": []}
+    for _ in range(plan["breaks"]):
+        arcing = gap + rng.uniform(0.0, 2.5)
+        pole["breaks"].append({"arcing": arcing, "main": arcing + plan["lead"]})
+    for motion, coil, latch in plan["moves"]:
+        energised = coil + rng.uniform(0, 1) * plan["apart"]
+        alike = np.random.default_rng(plan["seeds"][motion])  # poles of a type move alike
+        way = motion_curve(alike, stroke, motion == "closing")
+        first = energised + latch * rng.uniform(0.97, 1.03)
+        pole["motions"].append({"motion": motion, "energised": energised, "first": first})
+        pole["motions"][-1]["way"] = way
+    ripple = (rng.uniform(1, 3) * stroke / 180, rng.uniform(3, 8))
+    pole["ripple"] = ripple if rng.random() < 0.25 else None
+    pole["slack"] = rng.uniform(0.5, 3.0) if rng.random() < 0.15 else 0.0
+    pole["slip"] = rng.choice([-1, 1]) * rng.uniform(0.5, 4) if rng.random() < 0.1 else 0.0
+    return pole
+
+
+def shown_way(pole: dict, way: np.ndarray) -> np.ndarray:
+    """Return the way as a transducer shows it, with ripple of the linkage and slack."""
+    speed = np.gradient(way)
+    if pole["slack"]:
+        way = way * (1 - np.exp(-((way / (2 * pole["slack"])) ** 2)))
+    if pole["ripple"]:
+        mm, period = pole["ripple"]
+        swing = np.sin(2 * np.pi * np.arange(len(way)) * STEP / period)
+        way = way + mm * swing * np.clip(speed / speed.max(), 0, 1)
+    return way
+
+
+def position(pole: dict, time: np.ndarray, shown: bool) -> np.ndarray:
+    """Return the contact's way from open at some times, itself or as its transducer shows it."""
+    stroke, slipped = pole["stroke"], 0.0
+    at = np.full(len(time), 0.0 if pole["motions"][0]["motion"] == "closing" else stroke)
+    for move in pole["motions"]:
+        way, since = move["way"], time - move["first"]
+        seen = shown_way(pole, way) if shown else way
+        gone = np.interp(since, np.arange(len(way)) * STEP, seen)
+        moved = (gone if move["motion"] == "closing" else stroke - gone) + slipped
+        if shown and pole["slip"]:
+            moved += pole["slip"] * (since > STEP * int(np.argmax(way > 0.985 * stroke)))
+            slipped += pole["slip"]
+        at = np.where(since > 0, moved, at)
+    return at
+
+
+def travel_column(rng: np.random.Generator, pole: dict, time) -> tuple[np.ndarray, list[str]]:
+    """Return a travel channel with the troubles of its chain, and their names."""
+    trouble = [key for key in ("ripple", "slack", "slip") if pole[key]]
+    noise = pick(rng, [0.02, 0.05, 0.1, 0.2, 0.5, 1.2], p=[0.1, 0.2, 0.4, 0.2, 0.07, 0.03])
+    x = position(pole, time, shown=True) + noise * rng.standard_normal(len(time))
+    if rng.random() < 0.15:
+        trouble.append("bursts")
+        move = pick(rng, pole["motions"])
+        touch = move["first"] + contact_times(pole, move, pole["breaks"][0])["main"]
+        at = move["energised"] if rng.random() < 0.5 else touch
+        hit = (time >= at) & (time < at + rng.uniform(0.5, 4))
+        x = np.where(hit, x + rng.uniform(5, 40) * rng.standard_normal(len(x)), x)
+    counts = rng.random() < 0.1
+    quantum = rng.uniform(0.08, 0.32) if counts else 300 / 2**16
+    return quantum * np.round(x / quantum), [*trouble, *["counter"] * counts, f"noise {noise}"]
+
+
+def contact_times(pole: dict, move: dict, parts: dict) -> dict:
+    """Return when contacts of a break touch or part, ms after the first motion."""
+    closing, stroke = move["motion"] == "closing", pole["stroke"]
+    ways = {kind: mm if closing else stroke - mm for kind, mm in parts.items()}
+    return {kind: reached(move["way"], mm) for kind, mm in ways.items()}
+
+
+def coil_current(rng: np.random.Generator, time, move: dict, amps: float) -> np.ndarray:
+    """Return the current of a coil, which rises, dips as its armature moves, and falls."""
+    latch, since = move["first"] - move["energised"], time - move["energised"]
+    long, rise, dip = max(rng.uniform(10, 40), latch), rng.uniform(2, 6), rng.uniform(0.4, 0.7)
+    on = np.clip(since, 0, long)
+    notch = 1 - 0.3 * np.exp(-(((on / latch - dip) / 0.12) ** 2))
+    return amps * (1 - np.exp(-on / rise)) * notch * np.exp(-np.maximum(since - long, 0) / 0.6)
+
+
+def resistance(rng: np.random.Generator, pole: dict, parts: dict | None, time, full: float):
+    """Return the resistance (uOhm) and the test current (A) of a break, or of nothing."""
+    at, n = position(pole, time, shown=False), len(time)
+    touched = at > parts["arcing"] if parts else np.zeros(n, bool)
+    main = at > parts["main"] if parts else touched
+    arcing = np.clip(rng.uniform(1000, 5000) * (1 + 0.15 * rng.standard_normal(n)), 800, 7000)
+    closed = rng.uniform(100, 600) * (1 + 0.02 * rng.standard_normal(n))
+    ohm = np.where(main, closed, np.where(touched, arcing, full))
+    # the current follows the circuit within a millisecond, and may rise as the record starts
+    share = 1 - np.exp(-(time[1] - time[0]) / rng.uniform(0.3, 1.0))
+    target = rng.uniform(20, 100) * touched
+    now = 0.0 if rng.random() < 0.3 else target[0]
+    amps = np.array([now := now + share * (level - now) for level in target])
+    return ohm, amps + 0.05 * rng.standard_normal(n)
+
+
+def lay_out(rng: np.random.Generator, pairs: list, each: int) -> list[list[str]]:
+    """Return lines of cells with some pairs `name :`, value on each, errors and blank lines."""
+    lines: list[list[str]] = []
+    while pairs:
+        many, cells = int(rng.integers(1, each + 1)), []
+        for name, value in pairs[:many]:
+            if rng.random() < 0.03 and len(name) > 9:  # a letter is left out
+                at = int(rng.integers(2, 7))
+                name = name[:at] + name[at + 1 :]
+            stray = "." * (str(value).isdigit() and rng.random() < 0.04)
+            cells += [f"{name} :", f"{value}{stray}", ""]
+        pairs = pairs[many:]
+        lines += [cells, *[[]] * int(rng.random() < 0.1)]
+    return lines
+
+
+def settings(rng: np.random.Generator, plan: dict, poles: dict, style: dict) -> list:
+    """Return the pairs of nameplate, settings and points of speed."""
+    rate, zones, date = style["rate"], style["zones"], style["date"]
+    names = [("Sampling Speed (kC)", rate), ("Sampling Rate (kHz)", rate)]
+    names += [("Sample Rate (Hz)", 1000 * rate), ("Sampling Interval (ms)", 1 / rate)]
+    rate_name, value = pick(rng, names, p=[0.6, 0.2, 0.1, 0.1])
+    unit, points = pick(rng, [("", ""), (f" ({zones['unit']})", ""), ("", "Points In|{unit};")])
+    if zones["unit"] == "mm" and not unit:
+        points = "Velocity Points In|{unit};"
+    filled = SETTINGS.replace("{points}", points.replace("{unit}", zones["unit"])).format(
+        **{key: style[key] for key in ("station", "bay", "equipment", "serial", "type", "ratio")},
+        **{f"t{k}": "150.0" if k in poles else "0" for k in range(1, 7)},
+        **{f"{m[0]}{i + 1}": zones[m][i] for m in ("closing", "opening") for i in (0, 1)},
+        phase_name="Phase" if style["separate"] else "Remark",
+        phase=next(iter(poles.values()))["phase"] if style["separate"] else "NIL",
+        unit=unit,
+        rate_name=rate_name,
+        rate=f"{value:g}" if style["stated"] else "NIL",
+        make=pick(rng, ["Alpha", "BETA", "NIL", ""]),
+        kv=pick(rng, ["132", "145", "245.", "420"]),
+        bar=pick(rng, [".7", "6.4", "7.02", "6..8"]),
+        day=f"{date:%d-%m-%Y}",
+        clock=f"{date:%H:%M:%S}",
+        warm=f"{rng.uniform(5, 44):.1f}",
+        operator=pick(rng, ["NIL", "", "A. Gupta", "J. Müller"]),
+        test=" - ".join(m[0].upper() for m, _, _ in plan["moves"]),
+        trigger=pick(rng, ["Internal", "Coil", "External"]),
+        range=f"{style['range']:g}",
+        amps=pick(rng, ["100", "200", "50"]),
+        length=f"{plan['length']:.0f}",
+    )
+    return [pair.split("|") for line in filled.splitlines() for pair in line.split(";")]
+
+
+def results(rng: np.random.Generator, poles: dict, style: dict) -> tuple[list, list[dict]]:
+    """Return pairs of printed results of six transducers, and which values they truly are."""
+    drive, contact, *others = pick(rng, RESULTS, p=[0.5, 0.25, 0.25]).split("|")
+    kinds = [("stroke", None, drive), ("stroke", None, contact)]
+    for motion, word in (("closing", "Close"), ("opening", "Open")):
+        names = zip(("over_travel", "rebound", "speed", "datum"), others, strict=True)
+        kinds += [(quantity, motion, name.replace("{}", word, 1)) for quantity, name in names]
+    pairs, truth, blank = [], [], pick(rng, ["0.00", "0", "", "NIL"])
+    for (quantity, motion, name), k in product(kinds, range(1, 7)):
+        if not name:
+            continue
+        moves = poles[k]["motions"] if k in poles else []
+        move = next((m for m in moves if motion in (None, m["motion"])), None)
+        if move is None:
+            pairs.append((name.format(k), blank))
+            continue
+        zone = share_of(style["zones"], move["motion"], poles[k]["stroke"])
+        value = values_of(move["way"], zone).get(quantity)
+        if quantity == "datum":  # 10 mm before the touch, or after parting
+            touch = poles[k]["breaks"][0]["arcing"]
+            begin = touch - 10 if motion == "closing" else poles[k]["stroke"] - touch
+            value = mean_speed(move["way"], begin, begin + 10)
+        of = "mechanism" if name == drive else "contact"
+        shown = f"{value / style['ratio'] if of == 'mechanism' else value:.2f}"
+        pairs.append((name.format(k), shown))
+        truth.append({"name": name.format(k), "transducer": k, "motion": motion, "of": of})
+        truth[-1] |= {"quantity": quantity.replace("datum", "speed"), "value": float(shown)}
+    return pairs, truth
+
+
+def share_of(zones: dict, motion: str, stroke: float) -> list[float]:
+    """Return the points of speed as shares of the stroke."""
+    return [value / (100 if zones["unit"] == "%" else stroke) for value in zones[motion]]
+
+
+def analyser(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) -> dict:
+    """Return lines, columns and channels of a resistance and travel analyser's export."""
+    time = np.arange(int(plan["length"] * style["rate"])) / style["rate"]
+    same = np.random.default_rng(style["seed"])  # files of a visit are alike
+    spots = sorted(rng.permutation(6)[: len(poles)] + 1) if style["scattered"] else range(1, 7)
+    used = {int(k): pole for k, pole in zip(spots, poles, strict=False)}
+    coil = pick(same, ["Coil Current C{} (A)", "C{} Current (A)"], p=[0.8, 0.2])
+    travel = pick(same, ["Travel T{} (mm)", "Travel T{} in mm", "Contact Travel T{} (mm)"])
+    ohms = pick(same, ["DCRM Res CH{} in uOhm", "Resistance CH{} (uOhm)"], p=[0.7, 0.3])
+    ampere = pick(same, ["DCRM Current CH{} in Amp", "Test Current CH{} (A)"], p=[0.7, 0.3])
+    trip = pick(same, [4, 2]) if plan["ganged"] or len(poles) == 1 else 4
+    currents = [0.01 * rng.standard_normal(len(time)) for _ in range(6)]
+    quiet = pick(rng, [0.0, 0.02, 0.1, 0.5])
+    ways = [quiet * rng.standard_normal(len(time)) for _ in range(6)]
+    if rng.random() < 0.2:  # cross-talk
+        ways = [way + 0.03 * position(poles[0], time, shown=True) for way in ways]
+    channels = []
+    for i, (k, pole) in enumerate(used.items()):
+        ways[k - 1], trouble = travel_column(rng, pole, time)
+        ways[k - 1] += rng.uniform(5, 40) * style["offset"]
+        coils, amps = {}, rng.uniform(1, 5)
+        for move in pole["motions"]:
+            n = (1 if move["motion"] == "closing" else trip) + i * (not plan["ganged"])
+            coils[move["motion"]] = coil.format(n)
+            if i == 0 or not plan["ganged"]:
+                currents[n - 1] += coil_current(rng, time, move, amps)
+            if plan["second_trip"] and move["motion"] == "opening" and len(poles) == 1:
+                later = {"energised": move["energised"] + 1.5, "first": move["first"] + 1.5}
+                currents[n] += coil_current(rng, time, later, amps)
+        channels.append({"column": travel.format(k), "pole": pole, "trouble": trouble})
+        channels[-1] |= {"coils": coils, "transducer": k, "contacts": {}}
+    columns = [("Time (ms)", time, 4)] * style["timed"]
+    columns += [(coil.format(k + 1), x, 3) for k, x in enumerate(currents)]
+    columns += [(travel.format(k + 1), x, style["digits"]) for k, x in enumerate(ways)]
+    columns.append(("", None, 0))
+    # which break each resistance is of
+    wired = [(c, b) for c in channels for b in range(plan["breaks"])] * (style["wired"] > 0.15)
+    if style["wired"] < 0.5 and 0 < len(wired) < 6:
+        wired.insert(int(rng.integers(len(wired) + 1)), (None, 0))
+    above = [[""] * len(columns), [""] * len(columns)]
+    for n, (channel, b) in enumerate([*wired, *[(None, 0)] * 6][:6] if style["dcrm"] else [], 1):
+        pole = channel["pole"] if channel else poles[0]
+        parts = pole["breaks"][b] if channel else None
+        ohm, amps = resistance(rng, pole, parts, time, style["range"])
+        columns += [(ohms.format(n), ohm, 1), (ampere.format(n), amps, 2)]
+        above[0] += [f"TR{channel['transducer'] if channel else n}", ""]
+        above[1] += [f"{pole['phase']}Break{b + 1}" if channel else "NA", ""]
+        if channel:
+            channel["contacts"] |= {ohms.format(n): b, ampere.format(n): b}
+    lines, printed = [], []
+    if not style["bare"]:
+        pairs, printed = results(rng, used, style)
+        lines = lay_out(rng, settings(rng, plan, used, style), 4) + [[]] * int(rng.integers(3))
+        lines += lay_out(rng, pairs, pick(rng, [3, 6]))
+        speeds = [p for p in printed if p["quantity"] == "speed"]
+        lines.append([f"{speeds[0]['name'][:5]} -Velocity (m/s) :", f"{speeds[0]['value']:.1f}"])
+    lines += above if style["rows"] and style["dcrm"] else []
+    found = {"lines": lines, "columns": columns, "channels": channels, "printed": printed}
+    return found | {"shift": 0.0, "layout": "analyser bare" if style["bare"] else "analyser"}
+
+
+def plain(rng: np.random.Generator, plan: dict, poles: list[dict], style: dict) -> dict:
+    """Return lines, columns and channels of a plain sheet: time, travel, contacts and coils."""
+    time = np.arange(int(plan["length"] * style["rate"])) / style["rate"]
+    same = np.random.default_rng(style["seed"])  # files of a visit are alike
+    which = int(same.integers(len(WORDS)))
+    words = WORDS[which].split("|")
+    shift = pick(same, [0.0, -20.0, 100.0], p=[0.7, 0.2, 0.1])
+    brackets, unit = pick(same, [" ({})", " [{}]"]), pick(same, ["ms", "ms", "s"])
+    kind = pick(same, ["binary", "voltage", None], p=[0.5, 0.3, 0.2])
+    coiled, flips, rises = same.random() < 0.8, same.random() < 0.1, same.random() < 0.7
+    alone = len(poles) == 1 and same.random() < 0.5
+
+    def named(word, unit, phase=""):
+        name = words[word].format("" if alone else phase).strip()
+        return name + brackets.format(unit) * bool(unit)
+
+    columns = [(named(0, unit), (time + shift) / (1000 if unit == "s" else 1), 6)]
+    channels, contacts, coils = [], [], []
+    for i, pole in enumerate(poles):
+        x, trouble = travel_column(rng, pole, time)
+        x = (pole["stroke"] - x if flips else x) + rng.uniform(5, 40) * style["offset"]
+        columns.append((named(1, "mm", pole["phase"]), x, style["digits"]))
+        channel = {"column": columns[-1][0], "pole": pole, "trouble": trouble + ["flips"] * flips}
+        channel |= {"contacts": {}, "coils": {}, "transducer": None}
+        if kind:
+            on = position(pole, time, shown=False) > pole["breaks"][0]["arcing"]
+            volts = 24 * (on == rises) + 0.2 * rng.standard_normal(len(time))
+            name = named(2, "V" if kind == "voltage" else "", pole["phase"])
+            x = volts if kind == "voltage" else 1.0 * (on == rises)
+            contacts.append((name, x, 2 if kind == "voltage" else 0))
+            channel["contacts"][name] = 0
+        for motion in sorted({m["motion"] for m in pole["motions"]} if coiled else []):
+            phase = "" if plan["ganged"] else pole["phase"]
+            name = named(3 if motion == "closing" else 4, "A", phase)
+            channel["coils"][motion] = name
+            amps, current = rng.uniform(1, 5), 0.01 * rng.standard_normal(len(time))
+            for move in [m for m in pole["motions"] if m["motion"] == motion]:
+                current += coil_current(rng, time, move, amps)
+            coils += [(name, current, 3)] * (i == 0 or not plan["ganged"])
+        channels.append(channel)
+    columns += contacts + coils
+    if rng.random() < 0.2:
+        since = np.maximum(time - plan["moves"][0][1] - rng.uniform(60, 150), 0)
+        current = 4 * (1 + 4 * np.exp(-since / 40)) * (1 - np.exp(-since / 5))
+        columns.append((named(5, "A"), current + 0.05 * rng.standard_normal(len(time)), 2))
+    shown = [style["station"], style["equipment"], f"{style['date']:{words[10]}}"]
+    lines = [list(pair) for pair in zip(words[6:10], [*shown, f"{style['rate']:g}"], strict=True)]
+    lines = lines[: 4 if style["stated"] else int(rng.integers(4))] * (not style["bare"])
+    found = {"lines": lines, "columns": columns, "channels": channels, "printed": []}
+    return found | {"shift": shift, "layout": f"plain {LANGUAGES[which]}"}
+
+
+def write_table(rng: np.random.Generator, path: Path, found: dict, style: dict) -> None:
+    """Write lines and columns as the text that an analyser exports."""
+    comma, buffer = style["decimal"] == ",", io.StringIO()
+    names = [name for name, _, _ in found["columns"]] + [""] * int(rng.random() < 0.3)
+    writer = csv.writer(buffer, delimiter=style["separator"], lineterminator="\n")
+    for cells in found["lines"]:
+        if comma:
+            cells = [re.sub(r"^(\d*)\.(\d+)$", r"\1,\2", cell) for cell in cells]
+        writer.writerow(cells + [""] * ((len(names) - len(cells)) * style["padded"]))
+    writer.writerow(names)
+    n = len(found["columns"][0][1])
+    cells = [[""] * n if x is None else [f"{v:.{d}f}" for v in x] for _, x, d in found["columns"]]
+    cells += [[""] * n] * (len(names) - len(cells))
+    samples = "\n".join(style["separator"].join(row) for row in zip(*cells, strict=True)) + "\n"
+    text = buffer.getvalue() + (samples.replace(".", ",") if comma else samples)
+    path.write_bytes(text.replace("\n", style["newline"]).encode(style["encoding"]))
+
+
+def truth_of(path: Path, found: dict, style: dict) -> dict:
+    """Return the truth of one file as plain values; times are ms of the file."""
+    shift, channels = found["shift"], {}
+    for channel in found["channels"]:
+        pole, motions = channel["pole"], []
+        for move in pole["motions"]:
+            way, first = move["way"], move["first"] + shift
+            zone = share_of(style["zones"], move["motion"], pole["stroke"])
+            parts = [contact_times(pole, move, item) for item in pole["breaks"]]
+            parts = [{kind: first + t for kind, t in item.items()} for item in parts]
+            contacts = {name: parts[b] for name, b in channel["contacts"].items()}
+            coil, on = channel["coils"].get(move["motion"]), move["energised"] + shift
+            # as IEC 62271-100 counts: the last break that touches, the first that parts
+            instants = [item["arcing"] for item in contacts.values()]
+            limit = max if move["motion"] == "closing" else min
+            contact = limit(instants) if instants else None
+            motions.append({"motion": move["motion"], "first": first, "zone": zone})
+            motions[-1] |= values_of(way, zone)
+            seen = shown_way(pole, way)
+            late = max(reached(seen, 0.3) - reached(way, 0.3), 0.0)  # the start hides in slack
+            motions[-1] |= {"shown": values_of(seen, zone), "slack": late * (pole["slack"] > 0)}
+            motions[-1] |= {"contacts": contacts, "contact": contact, "coil": coil}
+            motions[-1] |= {"energised": on if coil else None}
+            motions[-1]["from_coil"] = contact - on if coil and instants else None
+        channels[channel["column"]] = {"phase": pole["phase"], "motions": motions}
+        channels[channel["column"]] |= {k: channel[k] for k in ("transducer", "trouble")}
+    columns = [name for name, _, _ in found["columns"]]
+    kept = ("rate", "stated", "rows", "zones", "separator", "decimal", "encoding")
+    truth = {"file": path.name, "layout": found["layout"], "channels": channels}
+    truth |= {"columns": columns, "printed": found["printed"]}
+    return truth | {key: style[key] for key in kept}
+
+
+def write_export(folder: Path, rng: np.random.Generator) -> dict:
+    """Write the export of a visit to a breaker, a file or one for each pole; return its truth."""
+    folder.mkdir(parents=True, exist_ok=True)
+    plan, many = draw_plan(rng), pick(rng, [1, 2, 3], p=[0.35, 0.2, 0.45])
+    layout = pick(rng, [analyser, plain], p=[0.65, 0.35])
+    plan["breaks"] = plan["breaks"] if layout is analyser else 1
+    separator = pick(rng, [",", ";", "\t"], p=[0.6, 0.25, 0.15])
+    date = datetime(2012, 1, 1) + timedelta(seconds=int(rng.integers(12 * 365 * 86400)))
+    percent = rng.random() < 0.7
+    zones = {m: [int(rng.integers(10, 41)), int(rng.integers(50, 81))] for m in plan["seeds"]}
+    style = {
+        "station": pick(rng, ["Norden  220 kV", "Süd", "Lake Side", "Bellevue", "Grünau"]),
+        "bay": f"{rng.integers(1, 9)}0{rng.integers(1, 9)}  {pick(rng, ['Line', 'Bus', 'ICT'])}",
+        "equipment": f"{rng.integers(10**7, 10**8)}",
+        "serial": f"{rng.integers(10**3, 10**6)}/{rng.integers(1, 30)}",
+        "type": pick(rng, ["GL314", "GL 314", "HX 145", "VR-245", "GL318 CR"]),
+        "date": date,
+        "rate": pick(rng, RATES if rng.random() < 0.5 else [5, 10, 12]),
+        "stated": rng.random() < 0.85,
+        "bare": rng.random() < 0.24,
+        "zones": zones | {"unit": "%" if percent else "mm"},
+        "seed": int(rng.integers(2**31)),
+        "separate": many > 1 and rng.random() < 0.35,
+        "scattered": rng.random() < 0.2,
+        "offset": rng.random() < 0.25,
+        "digits": pick(rng, [1, 2, 2, 3]),
+        "wired": rng.random(),
+        "dcrm": rng.random() < 0.8,
+        "timed": rng.random() < 0.1,
+        "rows": rng.random() < 0.75,
+        "range": pick(rng, [8000.0, 10000.0, 20000.0]),
+        "ratio": round(float(rng.uniform(0.9, 1.9)), 2),
+        "separator": separator,
+        "decimal": "," if separator != "," and rng.random() < 0.6 else ".",
+        "encoding": pick(rng, ["utf-8", "utf-8-sig", "latin-1", "cp1252"]),
+        "newline": pick(rng, ["\n", "\r\n"]),
+        "padded": rng.random() < 0.5,
+    }
+    poles = [draw_pole(rng, phase, plan) for phase in pick(rng, PHASES).split()[:many]]
+    files, form = [], int(rng.integers(3))
+    for i, group in enumerate([[pole] for pole in poles] if style["separate"] else [poles]):
+        found, names = layout(rng, plan, group, style), [pole["phase"] for pole in group]
+        made = date + timedelta(seconds=i)  # files made seconds apart are poles, not repeats
+        name = [
+            f"{style['equipment']}_{made:%Y%m%d%H%M%S}.csv",
+            f"{style['bay'][:3]}-{','.join(names)} {date:%d-%m-%Y}.csv",
+            f"{style['equipment']} {'_'.join(names)} {date:%d.%m.%Y}.txt",
+        ][form]
+        write_table(rng, folder / name, found, style)
+        files.append(truth_of(folder / name, found, style))
+    return {"date": date.isoformat(), "equipment": style["equipment"], "files": files}

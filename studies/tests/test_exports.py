@@ -1,0 +1,214 @@
+"""Exports drawn at random: the truth is that of the samples, and faults are found."""
+
+import copy
+import io
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from studies.exports.__main__ import read_inspection
+from studies.exports.layouts import write_export
+from studies.exports.scores import bare, score, true_values
+
+
+def write(folder, *seed):
+    """Return truth and samples of each file of a sheet."""
+    visit = write_export(folder, np.random.default_rng(seed))
+    found = []
+    for truth in visit["files"]:
+        lines = (folder / truth["file"]).read_bytes().decode(truth["encoding"]).splitlines()
+        names = truth["separator"].join(truth["columns"])
+        start = next(i for i, line in enumerate(lines) if line.startswith(names))
+        text = io.StringIO("\n".join(lines[start:]))
+        samples = pd.read_csv(text, sep=truth["separator"], decimal=truth["decimal"])
+        found.append((truth, samples))
+    return found
+
+
+def times(truth, samples):
+    """Return the times of samples, ms of the file."""
+    first = truth["columns"][0]
+    if "ms" in first or "[s]" in first or "(s)" in first:
+        return samples.iloc[:, 0].to_numpy() * (1 if "ms" in first else 1000)
+    return np.arange(len(samples)) / truth["rate"]
+
+
+def document_of(truth):
+    """Return what a product says that reads all of a file rightly."""
+    document = {"records": [], "columns": [], "printed": [], "moves": []}
+    for column, channel in truth["channels"].items():
+        for move in channel["motions"]:
+            values = true_values(move, {})
+            quantities = {
+                name: {"median": true[0], "interval_95": [true[0] - 0.1, true[0] + 0.1]}
+                for name, (true, _) in values.items()
+                if true[0] is not None
+            }
+            record = {"channel": column, "motion": move["motion"], "accepted": True}
+            record |= {"fit": {"moves": move["first"]}, "quantities": quantities}
+            document["records"].append(record)
+            contact = next(iter(move["contacts"]), None)
+            document["columns"].append([column, move["motion"], contact, move["coil"]])
+            document["moves"].append([bare(column), move["motion"]])
+    for p in truth["printed"]:
+        if p["of"] == "contact":
+            names = [c for c, v in truth["channels"].items() if v["transducer"] == p["transducer"]]
+            said = [bare(names[0]), p["motion"], p["quantity"], p["value"], False]
+            document["printed"].append(said)
+    return document
+
+
+def sheet(folder, wanted):
+    """Return the truth of the first sheet that has what is wanted."""
+    for number in range(60):
+        for truth, _ in write(folder / str(number), 5, number):
+            if wanted(truth):
+                return truth
+    raise AssertionError("no such sheet")
+
+
+def timed(truth):
+    """Say whether all motions of a file with several of them have contact and coil."""
+    moves = [m for c in truth["channels"].values() for m in c["motions"]]
+    return len(moves) > 1 and all(m["from_coil"] is not None for m in moves)
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_truth_is_that_of_the_samples(tmp_path, number):
+    for truth, samples in write(tmp_path, 3, number):
+        time = times(truth, samples)
+        for column, channel in truth["channels"].items():
+            x = samples[column].to_numpy()
+            for i, move in enumerate(channel["motions"]):
+                later = [m["first"] for m in channel["motions"][i + 1 :]]
+                end = min([*later, time[-1] + 1])
+                before = (time < move["first"]) & (time > move["first"] - 8)
+                after = (time < end) & (time > end - 8)
+                way = abs(np.median(x[after]) - np.median(x[before]))
+                slip = 4.0 if "slip" in channel["trouble"] else 0.0
+                assert way == pytest.approx(move["stroke"], abs=0.02 * move["stroke"] + slip)
+                if move["coil"]:
+                    current = samples[move["coil"]].to_numpy()
+                    on = move["energised"]
+                    assert np.all(np.abs(current[(time < on) & (time > on - 30)]) < 0.1)
+                    assert current[(time > on + 1) & (time < on + 10)].max() > 0.15
+                for name, kinds in move["contacts"].items():
+                    edge = samples[name].to_numpy()
+                    near = np.abs(time - kinds["arcing"]) < 1.5 + 1 / truth["rate"]
+                    assert np.ptp(edge[near]) > 0.4 * np.ptp(edge) * ("Current" not in name)
+
+
+def test_printed_stroke_is_of_its_transducer(tmp_path):
+    truth = sheet(tmp_path, lambda t: len(t["channels"]) > 1 and t["printed"])
+    for p in truth["printed"]:
+        if p["quantity"] == "stroke" and p["of"] == "contact":
+            channel = next(
+                c for c in truth["channels"].values() if c["transducer"] == p["transducer"]
+            )
+            assert p["value"] == pytest.approx(channel["motions"][0]["stroke"], abs=0.01)
+
+
+def test_same_seed_same_file(tmp_path):
+    (one, a), *_ = write(tmp_path / "a", 4)
+    (two, b), *_ = write(tmp_path / "b", 4)
+    assert json.dumps(one) == json.dumps(two)
+    pd.testing.assert_frame_equal(a, b)
+
+
+def test_what_is_right_is_right(tmp_path):
+    truth = sheet(tmp_path, timed)
+    verdicts = {(r.kind, r.name): r.verdict for r in score(truth, document_of(truth))}
+    assert set(verdicts.values()) == {"right"}
+    assert {"stroke", "latch_time", "travel_time"} <= {name for _, name in verdicts}
+
+
+def test_nothing_said_is_absent(tmp_path):
+    truth = sheet(tmp_path, timed)
+    nothing = {"records": [], "columns": [], "printed": [], "moves": []}
+    assert {r.verdict for r in score(truth, nothing)} == {"absent"}
+
+
+def test_planted_faults_are_false(tmp_path):
+    truth = sheet(tmp_path, timed)
+    good = document_of(truth)
+
+    def false_names(change):
+        document = copy.deepcopy(good)
+        change(document)
+        return {r.name for r in score(truth, document) if r.verdict == "false"}
+
+    def shift(quantity, by):
+        def change(document):
+            item = document["records"][0]["quantities"][quantity]
+            item["median"] += by
+            item["interval_95"] = [v + by for v in item["interval_95"]]
+
+        return change
+
+    def swap_coil(document):
+        document["columns"][0][3] = "Test Current CH1 (A)"
+
+    def swap_contact(document):
+        document["columns"][0][2] = "Coil Current C6 (A)"
+
+    def other_motion(document):
+        record = document["records"][0]
+        record["motion"] = {"closing": "opening", "opening": "closing"}[record["motion"]]
+
+    assert false_names(shift("stroke", 9.0)) == {"stroke"}
+    assert false_names(shift("latch_time", 6.0)) == {"latch_time"}
+    assert false_names(swap_coil) == {"coil column"}
+    assert false_names(swap_contact) == {"contact column"}
+    assert "no such motion" in false_names(other_motion)
+
+
+def test_a_time_where_there_is_none_is_false(tmp_path):
+    truth = sheet(
+        tmp_path, lambda t: not any(m["coil"] for c in t["channels"].values() for m in c["motions"])
+    )
+    document = document_of(truth)
+    document["records"][0]["quantities"]["latch_time"] = {"median": 20.0, "interval_95": [19, 21]}
+    rows = score(truth, document)
+    assert [r.name for r in rows if r.verdict == "false"] == ["latch_time"]
+
+
+def test_a_result_of_another_travel_is_false(tmp_path):
+    truth = sheet(tmp_path, lambda t: len(t["channels"]) > 1 and t["printed"])
+    document = document_of(truth)
+    own, other = (p for p in document["printed"] if p[2] == "stroke"), document["printed"]
+    first, second = list(own)[:2]
+    first[0] = second[0]
+    assert other[0][0] == second[0]
+    assert "false" in {r.verdict for r in score(truth, document) if r.kind == "printed"}
+
+
+def test_tables_of_an_inspection_are_read():
+    text = """
+  column        motion    first motion    rest by     stroke     noise  as proposed
+  Travel T1 R   closing           62.4      105.6      148.6     0.049  accepted
+  Travel T2     closing           62.4      105.6                       REJECTED
+
+  contacts and coils, which breaker report and breaker manifest take for each
+  Travel T1     closing   DCRM Res CH1  Coil Current C1 (A)
+  Travel T2     closing                 Coil Current C2 (A)
+
+  results of the analyser, and those measured here
+  column        motion    quantity            printed   measured  unit    differs
+  Travel T1     closing   stroke                  145      148.8  mm      +2.6%  <
+  T2                      stroke                  165             mm      nothing
+                closing   speed                  3.78             m/s     no motion of it is read
+"""
+    truth = {"columns": ["Travel T1 (mm)", "Travel T2 (mm)"]}
+    said = read_inspection(text, truth)
+    assert said["moves"] == [["Travel T1", "closing"]]
+    assert said["columns"] == [
+        ["Travel T1 (mm)", "closing", "DCRM Res CH1", "Coil Current C1 (A)"],
+        ["Travel T2 (mm)", "closing", None, "Coil Current C2 (A)"],
+    ]
+    assert said["printed"] == [
+        ["Travel T1", "closing", "stroke", 145.0, True],
+        ["Travel T2", None, "stroke", 165.0, False],
+        ["", "closing", "speed", 3.78, False],
+    ]
