@@ -256,3 +256,10 @@ def test_the_way_of_the_contact_is_not_that_of_the_mechanism():
         ("stroke", ""),
         ("datum_speed", "closing"),
     ]
+
+
+def test_numbered_points_and_the_operation_of_a_test():
+    rows = [["Close1 (%) :", "30", "", "Close2 (%) :", "60"], ["Test :", "O - C"]]
+    found = preamble_of(rows)
+    assert [pair.name for pair in found.speed_points] == ["Close1", "Close2"]
+    assert found.operation == "O-C"

@@ -336,6 +336,16 @@ def test_encodings(put, closing, encoding):
     assert_read(proposal, closing)
 
 
+@pytest.mark.parametrize(
+    "said", ["Temp (°C)", "Resistance (µOhm)", "Prüfdatum", "m/s²", "Résistance"]
+)
+def test_signs_of_western_code_pages_are_not_read_as_chinese(put, closing, said):
+    time, travel = closing
+    lines = [said, "time;travel", "s;mm", *rows(cells(time / 1e3, 5), cells(travel), sep=";")]
+    layout = inspect_file(put(*lines, encoding="latin-1"), SENSOR).layout
+    assert layout.preamble[0] == [said]
+
+
 def test_every_line_is_looked_at_where_samples_are_damaged(put, closing):
     time, travel = closing
     lines = rows(cells(time / 1e3, 5), cells(travel))

@@ -44,6 +44,7 @@ from breaker.inspection.layouts import (
 
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
 _WORDS = re.compile("行程|位移|时间|時間|电流|速度|采样|変位|время|ход|путь")
+_FOREIGN = re.compile(r"[^\x00-\x7f°µ²³±·½×ßäöüÄÖÜéèêëàâçîïôûñáíóúãõÉÀ–’]|[^\x00-\x7f]{2}")
 _DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
 _LOOKED_AT = (200, 100_000)  # lines, and signs, from which the delimiter is guessed
 _TELLING = (1_000, 2**14)  # lines, and bytes, from which an encoding is guessed
@@ -197,6 +198,9 @@ def _encoding(content: bytes) -> str:
     for code in _CODES:  # so few signs leave doubts, but words do not
         if _WORDS.search(telling.decode(code, errors="ignore")):
             return code
+    western = telling.decode("cp1252", errors="replace")
+    if not _FOREIGN.search(western):  # else letters stand in pairs or words of their own
+        return "cp1252"
     from charset_normalizer import from_bytes  # here, as it is rarely needed
 
     best = from_bytes(telling, cp_isolation=_CODES).best()

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -101,7 +102,7 @@ def guess_direction(layout: Layout, travels: Sequence[Travel]) -> Guess:
     said = _FIRST.get(layout.stated.operation[:1].lower()) or next(
         filter(None, [*map(_first_in, texts), _first_coil(layout, travel)]), ""
     )
-    signs = _signs_of_first(travel, file.stem)
+    signs = _signs_of_first(travel, "" if _is_phase_c(file) else file.stem)
     seen = "closing" if sum(weight for weight, _ in signs) >= 0.0 else "opening"
     first = said or seen
     fors = [why for weight, why in signs if (weight > 0.0) == (first == "closing")]
@@ -129,6 +130,13 @@ def _first_coil(layout: Layout, travel: Travel) -> str:
     at = {i: sample for i, sample in coils_before(layout, travel, 0).items() if sample >= 0}
     said = {motion_of(layout.names[i]) for i in at} - {""}
     return said.pop() if len(said) == 1 else ""
+
+
+def _is_phase_c(file: Path) -> bool:
+    """Whether the C in a file's name is a pole's: files of A and B stand beside it."""
+    found = re.search(r"(?<![A-Za-z])C(?![A-Za-z])", file.stem)
+    names = [found and f"{file.stem[: found.start()]}{p}{file.stem[found.end() :]}" for p in "AB"]
+    return bool(found) and any((file.parent / f"{name}{file.suffix}").exists() for name in names)
 
 
 def _signs_of_first(travel: Travel, stem: str) -> list[tuple[float, str]]:

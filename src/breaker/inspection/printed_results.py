@@ -89,12 +89,14 @@ def meant_motions(printed: Printed, motions: Iterable[str]) -> list[str]:
 
 def stated_speeds(stated: Preamble) -> dict[str, Speed]:
     """Return the speeds between the points that a text states in % of the stroke, by motion."""
-    found = {}
+    found, points = {}, [(pair.name, *pair.number()) for pair in stated.speed_points]
+    units = {pair.text.strip().lower() for pair in stated.speed_points}
+    usual = "%" if units & {"%", "percent", "% of stroke"} else ""  # a unit of all, by itself
     for motion in ("closing", "opening"):
         amounts = [
-            pair.number()[0]
-            for pair in stated.speed_points
-            if motion_of(pair.name) in (motion, "") and pair.number()[1] == "%"
+            amount
+            for name, amount, unit in points
+            if motion_of(name) in (motion, "") and (unit or usual) == "%" and amount == amount
         ]
         if len(amounts) == 2 and 0 < amounts[0] < amounts[1] < 100:
             points = (Point(amount, "%") for amount in amounts)
