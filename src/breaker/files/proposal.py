@@ -79,6 +79,12 @@ class _Row(NamedTuple):
         each = ([part for part in own if part.channel == channel] for channel in channels)
         return [of[self.place] for of in each if len(of) > self.place]
 
+    @property
+    def phase(self) -> str:
+        """Phase of its only channel; empty where there are several, or none is stated."""
+        phases = [part.phase for part in self.parts]
+        return phases[0] if len(phases) == 1 else ""
+
 
 def propose_manifest(
     folder: str | Path,
@@ -138,14 +144,19 @@ def _rows(
     files: Sequence[_File], motions: Sequence[str]
 ) -> tuple[list[tuple[int, _Row]], list[str]]:
     """Operations with their counters, and by what they are ordered where no name says these."""
-    groups: dict[tuple[str, str], list[_Row]] = {}
+    whole: dict[tuple[str, str], list[_Row]] = {}
     for file in files:
         for motion in {*file.motions} & {*motions}:
             per_channel = Counter(p.channel for p in file.seen.parts if p.motion == motion)
             for place in range(max(per_channel.values(), default=1)):
-                groups.setdefault((file.breaker, motion), []).append(_Row(file, motion, place))
+                whole.setdefault((file.breaker, motion), []).append(_Row(file, motion, place))
+    groups: dict[tuple[str, str, str], list[_Row]] = {}
+    for key, every in whole.items():  # files of one pole each are poles of the same operations
+        poles = all(row.phase for row in every)
+        for row in every:
+            groups.setdefault((*key, row.phase if poles else ""), []).append(row)
     rows, remarks = [], []
-    for (breaker, motion), group in sorted(groups.items()):
+    for (breaker, motion, _), group in sorted(groups.items()):
         numbers, order = _numbers(group)
         if order:
             remarks.append(

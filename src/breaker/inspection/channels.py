@@ -11,6 +11,7 @@ import numpy as np
 
 from breaker.files import TO_MM, channel_of, is_travel_name, phase_in
 from breaker.inspection.layouts import Layout
+from breaker.inspection.stated_contacts import stated_contacts
 from breaker.inspection.timing import Clock
 from breaker.mechanism import in_digits
 from breaker.records import Course
@@ -18,6 +19,9 @@ from breaker.records import Course
 _OTHER_NAMES = re.compile(
     r"(?i)curr|strom|courant|corrient|coil|spule|bobin|speed|veloc|geschw|vitesse|accel|vibrat"
     r"|resist|widerst|\bres\b|ohm|dcrm|press|druck|temp|aux|contact|kontakt|status|digital|trigger|\bI\d|\bI_?L\d|电流|速度|電流"
+)
+_LISTED = re.compile(
+    r"(?<![^\W_])(?:L[123](?:[,_+&]L[123])+|[RYBACSTUVW](?:[,_+&][RYBACSTUVW])+)(?![^\W_])"
 )
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 
@@ -172,11 +176,22 @@ def _remarks(layout: Layout, unused: Sequence[Travel], used: Sequence[Travel]) -
 
 
 def _with_phases(layout: Layout, travels: Sequence[Travel]) -> list[Travel]:
-    """Travels with their phase: by their name, or else as stated for their number or order."""
-    phases, found = layout.stated.phases, []
+    """Travels with their phase: by their name, or else as stated for their number or order, or for
+    their contacts; or else in their order where the name of the file lists as many.
+    """
+    phases, places = dict(layout.stated.phases), {each.place for each in travels}
+    names = ["" if i in places else name for i, name in enumerate(layout.names)]
+    for number, phase in (stated_contacts(layout.preamble, names) or {}).values():
+        if phase:
+            phases.setdefault(int(number), phase.upper())
+    listed = _LISTED.search(layout.file.stem)
+    in_name = re.split(r"[,_+&]", listed[0]) if listed and not phases else []
+    found = []
     for order, each in enumerate(travels, start=1):
         name = layout.names[each.place]
         stated = phases.get(channel_of(name) or order, phases.get(0, ""))
+        if len(in_name) == len(travels):
+            stated = in_name[order - 1]
         found.append(replace(each, phase=phase_in(name) or stated))
     return found
 

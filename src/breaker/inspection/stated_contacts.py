@@ -12,19 +12,31 @@ _BREAK = re.compile(r"(?i)(l[123]|[rybacstuvw])?\W{0,2}(?:break|brk|br|chamber|u
 _NOT_CONNECTED = re.compile(r"(?i)n\.?/?a\.?|nil|none|not connected|-+")
 
 
+CONTACT = re.compile(
+    r"(?i)contact|kontakt|contatt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir"
+    r"|^c\d(?!.*(?:cur|coil|strom|amp))|触头"
+)
+"""Names of columns of contacts."""
+
+RESISTANCE = re.compile(r"(?i)resistance|widerst|\bres\b|ohm")
+"""Names of columns of resistance, which are contacts where no others are."""
+
+
 def stated_contacts(
-    rows: Iterable[Sequence[str]], contacts: Sequence[int]
+    rows: Iterable[Sequence[str]], names: Sequence[str]
 ) -> Mapping[int, tuple[str, str]] | None:
     """Return the number of the travel and the phase of each contact that is connected.
 
     Args:
         rows: Cells of the lines above the columns, in their order.
-        contacts: Columns of contacts, rising.
+        names: Of the columns, empty where one is a travel.
 
     Returns:
         By column; the phase in lower case, empty where it is not stated. None where no row says
         which travel a contact belongs to.
     """
+    contacts = [i for i, name in enumerate(names) if CONTACT.search(name)]
+    contacts = contacts or [i for i, name in enumerate(names) if RESISTANCE.search(name)]
     travels: dict[int, str] = {}
     phases: dict[int, str] = {}
     apart: set[int] = set()

@@ -10,16 +10,11 @@ import numpy as np
 from breaker.files import TO_MM, motion_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
-from breaker.inspection.stated_contacts import stated_contacts
+from breaker.inspection.stated_contacts import CONTACT, RESISTANCE, stated_contacts
 from breaker.mechanism import MOTIONS
 
-_CONTACT = re.compile(
-    r"(?i)contact|kontakt|contatt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir|^c\d(?!.*(?:cur|coil|strom|amp))"
-    r"|触头"
-)
 _ARCING = re.compile(r"(?i)\barc|lichtbogen|abbrenn|弧")
 _BREAK = re.compile(r"(?i)\bbreak\b|chamber|kammer|interrupter")
-_RESISTANCE = re.compile(r"(?i)resistance|widerst|\bres\b|ohm")
 _COIL = re.compile(
     r"(?i)coil|spule|bobin|\btrip\b|\btrig|solenoid|auslös|线圈|\bcurr|strom|courant|corr[ie]ent"
     r"|电流|^i[ _-]?[co]\b|^i[ _-]?(?:clos|open|trip)|\bcmd\b|command|befehl|\b[ct]c ?\d?\b"
@@ -85,18 +80,15 @@ def columns_beside(
     travelling = {each.place for each in travels}
     there = [i for i in range(len(layout.names)) if _has_signal(layout, i)]
     there = [i for i in there if i not in travelling and layout.units[i] not in TO_MM]
-    every = [
-        i for i, name in enumerate(layout.names) if i not in travelling and _CONTACT.search(name)
-    ]
-    every = every or [i for i, name in enumerate(layout.names) if _RESISTANCE.search(name)]
-    stated = stated_contacts(layout.preamble, every)
-    several = len(_named(layout, there, _RESISTANCE)) > 1
-    known = _known_phases(layout, own, _named(layout, there, _CONTACT))
+    taken = [layout.names[i] if i not in travelling else "" for i in range(len(layout.names))]
+    stated = stated_contacts(layout.preamble, taken)
+    several = len(_named(layout, there, RESISTANCE)) > 1
+    known = _known_phases(layout, own, _named(layout, there, CONTACT))
     found = []
     for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
         pole = _Pole(*marks, order, len(travels), known)
         fits = [i for i in there if _go_together(layout.names[i], pole, several)]
-        contacts = _named(layout, fits, _CONTACT) or _named(layout, fits, _RESISTANCE)
+        contacts = _named(layout, fits, CONTACT) or _named(layout, fits, RESISTANCE)
         if stated is not None:
             own = pole.numbers or {str(order)}
             contacts = [i for i in there if i in stated and stated[i][0] in own]
@@ -209,7 +201,7 @@ def _is_coil(layout: Layout, place: int) -> bool:
     if not _has_signal(layout, place) or _TEST_CURRENT.search(layout.names[place]):
         return False
     name, before = layout.names[place], layout.names[place - 1] if place else ""
-    pair = _RESISTANCE.search(before) and _marks(before)[1] == _marks(name)[1]
+    pair = RESISTANCE.search(before) and _marks(before)[1] == _marks(name)[1]
     usual = np.nanquantile(np.abs(layout.columns[place]), _USUAL)
     return not pair and not (_AMPERES.search(name) and usual > _LARGEST)
 
@@ -219,7 +211,7 @@ def _go_together(name: str, pole: _Pole, several: bool) -> bool:
     phases, numbers = _marks(name)
     if phases & pole.known:
         return bool(phases & pole.phases)
-    if several and _RESISTANCE.search(name):
+    if several and RESISTANCE.search(name):
         return False
     if numbers and pole.numbers:
         return bool(numbers & pole.numbers)
