@@ -5,10 +5,12 @@ import math
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
+from breaker.files.dates import dates_of
 from breaker.files.preamble import Preamble
 from breaker.mechanism import in_digits
 
@@ -63,12 +65,17 @@ def descriptions(
 ) -> tuple[dict[str, Description], list[str]]:
     """Return what is seen in each file but those that have the content of another, and remarks.
 
-    Where day and month of a date may be either, other files tell which is first. Paths are from
-    the folder.
+    Where day and month of a date may be either, the name of the file tells which it is, or else
+    other files do. Paths are from the folder.
     """
     copies = _copies(folder, paths)
     remarks = [f"left out: {path} has the content of {first}" for path, first in copies.items()]
     found = {path: look(folder / path) for path in paths if path not in copies}
+    for path, each in found.items():
+        named = {*dates_of(Path(path).stem).values()}
+        if right := [day for day in each.preamble.dates if {day[:10]} == named]:
+            preamble = replace(each.preamble, dates=tuple(right))
+            found[path] = each._replace(preamble=preamble)
     orders = {each.preamble.day_first for each in found.values()} - {None}
     either = [path for path, each in found.items() if len(each.preamble.dates) > 1]
     if either and len(orders) == 1:
