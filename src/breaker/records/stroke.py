@@ -44,16 +44,13 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
 def rest_of_open(segment: Segment, settings: Mapping, motion: str) -> float:
     """Return the reading to subtract for an open breaker at rest, mm.
 
+    Where an opening creeps on to the end of its record, that is its last reading.
+
     Raises:
-        UnusableError: If the open breaker is far from zero, or its rest is needed and not seen.
+        UnusableError: If the open breaker is far from zero.
     """
     seen, rest = _open(segment, motion)
     if settings["zero"] == "rest":
-        if not seen:
-            raise UnusableError(
-                "ends before the open breaker rests, so endurance.format.zero: rest finds no zero; "
-                "record longer, or give its reading"
-            )
         return rest
     if seen and abs(rest) / segment.stroke > _FAR:
         raise UnusableError(
@@ -77,6 +74,8 @@ def rest_remark(
             ``endurance.format.stroke`` from it.
     """
     seen, rest = _open(segment, motion)
+    if settings["zero"] == "rest" and not seen:
+        return "ends before the open breaker rests: its last reading stands for that rest"
     if settings["zero"] == "rest" or not seen:
         return ""
     if abs(rest) / segment.stroke > _OFF[motion]:
