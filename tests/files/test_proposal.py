@@ -10,6 +10,7 @@ from breaker.cli import main
 from breaker.files.described import Description, Part
 from breaker.files.listing import list_operations
 from breaker.files.manifest import read_manifest
+from breaker.files.preamble import Preamble
 from breaker.files.proposal import propose_manifest
 from tests.exports import write
 
@@ -219,3 +220,28 @@ def test_contacts_that_are_not_taken_are_named(tmp_path):
     text, remarks = propose_manifest(tmp_path, look=lambda _: Description(parts=(part,)))
     assert text.endswith(",b\n")
     assert "closing of 's': contact 'b' is taken, not 'c'" in remarks
+
+
+def test_files_of_a_pole_each_are_poles_of_one_operation(tmp_path):
+    """Written one after the other, and dated by what only their names tell."""
+    names = [f"201-{phase} 20210{month}11.csv" for month in (3, 7) for phase in "RYB"]
+    folder_of(tmp_path, *names)
+
+    def look(file):
+        month = file.stem[-3]
+        preamble = Preamble(serial="7", dates=(f"2021-0{month}-11", f"2021-11-0{month}"))
+        return Description(
+            preamble,
+            (Part("closing", "T1", file.stem[4], math.nan, math.nan, math.nan),),
+            10.0,
+            False,
+        )
+
+    text, remarks = propose_manifest(tmp_path, look=look)
+    rows = list(csv.DictReader(text.splitlines()))
+    assert [(row["operation"], row["phase"]) for row in rows] == [
+        *(("1", phase) for phase in "RYB"),
+        *(("2", phase) for phase in "RYB"),
+    ]
+    assert [row["date"] for row in rows] == ["2021-03-11"] * 3 + ["2021-07-11"] * 3
+    assert not any("left empty" in each for each in remarks)

@@ -118,6 +118,14 @@ def test_as_many_coils_as_poles_go_with_one_each():
     assert [closing for closing, _ in wired(names)] == [*names]
 
 
+def test_coils_of_the_other_motion_may_have_the_first_numbers():
+    """C1 to C3 close and C4 to C6 trip; the C of their names is no phase."""
+    coils = {f"Coil Current C{k} (A)": [20 + k] for k in (1, 2, 3)}
+    coils |= {f"Coil Current C{k} (A)": [200 + k] for k in (4, 5, 6)}
+    names = [*coils]
+    assert wired(coils) == [[names[k], names[k + 3]] for k in range(3)]
+
+
 def test_contacts_of_phases_go_with_travels_that_have_none_in_their_order():
     names = ["s1", "s2", "Contact A", "Contact B"]
     rises = 100.0 * way(TIME, 50.0, 60.0)

@@ -157,7 +157,10 @@ def _coil(layout: Layout, at: Mapping[int, int], motion: str, pole: _Pole) -> li
     numbers = [marks[i][1] for i in energised]
     if len(energised) == pole.count > 1 and all(numbers):
         wanted = pole.numbers or {str(pole.order)}
-        return [i for i, each in zip(energised, numbers, strict=True) if each & wanted][:1]
+        own = [i for i, each in zip(energised, numbers, strict=True) if each & wanted]
+        # Coils of the other motion may have the first numbers.
+        every = sorted(energised, key=lambda i: min(map(int, marks[i][1])))
+        return (own or every[pole.order - 1 :])[:1]
     return [min(energised, key=at.__getitem__)]
 
 
@@ -220,6 +223,6 @@ def _go_together(name: str, pole: _Pole, several: bool) -> bool:
 
 def _marks(name: str) -> tuple[set[str], set[str]]:
     """Phases and numbers in the name of a column."""
-    bare = re.sub(r"[\[(].*?[\])]|^[cC](?=\d)", " ", name)  # A may be a unit, or a phase
+    bare = re.sub(r"[\[(].*?[\])]|\b[cCtT](?=\d)", " ", name)  # A may be a unit, or a phase
     phases = {each.casefold() for each in _PHASES.findall(bare)}
     return phases, set(re.findall(r"(?<![lL\d])\d+", bare))
