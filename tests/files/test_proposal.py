@@ -240,8 +240,8 @@ def test_files_of_a_pole_each_are_poles_of_one_operation(tmp_path):
     text, remarks = propose_manifest(tmp_path, look=look)
     rows = list(csv.DictReader(text.splitlines()))
     assert [(row["operation"], row["phase"]) for row in rows] == [
-        *(("1", phase) for phase in "RYB"),
-        *(("2", phase) for phase in "RYB"),
+        *(("1", phase) for phase in "BRY"),
+        *(("2", phase) for phase in "BRY"),
     ]
     assert [row["date"] for row in rows] == ["2021-03-11"] * 3 + ["2021-07-11"] * 3
     assert not any("left empty" in each for each in remarks)
