@@ -1,6 +1,8 @@
 """A fleet in one table: every drive beside its type, ranked by what is due, with the reason."""
 
 import json
+import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -54,7 +56,7 @@ def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray,
     Returns:
         By name, indices of its drives of which something was inferred, and the type.
     """
-    names = np.array([json.loads(each)["type"] for each in drives.document.values])
+    names = np.array([each["type"] for each in _documents(drives)])
     known, found = np.isfinite(drives["mean"].values).all(axis=1), {}
     for name in sorted({*names[known].tolist()}):
         where = np.flatnonzero(known & (names == name))
@@ -62,6 +64,17 @@ def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray,
         drawn = Drawn(*(drives[part].values[where].astype(float) for part in parts))
         found[name] = where, learn_type(drawn, usual.log_sds)
     return found
+
+
+def _documents(drives: xr.Dataset) -> list[dict]:
+    """Documents of drives, their types as most of them spell these: GL314 and GL 314 are one."""
+    found = [json.loads(each) for each in drives.document.values]
+    bare = [re.sub(r"[\W_]+", "", each["type"]).casefold() for each in found]
+    spelt: dict[str, Counter] = {}
+    for key, each in zip(bare, found, strict=True):
+        spelt.setdefault(key, Counter())[each["type"]] += 1
+    usual = {key: counts.most_common(1)[0][0] for key, counts in spelt.items()}
+    return [each | {"type": usual[key]} for key, each in zip(bare, found, strict=True)]
 
 
 def type_table(types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]) -> pd.DataFrame:
@@ -91,7 +104,7 @@ def fleet_table(
         types: What ``learn_types`` returns.
         least: Evidence from which a drive is odd, nats.
     """
-    documents = [json.loads(each) for each in drives.document.values]
+    documents = _documents(drives)
     rows = [_row(document) for document in documents]
     families = {
         levels.settings["family"]: Prior.from_settings(levels.settings["prior"])

@@ -1,0 +1,30 @@
+"""Types in the table of a fleet."""
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from breaker.fleet.ranked import learn_types
+from breaker.mechanism.parameters import NAMES
+from breaker.model.prior import Prior
+
+
+def test_types_in_two_spellings_are_one():
+    names = ["GL314", "GL 314", "GL314", "gl-314", "GL318"]
+    p, rng = len(NAMES), np.random.default_rng(1)
+    theta = np.exp(0.1 * rng.standard_normal((len(names), 50, p)))
+    drives = xr.Dataset(
+        {
+            "document": ("drive", [json.dumps({"type": name}) for name in names]),
+            "theta": (("drive", "draw", "parameter"), theta),
+            "mean": (("drive", "parameter"), np.log(theta).mean(axis=1)),
+            "squares": (("drive", "parameter", "other"), np.tile(0.5 * np.eye(p), (5, 1, 1))),
+            "count": ("drive", np.full(len(names), 50.0)),
+        }
+    )
+    found = learn_types(drives, Prior(np.ones(p), np.full(p, 0.3)))
+    assert {name: where.tolist() for name, (where, _) in found.items()} == {
+        "GL314": [0, 1, 2, 3],
+        "GL318": [4],
+    }
