@@ -334,6 +334,15 @@ def timed(record, begins: Mapping, curves: Mapping, rng: np.random.Generator, sd
     )
 
 
+def records_of(curves: Mapping, number: int, rng: np.random.Generator, options, form: Mapping):
+    """Records of an operation, as files that are read, and the times of their releases."""
+    with TemporaryDirectory() as folder:
+        files = {motion: Path(folder, f"{motion}.csv") for motion in MOTIONS}
+        begins = {m: write(file, curves[m], rng, options) for m, file in files.items()}
+        operations = {motion: [Operation(number + 1, file)] for motion, file in files.items()}
+        return [*read_operations(operations, form | {"time_unit": "ms"})], begins
+
+
 def judge(answers: Sequence[Answer], drive: np.ndarray, curves: Mapping, lists: Mapping) -> None:
     """Append to lists by name how 95 % intervals of an operation hold, and how its records fit."""
     for k, answer in enumerate(answers):
@@ -378,11 +387,7 @@ def rows_of(name: str, options: argparse.Namespace) -> list[dict]:
     for number in range(options.drives):
         rng = generator(options.seed, "mechanisms", name, number)
         drive, curves = drawn(name, prior, rng, options.strength, max(120.0, options.length))
-        with TemporaryDirectory() as folder:
-            files = {motion: Path(folder, f"{motion}.csv") for motion in MOTIONS}
-            begins = {m: write(file, curves[m], rng, options) for m, file in files.items()}
-            operations = {motion: [Operation(number + 1, file)] for motion, file in files.items()}
-            records = read_operations(operations, endurance["format"] | {"time_unit": "ms"})
+        records, begins = records_of(curves, number, rng, options, endurance["format"])
         if options.contact:
             records = [timed(each, begins, curves, rng, options.contact) for each in records]
         for motions, found in lists.items():

@@ -59,6 +59,8 @@ class Levels:
         usual: Mean and sd of the logarithms of stroke and duration, ``(2, 2)``.
         centre, scale: Of the outputs, ``(q,)``.
         members: What drives of the family look like, by motion.
+        widening: Factors on the distances of draws from their median, ``(p + 4,)``, by the number
+            of motions that tell a drive: 1 where none is given.
     """
 
     atoms: ClassVar[tuple[bool, ...]] = tuple(
@@ -73,6 +75,7 @@ class Levels:
     centre: np.ndarray
     scale: np.ndarray
     members: Mapping[str, Membership]
+    widening: Mapping[int, np.ndarray] = field(default_factory=dict)
 
     def draw(
         self,
@@ -100,6 +103,10 @@ class Levels:
         there = outputs_there([m in records for m in MOTIONS])
         found = self.network.sample(self.network.features(x), there, draws, rng)[0]
         y = self.centre + self.scale * found
+        if (factors := self.widening.get(len(motions))) is not None:
+            some = y[:, : len(factors)]
+            middle = np.median(some, axis=0)
+            some += (factors - 1.0) * (some - middle)
         first = seen[motions[0]]
         scale = Size(float(first.stroke[0]), float(first.duration[0]))
         events = {

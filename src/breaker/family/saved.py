@@ -1,6 +1,7 @@
 """Networks of a family in model files, which hold all that an answer needs."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -8,12 +9,12 @@ import numpy as np
 
 from breaker.family.changes import Changes
 from breaker.family.inputs import Basis
-from breaker.family.levels import Levels
+from breaker.family.levels import EVENTS, Levels
 from breaker.family.membership import Membership
 from breaker.family.network import Network
-from breaker.mechanism import MOTIONS
+from breaker.mechanism import MOTIONS, NAMES
 from breaker.model import ModelFileError, open_model, write_model
-from breaker.shipped import FAMILIES, KINDS, model_file
+from breaker.shipped import FAMILIES, KINDS, model_file, widening
 
 _KINDS = {"levels": Levels, "changes": Changes}
 _SIZES = {"drives", "shards"}  # of a bank, not of its drives
@@ -82,7 +83,8 @@ def open_network(path: str | Path) -> Levels | Changes:
 def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
     """Yield the networks of each family that ships, of some kinds or all, as they are tried.
 
-    Each is opened when it is first asked for, and kept.
+    Each is opened when it is first asked for, and kept; draws of levels are wider by what drives of
+    other code have shown to be needed (``shipped.widening``).
     """
     for family in FAMILIES:
         yield tuple(_kept(family, kind) for kind in kinds or KINDS)
@@ -90,7 +92,13 @@ def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
 
 @cache
 def _kept(family: str, kind: str) -> Levels | Changes:
-    return open_network(model_file(family, kind))
+    found = open_network(model_file(family, kind))
+    if kind != "levels":
+        return found
+    factors = widening(family)
+    names = (*NAMES, *EVENTS)
+    by = {n: np.array([of.get(name, 1.0) for name in names]) for n, of in factors.items()}
+    return replace(found, widening=by)
 
 
 def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:

@@ -4,9 +4,10 @@
 of its families of drives (``make ship``). Tests compare them.
 """
 
+import json
 from pathlib import Path
 
-__all__ = ["CARD", "DEFAULTS", "FAMILIES", "KINDS", "SCHEMA", "model_file"]
+__all__ = ["CARD", "DEFAULTS", "FAMILIES", "KINDS", "SCHEMA", "model_file", "widening"]
 
 _HERE = Path(__file__).parent
 
@@ -35,3 +36,15 @@ def model_file(family: str, kind: str) -> Path:
         'medium_voltage_levels.safetensors'
     """
     return _HERE / f"{family}_{kind}.safetensors"
+
+
+def widening(family: str) -> dict[int, dict[str, float]]:
+    """Return by how much wider draws of levels are told than the network has them, so that
+    intervals hold in the worst group of drives of other code (``studies/widening.py``).
+
+    Returns:
+        Factors by name of an output, by the number of motions that tell a drive; none of a family
+        for which they were not measured.
+    """
+    known = json.loads((_HERE / "widening.json").read_text(encoding="utf-8")).get(family, {})
+    return {int(motions): factors for motions, factors in known.items()}
