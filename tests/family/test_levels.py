@@ -1,10 +1,12 @@
 """Answers of the networks that ship: exactly as large as the drive, whatever its size."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from breaker.family import Levels, NormalisedRecords
-from breaker.mechanism import MOTIONS, UNIT, Size
+from breaker.family import EVENTS, MECHANISMS, Levels, NormalisedRecords, mechanism_outputs
+from breaker.mechanism import MOTIONS, NAMES, UNIT, Size
 
 
 def record(levels: Levels, motion: str, size: Size = UNIT) -> NormalisedRecords:
@@ -33,6 +35,40 @@ def test_an_answer_scales_exactly(levels, motions, known):
         for motion in motions:
             scaled = large.times * getattr(one, name)[motion]
             np.testing.assert_allclose(getattr(other, name)[motion], scaled, rtol=2e-6)
+
+
+def test_mechanisms_are_told_in_the_units_of_the_drive(levels):
+    large = Size(lengths=11.6, times=4.25)
+    one, other = (
+        levels.draw({"closing": record(levels, "closing", size)}, 50, np.random.default_rng(1))
+        for size in (UNIT, large)
+    )
+    assert [*one.mechanisms] == [*MECHANISMS]
+    for name, draws in one.mechanisms.items():
+        factor = large.times if name == "build_up" else 1.0
+        np.testing.assert_allclose(other.mechanisms[name], factor * draws, rtol=2e-6)
+        assert 0.0 < np.mean(draws == 0.0) < 1.0 or name == "sliding_contact"
+    assert not one.mechanisms["sliding_contact"].any()  # no drive of medium voltage has one
+    sizes = {name: draws for name, draws in one.mechanisms.items()}
+    assert mechanism_outputs(sizes, np.ones(50)).shape == (50, len(MECHANISMS))
+
+
+def test_draws_are_as_much_wider_as_said(levels):
+    """About the same medians, correlated as before; of one motion, and not of both."""
+    factors = np.linspace(1.0, 2.0, len(NAMES) + len(EVENTS))
+    wide = replace(levels, widening={1: factors})
+    seen = {motion: record(levels, motion) for motion in MOTIONS}
+    bare = replace(levels, widening={})
+    for motions in (MOTIONS[:1], MOTIONS):
+        some = {motion: seen[motion] for motion in motions}
+        one, other = (
+            np.log(each.draw(some, 400, np.random.default_rng(1)).theta) for each in (bare, wide)
+        )
+        np.testing.assert_allclose(np.median(other, axis=0), np.median(one, axis=0), rtol=1e-9)
+        wider = other.std(axis=0) / one.std(axis=0)
+        expected = factors[: len(NAMES)] if len(motions) == 1 else 1.0
+        np.testing.assert_allclose(wider, np.broadcast_to(expected, len(NAMES)), rtol=1e-9)
+        np.testing.assert_allclose(np.corrcoef(other.T), np.corrcoef(one.T), atol=1e-9)
 
 
 def test_a_shape_of_no_drive_is_not_of_the_family(levels):
