@@ -129,7 +129,7 @@ class LevelRows(Rows):
         centre, scale = np.nanmean(y, axis=0), np.nanstd(y, axis=0)
         first = len(NAMES) + len(EVENTS)
         centre[first:] = 0.0  # which is where a mechanism is that is not there
-        scale[first:] = np.sqrt(np.square(y[:, first:]).mean(axis=0)) + _LEAST
+        scale[first:] = np.sqrt(np.nanmean(np.square(y[:, first:]), axis=0)) + _LEAST
         self.frozen |= {"centre": centre, "scale": scale}
 
     def unscaled(
