@@ -71,7 +71,7 @@ def test_long_rests_move_no_answer(tmp_path, infer, prior, rate):
         usual = np.log(short.inferred(name))
         for each in long:
             moved = np.median(np.log(each.inferred(name))) - np.median(usual)
-            assert abs(moved) < 0.15 * usual.std()  # noise is seen better in long ones
+            assert abs(moved) < 0.3 * usual.std()  # noise is seen better in long ones
 
 
 def test_the_mean_of_timed_records_has_the_mean_time(infer, timed):

@@ -125,7 +125,13 @@ def test_the_first_family_that_fits_both_visits_answers():
     found = document(*families(), before=records(["opening"]))
     assert found["family"] == "second"
     lazy = compare(records(), records(), families(), np.random.default_rng(1))
-    assert (lazy.family, opened[3:]) == ("second", ["first", "second"])
+    assert (lazy.family, opened[3:]) == ("second", ["first", "second", "third"])
+
+    def usual():
+        yield family("first", 0.1)
+        raise AssertionError("no other family has to be opened")
+
+    assert compare(records(), records(), usual(), np.random.default_rng(1)).family == "first"
 
 
 def test_parameters_of_a_drive_of_no_family_are_withheld():
