@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.answers import infer_drive
-from breaker.answers.answer import Given
+from breaker.answers import Given, infer_drive
 from breaker.family import EVENTS, open_network
 from breaker.mechanism import MOTIONS, NAMES, Size
 from breaker.model import Prior, generator

@@ -18,6 +18,7 @@ import tempfile
 import traceback
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
@@ -29,19 +30,18 @@ from studies.exports.scores import bare, score
 
 def call(*arguments: str, limit: int = 180) -> tuple[int | str, str, str]:
     """Return status (or the trace of an exception), text and errors of the command `breaker`."""
-    from breaker.cli import run
-
     def late(*_):
         raise TimeoutError(f"no answer in {limit} s")
 
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8") for _ in range(2))
+    (command,) = entry_points(group="console_scripts", name="breaker")
     before, status = sys.argv, 0
     sys.argv = ["breaker", *map(str, arguments)]
     signal.signal(signal.SIGALRM, late)
     signal.alarm(limit)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = run() or 0
+            status = command.load()() or 0
     except SystemExit as leave:
         status = leave.code or 0
     except Exception:

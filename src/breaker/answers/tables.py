@@ -8,7 +8,7 @@ import numpy as np
 from breaker.answers.changed import VERDICT_WORDS
 from breaker.answers.documents import FROM_TENTH
 from breaker.answers.visited import change_words, label_of
-from breaker.answers.words import bounds_in_words, how_it_fits, is_prior, starred
+from breaker.answers.words import bounds_in_words, how_it_fits, is_prior, present, starred
 from breaker.inspection import alike
 from breaker.mechanism import EVENTS, in_digits, in_p
 
@@ -232,6 +232,10 @@ def model_table(entries: Sequence[Mapping]) -> Table:
         elif fit["why_unresolved"]:
             trust = Cell("not resolved", "doubt")
             said.append((phase, _FEW + fit["why_unresolved"]))
+        said += [
+            (phase, f"beside the model it has {name}: {each['meaning']}")
+            for name, each in present(entry).items()
+        ]
         of = " and ".join(fit["motions"] or [entry["motion"]])
         cells = map(_posterior, entry["parameters"].values())
         rows.append((Cell(f"{phase}: {of}" if phase else of), trust, *cells))

@@ -79,15 +79,19 @@ def _long(record: Mapping) -> list[str]:
     return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
 
 
+def present(found: Mapping) -> dict[str, Mapping]:
+    """Return the mechanisms beside the model that a drive has for sure, by name."""
+    every = found["mechanisms"].items()
+    return {name: each for name, each in every if each["probability"] >= _THERE}
+
+
 def _mechanisms(found: Mapping) -> list[str]:
     """What the drive has beside the model for sure, and what it may have or has not."""
-    there, perhaps, absent = {}, [], []
+    there, perhaps, absent = present(found), [], []
     for name, each in found["mechanisms"].items():
-        if each["probability"] >= _THERE:
-            there[name] = each
-        elif each["probability"] > 1.0 - _THERE:
+        if name not in there and each["probability"] > 1.0 - _THERE:
             perhaps.append(f"{name} {100.0 * each['probability']:.0f} %")
-        else:
+        elif name not in there:
             absent.append(name)
     lines = ["mechanisms beside the model"] if found["mechanisms"] else []
     lines += [line for n, each in there.items() for line in _row(n, each, each["meaning"])]
