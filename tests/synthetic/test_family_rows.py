@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from breaker.family import open_network
+from breaker.family import WEARING, open_network
 from breaker.mechanism import MOTIONS
 from breaker.model import Prior
 from breaker.shipped import DEFAULTS, model_file
@@ -100,5 +100,5 @@ def test_networks_that_ship_know_drives_they_have_not_seen(levels, changes, sour
     assert held(np.roll(draws, 1, axis=0)).min() < 0.75
     network = open_network(model_file("medium_voltage", "changes"))
     data = sample_rows(network, changes, source, 100, rng)
-    assert data.sizes["output"] == 7 + (1 if source != "both" else 2)
+    assert data.sizes["output"] == 7 + (1 if source != "both" else 2) + len(WEARING)
     assert (data.truth.values[:, 1:7] > -50.0).all()
