@@ -11,11 +11,14 @@ import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from itertools import product
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from breaker.family import MECHANISMS
+from breaker.mechanism import NAMES
 from breaker.model import ModelFileError, open_model
 from breaker.shipped import CARD, FAMILIES, KINDS, model_file
 from breaker.workflow import ConfigurationError, load
@@ -78,19 +81,23 @@ def described(text: str) -> str:
 
 def judged(text: str) -> str:
     """Return the page on evidence with its tables of how good the networks are."""
-    for kind, shown in (("levels", "contraction"), ("changes", "rms_error")):
-        rows = []
+    for mark, kind, shown, names in (
+        ("levels", "levels", "contraction", NAMES),
+        ("changes", "changes", "rms_error", NAMES),
+        ("mechanisms", "levels", "contraction", tuple(MECHANISMS)),
+    ):
+        rows = [f"| {mark} | {' | '.join(names)} | 90 % hold | calibrated |"]
+        rows.append("|---|" + "---|" * (len(names) + 2))
         for family in FAMILIES:
             of = _quality(family, kind).set_index(["output", "motions"])
-            names = [name for name in of.index.unique("output") if " " not in name]
-            if not rows:
-                rows.append(f"| {kind} | {' | '.join(names)} | 90 % hold | calibrated |")
-                rows.append("|---|" + "---|" * (len(names) + 2))
             for motions in of.index.unique("motions"):
                 here = of.xs(motions, level="motions")
-                cells = [f"{here[shown][name]:.2f}" for name in names]
-                rows.append(f"| {family}, {motions} | {' | '.join(cells)} | {_coverage(here)} |")
-        text = _put(text, kind, rows)
+                told = here.index.isin([*MECHANISMS])
+                numbers = [here[shown][name] for name in names]
+                cells = [f"{each:.2f}" if isfinite(each) else "–" for each in numbers]
+                some = here[told if mark == "mechanisms" else ~told]
+                rows.append(f"| {family}, {motions} | {' | '.join(cells)} | {_coverage(some)} |")
+        text = _put(text, mark, rows)
     return text
 
 

@@ -1,6 +1,6 @@
 """Visits between which no parameter changed, and one mechanism wore: what is told of them.
 
-    python -m studies.only_mechanisms_wear --drives 40 --table docs/only_mechanisms_wear.csv
+    python -m studies.only_mechanisms_wear --drives 20 --table docs/only_mechanisms_wear.csv
 
 Drives are those of ``studies.mechanisms`` with all mechanisms, or with the one that wears alone
 (``--alone``), at a strength; its simulator has no line of the package. Of each mechanism one size
@@ -69,7 +69,9 @@ def rows_of(name: str, options) -> pd.DataFrame:
         if field:
             worn[field] *= factor
         today = {motion: simulated(worn, motion, LONG) for motion in MOTIONS}
-        visits = (visit(curves, options.records, rng, options) for curves in (before, today))
+        visits = [visit(curves, options.records, rng, options) for curves in (before, today)]
+        if not all(each[motion] for each in visits for motion in MOTIONS):
+            continue  # no record of a motion shows its rests
         found = compare(*visits, [*shipped_networks()], rng)
         sure = {row["name"] for row in changes(found) if row["verdict"] == VERDICT_WORDS[0]}
         told = {e["name"] for e in mechanism_changes(found) if e["verdict"] == VERDICT_WORDS[0]}

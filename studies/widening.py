@@ -12,6 +12,7 @@ import argparse
 import json
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -69,7 +70,8 @@ def main(arguments: Iterable[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     for key in ("length", "lead", "rate", "quantum"):
         setattr(options, key, OPTIONS[key])
-    config, levels = load([DEFAULTS]), open_network(model_file(FAMILY, "levels"))
+    config = load([DEFAULTS])
+    levels = replace(open_network(model_file(FAMILY, "levels")), widening={})
     factors: dict[int, dict[str, float]] = {1: {}, 2: {}}
     worst: dict[tuple, str] = {}
     for name in options.groups:

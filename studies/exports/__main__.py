@@ -30,6 +30,7 @@ from studies.exports.scores import bare, score
 
 def call(*arguments: str, limit: int = 180) -> tuple[int | str, str, str]:
     """Return status (or the trace of an exception), text and errors of the command `breaker`."""
+
     def late(*_):
         raise TimeoutError(f"no answer in {limit} s")
 

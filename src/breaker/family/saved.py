@@ -1,7 +1,6 @@
 """Networks of a family in model files, which hold all that an answer needs."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -48,7 +47,8 @@ def write_network(
 
 
 def open_network(path: str | Path) -> Levels | Changes:
-    """Read a network.
+    """Read a network. Draws of levels are told wider by what drives of other code have shown to be
+    needed of its family (``shipped.widening``).
 
     Raises:
         FileNotFoundError: If there is no such file.
@@ -75,6 +75,11 @@ def open_network(path: str | Path) -> Levels | Changes:
                         m: tuple_of(*(arrays[f"{name}.{m}.{part}"] for part in tuple_of._fields))
                         for m in MOTIONS
                     }
+            if kind == "levels":
+                names, factors = (*NAMES, *EVENTS), widening(saved.settings["family"])
+                found["widening"] = {
+                    n: np.array([of.get(name, 1.0) for name in names]) for n, of in factors.items()
+                }
             return _KINDS[kind](settings=saved.settings, network=network, **found)
         except (KeyError, TypeError, ValueError) as error:
             raise ModelFileError.of_settings(error) from error
@@ -83,8 +88,7 @@ def open_network(path: str | Path) -> Levels | Changes:
 def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
     """Yield the networks of each family that ships, of some kinds or all, as they are tried.
 
-    Each is opened when it is first asked for, and kept; draws of levels are wider by what drives of
-    other code have shown to be needed (``shipped.widening``).
+    Each is opened when it is first asked for, and kept.
     """
     for family in FAMILIES:
         yield tuple(_kept(family, kind) for kind in kinds or KINDS)
@@ -92,13 +96,7 @@ def shipped_networks(*kinds: str) -> Iterator[tuple[Levels | Changes, ...]]:
 
 @cache
 def _kept(family: str, kind: str) -> Levels | Changes:
-    found = open_network(model_file(family, kind))
-    if kind != "levels":
-        return found
-    factors = widening(family)
-    names = (*NAMES, *EVENTS)
-    by = {n: np.array([of.get(name, 1.0) for name in names]) for n, of in factors.items()}
-    return replace(found, widening=by)
+    return open_network(model_file(family, kind))
 
 
 def trained_on(path: str | Path, prior: Mapping, family: Mapping) -> bool:
