@@ -248,7 +248,7 @@ def test_a_name_with_two_brackets_keeps_channel_and_unit():
 
 
 def test_the_way_of_the_contact_is_not_that_of_the_mechanism():
-    row = "Mechanism Travel(T1)(mm) :,120.5,,Contact Travel(T1)(mm) :,178.2"
+    row = "Mechansm Travel(T1)(mm) :,120.5,,Contact Travel(T1)(mm) :,178.2"
     row += ",,Close - Datum Velocity (m/s)(T1) :,2.9"
     found = preamble_of([row.split(",")]).results
     assert [(each.quantity, each.motion) for each in found] == [

@@ -107,6 +107,7 @@ def wired(coils, *, poles=3, second=None, motions=("closing", "opening")):
         ({"Close Coil": [20], "Trip Coil": [200]}, ["Close Coil", "Trip Coil"]),
         ({"Ic": [20], "Io": [200]}, ["Ic", "Io"]),
         ({"Spulenstrom": [20, 200]}, ["Spulenstrom", "Spulenstrom"]),
+        ({"Courant moteur": [20, 200], "Motor current": [20, 200]}, [None, None]),
     ],
 )
 def test_a_coil_of_all_poles_goes_with_each_of_them(coils, taken):

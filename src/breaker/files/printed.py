@@ -18,7 +18,7 @@ _QUANTITIES = {  # the first that a name has, if it has none of those that are n
     "maximum_travel": r"\b(?:max|peak)\w*\W.*(?:travel|stroke)",
     "over_travel": r"over.?\s?(?:travel|stroke|shoot)|überhub|überschwing|sobre\w*carrera|超程",
     "rebound": r"re.?bound|back.?\s?travel|rückprall|rebote|反弹",
-    "mechanism_travel": r"(?:mechanism|drive|rod)\W*(?:travel|stroke)|antriebs?(?:hub|weg)",
+    "mechanism_travel": r"(?:mech\w*|drive|rod)\W*(?:travel|stroke)|antriebs?(?:hub|weg)",
     "wipe": r"\bwipe\b|penetration|contact engagement",
     "damping_time": r"damp",
     "speed": r"veloc|speed|geschw|vitesse|\bv\b|速度",
