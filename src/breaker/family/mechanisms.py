@@ -5,7 +5,7 @@ the mean speed of a closing from 10 to 50 % of its way. Networks tell ``arsinh``
 about the size where it is small and its logarithm where it is large; what is absent is exactly 0.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def mechanism_outputs(sizes: Mapping[str, np.ndarray], duration: np.ndarray) -> 
 
 
 def mechanism_draws(
-    outputs: np.ndarray, names: Mapping[str, str] | tuple[str, ...], duration: float
+    outputs: np.ndarray, names: Iterable[str], duration: float
 ) -> dict[str, np.ndarray]:
     """Return sizes of mechanisms, or their changes, by name, of draws ``(d, m)`` of outputs."""
     units = {"build_up": duration}

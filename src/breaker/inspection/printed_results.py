@@ -96,7 +96,7 @@ def stated_speeds(stated: Preamble) -> dict[str, Speed]:
         amounts = [
             amount
             for name, amount, unit in points
-            if motion_of(name) in (motion, "") and (unit or usual) == "%" and amount == amount
+            if motion_of(name) in (motion, "") and (unit or usual) == "%" and math.isfinite(amount)
         ]
         if len(amounts) == 2 and 0 < amounts[0] < amounts[1] < 100:
             points = (Point(amount, "%") for amount in amounts)
