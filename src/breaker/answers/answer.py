@@ -54,10 +54,14 @@ class Given:
         """
         if self.prior is not None:
             return np.asarray(self.prior.log_sds)
-        alone = np.array([levels.settings["prior"][name]["log_sd"] for name in NAMES])
-        sizes = levels.usual[:, 1, None] * powers()
-        by_size = np.linalg.norm(sizes, axis=0) if self.size is None else 0.0
-        return np.hypot(alone, by_size)
+        return np.sqrt(np.diag(self._prior_covariance(levels)))
+
+    def _prior_covariance(self, levels: Levels) -> np.ndarray:
+        """Covariance of what networks take the logarithms of parameters for, ``(p, p)``."""
+        found = np.diag([np.square(levels.settings["prior"][n]["log_sd"]) for n in NAMES])
+        if self.size is None:
+            found += powers().T @ np.diag(np.square(levels.usual[:, 1])) @ powers()
+        return found
 
     def prior_moments(self, answer: "Answer") -> tuple[np.ndarray, np.ndarray]:
         """Return mean and covariance of what networks take the logarithms of parameters for.
@@ -69,12 +73,11 @@ class Given:
             ``(p,)`` and ``(p, p)``.
         """
         prior = replace(self, prior=None).prior_of(answer.levels)
-        mean, covariance = np.log(prior.medians), np.diag(np.square(prior.log_sds))
+        mean = np.log(prior.medians)
         if self.size is None:
-            seen, (middle, sd) = answer.record.seen, answer.levels.usual.T
+            seen, middle = answer.record.seen, answer.levels.usual[:, 0]
             mean += (np.log([seen.stroke[0], seen.duration[0]]) - middle) @ powers()
-            covariance += powers().T @ np.diag(np.square(sd)) @ powers()
-        return mean, covariance
+        return mean, self._prior_covariance(answer.levels)
 
     def sample_prior(self, answer: "Answer", n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw from the prior, ``(n, p)``.
