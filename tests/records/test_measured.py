@@ -214,12 +214,19 @@ def made_up(number):
 
 
 def test_a_value_with_a_wide_uncertainty_rather_than_none():
-    """Of all records all values, and 95 % intervals hold the truth in at least 90 % of them."""
+    """Of records that show the rest all values, of others none of its stroke.
+
+    95 % intervals hold the truth in at least 90 % of them.
+    """
     held = []
     for number in range(100):
         time, travel, truth = made_up(number)
         found = measure_curve(time, travel, "closing", speeds=SPEEDS)
-        assert [found[name].reason for name in truth] == [""] * len(truth), number
+        early = number % 5 == 3
+        reason = "the record ends before the drive rests" if early else ""
+        assert {found[name].reason for name in truth} == {reason}, number
+        if early:
+            continue
         held.append(
             [abs(found[name].value - truth[name]) < 1.96 * found[name].sd for name in truth]
         )

@@ -6,6 +6,7 @@ from breaker.family.inputs import NormalisedRecords
 from breaker.records import Raw, Shape, effective_noise, shape_of
 
 _LEAST = 5e-5  # noise over the stroke, below which no network was trained
+_SEEN = -0.4, 2.4  # durations after 10 % of the way, between which every trained record has samples
 _FINEST = 0.025  # durations between samples, below which none was: finer ones count as their mean
 
 
@@ -20,10 +21,20 @@ def normalise_record(raw: Raw, like: Shape | None = None) -> tuple[Shape, Normal
         The shape; and the same for networks, one record, physical units.
 
     Raises:
-        ValueError: If the record has no motion from one rest to another.
+        ValueError: If the record has no motion from one rest to another, or does not show them.
     """
     forward = raw.left if raw.motion == "closing" else -raw.left
     shape = shape_of(forward, raw.step, like)
+    known = np.flatnonzero(~np.isnan(forward))
+    first, last = raw.step * known[0] - shape.origin, raw.step * known[-1] - shape.origin
+    for late, seen in (
+        (first > _SEEN[0] * shape.duration, f"begins {-first:.1f} ms before"),
+        (last < _SEEN[1] * shape.duration, f"ends {last:.1f} ms after"),
+    ):
+        if late:
+            raise ValueError(
+                f"{seen} 10 % of the way, where the drive need not rest; record longer"
+            )
     return shape, network_record(shape, *raw.process, raw.step, like)
 
 

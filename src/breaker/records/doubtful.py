@@ -18,6 +18,8 @@ _ABSURD = 1e6  # mm, beyond every stroke: arithmetic with more may overflow
 _FINE = 0.05  # ms, between samples of the running median
 _BURST = 5.0  # ms, longest burst that leaves no trace in the running median
 _LEAST = 5e-4  # strokes, that count
+_STEPS = 12  # in the time of the longest burst
+_LARGEST, _BACK = 0.3, 0.5  # of the way in such a time, a motion's largest step, and its way back
 _RANGE = 0.5  # strokes, by which travel may be beyond its rest positions
 _THINNED, _SOON = (1, 2, 4), 0.4  # every so many samples, no more than so many ms apart
 _SPIKE = 7.0  # sd of the noise, from the median of five samples
@@ -62,7 +64,11 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     thinned = [left[::each] for each in _THINNED if each == 1 or each * step <= _SOON]
     noise = max(map(white_noise, thinned))
     stroke = high - low
-    margin = _RANGE * stroke + _JUMP * noise + _COUNTS * quantum
+    coarse = _JUMP * noise + _COUNTS * quantum
+    near = running_median(filled(left), 5)
+    ends = _going_on(near, round(_BURST / step), coarse)
+    low, high = min([low, *ends]), max([high, *ends])
+    margin = _RANGE * stroke + coarse
     leave_out((left < low - margin) | (left > high + margin), "out of range")
     lag = max(1, round(1.0 / between))
     speed = np.abs(smooth[lag:] - smooth[:-lag]).max(initial=0.0) / (lag * between)
@@ -111,6 +117,23 @@ def doubts_in_words(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray) -> 
     count = int((kinds != "").sum())
     samples = "sample" if count == 1 else "samples"
     return f"{count} {samples} that no sensor of this stroke gives: {', '.join(places)}{more}"
+
+
+def _going_on(near: np.ndarray, count: int, coarse: float) -> list[float]:
+    """Travel at an end of a record at which the drive still moves, which a running median hides.
+
+    A motion goes one way in small steps; a burst jumps.
+    """
+    ends = []
+    for side in (near[: count + 1][::-1], near[-count - 1 :]):
+        side = side[:: -max(1, count // _STEPS)][::-1]
+        steps, way = np.diff(side), float(side[-1] - side[0])
+        back = float(np.abs(steps).sum()) - abs(way)
+        if np.abs(steps).max(initial=0.0) < _LARGEST * abs(way) and back < coarse + _BACK * abs(
+            way
+        ):
+            ends.append(float(side[-1]))
+    return ends
 
 
 def _runs(travel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

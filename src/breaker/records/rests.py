@@ -4,11 +4,13 @@ A rest that drifts, creeps, swings or is cut short has a value all the same, wit
 as what is seen to move, or may follow.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from breaker.records.errors import NotShownError
 from breaker.records.segments import Segment
 from breaker.records.uncertain import Trace, Uncertain
 
@@ -24,9 +26,10 @@ _DRIFTS = 0.6  # times the way that a drift goes until the end, its error
 _LATE = 0.6  # share of the time after the arrival in which it is looked for
 _CALMS = 2.0  # times the duration, for which a drive may swing
 _ONWARD, _CREEPS = 2.8, 2.0  # times the way seen in a rest that drifts or creeps, its error
-_BRAKED = 0.4  # strokes: what a drive still goes, at its greatest speed; with the square of this
-# Strokes that a drive may still swing by at its arrival; they fade so fast, over its duration.
-_FOLLOWS, _FADES = 0.08, 3.0
+# Durations at the end in which a swing shows; of the way seen there, its error; of the stroke, most
+_SWING, _FOLLOWS, _RESTS = 0.5, 1.0, 0.08
+_UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
+_SOON = 0.8  # durations after the arrival, before which no drive rests
 
 
 @dataclass(eq=False)
@@ -73,15 +76,29 @@ class Rests:
 
     @cached_property
     def after(self) -> Uncertain:
-        """Travel at rest after the motion, mm: where the drive rests, settles, or is last seen."""
+        """Travel at rest after the motion, mm: where the drive rests or settles."""
         duration, stroke = self.trace.duration, self.segment.stroke
         end = min(float(self.trace.known[-1]), self.arrival + _AFTER * duration)
+        after, window = (end - self.arrival) / duration, max(_SWING * duration, self._few)
+        late = self.trace.parts(end - window, end, _PARTS)
+        swings = self._seen(late) if late else stroke
+        if after < _SOON or swings > _RESTS * stroke:
+            raise NotShownError("the record ends before the drive rests")
         settled = self.trace.settles(end - _TAIL * (end - self.arrival), end)
         found = settled if settled is not None else self._last(end)
-        follows = _FOLLOWS * np.exp(-_FADES * max(end - self.arrival, 0.0) / duration)
-        braked = 0.0 if self.segment.arrived else _BRAKED * self.segment.speed**2
+        follows = _FOLLOWS * swings + _UNSEEN * stroke * float(np.exp(-_FADES * after))
         drifts = _DRIFTS * self._drift * (end - self.moves)
-        return found + self.trace.error(0.0, stroke * float(follows + braked) + drifts)
+        return found + self.trace.error(0.0, follows + drifts)
+
+    @property
+    def _few(self) -> float:
+        """Least time in which parts of a rest have samples enough, ms."""
+        return (_PARTS * _SHORT + 2.0) * self.trace.step
+
+    def _seen(self, parts: Sequence[Uncertain]) -> float:
+        """Way between parts of a rest that is more than noise, mm."""
+        way = float(np.ptp([part.value for part in parts]))
+        return max(0.0, way - _SEEN * self.trace.sd(parts[-1] - parts[0]))
 
     def _last(self, end: float) -> Uncertain:
         """Mean of the last third of the time after the arrival, up to an end."""
