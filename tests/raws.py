@@ -13,7 +13,7 @@ def raw_of(way, step, moves, motion="closing"):
     whole = way if motion == "closing" else 3.0 - way
     segment = Segment(0, len(way), float(whole[0]), float(whole[-1]), 0.0, np.nan)
     time = step * np.arange(len(way))
-    located = motion, time, whole, np.full(len(way), ""), 0.0, segment, moves
+    located = motion, time, whole, np.full(len(way), ""), 0.0, segment, moves, 0.0
     return Raw(*located, Operation(1, "a.csv"), {}, 0.0, Contact(), ())
 
 

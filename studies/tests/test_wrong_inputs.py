@@ -91,7 +91,7 @@ def test_a_value_is_false_beyond_its_interval():
 def test_changes_are_told():
     assert told([visits()]) == "f +20 %"
     assert told([visits("withheld")]) == ""
-    assert told([visits("withheld", kind="measured")]) == "f +20 %"
+    assert told([visits("withheld", kind="measured")]) == "measured f +20 %"
     assert compared([visits()])
     assert not compared([said({})])
 

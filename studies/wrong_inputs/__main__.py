@@ -23,7 +23,8 @@ from studies.wrong_inputs.kinds import KINDS, one_case
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each kind: how many wrong inputs are silent, how many twins are warned.
 
-    `silent`, `warned`, `beside` and `false_warnings` are shares of cases; `twins_false` is the
+    `silent`, `warned`, `beside` (a word, and false nevertheless), `inspect_only` (no word with the
+    answer itself) and `false_warnings` are shares of cases; `twins_false` is the
     share of right twins of which something false is told.
     """
     found = []
@@ -36,6 +37,7 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
                 "silent": wrong["silent"].mean(),
                 "warned": wrong["warned"].mean(),
                 "beside": wrong["beside"].mean(),
+                "inspect_only": wrong["inspect_only"].mean(),
                 "false_warnings": right["warned"].mean(),
                 "twins_false": (right["false"] != "").mean(),
                 "crashed": int(own["crashed"].sum()),

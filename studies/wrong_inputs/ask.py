@@ -30,6 +30,13 @@ class Said(NamedTuple):
         return isinstance(self.status, str) and "Traceback" in self.status
 
     @property
+    def inspection(self) -> bool:
+        """Say whether it is that of `breaker inspect`."""
+        return not self.document and (
+            "Proposed, to lay over" in self.text or "To look at:" in self.text
+        )
+
+    @property
     def records(self) -> list[dict]:
         """Return accepted records of `breaker infer`."""
         return [r for r in self.document.get("records", []) if isinstance(r, dict) and accepted(r)]
@@ -39,7 +46,7 @@ class Said(NamedTuple):
         """Return what it says beside the answer."""
         if self.document:
             return "\n".join([self.err, *sentences(self.document)])
-        if "Proposed, to lay over" in self.text or "To look at:" in self.text:
+        if self.inspection:
             found = re.findall(r"To look at:\n((?:.+\n)+)", self.text)
             found += re.findall(r".*(?:REJECTED|FILL IN|<$).*(?:\n {4}.*)*", self.text, re.M)
             return "\n".join([self.err, *found])
@@ -186,7 +193,8 @@ def told(said: Sequence[Said]) -> str:
                 kind == "measured" or each.document["parameters"] == "told"
             ):
                 found[kind].append(f"{row['name']} {row['change'][1]:+.0f} %")
-    return "; ".join(dict.fromkeys(found["parameter"] or found["measured"]))
+        measured = "; ".join(dict.fromkeys(found["measured"]))
+    return "; ".join(dict.fromkeys(found["parameter"])) or (measured and f"measured {measured}")
 
 
 def compared(said: Sequence[Said]) -> str:
@@ -197,7 +205,7 @@ def compared(said: Sequence[Said]) -> str:
 
 def answered(said: Sequence[Said]) -> str:
     """Return that something was answered, where no answer can be right without a word."""
-    own = [each for each in said if each.document or "To look at:" not in each.text]
+    own = [each for each in said if not each.inspection]
     count = sum(len(each.records) for each in own if each.document)
     texts = [each for each in own if not each.document and each.status == 0]
     return f"{count} records, {len(texts)} texts" if count or texts else ""

@@ -64,7 +64,8 @@ class Desk:
         """Draw one from a seed."""
         rng = np.random.default_rng(seed)
         folder.mkdir(parents=True, exist_ok=True)
-        return cls(rng, folder, Drive.draw(rng), Bench.draw(rng), Style.draw(rng))
+        drive = Drive.high(rng) if rng.random() < 0.25 else Drive.draw(rng)
+        return cls(rng, folder, drive, Bench.draw(rng), Style.draw(rng))
 
     def pick(self, choices: Sequence):
         """Return one of some choices."""
@@ -107,8 +108,15 @@ class Desk:
                 found.append(self.write(f"{name}/{motion}_{number}.csv", record, **options))
         return found
 
-    def worn(self, most: int = 1) -> Drive:
-        """Return the drive with more friction or less force of a spring."""
-        wear = {"gamma_a": 1.3, "k_a": 0.85, "f": 0.9}
-        names = self.rng.permutation([*wear])[:most]
-        return self.drive.worn(**{str(name): wear[name] for name in names})
+    def worn(self) -> Drive:
+        """Return the drive with more friction, with weaker springs, or with both.
+
+        Both springs become weaker by as much as leaves the stroke, which a real drive's stops hold.
+        """
+        which = self.pick(["friction", "springs", "both"])
+        factors = {} if which == "springs" else {"gamma_a": 1.3}
+        if which != "friction":
+            own, less = self.drive.drive[0], self.rng.uniform(0.85, 0.95)
+            rest = (less * own["f"] + own["k_b"] * own["L"]) / own["reach"] - own["k_b"]
+            factors |= {"f": less, "k_a": rest / own["k_a"]}
+        return self.drive.worn(**factors)

@@ -4,7 +4,7 @@ import shutil
 
 import numpy as np
 
-from studies.wrong_inputs.ask import Kind, Question, answered
+from studies.wrong_inputs.ask import Kind, Question, answered, compared
 from studies.wrong_inputs.desk import Desk
 from studies.wrong_inputs.drives import Drive
 from studies.wrong_inputs.visits import SAME, SAMES, same
@@ -67,25 +67,31 @@ def same_phases(desk: Desk, wrong: bool) -> Question:
     return Question([report], answered if wrong else _none, layout=file, look=True)
 
 
-def mixture(desk: Desk, wrong: bool) -> Question:
-    """Records of two breakers in one folder, of 13.5 and 15.7 mm, or two alike in stroke."""
+def _two_breakers(desk: Desk, wrong: bool):
+    """Write six records of two breakers, or of one; their strokes are alike or differ by 16 %."""
     size = desk.pick([1.0, 1.06, 1.16, 1.16])
-    other = Drive.draw(
-        desk.rng, desk.drive.record(desk.rng, "closing", desk.bench).truth["stroke"] * size
-    )
     own = [desk.record("closing") for _ in range(3)]
+    other = Drive.draw(desk.rng, own[0].truth["stroke"] * size, desk.drive.times)
     more = [desk.record("closing", other if wrong else None) for _ in range(3)]
     order = desk.rng.permutation(6)
-    files = [desk.write(f"f/operation_{n}.csv", (own + more)[i]) for n, i in enumerate(order, 1)]
-    command = ["infer", *files, "--json"]
+    return [desk.write(f"f/operation_{n}.csv", (own + more)[i]) for n, i in enumerate(order, 1)]
+
+
+def mixture(desk: Desk, wrong: bool) -> Question:
+    """Records of two breakers in one folder, such as of 13.5 and 15.7 mm, told as one drive."""
+    files = _two_breakers(desk, wrong)
+    commands = [["infer", desk.folder / "f", "--json", "--motion", "closing"]]
+    false = _pooled if wrong else _none
+    return Question(commands, false, layout=files[0], own="motions: [closing]\n", strip=True)
+
+
+def mixed_visit(desk: Desk, wrong: bool) -> Question:
+    """The same six records as one visit that is compared."""
+    files = _two_breakers(desk, wrong)
     again = [desk.write(f"g/operation_{n}.csv", desk.record("closing")) for n in (1, 2, 3)]
-    compare = ["compare", *files, "--today", *again, "--json"]
-
-    def false(said):
-        rows = said[-1].document.get("changes", [])
-        return "; ".join(filter(None, [_pooled(said), f"{len(rows)} rows compared"]))
-
-    return Question([command, compare], false if wrong else _none, layout=files[0], strip=True)
+    command = ["compare", *files, "--today", *again, "--json"]
+    false = compared if wrong else _none
+    return Question([command], false, layout=files[0], strip=True)
 
 
 def two_serials(desk: Desk, wrong: bool) -> Question:
@@ -153,13 +159,13 @@ def motions_swapped(desk: Desk, wrong: bool) -> Question:
     return Question(commands, false, layout=plain)
 
 
+MIXED = r"strokes?\b|two (drives|breakers)|several|unlike|apart|other (drive|breaker)|differ"
 FOLDERS = {
     "one file for all": Kind(one_file_for_all, SAME),
     "exported again": Kind(exported_again, SAME),
     "same phases": Kind(same_phases, SAME),
-    "mixture": Kind(
-        mixture, r"stroke|two (drives|breakers)|several|unlike|apart|another (drive|breaker)|differ"
-    ),
+    "mixture": Kind(mixture, MIXED),
+    "mixed visit": Kind(mixed_visit, MIXED),
     "two serials": Kind(two_serials, r"serial|several breakers|number|different breakers"),
     "dates of a table": Kind(
         dates_of_table,

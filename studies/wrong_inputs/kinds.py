@@ -16,21 +16,29 @@ from studies.wrong_inputs.visits import VISITS
 KINDS: dict[str, Kind] = {**RECORDS, **TEXTS, **VISITS, **FOLDERS}
 
 
+def plain(text: str, folder: str) -> str:
+    """Return a text without names of files, and without what every plain file gets."""
+    text = re.sub(re.escape(folder) + r"[\w./]*", "FILE", text) if folder else text
+    return re.sub(STANDING, "", text, flags=re.MULTILINE)
+
+
 def verdict(said: Sequence[Said], false: Callable, words: str, folder: str = "") -> dict:
     """Return what became of an input: silent, warned, told beside a word, or crashed.
 
-    Silent is what is false without a word; `warned` has a word, `beside` is false nevertheless.
+    Silent is what is false without a word; `warned` has a word, `beside` is false nevertheless,
+    and `inspect_only` has its word from `breaker inspect` alone, not with the answer.
     Names of files are no words.
     """
-    text = "\n".join(each.words for each in said)
-    text = re.sub(re.escape(folder) + r"[\w./]*", "FILE", text) if folder else text
-    text = re.sub(STANDING, "", text, flags=re.MULTILINE)
+    text = plain("\n".join(each.words for each in said), folder)
     found = re.search(words, text, re.IGNORECASE | re.MULTILINE)
+    answer = plain("\n".join(each.words for each in said if not each.inspection), folder)
+    own = re.search(words, answer, re.IGNORECASE | re.MULTILINE)
     wrong = "" if any(each.crashed for each in said) else false(said)
     line = next((n for n in text.splitlines() if found and found[0] in n), "").strip()
     return {
         "silent": bool(wrong) and not found,
         "warned": bool(found),
+        "inspect_only": bool(found) and not own,
         "beside": bool(wrong) and bool(found),
         "crashed": any(each.crashed for each in said),
         "false": wrong,

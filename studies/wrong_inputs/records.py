@@ -138,9 +138,9 @@ def coil_in_noise(desk: Desk, wrong: bool) -> Question:
     current = current + noise * desk.rng.standard_normal(since.size)
     touched = (record.time > record.contact) == (motion == "closing")
     more = {"I coil [A]": current, "Contact [V]": 5.0 * touched}
-    own = "endurance:\n  format:\n    contact_column: Contact\n    trigger_column: I coil\n"
+    own = 'endurance:\n  format: {contact_column: "Contact [V]", trigger_column: "I coil [A]"}\n'
     file = desk.write("a.csv", record, more=more)
-    false = off(motion, record.truth, 0.3 / record.truth[f"{motion}_time"], [f"{motion}_time"])
+    false = off(motion, record.truth, 0.1 / record.truth[f"{motion}_time"], [f"{motion}_time"])
     return _one(file, false, own=own)
 
 
@@ -154,6 +154,6 @@ RECORDS = {
     "never moves": Kind(
         never_moves, r"no motion|none of|REJECT|stroke|swing|drift|too (small|little)"
     ),
-    "wrong column": Kind(wrong_column, r"current|\bA\b|column|unit|coil|REJECT|stroke|no closing"),
+    "wrong column": Kind(wrong_column, r"current|column|unit|coil|REJECT|stroke|no closing"),
     "coil in noise": Kind(coil_in_noise, r"nois|trigger|coil|energised"),
 }

@@ -28,7 +28,7 @@ def _in_mm(wrong: bool, motion: str, truth: dict):
 
 
 def time_scale(desk: Desk, wrong: bool) -> Question:
-    """One record whose times are 10 times too long or too short: 13.5 mm in 0.9 or 89 ms."""
+    """One record whose times are 10 times too long or too short, such as 13.5 mm in 89 ms."""
     motion, scale = desk.pick(["closing", "opening"]), desk.pick([0.1, 10.0])
     record = desk.record(motion)
     file = desk.write("a.csv", record, time_scale=scale if wrong else 1.0)
@@ -155,7 +155,7 @@ def states_other_motion(desk: Desk, wrong: bool) -> Question:
 def _limits(desk: Desk, wrong: bool, line: str) -> Question:
     record = desk.record("closing")
     file = desk.write("a.csv", record)
-    own = f"limits:\n  - {line}\n"
+    own = f"limits:\n  - {line}\n".replace("STROKE", f"{record.truth['stroke']:.1f}")
 
     def false(said):
         found = [v for each in said for r in each.records for v in r.get("limits") or []]
@@ -178,7 +178,7 @@ def limits_off(desk: Desk, wrong: bool) -> Question:
 def wide_tolerance(desk: Desk, wrong: bool) -> Question:
     """A tolerance of 100 to 300 %, where 3 % was meant."""
     tolerance = desk.pick([100, 200, 300]) if wrong else 20
-    line = f"{{quantity: stroke, reference: 13.5, tolerance: {tolerance} %}}"
+    line = f"{{quantity: stroke, reference: STROKE, tolerance: {tolerance} %}}"
     return _limits(desk, wrong, line)
 
 
@@ -188,7 +188,10 @@ TEXTS = {
     ),
     "inch or cm, no unit": Kind(other_unit, r"unit of the travel|speed|unit .*not stated"),
     "angle in a code page": Kind(angle_column, r"degree|angle|FILL IN|deg\b|°"),
-    "angle, voltage, counts": Kind(named_quantity, r"unit|angle|degree|volt|count|FILL IN"),
+    "angle, voltage, counts": Kind(
+        named_quantity,
+        r"FILL IN|needs the mm|not mm\b|no length|is an angle|in degrees|in volts|in counts",
+    ),
     "time unit in header": Kind(time_unit, r"\brate\b|kHz|time unit|unit of the time|\btimes?\b"),
     "rate in header": Kind(header_rate, r"\brate\b|kHz"),
     "COMTRADE rate": Kind(comtrade_rate, r"\brate\b|stamps?|kHz"),

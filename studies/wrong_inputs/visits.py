@@ -22,7 +22,7 @@ def _motions(desk: Desk) -> tuple[str, ...]:
 def time_scale(desk: Desk, wrong: bool) -> Question:
     """Times of today 0.1 to 10 times as long; the twin is a drive that is really slower."""
     motions, repeats, strip = _motions(desk), desk.pick([1, 2, 3]), desk.rng.random() < 0.5
-    factor, worn = desk.pick(TIMES), desk.worn(desk.pick([1, 2]))
+    factor, worn = desk.pick(TIMES), desk.worn()
     before = desk.visit("before", motions=motions, repeats=repeats)
     scale = {"time_scale": factor} if wrong else {}
     drive = desk.drive if wrong else worn
@@ -169,9 +169,11 @@ VISITS = {
         report_before_later,
         r"older than|newer|is later|earlier than|after the visit|before the visit|later than",
     ),
-    "other serial": Kind(other_serial, r"serial|breaker|number"),
-    "other phase": Kind(other_phase, r"phase|pole"),
-    "other channel": Kind(other_channel, r"channel|column|phase"),
+    "other serial": Kind(other_serial, r"serial|number (was|of)|breaker was"),
+    "other phase": Kind(other_phase, r"(phase|pole)s? (was|is|of)\b|(an)?other (phase|pole)\b"),
+    "other channel": Kind(
+        other_channel, r"(phase|channel|column) (was|is|of)\b|other (phase|channel)\b"
+    ),
     "phases swapped": Kind(phases_swapped, r"swap|exchang|interchang|other phase|another phase"),
     "own copy": Kind(own_copy, SAME),
 }

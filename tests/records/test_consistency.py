@@ -20,7 +20,7 @@ def records(request, prior):
     moves = 8.0 + 4.0 * rng.random(RECORDS)
     exact = travel(prior.sample(RECORDS, rng), time, request.param, onset=moves).travel
     measured = exact + NOISE * rng.standard_normal(exact.shape)
-    return time, measured, [first_motion(time, each, request.param) for each in measured]
+    return time, measured, [first_motion(time, each, request.param)[0] for each in measured]
 
 
 def found(records, change=lambda x: x, rows=slice(None), shift=0.0):
@@ -62,7 +62,7 @@ def test_a_first_motion_before_that_of_the_drive_is_found(records):
 def test_what_is_steady_at_rest_is_no_repetition():
     time = np.arange(0.0, 60.0, 0.1)
     counted = 0.32 * np.floor(0.3 * np.clip(time - 25.0, 0.0, 7.0) ** 2 / 0.32)
-    assert inconsistencies(time, counted, first_motion(time, counted, "closing"), 0.1) == []
+    assert inconsistencies(time, counted, first_motion(time, counted, "closing")[0], 0.1) == []
 
 
 def test_a_stop_and_a_flicker_of_the_last_digit_are_no_noise():

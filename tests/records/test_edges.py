@@ -138,7 +138,7 @@ def test_a_coil_that_is_energised_with_the_first_sample():
 def events(known=None, channels=None, motion="closing", **settings):
     operation = Operation(1, "a.csv", **(known or {}))
     travel = np.zeros(TIME.size), np.full(TIME.size, ""), 0.0
-    located = LocatedMotion(motion, TIME, *travel, SEGMENT, MOVES)
+    located = LocatedMotion(motion, TIME, *travel, SEGMENT, MOVES, 0.0)
     return events_of(operation, complete(settings), located, channels or {})
 
 
@@ -161,7 +161,7 @@ def test_what_is_stated_goes_before_what_a_channel_shows():
 
 def test_a_trigger_that_no_breaker_takes_so_long_after_is_none():
     located = LocatedMotion(
-        "closing", 2.0 * TIME, np.zeros(TIME.size), np.full(TIME.size, ""), 0.0, SEGMENT, 130.0
+        "closing", 2.0 * TIME, np.zeros(TIME.size), np.full(TIME.size, ""), 0.0, SEGMENT, 130.0, 0.0
     )
     settings = complete({"trigger_column": 4})
     found, said = events_of(Operation(1, "a.csv"), settings, located, {"trigger": coil(8.0)})

@@ -50,6 +50,7 @@ def record_of(theta, motion, rng, *, size=AS_IT_IS, speeds=SPEEDS):
         whole=lengths * found.whole,
         segment=replace(found.segment, **rests),
         moves=times * found.moves,
+        moves_sd=times * found.moves_sd,
     )
     contact = Contact(*(times * each for each in reading.contact))
     return Reading(sized, contact, speeds).quantities()
@@ -60,7 +61,7 @@ def reading_of(time, read, motion, contact=UNKNOWN, speeds=SPEEDS):
     segment = find_segment(time, read, motion)
     inside = slice(segment.begin, segment.end)
     moves = first_motion(time[inside], read[inside], motion)
-    about = motion, time, read, np.full(time.size, ""), 0.0, segment, moves
+    about = motion, time, read, np.full(time.size, ""), 0.0, segment, *moves
     return Reading(LocatedMotion(*about), contact, speeds)
 
 

@@ -23,6 +23,11 @@ _ON = 2.25  # times that rise: at even force half as late again
 _APART = 12  # samples, least time between the two; if not, both are higher
 _HIGHER, _HIGHEST = 1.25, 0.4
 _REST = 8  # times as long as from the one to the other, back to where the fit begins
+_HIGHER_RISES = 0.15, 0.25  # of the way, of two other fits
+_AGREE, _AGREE_SDS = (
+    0.06,
+    2.0,
+)  # of the time of the low rise, and sds, within which the first counts
 _POWERS = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])
 _USUAL, _SPREAD = 1.85, 0.15  # their prior: Student's t with 3 degrees of freedom
 _MOST_COLOUR = 0.5  # correlation of neighbours that counts; a counter's steps are more correlated
@@ -39,8 +44,11 @@ _BEFORE = 0.1  # of the time of that rise, least rest before it
 _GAP = 0.3  # of that time, longest gap in it
 
 
-def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
-    """Return the time of the first motion, ms.
+def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[float, float]:
+    """Return the time of the first motion and the standard deviation of its fit, ms.
+
+    Where a linkage ripples, a low rise alone begins too early or too late by a share of the ripple:
+    two higher ones are fitted as well, and where the three disagree the middle one counts.
 
     Args:
         time: Times of a record, ``(t,)``, ms, evenly spaced.
@@ -60,11 +68,17 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
         first, last, way = _rise(smooth, noise)
         noise = max(noise, _FLAT * way, quantum / np.sqrt(12.0))
         there = off <= _WRONG * noise
-    end, part = time[last], first + np.flatnonzero(there[first : last + 1])
-    if part.size < _FEWEST:
-        raise UnusableError("the first motion is not seen: its samples are missing")
-    best, sd = _start(time[part], travel[part], noise * _colour(travel[part] - smooth[part]))
-    known = np.append(time[part], end)
+
+    def start(first: int, last: int) -> tuple[float, float, np.ndarray]:
+        part = first + np.flatnonzero(there[first : last + 1])
+        if part.size < _FEWEST:
+            raise UnusableError("the first motion is not seen: its samples are missing")
+        coloured = noise * _colour(travel[part] - smooth[part])
+        return *_start(time[part], travel[part], coloured), time[part]
+
+    best, sd, known = start(first, last)
+    end = time[last]
+    known = np.append(known, end)
     gap = np.diff(known[max(0, np.searchsorted(known, best) - 1) :]).max() - (time[1] - time[0])
     if gap > _GAP * (end - best):
         raise UnusableError(f"the first motion is not seen: {gap:.1f} ms of its rise are missing")
@@ -72,10 +86,14 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> float:
         raise UnusableError(f"the first motion is not seen: its time is uncertain by {sd:.1f} ms")
     if first == 0 and best - known[0] < _BEFORE * (end - best):
         raise UnusableError("no rest before the motion: the record begins too late")
-    return best
+    higher = [start(*_rise(smooth, noise, share)[:2])[:2] for share in _HIGHER_RISES]
+    apart, middle = 0.0, sorted([(best, sd), *higher])[1]
+    if abs(middle[0] - best) > max(_AGREE * (end - best), _AGREE_SDS * sd):
+        apart, (best, sd) = abs(middle[0] - best), middle
+    return best, float(np.hypot(sd, 0.5 * apart))
 
 
-def _rise(smooth: np.ndarray, noise: float) -> tuple[int, int, float]:
+def _rise(smooth: np.ndarray, noise: float, least: float = 0.0) -> tuple[int, int, float]:
     """First and last sample of the rest and the rise that are fitted, and the way, mm."""
     lowest = np.minimum.accumulate(smooth)
     top = int((smooth - lowest).argmax())
@@ -90,7 +108,7 @@ def _rise(smooth: np.ndarray, noise: float) -> tuple[int, int, float]:
     early, late = (last_below(low + share * way, top) for share in (0.3, 0.6))
     low = np.quantile(smooth[max(0, early - 20 * max(1, late - early)) : late + 1], 0.25)
     way = smooth[top] - low
-    share, last, on = float(np.clip(_CLEAR * noise / way, *_RISE)), 0, 0
+    share, last, on = max(least, float(np.clip(_CLEAR * noise / way, *_RISE))), 0, 0
     while on - last < _APART and share < _HIGHEST:
         last, on = (last_below(low + each * way, top) for each in (share, _ON * share))
         share *= _HIGHER

@@ -24,6 +24,7 @@ class LocatedMotion:
         quantum: Step of the reading, mm; 0 where it is fine.
         segment: The part that is the motion.
         moves: Time of the first motion, ms.
+        moves_sd: Standard deviation of its fit, ms.
     """
 
     motion: str
@@ -33,6 +34,7 @@ class LocatedMotion:
     quantum: float
     segment: Segment
     moves: float
+    moves_sd: float
 
     @property
     def inside(self) -> slice:

@@ -93,7 +93,7 @@ def measure_curve(
     segment = find_segment(time, left, motion)
     inside = slice(segment.begin, segment.end)
     moves = first_motion(time[inside], left[inside], motion)
-    located = LocatedMotion(motion, time, travel, doubts, quantum, segment, moves)
+    located = LocatedMotion(motion, time, travel, doubts, quantum, segment, *moves)
     return Reading(located, contact, speeds).quantities()
 
 
@@ -229,7 +229,7 @@ class Reading:
         """Time of the first motion, ms."""
         noise = self.trace.noise_of_mean / self.trace.stroke
         sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
-        return self.trace.error(self.located.moves, sd)
+        return self.trace.error(self.located.moves, max(sd, self.located.moves_sd))
 
     @property
     def _trigger(self) -> Uncertain:

@@ -139,7 +139,7 @@ def _raw(samples: _Samples, motion: str) -> Raw:
         rest = rest_of_open(segment, settings, motion)
         inside = slice(segment.begin, segment.end)
         moves = first_motion(time[inside], left[inside], motion)
-        found = motion, time, whole, doubts, quantum, segment, moves
+        found = motion, time, whole, doubts, quantum, segment, *moves
         contact, odd = events_of(operation, settings, LocatedMotion(*found), samples.beside)
     except UnusableError as error:
         words = doubts_in_words(time, whole, doubts)
