@@ -184,7 +184,8 @@ def wide_tolerance(desk: Desk, wrong: bool) -> Question:
 
 TEXTS = {
     "time scale, one record": Kind(
-        time_scale, r"\brate\b|time unit|time scale|too (fast|slow)|speed|\btimes?\b.*\b(10|unit)"
+        time_scale,
+        r"\brate\b|time[ _]unit|time scale|too (fast|slow)|speed|\btimes?\b.*\b(10|unit)",
     ),
     "inch or cm, no unit": Kind(other_unit, r"unit of the travel|speed|unit .*not stated"),
     "angle in a code page": Kind(angle_column, r"degree|angle|FILL IN|deg\b|°"),
@@ -192,7 +193,9 @@ TEXTS = {
         named_quantity,
         r"FILL IN|needs the mm|not mm\b|no length|is an angle|in degrees|in volts|in counts",
     ),
-    "time unit in header": Kind(time_unit, r"\brate\b|kHz|time unit|unit of the time|\btimes?\b"),
+    "time unit in header": Kind(
+        time_unit, r"\brate\b|kHz|time[ _]unit|unit of the time|\btimes?\b"
+    ),
     "rate in header": Kind(header_rate, r"\brate\b|kHz"),
     "COMTRADE rate": Kind(comtrade_rate, r"\brate\b|stamps?|kHz"),
     "lost decimals": Kind(lost_decimals, r"speed|too fast|unit|scale|decimal|stroke"),

@@ -162,7 +162,7 @@ def same(desk: Desk, record, which: str):
 
 SAME = r"\bsame\b|cop(y|ies)|identical|duplicate|twice"
 VISITS = {
-    "time scale, two visits": Kind(time_scale, r"\brate\b|time scale|time unit|all times|sampl"),
+    "time scale, two visits": Kind(time_scale, r"\brate\b|time scale|time[ _]unit|all times|sampl"),
     "length scale, two visits": Kind(length_scale, r"ratio|scale|alike|transducer|unit|stroke"),
     "visits swapped": Kind(visits_swapped, r"\bdates?\b|\bdated\b|older|newer|later|earlier"),
     "report before later": Kind(

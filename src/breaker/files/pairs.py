@@ -17,7 +17,7 @@ _SPLIT = re.compile(
 )
 _COMMAS = re.compile(r"[:=]\s*,|,\s*,")  # a line of commas in a file of other signs
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)*(?:[eE][-+]?\d+)?"
-_VALUE = re.compile(rf"({_NUMBER})\s*([^\d\s:,;]\S{{0,11}})?")
+_VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?")
 _BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
 _NAMED = re.compile(r"[^\d\W].*?[:=：]")
 _LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket beside the unit

@@ -20,9 +20,11 @@ _OTHER_NAMES = re.compile(
     r"(?i)curr|strom|courant|corrient|coil|spule|bobin|speed|veloc|geschw|vitesse|accel|vibrat"
     r"|resist|widerst|\bres\b|ohm|dcrm|press|druck|temp|aux|contact|kontakt|status|digital|trigger|\bI\d|\bI_?L\d|电流|速度|電流"
 )
-_LISTED = re.compile(
+LISTED = re.compile(
     r"(?<![^\W_])(?:L[123](?:[,_+&]L[123])+|[RYBACSTUVW](?:[,_+&][RYBACSTUVW])+)(?![^\W_])"
 )
+"""Phases that a name lists, as `A,B,C` does."""
+
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 
 # Of the way: the first of these takes longer than one of the others where a mass is set in motion.
@@ -184,7 +186,7 @@ def _with_phases(layout: Layout, travels: Sequence[Travel]) -> list[Travel]:
     for number, phase in (stated_contacts(layout.preamble, names) or {}).values():
         if phase:
             phases.setdefault(int(number), phase.upper())
-    listed = _LISTED.search(layout.file.stem)
+    listed = LISTED.search(layout.file.stem)
     in_name = re.split(r"[,_+&]", listed[0]) if listed and not phases else []
     found = []
     for order, each in enumerate(travels, start=1):

@@ -26,6 +26,7 @@ _OTHER = re.compile(r"(?i)\baux|\bhilfs|mot(?:or|eur)|heater|heizung")
 _PHASES = re.compile(r"(?i)(?<![a-z])(l[123]|[rybacstuvw]|red|yellow|blue)(?![a-z])")
 _FEWEST = 40  # samples
 _LARGEST, _USUAL = 20.0, 0.98  # A, of a coil, and the share of its samples that has less
+_SWITCHED = 3.0  # ratio of the resistances of a contact that is open and closed, at least
 _ON = 0.25  # of its range, from which a coil is energised
 _PULSE = (0.1, 15.0)  # least range of one that is: of the largest, and of its noise
 
@@ -127,6 +128,23 @@ def coils_before(layout: Layout, travel: Travel, k: int) -> dict[int, int]:
         edges = edges[(edges >= begin) & (edges < end)]
         found[i] = int(edges[0]) if edges.size else -1
     return found
+
+
+def closes_by_resistance(layout: Layout, travel: Travel) -> float:
+    """Return how surely resistances of contacts fall in the first motion of a travel: 1 where all
+    that change do, -1 where all rise, 0 where there are none.
+    """
+    begin, end = travel.part(0)
+    fall = []
+    for i in _named(layout, range(len(layout.names)), RESISTANCE):
+        values = layout.columns[i][begin:end]
+        if not _has_signal(layout, i) or not np.isfinite(values).all():
+            continue
+        count = max(_FEWEST // 4, travel.begins(0) - begin)
+        before, after = (np.median(np.abs(each)) for each in (values[:count], values[-count:]))
+        if max(before, after) > _SWITCHED * min(before, after):
+            fall.append(np.sign(before - after))
+    return float(np.mean(fall)) if fall else 0.0
 
 
 def _known_phases(
