@@ -165,7 +165,7 @@ def test_another_breaker_is_refused_in_a_report_and_warned_of_between_visits(vis
     assert "WARNING: the serial number was X and is HV-20417; the bay was Bay 9" in page
     capsys.readouterr()
     assert main(["compare", "other.csv", "--today", "today.csv", *one]) == 0
-    assert capsys.readouterr().out.startswith("WARNING: the serial number was X and is HV-20417")
+    assert "WARNING: the serial number was X and is HV-20417" in capsys.readouterr().out
 
 
 def test_a_record_that_is_that_of_before_is_told(visit, capsys):

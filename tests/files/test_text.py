@@ -364,7 +364,7 @@ def test_decimal_commas_between_commas_need_quotation_marks(file):
     ],
 )
 def test_encodings_and_byte_order_marks(file, written, settings):
-    name = "行程" if written == "gbk" or written.startswith("utf") else "Weg °"
+    name = "行程" if written == "gbk" or written.startswith("utf") else "Weg ±"
     put(file, [f"time,{name}", *ROWS], encoding=written)
     assert_read(read(file, travel_column=name, encoding=settings))
 

@@ -1,6 +1,7 @@
 """Whether two visits were measured alike, and which limits the second one keeps."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -19,10 +20,16 @@ _SCALED, _AS_MUCH, _LESS = 0.005, (0.5, 2.0), 0.5
 _SAME = 1e-6  # share to which two stated ratios are one
 
 
+# Of logarithms of durations: from which a pace speaks for a rate, of one motion and of both, by how
+# little both differ; and what of the noise and the usual scatter of shapes is left at most.
+_PACE, _ONE, _SAME_PACE, _SHAPE = 0.04, 0.15, 0.015, 2.0
+
+
 def unlike(
     rows: Sequence[Mapping],
     strokes: Mapping[str, Mapping[str, float]],
     stated: Mapping[str, Mapping[str, float | str]],
+    paces: Mapping[str, tuple[float, float]] = MappingProxyType({}),
 ) -> list[dict]:
     """Return what shows that two visits were measured differently.
 
@@ -30,11 +37,13 @@ def unlike(
         rows: What ``measured_changes`` returns.
         strokes: What networks see of either visit, ``Compared.strokes``.
         stated: What the files of either visit state, as ``stated_of`` returns it.
+        paces: By what each motion lasts longer, and how its shape changed, ``Compared.paces``.
 
     Returns:
         Rows of ``what`` differs, its ``unit`` and ``motion``, and its value ``before`` and
         ``today``: what files state; the scale of all ways and speeds, where they alone changed, and
-        the stroke by more than two operations do, and 0.5 %; or a stroke by more than its
+        the stroke by more than two operations do, and 0.5 %; the scale of all times, where motions
+        are the same at another pace; or a stroke by more than its
         uncertainty and 3 %, or 10 % where a travel time differs, too.
 
     Example:
@@ -48,6 +57,9 @@ def unlike(
     for name in [each for each in first if each in second and _differ(first[each], second[each])]:
         values = {"before": first[name], "today": second[name]}
         found.append({"what": name, "unit": "", "motion": ""} | values)
+    if rate := _rate(paces, strokes):
+        what = "scale of all times, as of another rate or unit of the time,"
+        found.append({"what": what, "unit": "", "motion": "", "before": 1.0, "today": rate})
     slower = any(row["name"] == "travel_time" and _apart(row, _FEW) for row in rows)
     measured = {row["motion"]: row for row in rows if row["name"] == "stroke"}
     scales = [_scale([row for row in rows if row["motion"] == motion]) for motion in measured]
@@ -65,6 +77,22 @@ def unlike(
                 found.append({"what": f"{kind} stroke", "unit": "mm", "motion": motion} | values)
                 break
     return found
+
+
+def _rate(
+    paces: Mapping[str, tuple[float, float]], strokes: Mapping[str, Mapping[str, float]]
+) -> float | None:
+    """By what all times are longer, where nothing else has changed: a drive that wears moves in
+    another way, closing and opening by different shares, or both.
+    """
+    if not paces:
+        return None
+    logs = np.log([ratio for ratio, _ in paces.values()])
+    least = _PACE if len(logs) > 1 else _ONE
+    same = np.abs(logs).min() > least and np.ptp(logs) < _SAME_PACE
+    alike = all(left < _SHAPE for _, left in paces.values())
+    ways = all(abs(np.log(each["today"] / each["before"])) < _FEW for each in strokes.values())
+    return float(np.exp(logs.mean())) if same and alike and ways else None
 
 
 def _differ(first: float | str, second: float | str) -> bool:

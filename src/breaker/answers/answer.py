@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from breaker.answers.operations import Record
+from breaker.answers.record import Record
 from breaker.family import LevelDraws, Levels, Match
 from breaker.files import SWITCHING
 from breaker.mechanism import MOTIONS, NAMES, UNIT, Size, Speed, powers

@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
-from numpy import array_equal
-
 from breaker.answers.alike import judged_today, unlike
 from breaker.answers.changed import changes, compare, measured_changes, mechanism_changes
+from breaker.answers.identity import copies, doubts_about, visits_in_order
 from breaker.answers.stated import stated_of
 from breaker.answers.visited import visits_document
 from breaker.family import shipped_networks
@@ -53,7 +52,10 @@ def compared(
         {
             "warnings": _warnings(visits),
             "differences": unlike(
-                measured, found.strokes, {v: stated_of(each) for v, each in visits.items()}
+                measured,
+                found.strokes,
+                {v: stated_of(each) for v, each in visits.items()},
+                found.paces,
             ),
             "changes": [*measured, *changes(found, beyond)],
             "mechanisms": mechanism_changes(found, beyond),
@@ -66,15 +68,18 @@ def compared(
 
 
 def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
-    """What to say of records before anything else: of their rates, and which is there twice."""
-    found = [each.warning for records in visits.values() for each in records if each.warning]
+    """What to say of records before anything else: of their rates and dates, whose they are, and
+    which is there twice.
+    """
+    found = visits_in_order(visits)
+    found += [doubt for records in visits.values() for doubt in doubts_about(records)]
     before, today = ([each for each in records if not each.reason] for records in visits.values())
     for one in before:
         found += [
             f"{one.operation.file} and {other.operation.file} hold the same samples: they are one "
             "record, and nothing can have changed; name the records of either visit"
             for other in today
-            if array_equal(one.raw.whole, other.raw.whole, equal_nan=True)
+            if one.motion == other.motion and copies(one, other)
         ]
     return list(dict.fromkeys(found))
 

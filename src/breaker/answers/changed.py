@@ -29,6 +29,7 @@ from breaker.family import (
     choose_family,
     mean_and_change,
     mean_record,
+    pace_of,
     plausible_wear,
 )
 from breaker.files import SWITCHING
@@ -67,6 +68,7 @@ class Compared:
         size: Of the drive beside these, roughly.
         matches: How the mean of each visit fits these, by motion and visit.
         strokes: What networks see of the stroke, by motion and visit, mm.
+        paces: By what each motion lasts longer, and how far its shape changed: ``pace_of``.
         fits: Whether all do; if not, there are no draws.
         ratios: Draws of the parameters over what they were, ``(d, p)``: of both motions together,
             or of each where they contradict each other; by the motions they are of. None, of
@@ -84,6 +86,7 @@ class Compared:
     size: Size
     matches: Mapping[str, Mapping[str, Match]]
     strokes: Mapping[str, Mapping[str, float]]
+    paces: Mapping[str, tuple[float, float]]
     fits: bool
     ratios: Mapping[tuple[str, ...], np.ndarray] = field(default_factory=dict)
     later: Mapping[str, np.ndarray] = field(default_factory=dict)
@@ -111,7 +114,8 @@ def compare(
         The comparison; if no family fits, without draws, and with the matches of the nearest.
     """
     means = {m: {"before": mean_record(before[m]), "today": mean_record(today[m])} for m in before}
-    found, levels, network = _nearest(means, networks, misfit_p_value)
+    counts = {motion: (len(before[motion]), len(today[motion])) for motion in before}
+    found, levels, network = _nearest(means, counts, networks, misfit_p_value)
     if not found.fits:
         return found
     both = {m: mean_and_change(before[m], today[m], network.change_bases[m]) for m in before}
@@ -143,6 +147,7 @@ def compare(
 
 def _nearest(
     means: Mapping[str, Mapping[str, Mean]],
+    counts: Mapping[str, tuple[int, int]],
     networks: Iterable[tuple[Levels, Changes]],
     misfit_p_value: float,
 ) -> tuple[Compared, Levels, Changes]:
@@ -165,7 +170,9 @@ def _nearest(
         motion: {visit: float(mean.seen.stroke[0]) for visit, mean in visits.items()}
         for motion, visits in means.items()
     }
-    return Compared(levels.settings["family"], size, by, strokes, fits), levels, network
+    paces = {motion: pace_of(*visits.values(), counts[motion]) for motion, visits in means.items()}
+    found = Compared(levels.settings["family"], size, by, strokes, paces, fits)
+    return found, levels, network
 
 
 def changes(found: Compared, beyond: float = 0.05) -> list[dict]:

@@ -11,6 +11,7 @@ from io import StringIO
 import numpy as np
 
 from breaker.answers.answer import Answer
+from breaker.answers.identity import doubts_about
 from breaker.answers.judgement import NORMAL, VERDICTS
 from breaker.family import MECHANISMS
 from breaker.files import ABOUT, printable
@@ -52,7 +53,7 @@ def document(
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
     records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
-    warnings = [*dict.fromkeys(filter(None, (each.record.warning for each in answers)))]
+    warnings = doubts_about([each.record for each in answers])
     found = {"warnings": warnings, "drive": drive, "settings": settings}
     pooled = [entry for pole in means for entry in _means(pole)]
     return plainly(found | {"records": records, "together": together, "means": pooled})

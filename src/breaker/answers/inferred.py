@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from breaker.answers.answer import Answer, Given
-from breaker.answers.operations import Record
+from breaker.answers.identity import mixed
+from breaker.answers.record import Record
 from breaker.answers.weights import (
     SURPRISING,
     apart,
@@ -79,14 +80,18 @@ def infer_means(answers: Sequence[Answer], given: Given, settings: Mapping) -> l
         given, settings: As of ``infer_drive``.
 
     Returns:
-        For each pole of which a motion has several records, an answer for each of its motions.
+        For each pole of which a motion has several records, an answer for each of its motions;
+        none of records that are not of one drive (``identity.mixed``).
     """
     poles: dict[tuple, dict[str, list[Answer]]] = {}
     for each in answers:
         if each.draws is not None:
             pole = each.record.operation.breaker, each.record.operation.phase
             poles.setdefault(pole, {}).setdefault(each.record.motion, []).append(each)
-    several = [by for by in poles.values() if max(map(len, by.values())) > 1]
+    apart = {key[:2] for key in mixed([each.record for each in answers])}
+    several = [
+        by for pole, by in poles.items() if max(map(len, by.values())) > 1 and pole not in apart
+    ]
     return [_together([_mean_of(each) for each in by.values()], given, settings) for by in several]
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.answers.answer import NOTHING, Answer
-from breaker.mechanism import EVENTS, QUANTITIES, Limit
+from breaker.mechanism import EVENTS, QUANTITIES, Limit, in_digits
 from breaker.model import generator
 
 VERDICTS = ("pass", "not shown", "fail")
@@ -15,6 +15,8 @@ VERDICTS = ("pass", "not shown", "fail")
 NORMAL = {90: 1.645, 95: 1.96}
 """Half of a central interval of a normal number, sds, by the percent that it holds."""
 
+_TIMES = 20.0  # by which no limit is off what it is of,
+_MAY_BE_SMALL = {"over_travel", "rebound", "bounce_time", "wipe", "latch_time"}  # but of these
 _ENDS = 0.025, 0.975  # of a 95 % interval
 
 
@@ -65,6 +67,7 @@ def _row(
 ) -> dict:
     known = [[told(limit, quantity) for quantity in limit.quantities] for limit in sides]
     reasons = dict.fromkeys(each.reason for some in known for each in some if each.reason)
+    reasons |= dict.fromkeys(filter(None, map(_far, sides, known)))
     row = {"name": name, "words": " or ".join(limit.words for limit in sides)}
     row |= {"probability": np.nan, "verdict": "not shown", "reason": "; ".join(reasons)}
     if not reasons:
@@ -85,6 +88,21 @@ def _row(
             about = {"quantity": quantity, "unit": unit, "value": value}
             row["parts"].append(about | {"interval_95": interval, "bounds": bounds})
     return row
+
+
+def _far(limit: Limit, known: Sequence[Told]) -> str:
+    """Why a limit cannot be in the unit that it stands for: far from what it is of; "" else."""
+    if limit.of == "change":
+        return ""
+    for (name, bound, _), unit, each in zip(limit.parts, limit.units, known, strict=True):
+        value = np.nan if each.reason else abs(each.interval[0])
+        off = abs(bound) / value if value > 0.0 else np.nan
+        if name not in _MAY_BE_SMALL and bound and (off > _TIMES or off < 1.0 / _TIMES):
+            return (
+                f"{limit.name}: {in_digits(bound, 4)} {unit} is {in_digits(max(off, 1 / off), 2)} "
+                f"times off the {name} of {in_digits(value, 4)} {unit}: is the limit in {unit}?"
+            )
+    return ""
 
 
 def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:

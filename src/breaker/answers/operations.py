@@ -1,52 +1,21 @@
 """The records of a drive, as networks of a family see them."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from breaker.answers.identity import without_copies
+from breaker.answers.record import Record
 from breaker.answers.stated import against_stated, with_stated_rate
-from breaker.family import NormalisedRecords, normalise_record
+from breaker.family import normalise_record
 from breaker.files import Operation, Preamble
 from breaker.inspection import stated_in
 from breaker.mechanism import MOTIONS, in_digits
 from breaker.records import Raw, Shape, read_raws, taken_apart
-
-
-@dataclass(frozen=True, eq=False)
-class Record:
-    """One motion of an operation.
-
-    Attributes:
-        operation, motion: What it is of.
-        stated: What stands above the samples of its file.
-        reason: Why it cannot be used; empty if it can.
-        raw: The record as it is in its file, if it can be used.
-        shape, seen: What networks see of it.
-        warning: What its file states against how it was read, to be said before anything else.
-    """
-
-    operation: Operation
-    motion: str
-    stated: Preamble
-    reason: str = ""
-    raw: Raw | None = None
-    shape: Shape | None = None
-    seen: NormalisedRecords | None = None
-    warning: str = ""
-
-    @property
-    def timed(self) -> bool:
-        """Whether its contact was seen to switch."""
-        return bool(np.isfinite(self.raw.contact.time))
-
-    @property
-    def tenth(self) -> float:
-        """Time of 10 % of the way, from which networks count, ms of the file."""
-        return float(self.raw.time[self.raw.segment.begin]) + self.shape.origin
 
 
 def read_operations(
@@ -78,7 +47,7 @@ def read_operations(
     if loose and len(found) == len(MOTIONS):
         kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
         found = dict(zip(found, zip(*kept, strict=True), strict=True)) if kept else {}
-    return [record for each in found.values() for some in each for record in some]
+    return without_copies([one for each in found.values() for some in each for one in some])
 
 
 class _Reader(NamedTuple):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.answers.operations import Record
+from breaker.answers.record import Record
 from breaker.files import printable
 from breaker.mechanism import in_digits
 

@@ -9,7 +9,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from math import isfinite, isnan
 
-from breaker.files import FORMAT, Operation, Preamble, channel_of, phase_in, printable
+from breaker.files import (
+    FORMAT,
+    MOTION_OF,
+    Operation,
+    Preamble,
+    channel_of,
+    dates_of,
+    phase_in,
+    printable,
+)
 from breaker.mechanism import in_digits
 from breaker.records import Raw
 
@@ -28,8 +37,16 @@ def against_stated(raw: Raw, stated: Preamble) -> str:
     """Return a warning where a file states another rate or length than a record has; else nothing.
 
     Raises:
-        ValueError: If the rate of the configuration is not the stated one.
+        ValueError: If the rate of the configuration is not the stated one, or the motion is not.
     """
+    motions = {MOTION_OF[letter] for letter in stated.operation.split("-") if letter}
+    if motions and raw.motion not in motions:
+        (other,) = motions
+        raise ValueError(
+            f"the file states that it is a record of {other}, and it is read as {raw.motion}: "
+            "check endurance.format.sign, and the motion that you named; if the file is wrong, "
+            f"mend its {stated.operation!r} above the samples"
+        )
     if isnan(stated.rate) and isnan(stated.length):
         return ""
     name, rate = printable(raw.operation.file), f"{in_digits(1.0 / raw.step, 4)} kHz"
@@ -52,6 +69,14 @@ def against_stated(raw: Raw, stated: Preamble) -> str:
             f"see breaker inspect {name}"
         )
     return ""
+
+
+def date_of(record) -> str:
+    """Return the date of a record as ISO 8601: of its table, or what its file or name states;
+    empty where none does, or day and month may be either.
+    """
+    named = {*dates_of(str(record.operation.file).rpartition("/")[2]).values()}
+    return record.operation.date or record.stated.date or (named.pop() if len(named) == 1 else "")
 
 
 def stated_of(records: Iterable) -> dict[str, float | str]:

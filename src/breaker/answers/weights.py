@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from breaker.answers.answer import Answer, Given
-from breaker.answers.operations import Record
+from breaker.answers.record import Record
 from breaker.family import agreement_of
 from breaker.mechanism import NAMES, Size, in_digits, powers
 from breaker.records import SHAPE_TIMES

@@ -30,6 +30,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "mean_and_change",
             "mean_record",
             "mean_with_scatter",
+            "pace_of",
         ],
         "mechanisms": ["MECHANISMS", "WEARING", "mechanism_draws", "mechanism_outputs"],
         "measured": ["network_record", "normalise_record"],

@@ -91,6 +91,25 @@ def mean_with_scatter(raws: Sequence[Raw], basis: Basis) -> Mean:
     return mean._replace(seen=mean.seen._replace(noise=noise))
 
 
+def pace_of(before: Mean, today: Mean, counts: tuple[int, int]) -> tuple[float, float]:
+    """Return by what a motion lasts longer, and how far its shape has changed beside that.
+
+    Args:
+        before, today: Means of records of one motion, each in its own units.
+        counts: Of how many records.
+
+    Returns:
+        Ratio of the durations; and root mean square of what the shapes differ by, over the noise
+        and the usual scatter of both: about 1 where one is the other, played at another pace.
+    """
+    there = before.seen.present & today.seen.present
+    left = without_onset(before.seen.way, today.seen.way, there)[there]
+    known = np.hypot(before.seen.noise[0], today.seen.noise[0])
+    usual = _USUAL * np.sqrt(sum(1.0 / n for n in counts))
+    ratio = float(today.seen.duration[0] / before.seen.duration[0])
+    return ratio, float(np.sqrt(np.mean(np.square(left))) / np.hypot(known, usual))
+
+
 def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarray:
     """Noise of a mean of records, ``(1,)``: the sensor's, or the scatter of operations if larger.
 

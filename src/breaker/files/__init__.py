@@ -11,6 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "cells": ["EVENTS", "event_words"],
         "columns": ["Columns"],
+        "dates": ["dates_of"],
         "described": ["Description", "Part"],
         "grids": ["open_grid", "unit_text"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],
@@ -33,7 +34,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "metadata_names",
             "read_manifest",
         ],
-        "motions": ["motion_of", "motions_in"],
+        "motions": ["MOTION_OF", "motion_of", "motions_in"],
         "names": ["is_travel_name", "label_of", "split_unit", "unit_of"],
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],

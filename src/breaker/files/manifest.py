@@ -127,11 +127,32 @@ def read_manifest(
                 )
             found.append(row)
         wrong += [f"line {line}, {mistake}" for mistake in mistakes]
+    wrong = wrong or _out_of_order(found, lines)
     if wrong:
         more = len(wrong) - _SHOWN
         rest = [f"and {more} more"] if more > 0 else []
         raise ValueError("\n  ".join([f"{printable(file)} is wrong:", *wrong[:_SHOWN], *rest]))
     return found
+
+
+def _out_of_order(rows: Collection[tuple[str, Operation]], lines: Mapping) -> list[str]:
+    """Say where numbers of operations rise while their dates fall."""
+    last: dict[tuple, tuple[str, int]] = {}
+    wrong = []
+    for motion, each in sorted(rows, key=lambda row: row[1].number):
+        if not each.date:
+            continue
+        of = each.breaker, each.phase, motion
+        date, number = last.get(of, ("", 0))
+        length = min(len(date), len(each.date))
+        if each.date[:length] < date[:length]:
+            wrong.append(
+                f"line {lines[(*of, each.number)]}, column date: {motion} {each.number} is of "
+                f"{each.date}, before {number} of {date}: mend the number or the date, or leave "
+                "the date empty where a clock was wrong"
+            )
+        last[of] = each.date, each.number
+    return wrong
 
 
 def breakers_in(file: str | Path) -> list[str]:

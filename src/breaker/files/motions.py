@@ -14,7 +14,8 @@ motions_in = by_words(
 
 _LETTERS = dict.fromkeys("c合", "C") | dict.fromkeys("o分", "O")
 _FOREIGN = {"e": "C", "f": "C", "a": "O"}  # in a sequence of letters only
-_BY_LETTER = {"C": "closing", "O": "opening"}
+MOTION_OF = {"C": "closing", "O": "opening"}
+"""Motions by their letters in a sequence."""
 
 
 def motion_of(text: str) -> str:
@@ -24,7 +25,7 @@ def motion_of(text: str) -> str:
     ('opening', 'closing', 'closing')
     """
     letter = re.match(r"\s*([CO])\b", text)
-    said = motions_in(text) or (letter and (_BY_LETTER[letter[1]],)) or ()
+    said = motions_in(text) or (letter and (MOTION_OF[letter[1]],)) or ()
     return said[0] if len(said) == 1 else ""
 
 
@@ -37,6 +38,6 @@ def sequence_of(text: str) -> str:
     words = re.findall(r"[^\W\d_]+", text.lower())
     letters = _LETTERS | (_FOREIGN if max(map(len, words), default=0) == 1 else {})
     parts = (part for w in words for part in (w if {*w} <= {*_LETTERS} else [w]))
-    initials = {motion: letter for letter, motion in _BY_LETTER.items()}
+    initials = {motion: letter for letter, motion in MOTION_OF.items()}
     said = (letters.get(part) or initials.get(motion_of(part), "") for part in parts)
     return "-".join(filter(None, said))

@@ -44,7 +44,9 @@ _OTHERS = (
 _KNOWN = {each: unit for unit, spelt in _SPELLINGS.items() for each in spelt.split()}
 _KNOWN |= {other: other for other in _OTHERS.split()}
 _FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items() if len(spelling) > 1}
-_BEHIND = re.compile(r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}|m|°))\s*")
+_BEHIND = re.compile(
+    r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}|m|°)|([°º˚]))\s*"
+)
 _TRAVEL = re.compile(
     r"travel|stroke|\bweg|hub|posi[tcz]|displac|course|carrera|transduc|angle|winkel|[aá]ngulo"
     r"|motion|corsa|curso|recorrido|desplaz|verplaats|\bход|перемещ|положен|行程|位移|^trv?\W*\d",

@@ -28,7 +28,10 @@ _NAMES = {  # words of what a name means
     "bay": r"\bbay\b|\bfeeder\b|\bfeld\b|abzweig|\btravée\b|\bbah[ií]a\b|\bvano\b|间隔",
     "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
     r"(?:typ|type|model|modell|tipo|型号)(?: designation)?$|schaltertyp",
-    "serial": r"\bserial|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
+    "serial": r"^(?:cb|(?:circuit.?)?breaker|ls|(?:leistungs)?schalter|interruptor|disjoncteur)"
+    r"\W*(?:no|nr|num\w*|id|tag)\W*$"
+    r"|^(?:n[°ºo]\.?|no|num[ée]ro) (?:de |du )?(?:disjoncteur|interruptor)"
+    r"|\bserial|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
     r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|matr[ií]c|заводск|n\S* de s[ée]rie|出厂编号",
     "of another thing": r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive"
     r"|antrieb|test|report|software|firmware|battery|relay|channel",

@@ -19,6 +19,7 @@ from breaker.mechanism import in_digits
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
 _MOST_CHANNELS = 10_000
 _MOST_VALUES = 20_000_000  # of a text, where a line takes the time of ten
+_NO_STAMP, _OFF = 2.0**32 - 1, 0.01  # us, of a sample without one; share by which rates may differ
 _BYTES = {"BINARY": 2, "BINARY32": 4, "FLOAT32": 4}  # of an analog value
 
 
@@ -136,3 +137,28 @@ def _check_data(file: str | Path, cfg, data: bytes) -> None:
     if there != stated:
         reason = f"says that there are {stated} samples, but its data have {there}; copy both again"
         raise RejectedCurveError(file, reason)
+    _check_stamps(file, cfg, data, there)
+
+
+def _check_stamps(file: str | Path, cfg, data: bytes, count: int) -> None:
+    """Reject data whose stamps contradict the rate that is stated: nobody knows which is right."""
+    rates = {rate for rate, _ in cfg.sample_rates}
+    if count < 2 or len(rates) != 1 or not (rate := rates.pop()) > 0:
+        return
+    if cfg.ft.upper() == "ASCII":
+        lines = (line.split(b",") for line in data.split(b"\n") if line.count(b",") > 1)
+        found = [float(cells[1]) for cells in lines if cells[1].strip().isdigit()]
+    else:
+        rows = np.frombuffer(data, np.uint8)[: len(data) // count * count].reshape(count, -1)
+        found = rows[:, 4:8].copy().view("<u4").ravel()
+    stamps = np.asarray(found, dtype=float)
+    if stamps.size < count or (stamps >= _NO_STAMP).any() or stamps[-1] <= stamps[0]:
+        return
+    seen = 1e3 * (count - 1) / ((stamps[-1] - stamps[0]) * cfg.timemult)  # kHz, stamps are in us
+    if abs(seen / (1e-3 * rate) - 1.0) > _OFF:
+        raise RejectedCurveError(
+            file,
+            f"states {in_digits(1e-3 * rate, 6)} kHz, but the stamps of its data are those of "
+            f"{in_digits(seen, 4)} kHz; see the recorder's settings, and write the right rate into "
+            "its last lines, or 0 there if the stamps are right",
+        )

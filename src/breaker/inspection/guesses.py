@@ -29,6 +29,11 @@ _PRIOR = (5.0, 40.0)  # mm, strokes for which the default prior may do
 _WHOLE = 1e-6  # samples
 _LONGER = 1.05  # times the longest motion, that a grid shall hold
 _LENGTHS = {"mm": (4.0, 400.0), "m": (0.004, 0.4)}  # strokes, by size
+_SPOKEN_OF = {
+    "deg": re.compile(r"(?i)angle|winkel|[aá]ngul|angol|rotat|rotaz|drehung|\bdreh|угол|角"),
+    "V": re.compile(r"(?i)volt|spannung|\btension|tensi[oó]n|напряж|电压"),
+    "counts": re.compile(r"(?i)count|impuls|pulse|\badc\b|digit|\binkrem|\bincr|encoder|\braw\b"),
+}
 _FIRST = {"c": "closing", "o": "opening"}
 _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
 
@@ -63,7 +68,8 @@ def guess_unit(layout: Layout, travels: Sequence[Travel]) -> Guess:
     if unit and said and unit != said:
         remarks.append(f"the column of travel is in {unit}, but the text above states {said}")
     if (unit := unit or said) is None:
-        unit, why = _unit_by_size(layout.columns[travels[0].place], stroke)
+        name = layout.names[travels[0].place]
+        unit, why = _unit_by_name(name) or _unit_by_size(layout.columns[travels[0].place], stroke)
         remarks.append(f"the unit of the travel is not stated; {why}")
     lacking = {}
     if unit not in TO_MM:
@@ -74,6 +80,12 @@ def guess_unit(layout: Layout, travels: Sequence[Travel]) -> Guess:
         remarks.append("the columns of travel have different units: choose one by --channel")
     settings = {"travel_column": layout.column(travels[0].place), "travel_unit": unit}
     return Guess(settings, lacking, tuple(remarks))
+
+
+def _unit_by_name(name: str) -> tuple[str, str] | None:
+    """A unit of which a name speaks, and why that: of an angle or a voltage no mm are known."""
+    found = next((unit for unit, words in _SPOKEN_OF.items() if words.search(name)), None)
+    return found and (found, f"{found} is a guess, as the column is called {name!r}")
 
 
 def _unit_by_size(readings: np.ndarray, stroke: float) -> tuple[str, str]:

@@ -228,6 +228,11 @@ def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[st
     away = share * float(text.removesuffix("%"))
     if not away > 0.0:
         raise ValueError(f"{name}: the tolerance allows nothing. Write one above 0.")
+    if text.endswith("%") and away >= abs(middle) > 0.0:
+        raise ValueError(
+            f"{name}: a tolerance of {entry['tolerance']} allows nearly anything. Write less than "
+            "100 %."
+        )
     motions = [entry["motion"]] if "motion" in entry else known.motions if known else MOTIONS
     motions = [""] if of == "change" else motions
     rows = []

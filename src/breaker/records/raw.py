@@ -20,6 +20,7 @@ from breaker.records.grid import Gridded, on_grid
 from breaker.records.landmarks import first_motion
 from breaker.records.located import LocatedMotion
 from breaker.records.measured import Measured, Reading
+from breaker.records.plausible import of_no_drive
 from breaker.records.scale import Scale, seen_quantum
 from breaker.records.segments import find_segment
 from breaker.records.stroke import check_stroke, rest_of_open, rest_remark
@@ -58,10 +59,18 @@ class Raw(LocatedMotion):
         time, left = self.time[self.inside], self.left
         return [
             *self.said,
+            self._of_no_drive,
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.whole, self.doubts),
             *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
         ]
+
+    @property
+    def _of_no_drive(self) -> str:
+        """Why this is no motion of a breaker's drive; "" where it may be one."""
+        before, after = self.segment.before, self.segment.after
+        done = (self.left - before) / (after - before)
+        return of_no_drive(self.motion, self.time[self.inside], done, self.segment.stroke)
 
     def measured(
         self, speeds: Sequence[Speed], contact: Contact | None = None

@@ -26,8 +26,8 @@ _DRIFTS = 0.6  # times the way that a drift goes until the end, its error
 _LATE = 0.6  # share of the time after the arrival in which it is looked for
 _CALMS = 2.0  # times the duration, for which a drive may swing
 _ONWARD, _CREEPS = 2.8, 2.0  # times the way seen in a rest that drifts or creeps, its error
-# Durations at the end in which a swing shows; of the way seen there, its error; of the stroke, most
-_SWING, _FOLLOWS, _RESTS = 0.5, 1.0, 0.08
+_SWING, _RESTS = 0.5, 0.08  # durations at the end in which a swing shows; of the stroke, the most
+_FITTED = 0.2  # of a swing, the error of the rest about which it does, where that is fitted
 _UNSEEN, _FADES = 0.12, 2.2  # strokes of a swing that turns there, and how fast it fades, durations
 _SOON = 0.8  # durations after the arrival, before which no drive rests
 
@@ -86,7 +86,8 @@ class Rests:
             raise NotShownError("the record ends before the drive rests")
         settled = self.trace.settles(end - _TAIL * (end - self.arrival), end)
         found = settled if settled is not None else self._last(end)
-        follows = _FOLLOWS * swings + _UNSEEN * stroke * float(np.exp(-_FADES * after))
+        follows = _UNSEEN * stroke * float(np.exp(-_FADES * after))
+        follows += (_FITTED if settled is not None else 1.0) * swings
         drifts = _DRIFTS * self._drift * (end - self.moves)
         return found + self.trace.error(0.0, follows + drifts)
 

@@ -7,9 +7,9 @@ import numpy as np
 from breaker.files import TO_MM
 from breaker.mechanism import in_digits
 from breaker.records.errors import UnusableError
+from breaker.records.plausible import STROKES
 from breaker.records.segments import Segment
 
-_ANY = (2.0, 300.0)  # mm
 # Rest of the open breaker, in strokes: further from zero the record is refused, or has a remark.
 _FAR = 0.15
 # 4 sd of a zero of 0.1 mm, at a stroke of 10 mm; some openings are not quite at rest at their end.
@@ -23,7 +23,7 @@ def check_stroke(stroke: float, settings: Mapping) -> None:
 
     Where it is null, those of any breaker: a unit that is wrong by far more than drives differ.
     """
-    least, most = settings["stroke"] or _ANY
+    least, most = settings["stroke"] or STROKES
     if least <= stroke <= most:
         return
     still = "did the breaker not move, or " if stroke < least else ""
@@ -80,7 +80,7 @@ def rest_remark(
         return ""
     if abs(rest) / segment.stroke > _OFF[motion]:
         return f"the open breaker rests at {rest:.2f} mm: {_REMEDY}, if sensor.zero_sd is less"
-    least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"] or _ANY
+    least, most = (0.0, 0.0) if motion == "closing" else settings["stroke"] or STROKES
     clear = np.inf if zero_sd is None else _SDS * zero_sd
     if least - clear <= segment.before <= most + clear:
         return ""
