@@ -13,6 +13,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "alike": ["judged_today", "unlike"],
         "answer": ["FACTS", "Answer", "Given"],
         "between": ["compared"],
+        "identity": ["swapped"],
         "inferred": ["infer_drive", "infer_means"],
         "judgement": ["judged"],
         "operations": ["read_operations"],

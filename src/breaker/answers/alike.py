@@ -22,7 +22,7 @@ _SAME = 1e-6  # share to which two stated ratios are one
 
 # Of logarithms of durations: from which a pace speaks for a rate, of one motion and of both, by how
 # little both differ; and what of the noise and the usual scatter of shapes is left at most.
-_PACE, _ONE, _SAME_PACE, _SHAPE = 0.04, 0.15, 0.015, 2.0
+_PACE, _ONE, _SAME_PACE, _SHAPE = 0.04, 0.15, 0.015, 0.7
 
 
 def unlike(

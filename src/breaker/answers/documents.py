@@ -47,14 +47,13 @@ def document(
 
     Returns:
         ``{"warnings", "drive", "settings", "records", "together", "means"}``: sentences to be said
-        first, a list with one entry for each record, what several records of a motion have in
-        common, and what their means tell.
+        first, an entry for each record, what several of a motion share, and what means tell.
     """
     known = [n for n in ABOUT if any(_about(each)[n] is not None for each in answers)]
     records = [_record(*both, known) for both in zip(answers, limits, strict=True)]
     together = {motion: each for motion in MOTIONS if (each := _together(motion, records))}
-    warnings = doubts_about([each.record for each in answers])
-    found = {"warnings": warnings, "drive": drive, "settings": settings}
+    found = {"warnings": doubts_about([a.record for a in answers]), "drive": drive}
+    found["settings"] = settings
     pooled = [entry for pole in means for entry in _means(pole)]
     return plainly(found | {"records": records, "together": together, "means": pooled})
 
@@ -63,8 +62,7 @@ def _means(answers: Sequence[Answer]) -> list[dict]:
     """An entry for each answer on means of records of a pole, whichever motions it is from."""
     found: dict[int, dict] = {}
     for each in answers:
-        known = _about(each)
-        about = {name: known[name] for name in ("breaker", "phase")}
+        about = {name: _about(each)[name] for name in ("breaker", "phase")}
         empty = about | {"records": {}, "parameters": _parameters(each), "remarks": each.remarks}
         empty["mechanisms"] = _mechanisms(each)
         entry = found.setdefault(id(each.draws), empty | {"resolved": not each.unresolved})

@@ -6,14 +6,14 @@ common mean.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, permutations
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.answers.record import Record
 from breaker.answers.stated import date_of
-from breaker.files import printable
+from breaker.files import earlier, printable
 from breaker.mechanism import in_digits
 from breaker.records import is_copy
 
@@ -23,6 +23,11 @@ _NEAR = 0.7  # of the noise of both, by which the shapes of copies differ at mos
 _APART = {"stroke": (0.03, "mm"), "duration": (0.25, "ms")}
 _SDS = 6.0  # of the noise, by which they differ as well
 _NAMED = 4  # files in a sentence
+# A gap so many times as wide as others, with two records or more on either side, is none of chance.
+_CLUSTERS, _LEAST = 5.0, {"stroke": 0.01, "duration": 0.03}
+_POLES = 6  # of a breaker, that may be swapped
+_SWAPPED = 25.0  # by which what swapped phases leave is less, in squares of sds
+_SCATTER = 0.005  # of strokes, durations and shapes, usual from visit to visit
 
 
 def without_copies(records: Sequence[Record]) -> list[Record]:
@@ -31,7 +36,7 @@ def without_copies(records: Sequence[Record]) -> list[Record]:
     for each in records:
         of = None if each.reason else _copied(each, first.setdefault(each.motion, _Seen([], {})))
         if of is not None:
-            reason = f"{_name(each)} holds the samples of {_name(of, beside=each)}: they count once"
+            reason = f"{_name(each)} holds the same samples as {_name(of, each)}: they count once"
             each = replace(each, reason=reason, raw=None, shape=None, seen=None)
         found.append(each)
     return found
@@ -104,9 +109,10 @@ def mixed(records: Sequence[Record]) -> dict[tuple[str, str, str], str]:
             values = np.array([value(each) for each in ordered])
             noise = max(float(each.seen.noise[0]) for each in ordered)
             gaps = np.diff(np.log(values))
-            if not gaps.size or gaps.max() <= max(share, _SDS * noise):
+            cut = int(gaps.argmax()) + 1 if gaps.size else 0
+            apart = bool(cut) and gaps.max() > max(share, _SDS * noise)
+            if not (apart or (cut and _two_clusters(gaps, cut, _LEAST[name]))):
                 continue
-            cut = int(gaps.argmax()) + 1
             sides = ordered[:cut], ordered[cut:]
             said = [
                 f"{in_digits(np.median(values[s]), 4)} {unit} in {_listed(each)}"
@@ -119,6 +125,13 @@ def mixed(records: Sequence[Record]) -> dict[tuple[str, str, str], str]:
             )
             break
     return found
+
+
+def _two_clusters(gaps: np.ndarray, cut: int, least: float) -> bool:
+    """Whether the widest gap between values in their order has clusters on either side."""
+    others = np.delete(gaps, cut - 1)
+    wide = gaps[cut - 1] > max(least, _CLUSTERS * others.max(initial=0.0))
+    return bool(wide) and min(cut, len(gaps) + 1 - cut) > 1
 
 
 def _of_shape(name: str) -> Callable[[Record], float]:
@@ -157,22 +170,14 @@ def _out_of_order(records: Sequence[Record]) -> list[str]:
     for one, other in pairwise(rows):
         first, second = date_of(one), date_of(other)
         same = one.motion == other.motion and one.operation.breaker == other.operation.breaker
-        if same and one.operation.number < other.operation.number and falls(first, second):
+        if same and one.operation.number < other.operation.number and earlier(first, second):
             found.setdefault(
                 (first, second),
-                f"{_name(other)}, operation {other.operation.number}, is of {second}, before "
-                f"{_name(one)}, operation {one.operation.number}, of {first}: are the numbers or "
-                "the dates wrong?",
+                f"the date of {_name(other)}, operation {other.operation.number}, {second}, is "
+                f"earlier than that of operation {one.operation.number}, {first}: are the numbers "
+                "or the dates wrong?",
             )
     return list(found.values())[:_NAMED]
-
-
-def falls(first: str, second: str) -> bool:
-    """Say whether the second of two dates, as ISO 8601, is before the first; of one without a time
-    the day alone counts.
-    """
-    length = min(len(first), len(second))
-    return bool(length) and second[:length] < first[:length]
 
 
 def visits_in_order(visits: Mapping[str, Sequence[Record]]) -> list[str]:
@@ -182,13 +187,51 @@ def visits_in_order(visits: Mapping[str, Sequence[Record]]) -> list[str]:
         for visit, records in visits.items()
     }
     before, today = dates.values()
-    if not (before and today and falls(before[0], today[-1])):
+    if not (before and today and earlier(before[0], today[-1])):
         return []
     return [
-        f"the records of the visit before are of {before[0]}, and those of today of {today[-1]}, "
-        "which is earlier: name the earlier visit first, or mend the dates. Changes are told from "
-        "the first to the second as they are named"
+        f"the records of today are of {today[-1]}, which is earlier than those of the visit "
+        f"before, of {before[0]}: name the earlier visit first, or mend the dates. Changes are "
+        "told from the first to the second as they are named"
     ]
+
+
+def swapped(before: Sequence[Record], today: Sequence[Record]) -> str:
+    """Say which phases are likely swapped between two visits; "" if none are: all are then far more
+    like one another of before than like themselves.
+    """
+    visits = [_poles(visit) for visit in (before, today)]
+    phases = sorted(visits[0].keys() & visits[1].keys() - {""})
+    if not 2 <= len(phases) <= _POLES:
+        return ""
+    off = np.array([[_off(visits[0][p], visits[1][q]) for q in phases] for p in phases])
+    ways = list(permutations(range(len(phases))))
+    left = [off[way, range(len(phases))].sum() for way in ways]
+    best = int(np.argmin(left))
+    if not left[0] - left[best] > _SWAPPED or left[best] > 0.5 * left[0]:
+        return ""
+    pairs = [(phases[i], phases[k]) for k, i in enumerate(ways[best]) if i != k]
+    said = ", ".join(f"{now} of today looks like {then} of before" for then, now in pairs)
+    return f"phases may be swapped between the visits: {said}. Check names of channels and leads"
+
+
+def _poles(records: Sequence[Record]) -> dict[str, dict[str, Record]]:
+    """First usable record of each motion of each phase."""
+    found: dict[str, dict[str, Record]] = {}
+    for each in records:
+        if not each.reason:
+            found.setdefault(each.operation.phase, {}).setdefault(each.motion, each)
+    return found
+
+
+def _off(before: Mapping[str, Record], today: Mapping[str, Record]) -> float:
+    """Squares of what motions of two poles differ by, in their usual scatter."""
+    total = 0.0
+    for motion in before.keys() & today.keys():
+        one, other = before[motion].shape, today[motion].shape
+        logs = np.log([one.stroke / other.stroke, one.duration / other.duration])
+        total += float(np.square(logs / _SCATTER).sum())
+    return total
 
 
 def _name(record: Record, beside: Record | None = None) -> str:

@@ -5,6 +5,7 @@ The rate that a file states counts before the configuration, which may be that o
 the table of a folder, which names the file, counts before both.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from math import isfinite, isnan
@@ -81,16 +82,25 @@ def date_of(record) -> str:
 
 def stated_of(records: Iterable) -> dict[str, float | str]:
     """Return what files state of a visit by what it is called: the ratio of the linkage, serial
-    number, bay and phase; what they do not, or differently, is left out.
+    number, bay, phase and channel; what they do not, or differently, is left out.
     """
     found: dict[str, set] = {}
     for each in records:
         said = {"linkage ratio": each.stated.ratio, "serial number": each.stated.serial}
-        said |= {"bay": each.stated.bay, "phase": _phase(each)}
+        said |= {"bay": each.stated.bay, "phase": _phase(each), "channel": _channel(each)}
         for name, value in said.items():
             if value and value == value:
                 found.setdefault(name, set()).add(value)
     return {name: values.pop() for name, values in found.items() if len(values) == 1}
+
+
+def _channel(record) -> str:
+    """Number of a record's channel among those of the same name; empty where it has none."""
+    column = record.operation.channel or (
+        record.raw.settings["travel_column"] if record.raw else ""
+    )
+    number = re.fullmatch(r"(\D*[^\W\d_])[\W_]*(\d)\W*", str(column))
+    return f"{number[1].casefold()} {number[2]}" if number else ""
 
 
 def _phase(record) -> str:

@@ -2,6 +2,7 @@
 
 import argparse
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from math import isnan
@@ -77,6 +78,10 @@ def _run(options: argparse.Namespace) -> int:
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     found = report_of(answers, verdicts, beside)
     _write(found, options.output)
+    for each in found.warnings:
+        print(each)
+    for reason in dict.fromkeys(each.reason for each in records if each.reason):
+        print(f"breaker: not in the report: {reason}", file=sys.stderr)
     print(f"{found.verdict.text}\nreport written to {options.output}")
     return 0
 
@@ -228,11 +233,11 @@ def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) ->
     """The comparison with the visit before, by channel."""
     if not options.before:
         return {}
-    from breaker.answers import compared
+    from breaker.answers import compared, swapped
 
     before = _read(options.before, options, config["endurance"]["format"])
     rejected = [each.reason for each in before if each.reason]
-    found = {}
+    found, said = {}, swapped(before, records)
     for phase in dict.fromkeys(each.operation.phase for each in records):
         pair = {"before": before, "today": records}
         visits = {v: [e for e in rows if e.operation.phase == phase] for v, rows in pair.items()}
@@ -242,6 +247,7 @@ def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) ->
             continue
         try:
             found[phase] = compared(visits, config)
+            found[phase]["warnings"] += [f"WARNING: {said}"] if said else []
         except ValueError as error:
             found[phase] = {"changes": [], "trust": [*rejected, str(error).splitlines()[0]]}
     return found

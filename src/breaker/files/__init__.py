@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "cells": ["EVENTS", "event_words"],
         "columns": ["Columns"],
-        "dates": ["dates_of"],
+        "dates": ["dates_of", "earlier"],
         "described": ["Description", "Part"],
         "grids": ["open_grid", "unit_text"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],

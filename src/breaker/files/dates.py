@@ -32,6 +32,14 @@ def dates_of(text: str) -> dict[bool, str]:
     return found
 
 
+def earlier(first: str, second: str) -> bool:
+    """Say whether the second of two dates, as ISO 8601, is before the first; of one without a time
+    the day alone counts, and of none nothing is known.
+    """
+    length = min(len(first), len(second))
+    return bool(length) and second[:length] < first[:length]
+
+
 def clock_of(text: str) -> str:
     """Return the time of the day in a text as ISO 8601, with a T before it; empty if none is there.
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from breaker.files.cells import READ, event_reader
+from breaker.files.dates import earlier
 from breaker.files.guards import RejectedCurveError, printable, read_bytes
 from breaker.files.settings import FORMAT
 from breaker.mechanism import in_digits
@@ -144,12 +145,11 @@ def _out_of_order(rows: Collection[tuple[str, Operation]], lines: Mapping) -> li
             continue
         of = each.breaker, each.phase, motion
         date, number = last.get(of, ("", 0))
-        length = min(len(date), len(each.date))
-        if each.date[:length] < date[:length]:
+        if earlier(date, each.date):
             wrong.append(
-                f"line {lines[(*of, each.number)]}, column date: {motion} {each.number} is of "
-                f"{each.date}, before {number} of {date}: mend the number or the date, or leave "
-                "the date empty where a clock was wrong"
+                f"line {lines[(*of, each.number)]}, column date: {each.date}, of {motion} "
+                f"{each.number}, is earlier than {date}, of {number}: mend the number or the "
+                "date, or leave the date empty where a clock was wrong"
             )
         last[of] = each.date, each.number
     return wrong

@@ -7,11 +7,13 @@ import csv
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from io import StringIO
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
+from breaker.files.dates import earlier
 from breaker.files.described import Description, Part, descriptions
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
@@ -163,8 +165,21 @@ def _rows(
                 f"{breaker} {motion}".strip() + f": {len(group)} operations are numbered from 1 in "
                 f"the order of {order}, as the names do not say the counter"
             )
+        remarks += _falling(dict(sorted(zip(numbers, group, strict=True))))
         rows += zip(numbers, group, strict=True)
     return rows, remarks
+
+
+def _falling(rows: Mapping[int, _Row]) -> list[str]:
+    """Say where the dates of files fall while the numbers in their names rise."""
+    for (first, one), (second, other) in pairwise(rows.items()):
+        if earlier(one.file.day, other.file.day):
+            return [
+                f"the date of {other.file.path}, operation {second}, {other.file.day}, is earlier "
+                f"than that of operation {first}, {one.file.day}: mend the numbers or the dates; "
+                "the table is refused as it is"
+            ]
+    return []
 
 
 def _files(folder: Path) -> tuple[list[_File], list[str]]:

@@ -7,6 +7,7 @@ Noise never repeats itself: two operations differ by the noise of both at least.
 import numpy as np
 
 from breaker.records.located import LocatedMotion
+from breaker.records.segments import white_noise
 
 _WHOLE = 0.05  # of a sample, by which the steps of two exports may differ
 _LAGS = 3  # samples about the lag that first motions tell, that are tried
@@ -25,8 +26,8 @@ def is_copy(one: LocatedMotion, other: LocatedMotion) -> bool:
         >>> first, again = (way + 0.05 * rng.standard_normal(600) for _ in range(2))
         >>> def record(samples, every=1):
         ...     return SimpleNamespace(
-        ...         left=samples[::every], step=0.1 * every, moves=20.0, process=(0.05, 0.0),
-        ...         time=time[::every], inside=slice(None)
+        ...         left=samples[::every], step=0.1 * every, moves=20.0, time=time[::every],
+        ...         inside=slice(None)
         ...     )
         >>> [is_copy(record(first), record(each, 2)) for each in (0.5 + first.round(2), again)]
         [True, False]
@@ -36,7 +37,7 @@ def is_copy(one: LocatedMotion, other: LocatedMotion) -> bool:
     if abs(every - round(every)) > _WHOLE:
         return False
     every = round(every)
-    noise = np.hypot(*(each.process[0] for each in (fine, coarse)))
+    noise = np.hypot(*(white_noise(each.left) for each in (fine, coarse)))
     starts = [
         round((each.moves - float(each.time[each.inside][0])) / each.step)
         for each in (fine, coarse)

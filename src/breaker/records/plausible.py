@@ -14,6 +14,9 @@ STROKES = (2.0, 300.0)
 SPEEDS = {"closing": (0.2, 8.0), "opening": (0.12, 14.0)}
 """Mean speeds of drives from 10 to 90 % of the way, m/s."""
 
+TIMES = (0.5, 150.0)
+"""Times that they take for that, ms."""
+
 _GAINED = 3.0  # mm/ms^2, largest square of that speed over the stroke
 _SHARES = 0.1, 0.9
 
@@ -36,7 +39,8 @@ def of_no_drive(motion: str, time: np.ndarray, done: np.ndarray, stroke: float) 
     lasts = max(float(time[past[0]] - time[low[-1]]), float(time[1] - time[0]))
     speed = (_SHARES[1] - _SHARES[0]) * stroke / lasts
     least, most = SPEEDS[motion]
-    if least <= speed <= most and speed**2 <= _GAINED * stroke:
+    usual = least <= speed <= most and TIMES[0] <= lasts <= TIMES[1]
+    if usual and speed**2 <= _GAINED * stroke:
         return ""
     return (
         f"{in_digits(stroke, 3)} mm in {in_digits(lasts, 3)} ms, {in_digits(speed, 3)} m/s, is no "
