@@ -24,7 +24,7 @@ _APART = {"stroke": (0.03, "mm"), "duration": (0.25, "ms")}
 _SDS = 6.0  # of the noise, by which they differ as well
 _NAMED = 4  # files in a sentence
 # A gap so many times as wide as others, with two records or more on either side, is none of chance.
-_CLUSTERS, _LEAST = 5.0, {"stroke": 0.01, "duration": 0.03}
+_CLUSTERS, _LEAST = 5.0, {"stroke": 0.018, "duration": 0.03}
 _POLES = 6  # of a breaker, that may be swapped
 _SWAPPED = 25.0  # by which what swapped phases leave is less, in squares of sds
 _SCATTER = 0.005  # of strokes, durations and shapes, usual from visit to visit

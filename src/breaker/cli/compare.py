@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import getitem
@@ -96,7 +97,7 @@ def _check_no_facts(known: Mapping) -> None:
 def _check_visits(visits: Sequence[Mapping]) -> None:
     """Refuse visits that share a file, or whose tables name different drives; a file names none."""
     before, today = ([op for each in by.values() for op in each] for by in visits)
-    first, second = ({str(op.file.resolve()) for op in visit} for visit in (before, today))
+    first, second = ({os.path.realpath(op.file) for op in visit} for visit in (before, today))
     if both := sorted(first & second):
         raise ValueError(f"{both[0]} is named in both visits; leave it out of one of them")
     for name in ("breaker", "phase"):

@@ -23,6 +23,7 @@ from matplotlib.text import Text
 from numpy.typing import ArrayLike
 from PIL import Image
 
+from breaker.files import printable
 from breaker.mechanism import ONSET, PARAMETERS
 
 OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
@@ -119,12 +120,12 @@ def symbols(names: Sequence[str]) -> list[str]:
 
 
 def literal(text: object) -> str:
-    """Return a text, with names that a user gave, without signs of mathematics.
+    """Return a text, with names that a user gave, without signs of mathematics or none at all.
 
     >>> literal("5 $ or more")
     '5 \\\\$ or more'
     """
-    return str(text).replace("$", r"\$")
+    return printable(str(text)).replace("$", r"\$")
 
 
 def symbolic(text: object) -> str:

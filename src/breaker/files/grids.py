@@ -99,6 +99,24 @@ def _as_version_3(file: str | Path, content: bytes) -> bytes:
     return done.stdout
 
 
+def _check_alone(content: io.BytesIO) -> None:
+    """Refuse a file whose values are in other ones, which would be read, whatever these are."""
+    import h5py
+
+    def look(name: str, part: h5py.Group | h5py.Dataset) -> None:
+        if isinstance(part, h5py.Group):
+            links = (part.get(each, getlink=True) for each in part)
+            apart = any(isinstance(link, h5py.ExternalLink) for link in links)
+        else:
+            apart = bool(part.external) or part.is_virtual
+        if apart:
+            raise TooLargeError(f"has {name!r} in another file; export it as one file")
+
+    with h5py.File(content, "r") as file:
+        look("/", file)
+        file.visititems(look)
+
+
 def _convert() -> None:
     """Read version 4 from the standard input, and write its numbers as version 3 to the output."""
     import resource
@@ -108,6 +126,7 @@ def _convert() -> None:
 
     resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
     content = io.BytesIO(sys.stdin.buffer.read())
+    _check_alone(content)
     with xr.open_dataset(content, engine="h5netcdf", **_UNTOUCHED) as dataset:
         wanted = {
             name: each

@@ -8,11 +8,12 @@ the ends of a table there is no travel.
 import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 
-from breaker.files import TO_MM
+from breaker.files import TO_MM, RejectedCurveError, read_bytes
 from breaker.records.errors import UnusableError
 
 _BEYOND = 0.02  # of its width, by which noise may leave a table; there it goes on straight
@@ -91,9 +92,11 @@ def _read_table(file: str | Path) -> np.ndarray:
     """Readings, increasing, and mm, ``(2, n)``, of a CSV file with commas and decimal points."""
     name = f"endurance.format.table, {file}"
     try:
-        with open(file, encoding="utf-8-sig", newline="") as lines:
-            rows = [row for row in csv.reader(lines) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeError, csv.Error) as error:
+        lines = StringIO(read_bytes(file).decode("utf-8-sig"), newline="")
+        rows = [row for row in csv.reader(lines) if any(cell.strip() for cell in row)]
+    except RejectedCurveError as error:
+        raise ValueError(f"endurance.format.table, {error}") from error
+    except (UnicodeError, csv.Error) as error:
         raise ValueError(f"{name}: cannot be read: {error}") from error
     try:
         float(rows[0][0])
