@@ -22,6 +22,13 @@ NOTHING = Measured(np.nan, np.nan, "the record was rejected")
 """What is measured of a record that is not there."""
 
 _OF_EVENT = {"wipe", *SWITCHING.values(), *(f"{motion}_time" for motion in MOTIONS)}
+MAY_SLIDE = (
+    "not timed, and a contact that slides, as at such a stroke, shows none: record it, or give "
+    "--known L"
+)
+"""Why the time of touch or parting is withheld."""
+
+_PRESSED = 60.0  # mm, longest stroke of drives that press their contact by a spring
 _IMPROBABLE = 1e-3  # share of a prior's drives that lie farther out than one that it expects
 
 
@@ -114,6 +121,7 @@ class Answer:
         prior_sds: Of each parameter's median from that of a given prior, in its sds.
         prior_p_value: Share of that prior's drives that are farther out.
         records: How many records it is the mean of.
+        contact_known: Whether facts or a prior of the type say how the contact is.
         surprise: Of the contact's time, in sds of what the record leads to expect.
         remarks: What is doubtful, in words.
     """
@@ -132,6 +140,7 @@ class Answer:
     prior_sds: np.ndarray | None = None
     prior_p_value: float = np.nan
     records: int = 1
+    contact_known: bool = False
     surprise: float = np.nan
     remarks: tuple[str, ...] = ()
 
@@ -144,6 +153,8 @@ class Answer:
     def why_not(self, name: str) -> str:
         """Why a quantity is not known; empty if it is."""
         known = self.draws is not None
+        if known and self.may_slide and not self.alone(name):
+            return MAY_SLIDE
         if (known and self.is_inferred(name)) or not (known or self.alone(name)):
             return self.why_not_inferred
         return self.measured.get(name, NOTHING).reason
@@ -157,11 +168,17 @@ class Answer:
     def contact(self) -> Contact:
         """The contact of the record, with the inferred touch or parting where none was timed."""
         contact = self.record.raw.contact
-        if self.record.timed or self.draws is None:
+        if self.record.timed or self.draws is None or self.may_slide:
             return contact
         switching = self.draws.switching[self.record.motion]
         at = self.record.tenth + float(np.median(switching))
         return contact._replace(time=at, sd=float(switching.std()))
+
+    @property
+    def may_slide(self) -> bool:
+        """Whether the contact may slide without a spring, so that no travel shows its touch."""
+        known = self.record.timed or self.contact_known
+        return not known and self.record.shape.stroke > _PRESSED
 
     @property
     def after_release(self) -> np.ndarray:

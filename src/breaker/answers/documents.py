@@ -10,7 +10,7 @@ from io import StringIO
 
 import numpy as np
 
-from breaker.answers.answer import Answer
+from breaker.answers.answer import MAY_SLIDE, Answer
 from breaker.answers.identity import doubts_about
 from breaker.answers.judgement import NORMAL, VERDICTS
 from breaker.family import MECHANISMS
@@ -136,7 +136,9 @@ def _parameters(answer: Answer) -> dict:
     found = {}
     for k, each in enumerate(PARAMETERS):
         draws = None if answer.draws is None else answer.inferred(each.name)
-        found[each.name] = {"unit": each.unit, "meaning": each.meaning} | _drawn(draws)
+        row = found[each.name] = {"unit": each.unit, "meaning": each.meaning} | _drawn(draws)
+        if each.name == "L" and draws is not None and answer.may_slide:  # where it touches
+            row |= _drawn(None) | {"reason": MAY_SLIDE}
         if answer.prior_share is not None:
             found[each.name]["prior_share"] = answer.prior_share[k]
         if answer.prior_sds is not None:
@@ -179,18 +181,16 @@ def _quantities(answer: Answer) -> dict:
 
 
 def _from_a_tenth(answer: Answer) -> dict:
-    """When the drive is released and its contact switches, from 10 % of the way on.
-
-    A record shows 10 % of the way; a release it shows less well, and not at all where the force
-    builds up slowly.
+    """When the drive is released and its contact switches, from 10 % of the way on, which a record
+    shows; a release that builds up slowly it does not.
     """
     if answer.draws is None:
         return {}
     motion, found = answer.record.motion, {}
-    for event, draws in (
-        ("release", answer.draws.release[motion]),
-        (EVENTS[motion], answer.draws.switching[motion]),
-    ):
+    events = {"release": answer.draws.release[motion]}
+    if not answer.may_slide:
+        events[EVENTS[motion]] = answer.draws.switching[motion]
+    for event, draws in events.items():
         about = {"unit": "ms", "meaning": f"{event}, counted from 10 % of the way"}
         about |= _drawn(draws) | {"source": "inferred", "reason": None}
         found[event + FROM_TENTH] = about

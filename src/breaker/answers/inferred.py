@@ -158,6 +158,7 @@ def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list
             each,
             draws=draws if effective else None,
             effective_size=effective,
+            contact_known=given.prior is not None or bool(given.known),
             unresolved=unresolved,
             surprise=surprise_of(each),
         )

@@ -46,7 +46,8 @@ def _mean(found: Mapping) -> list[str]:
     lines = [f"inferred from the mean of {of}{' of ' * bool(about)}{about}"]
     if found["resolved"]:
         for name, each in found["parameters"].items():
-            lines += _row(name, each, f"{each['meaning']}{_of_prior(each)}")
+            told = f"{each['meaning']}{_of_prior(each)}"
+            lines += _row(name, each, each.get("reason") or told)
         lines += _mechanisms(found)
     said = [f"remark: {each}" for each in found["remarks"]]
     said += [] if found["resolved"] else ["NOT resolved: too few draws are left"]
