@@ -122,9 +122,8 @@ def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
     for pair in pairs:
         digits = iter(_DIGITS.findall(pair.name))
         near = meant.get(_DIGITS.sub("#", pair.name))
-        found.append(
-            pair._replace(name=re.sub("#", lambda _: next(digits), near)) if near else pair
-        )
+        name = re.sub("#", lambda _, left=digits: next(left), near) if near else pair.name
+        found.append(pair._replace(name=name))
     return found
 
 
