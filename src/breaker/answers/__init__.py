@@ -35,6 +35,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "words": ["in_words"],
         # The prior of a type.
         "checks": ["check_fitted"],
+        "cursors": ["explained"],
         "fitted": [
             "SWINGING",
             "FittedPrior",

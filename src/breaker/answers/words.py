@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from textwrap import wrap
 
+from breaker.answers.cursors import place_lines
 from breaker.answers.judgement import VERDICTS
 from breaker.mechanism import in_digits, in_p
 
@@ -75,9 +76,10 @@ def _long(record: Mapping) -> list[str]:
     if record["fit"]["resolved"]:
         lines.append(f"inferred{together}")
         for name, each in inferred.items():
-            lines += _row(name, each, f"{each['meaning']}{_of_prior(each)}")
+            lines += _row(name, each, each.get("reason") or f"{each['meaning']}{_of_prior(each)}")
         lines += _mechanisms(record)
-    return [*lines, *limit_lines(record.get("limits", [])), *_ending(record)]
+    lines += limit_lines(record.get("limits", []))
+    return [*lines, *place_lines(record), *_ending(record)]
 
 
 def present(found: Mapping) -> dict[str, Mapping]:

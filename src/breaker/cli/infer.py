@@ -34,6 +34,8 @@ def add(infer: argparse.ArgumentParser) -> None:
     what += "mu=2.4:0.07 or wipe=3.5:0.3"
     infer.add_argument("--known", type=_fact, metavar="NAME=VALUE:SD", help=what, **SEVERAL)
     add_path(infer, "--model", "FILE", "a network of another family, trained by the workflow")
+    what = "say where in the record each number is read, to be checked against the analyser"
+    infer.add_argument("--explain", action="store_true", help=what)
     infer.add_argument("--json", action="store_true", help="print one JSON document")
     add_path(infer, "--output", "CSV", "write a table there, with all columns")
     add_path(infer, "--plot", "PNG", "draw the answer there, or with --reference the overlay")
@@ -83,6 +85,7 @@ def _run(options: argparse.Namespace) -> int:
     # Imported here, so that --help and wrong options answer at once.
     from breaker.answers import (
         document,
+        explained,
         in_words,
         infer_drive,
         infer_means,
@@ -106,6 +109,8 @@ def _run(options: argparse.Namespace) -> int:
     about = {"size": given.size and vars(given.size), "words": words}
     means = infer_means(answers, given, settings)
     found = document(answers, verdicts, about, settings | {"known": dict(given.known)}, means)
+    if options.explain:
+        found = explained(found, answers)
     if overlays:
         found["reference"] = [each.values for each in overlays]
     rejected = [each for each in found["records"] if not each["accepted"]]

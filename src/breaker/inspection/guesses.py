@@ -16,13 +16,14 @@ from breaker.files import TO_MM, motion_of, motions_in, unit_of
 from breaker.inspection.channels import LISTED, Travel
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
-from breaker.inspection.wiring import closes_by_resistance, coils_before
+from breaker.inspection.wiring import closes_by_resistance, coils_before, switches_at
 from breaker.mechanism import in_digits
 
 _MARGIN = 0.1  # share of the strokes seen that is allowed beyond them, so that a false gain shows
 _AT_ZERO = 0.3  # mm, up to which the open breaker rests at 0
 _NEAR_ZERO = 0.25  # strokes, within which the rest nearer to 0 is taken for the open one
 _RESISTANCES = 8.0  # weight of those of contacts: more than all that a curve says
+_CONTACTS, _MIDDLE = 5.0, 0.07  # weight of where these switch; of the way, about its half
 _OVER = 1.5  # ratio of over-travels, from which motions differ
 _ALIKE = 1.15  # ratio of strokes, from which motions differ
 _PRIOR = (5.0, 40.0)  # mm, strokes for which the default prior may do
@@ -119,6 +120,9 @@ def guess_direction(layout: Layout, travels: Sequence[Travel]) -> Guess:
     if switched := closes_by_resistance(layout, travel):
         falls = "fall" if switched > 0.0 else "rise"
         signs.append((_RESISTANCES * switched, f"resistances of contacts {falls} in it"))
+    if abs((share := switches_at(layout, travel)) - 0.5) > _MIDDLE:
+        weight, part = (1.0, "late") if share > 0.5 else (-1.0, "early")
+        signs.append((_CONTACTS * weight, f"contacts switch {part} in it"))
     seen = "closing" if sum(weight for weight, _ in signs) >= 0.0 else "opening"
     first = said or seen
     fors = [why for weight, why in signs if (weight > 0.0) == (first == "closing")]

@@ -147,6 +147,19 @@ def closes_by_resistance(layout: Layout, travel: Travel) -> float:
     return float(np.mean(fall)) if fall else 0.0
 
 
+def switches_at(layout: Layout, travel: Travel) -> float:
+    """Return the share of the first motion of a travel after which contacts switch in it, their
+    median; nan where none does. A gap is most of the way: they touch late, and part early.
+    """
+    part, done, found = travel.part(0), travel.done(0), []
+    for i in _named(layout, range(len(layout.names)), CONTACT):
+        if i != travel.place and _has_signal(layout, i):
+            at = _switches(layout.columns[i], part)
+            if at >= 0 and travel.begins(0) <= part[0] + at:
+                found.append(float(done[part[0] + at]))
+    return float(np.median(found)) if found else float("nan")
+
+
 def _known_phases(
     layout: Layout, poles: Sequence[tuple[set[str], set[str]]], contacts: Sequence[int]
 ) -> set[str]:

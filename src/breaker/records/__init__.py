@@ -16,6 +16,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "landmarks": ["main_motion"],
         "measured": ["Measured", "Reading", "measure_curve"],
         "noise": ["noise_remarks"],
+        "places": ["Place", "places_of"],
         "raw": ["Raw", "read_raws", "taken_apart"],
         "reader": ["Record", "open_curves", "read_curves", "read_record"],
         "running": ["filled"],

@@ -132,7 +132,7 @@ class Reading:
         count = round(_LEAP * self.duration / located.step)
         slips = [(k - near.start, leap_at(forward, k, count)) for k in slips]
         self.trace = Trace(time[near], forward[near], *around, slips)
-        self._rests = Rests(self.trace, segment, moves, self.arrival)
+        self.rests = Rests(self.trace, segment, moves, self.arrival)
 
     def quantities(self) -> dict[str, Measured]:
         """Return all of ``mechanism.quantities_of`` by name: the model's and those of records."""
@@ -163,14 +163,14 @@ class Reading:
         """Rest before the motion."""
         if self.clipped.size and self.clipped[0] < self.trace.known[0]:
             raise NotShownError(f"{_CLIPPED} before the motion")
-        return self._rests.before
+        return self.rests.before
 
     @property
     def after(self) -> Uncertain:
         """Rest after the motion."""
         if self.clipped.size and self.clipped[-1] > self.trace.known[-1]:
             raise NotShownError(f"{_CLIPPED} after the motion")
-        return self._rests.after
+        return self.rests.after
 
     def switching(self) -> Uncertain:
         """Time from the first motion to touch or parting, ms."""

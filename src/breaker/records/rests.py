@@ -91,6 +91,15 @@ class Rests:
         drifts = _DRIFTS * self._drift * (end - self.moves)
         return found + self.trace.error(0.0, follows + drifts)
 
+    def window(self, side: str) -> tuple[float, float]:
+        """Return from when to when the rest "before" or "after" the motion is read, ms."""
+        if side == "before":
+            return self._lead
+        end = min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
+        settled = self.trace.settles(end - _TAIL * (end - self.arrival), end) is not None
+        last = max(_LAST * (end - self.arrival), _SHORT * self.trace.step)
+        return end - (_TAIL * (end - self.arrival) if settled else last), end
+
     @property
     def _few(self) -> float:
         """Least time in which parts of a rest have samples enough, ms."""
