@@ -24,10 +24,7 @@ _APART = 12  # samples, least time between the two; if not, both are higher
 _HIGHER, _HIGHEST = 1.25, 0.4
 _REST = 8  # times as long as from the one to the other, back to where the fit begins
 _HIGHER_RISES = 0.15, 0.25  # of the way, of two other fits
-_AGREE, _AGREE_SDS = (
-    0.06,
-    2.0,
-)  # of the time of the low rise, and sds, within which the first counts
+_AGREE, _AGREE_SDS = 0.12, 2.0  # of the time of the low rise, and sds, within which it counts
 _POWERS = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])
 _USUAL, _SPREAD = 1.85, 0.15  # their prior: Student's t with 3 degrees of freedom
 _MOST_COLOUR = 0.5  # correlation of neighbours that counts; a counter's steps are more correlated
