@@ -17,9 +17,11 @@ def test_places_give_the_numbers_again(told):
     for record in told:
         known, places = record["quantities"], record["places"]
         before, after = places["stroke"]
-        assert known["stroke"]["median"] == pytest.approx(abs(after["travel"] - before["travel"]), rel=1e-4)
+        way = abs(after["travel"] - before["travel"])
+        assert known["stroke"]["median"] == pytest.approx(way, rel=1e-4)
         begin, end = places["travel_time"]
-        assert known["travel_time"]["median"] == pytest.approx(end["time"] - begin["time"], rel=1e-4)
+        lasts = end["time"] - begin["time"]
+        assert known["travel_time"]["median"] == pytest.approx(lasts, rel=1e-4)
         for name, (first, last) in places.items():
             if "_speed" in name:
                 way = abs(last["travel"] - first["travel"])
