@@ -204,3 +204,15 @@ def test_events_are_of_those_that_are_known(tmp_path):
     assert "greased, " in str(caught.value)
     assert "repair, spring replaced, transducer" in str(caught.value)
     assert "endurance.events" in str(caught.value)
+
+
+def test_numbers_that_rise_while_dates_fall_are_refused(tmp_path):
+    table = tmp_path / "operations.csv"
+    head = "file,motion,operation,date\n"
+    table.write_text(head + "a.csv,closing,1,2024-05-01\nb.csv,closing,2,2023-05-01\n")
+    with pytest.raises(ValueError, match=r"line 3, column date: 2023-05-01, of closing 2, is earl"):
+        read_manifest(table)
+    table.write_text(
+        head + "a.csv,closing,1,2024-05-01\nb.csv,closing,2,\nc.csv,closing,3,2024-05-01\n"
+    )
+    assert len(read_manifest(table)) == 3

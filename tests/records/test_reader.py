@@ -255,3 +255,15 @@ def test_chunks_of_operations_are_opened_as_one(folder, tmp_path, times):
     for name in whole.data_vars:
         np.testing.assert_array_equal(together[name].values, whole[name].values)
     assert together.operation.values.tolist() == [1, 2, 3, 4, 5]
+
+
+def test_a_record_of_two_operations_counts_once(tmp_path, prior, times):
+    """As a table has it that names one file in all rows, or copies of it."""
+    files = [tmp_path / f"{n}.csv" for n in (1, 2, 3)]
+    for file in files[:2]:
+        written(file, prior)
+    files[2].write_bytes(files[1].read_bytes())
+    some = [Operation(n, file) for n, file in enumerate([*files, files[0]], start=1)]
+    curves = read_curves(some, {}, Grid(times), "closing")
+    assert curves.accepted.values.tolist() == [True, False, False, False]
+    assert "holds the same samples as" in str(curves.reason.values[1])

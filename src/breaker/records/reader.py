@@ -124,10 +124,15 @@ def read_curves(
         ValueError: If the settings lack something, or name an unknown unit or encoding.
     """
     records: list[Record | RejectedCurveError] = []
+    first: dict[bytes, Raw] = {}
     for raw in read_raws(operations, settings, motion)[0]:
         try:
             if isinstance(raw, RejectedCurveError):
                 raise raw
+            of = first.setdefault(raw.left.tobytes(), raw).operation
+            if of is not raw.operation:
+                copied = f"holds the same samples as {printable(of.file)}: they count once"
+                raise RejectedCurveError(raw.operation.file, copied)
             records.append(_to_grid(raw, grid))
         except RejectedCurveError as error:
             records.append(error)
