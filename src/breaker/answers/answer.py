@@ -22,6 +22,9 @@ NOTHING = Measured(np.nan, np.nan, "the record was rejected")
 """What is measured of a record that is not there."""
 
 _OF_EVENT = {"wipe", *SWITCHING.values(), *(f"{motion}_time" for motion in MOTIONS)}
+WITH_CONTACT = _OF_EVENT | {"L"}
+"""What is withheld where the contact may slide."""
+
 MAY_SLIDE = (
     "not timed, and a contact that slides, as at such a stroke, shows none: record it, or give "
     "--known L"

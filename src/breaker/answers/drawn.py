@@ -11,7 +11,7 @@ from breaker.answers.overlays import Overlay
 from breaker.answers.words import how_it_fits
 from breaker.family import PARTS
 from breaker.files import printable
-from breaker.mechanism import in_p
+from breaker.mechanism import NAMES, in_p
 from breaker.model import generator
 from breaker.records import SHAPE_TIMES, Reading
 
@@ -51,7 +51,8 @@ class Shown(NamedTuple):
     Attributes:
         title: Of the picture.
         curves: First record of each motion.
-        posteriors: Draws ``(d, p)`` of some operations, by the motions that they are of.
+        posteriors: Draws ``(d, p)`` of some operations, by the motions that they are of; nan of a
+            parameter that is withheld.
         prior: Draws ``(d, p)`` of the prior.
         switching: By motion, draws of the time from the release to touch or parting, ms.
     """
@@ -75,9 +76,12 @@ def shown(answers: Sequence[Answer], given: Given, *, seed: int) -> Shown:
     posteriors: dict[str, list[np.ndarray]] = {}
     switching: dict[str, list[np.ndarray]] = {}
     for answer in drawn:
-        switching.setdefault(answer.record.motion, []).append(answer.after_release)
+        if not answer.may_slide:
+            switching.setdefault(answer.record.motion, []).append(answer.after_release)
         if answer.record.motion == answer.motions[0]:
-            posteriors.setdefault(" and ".join(answer.motions), []).append(answer.draws.theta)
+            theta = answer.draws.theta.copy()
+            theta[:, NAMES.index("L")] *= np.nan if answer.may_slide else 1.0
+            posteriors.setdefault(" and ".join(answer.motions), []).append(theta)
     return Shown(
         f"Drive as inferred from {source}",
         {motion: _curve(each) for motion, each in first.items()},
@@ -111,7 +115,7 @@ def _curve(answer: Answer) -> Curve:
     words = f"{how_it_fits(match.p_value, answer.misfit)} the family, {in_p(match.p_value)}"
     if far:
         words = f"does NOT fit the prior, {in_p(answer.prior_p_value)}"
-    none = np.empty(0)
+    none, untold = np.empty(0), answer.draws is None or answer.may_slide
     return Curve(
         file=_name(answer),
         words=words,
@@ -122,7 +126,7 @@ def _curve(answer: Answer) -> Curve:
         nearest=sign * (shape.rest + shape.stroke * match.nearest),
         left=left,
         usual=usual,
-        switching=none if answer.draws is None else after + answer.draws.switching[record.motion],
+        switching=none if untold else after + answer.draws.switching[record.motion],
     )
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.answers.answer import NOTHING, Answer
+from breaker.answers.answer import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
 from breaker.mechanism import EVENTS, QUANTITIES, Limit, in_digits
 from breaker.model import generator
 
@@ -142,6 +142,8 @@ def _told(answer: Answer, limit: Limit, name: str) -> Told:
         of_model = name not in QUANTITIES or "model" in QUANTITIES[name].of
         takes = ", and of: model takes the inferred one" * of_model
         return Told(reason=f"no contact channel: {EVENTS[limit.motion]} was not measured{takes}")
+    if answer.draws is not None and answer.may_slide and name in WITH_CONTACT:
+        return Told(reason=MAY_SLIDE)
     if alone or not answer.is_inferred(name):
         measured = answer.measured.get(name, NOTHING)
         return Told(measured.value, measured.sd, None, measured.reason)

@@ -38,7 +38,8 @@ def answer(data: Shown) -> Figure:
         _left(left, curve)
     axes = below.subplots(-(-(len(PARAMETERS) + 1) // _COLUMNS), _COLUMNS).flat
     for k, (axis, each) in enumerate(zip(axes, PARAMETERS, strict=False)):
-        posteriors = {of: [draws[:, k] for draws in some] for of, some in data.posteriors.items()}
+        told = data.posteriors.items()
+        posteriors = {of: [d[:, k] for d in some if np.isfinite(d[0, k])] for of, some in told}
         _densities(axis, posteriors, data.prior[:, k])
         axis.set_title(style.literal(each.meaning), loc="left", fontsize=9)
         axis.set_xlabel(each.label)
