@@ -126,3 +126,27 @@ def test_swapped_phases_are_said_where_they_explain_what_differs():
     )
     worn = [record(30 + n, slow=1.04 * slow[p], phase=p) for n, p in enumerate(slow)]
     assert swapped(before, worn) == ""
+
+
+def test_files_that_are_numbered_by_their_place_alone_have_no_order():
+    first, second = (record(n, date="") for n in (1, 2))
+    named = [
+        replace(each, operation=replace(each.operation, file=file), stated=Preamble(dates=(date,)))
+        for each, file, date in (
+            (first, "b.csv", "2024-05-01"),
+            (second, "a.csv", "2019-05-01"),
+        )
+    ]
+    assert doubts_about(named) == []
+    numbered = [
+        replace(each, operation=replace(each.operation, file=f"op_{each.operation.number:04}.csv"))
+        for each in named
+    ]
+    assert len(doubts_about(numbered)) == 1
+
+
+def test_a_type_in_two_spellings_is_one():
+    types = [
+        replace(record(n), stated=Preamble(type=name)) for n, name in enumerate(("GL314", "GL 314"))
+    ]
+    assert doubts_about(types) == []

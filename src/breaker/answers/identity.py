@@ -4,6 +4,7 @@ What is found is said before anything else; copies count once, and records of se
 common mean.
 """
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise, permutations
@@ -146,7 +147,7 @@ def _names_differ(records: Sequence[Record]) -> list[str]:
     for name in ("serial", "bay", "type"):
         by: dict[str, list[Record]] = {}
         for each in records:
-            if said := " ".join(getattr(each.stated, name).casefold().split()):
+            if said := "".join(getattr(each.stated, name).casefold().split()):
                 by.setdefault(said, []).append(each)
         if len(by) > 1 and not (name == "serial" and _are_poles(records)):
             said = " and ".join(
@@ -164,9 +165,10 @@ def _are_poles(records: Sequence[Record]) -> bool:
 
 
 def _out_of_order(records: Sequence[Record]) -> list[str]:
-    """Where numbers of operations rise while their dates fall."""
+    """Where numbers of operations, of a table or in names, rise while their dates fall."""
     found: dict[tuple[str, str], str] = {}
-    rows = sorted(records, key=lambda each: (each.motion, each.operation.number))
+    rows = [each for each in records if each.operation.date or _is_numbered(each)]
+    rows.sort(key=lambda each: (each.motion, each.operation.number))
     for one, other in pairwise(rows):
         first, second = date_of(one), date_of(other)
         same = one.motion == other.motion and one.operation.breaker == other.operation.breaker
@@ -178,6 +180,12 @@ def _out_of_order(records: Sequence[Record]) -> list[str]:
                 "or the dates wrong?",
             )
     return list(found.values())[:_NAMED]
+
+
+def _is_numbered(record: Record) -> bool:
+    """Whether the number of an operation is one in the name of its file, and not of its place."""
+    digits = re.findall(r"\d+", _name(record).rpartition("/")[2])
+    return record.operation.number in map(int, digits)
 
 
 def visits_in_order(visits: Mapping[str, Sequence[Record]]) -> list[str]:
