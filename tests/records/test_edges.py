@@ -199,15 +199,16 @@ def test_from_a_file_to_the_dataset(tmp_path, prior, sensor, motion):
     switches = MOVES + exact.switching[0]
     contact = np.where((switches <= TIME) == (motion == "closing"), "0.1", "12.0")
     trigger = (TIME >= 7.0) * 2.5
-    rows = zip(TIME, exact.travel[0], contact, trigger, strict=True)
-    lines = ["main,travel,coil,time", "V,mm,A,ms"]
-    lines += [f"{c},{x:.4f},{i},{t:.2f}" for t, x, c, i in rows]
-    (tmp_path / "a.csv").write_text("\n".join(lines))
+    for name, more in (("a.csv", 0.0), ("b.csv", 0.001)):  # a copy would count once
+        rows = zip(TIME, exact.travel[0] + more, contact, trigger, strict=True)
+        lines = ["main,travel,coil,time", "V,mm,A,ms"]
+        lines += [f"{c},{x:.4f},{i},{t:.2f}" for t, x, c, i in rows]
+        (tmp_path / name).write_text("\n".join(lines))
     settings = {"time_unit": "ms", "contact_column": "main", "trigger_column": "coil"}
     own = {"timing_sd": 0.3}
     operations = [
         Operation(1, tmp_path / "a.csv"),
-        Operation(2, tmp_path / "a.csv", switching=switches + 1.0, trigger=2.0, settings=own),
+        Operation(2, tmp_path / "b.csv", switching=switches + 1.0, trigger=2.0, settings=own),
         Operation(3, tmp_path / "a.csv", switching=3.0),
         Operation(4, tmp_path / "none.csv"),
     ]

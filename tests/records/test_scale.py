@@ -77,7 +77,7 @@ def test_beyond_a_table_is_no_travel(tmp_path):
         ("0;0\n1;5\n", "lines that are not two numbers"),
         ("0,0,0\n1,5,0\n", "lines that are not two numbers"),
         ("0,0\n1,five\n", "lines that are not two numbers"),
-        (None, "cannot be read"),
+        (None, "is not there"),
     ],
 )
 def test_a_wrong_table_is_refused_before_any_file(tmp_path, text, reason):
