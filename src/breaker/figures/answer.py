@@ -88,7 +88,6 @@ def _densities(
     every = [draws for some in posteriors.values() for draws in some]
     every = every or [each for each in [prior] if each is not None]
     if not every:
-        axis.set(xticks=[])
         axis.text(0.5, 0.5, "not inferred", ha="center", transform=axis.transAxes)
         return
     low, high = np.quantile(np.concatenate(every), [0.001, 0.999])

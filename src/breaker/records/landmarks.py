@@ -23,7 +23,7 @@ _ON = 2.25  # times that rise: at even force half as late again
 _APART = 12  # samples, least time between the two; if not, both are higher
 _HIGHER, _HIGHEST = 1.25, 0.4
 _REST = 8  # times as long as from the one to the other, back to where the fit begins
-_HIGHER_RISES = 0.15, 0.25  # of the way, of two other fits
+_HIGHER_RISES = 0.25, 0.15  # of the way, of two other fits
 _AGREE, _AGREE_SDS = 0.2, 2.0  # of the time of the low rise, and sds, within which it counts
 _POWERS = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])
 _USUAL, _SPREAD = 1.85, 0.15  # their prior: Student's t with 3 degrees of freedom
@@ -83,9 +83,13 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[flo
         raise UnusableError(f"the first motion is not seen: its time is uncertain by {sd:.1f} ms")
     if first == 0 and best - known[0] < _BEFORE * (end - best):
         raise UnusableError("no rest before the motion: the record begins too late")
-    higher = [start(*_rise(smooth, noise, share)[:2])[:2] for share in _HIGHER_RISES]
-    apart, middle = 0.0, sorted([(best, sd), *higher])[1]
-    if abs(middle[0] - best) > max(_AGREE * (end - best), _AGREE_SDS * sd):
+    apart, most, found = 0.0, max(_AGREE * (end - best), _AGREE_SDS * sd), [(best, sd)]
+    for share in _HIGHER_RISES:  # the second is needed where the first disagrees
+        found.append(start(*_rise(smooth, noise, share)[:2])[:2])
+        if abs(found[-1][0] - best) <= most:
+            break
+    else:
+        middle = sorted(found)[1]
         apart, (best, sd) = abs(middle[0] - best), middle
     return best, float(np.hypot(sd, 0.5 * apart))
 
