@@ -63,13 +63,18 @@ def saturated(desk: Desk, wrong: bool) -> Question:
     return _one(file, lambda said: found(said) and how + found(said))
 
 
+def _in_the_motion(desk: Desk, record, first: float, most: float):
+    """Draw samples in a row, from a share of the way on, that last up to a share of the motion."""
+    span = record.truth["travel_time"]
+    begin = record.reached(first) + desk.rng.uniform(0.0, most) * span
+    return (record.time > begin) & (record.time < begin + desk.rng.uniform(0.1, most) * span)
+
+
 def lost_samples(desk: Desk, wrong: bool) -> Question:
     """Samples of 10 to 50 % of the motion lost where no time tells it; the header has the rate."""
     motion = desk.pick(OPENING_OR_CLOSING)
     record = desk.record(motion, _any_drive(desk))
-    span = record.truth["travel_time"]
-    begin = record.reached(0.1) + desk.rng.uniform(0.0, 0.5) * span
-    lost = (record.time > begin) & (record.time < begin + desk.rng.uniform(0.1, 0.5) * span)
+    lost = _in_the_motion(desk, record, 0.1, 0.5)
     travel = record.travel[~lost] if wrong else record.travel
     column = f"{desk.style.words['travel']} [mm]"
     header = desk.header(rate=f"{desk.bench.rate:g}")
@@ -81,9 +86,7 @@ def gap_in_times(desk: Desk, wrong: bool) -> Question:
     """Lines of 10 to 60 % of the motion missing, which the times tell."""
     motion = desk.pick(OPENING_OR_CLOSING)
     record = desk.record(motion, _any_drive(desk))
-    span = record.truth["travel_time"]
-    begin = record.reached(0.05) + desk.rng.uniform(0.0, 0.6) * span
-    lost = (record.time > begin) & (record.time < begin + desk.rng.uniform(0.1, 0.6) * span)
+    lost = _in_the_motion(desk, record, 0.05, 0.6)
     kept = record.changed(time=record.time[~lost], travel=record.travel[~lost])
     file = desk.write("a.csv", kept if wrong else record)
     return _one(file, off(motion, record.truth))

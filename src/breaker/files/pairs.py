@@ -22,6 +22,7 @@ _VALUE = re.compile(rf"({_NUMBER}|[-+]?[.,]\d+)[.,]?\s*([^\d\s:,;.]\S{{0,11}})?"
 _BEHIND = re.compile(rf"(.*?\D)[\s,]+((?:1\s?:\s?)?{_NUMBER}\s*[^\d\s]{{0,11}})")
 _NAMED = re.compile(r"[^\d\W].*?[:=：]")
 _LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket beside the unit
+_DIGIT = "\0"  # stands for them: no name has it
 _DIGITS, _LONG = re.compile(r"\d+"), 8  # signs of a name that may have lost one
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
@@ -109,8 +110,8 @@ def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
     >>> [pair.name for pair in _respelled([Pair(name, "", ("1",), 0) for name in names])]
     ['Mechanism Travel T1', 'Mechanism Travel T2', 'Mechanism Travel T3']
     """
-    kinds = Counter(_DIGITS.sub("#", pair.name) for pair in pairs)
-    usual = [kind for kind, count in kinds.items() if count > 1 and "#" in kind]
+    kinds = Counter(_DIGITS.sub(_DIGIT, pair.name) for pair in pairs)
+    usual = [kind for kind, count in kinds.items() if count > 1 and _DIGIT in kind]
     meant = {
         kind: near
         for kind, count in kinds.items()
@@ -121,8 +122,8 @@ def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
     found = []
     for pair in pairs:
         digits = iter(_DIGITS.findall(pair.name))
-        near = meant.get(_DIGITS.sub("#", pair.name))
-        name = re.sub("#", lambda _, left=digits: next(left), near) if near else pair.name
+        near = meant.get(_DIGITS.sub(_DIGIT, pair.name))
+        name = re.sub(_DIGIT, lambda _, left=digits: next(left), near) if near else pair.name
         found.append(pair._replace(name=name))
     return found
 

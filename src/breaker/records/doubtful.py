@@ -65,8 +65,7 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     noise = max(map(white_noise, thinned))
     stroke = high - low
     coarse = _JUMP * noise + _COUNTS * quantum
-    near = running_median(filled(left), 5)
-    ends = _going_on(near, round(_BURST / step), coarse)
+    ends = _going_on(filled(left), round(_BURST / step), coarse)
     low, high = min([low, *ends]), max([high, *ends])
     margin = _RANGE * stroke + coarse
     leave_out((left < low - margin) | (left > high + margin), "out of range")
@@ -119,13 +118,14 @@ def doubts_in_words(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray) -> 
     return f"{count} {samples} that no sensor of this stroke gives: {', '.join(places)}{more}"
 
 
-def _going_on(near: np.ndarray, count: int, coarse: float) -> list[float]:
+def _going_on(travel: np.ndarray, count: int, coarse: float) -> list[float]:
     """Travel at an end of a record at which the drive still moves, which a running median hides.
 
     A motion goes one way in small steps; a burst jumps.
     """
     ends = []
-    for side in (near[: count + 1][::-1], near[-count - 1 :]):
+    for part in (travel[: count + 3][::-1], travel[-count - 3 :]):
+        side = running_median(part, 5)[-count - 1 :]
         side = side[:: -max(1, count // _STEPS)][::-1]
         steps, way = np.diff(side), float(side[-1] - side[0])
         back = float(np.abs(steps).sum()) - abs(way)

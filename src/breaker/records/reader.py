@@ -124,12 +124,12 @@ def read_curves(
         ValueError: If the settings lack something, or name an unknown unit or encoding.
     """
     records: list[Record | RejectedCurveError] = []
-    first: dict[bytes, Raw] = {}
+    first: dict[bytes, Operation] = {}
     for raw in read_raws(operations, settings, motion)[0]:
         try:
             if isinstance(raw, RejectedCurveError):
                 raise raw
-            of = first.setdefault(raw.left.tobytes(), raw).operation
+            of = first.setdefault(raw.left.tobytes(), raw.operation)
             if of is not raw.operation:
                 copied = f"holds the same samples as {printable(of.file)}: they count once"
                 raise RejectedCurveError(raw.operation.file, copied)

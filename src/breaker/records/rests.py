@@ -63,7 +63,7 @@ class Rests:
     @cached_property
     def _drift(self) -> float:
         """How fast the reading is seen to drift, before the motion or late after it, mm/ms."""
-        last = min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
+        last = self._end
         late, slopes = (last - _LATE * (last - self.arrival), last), [0.0]
         swings = last - self.arrival < _CALMS * self.trace.duration
         for (begin, end), count in ((self._lead, 2), (late, _PARTS))[: 1 if swings else 2]:
@@ -78,13 +78,13 @@ class Rests:
     def after(self) -> Uncertain:
         """Travel at rest after the motion, mm: where the drive rests or settles."""
         duration, stroke = self.trace.duration, self.segment.stroke
-        end = min(float(self.trace.known[-1]), self.arrival + _AFTER * duration)
+        end = self._end
         after, window = (end - self.arrival) / duration, max(_SWING * duration, self._few)
         late = self.trace.parts(end - window, end, _PARTS)
         swings = self._seen(late) if late else stroke
         if after < _SOON or swings > _RESTS * stroke:
             raise NotShownError("the record ends before the drive rests")
-        settled = self.trace.settles(end - _TAIL * (end - self.arrival), end)
+        settled = self._settled
         found = settled if settled is not None else self._last(end)
         follows = _UNSEEN * stroke * float(np.exp(-_FADES * after))
         follows += (_FITTED if settled is not None else 1.0) * swings
@@ -95,10 +95,19 @@ class Rests:
         """Return from when to when the rest "before" or "after" the motion is read, ms."""
         if side == "before":
             return self._lead
-        end = min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
-        settled = self.trace.settles(end - _TAIL * (end - self.arrival), end) is not None
+        end = self._end
         last = max(_LAST * (end - self.arrival), _SHORT * self.trace.step)
-        return end - (_TAIL * (end - self.arrival) if settled else last), end
+        return end - (last if self._settled is None else _TAIL * (end - self.arrival)), end
+
+    @cached_property
+    def _end(self) -> float:
+        """Until when the rest after the motion is looked at, ms."""
+        return min(float(self.trace.known[-1]), self.arrival + _AFTER * self.trace.duration)
+
+    @cached_property
+    def _settled(self) -> Uncertain | None:
+        """Where the end of the curve settles, mm; None where that is not seen."""
+        return self.trace.settles(self._end - _TAIL * (self._end - self.arrival), self._end)
 
     @property
     def _few(self) -> float:
