@@ -7,6 +7,7 @@ contact was timed. A prior of one's own, facts and a timed contact weigh the dra
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import tee
 
 import numpy as np
 
@@ -21,12 +22,13 @@ from breaker.answers.weights import (
     surprise_of,
     weights_of,
 )
-from breaker.family import Levels, choose_family, mean_with_scatter
+from breaker.family import LevelDraws, Levels, choose_family, mean_with_scatter
 from breaker.mechanism import NAMES, Size, speeds_of
 from breaker.model import generator
 
 _ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
 _LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round
+_MORE = 9  # rounds beside the largest, while so many more could resolve an answer
 _POSSIBLE = 0.2  # share of draws that is enough where they are not weighed
 
 
@@ -41,13 +43,34 @@ def infer_drive(
 
     Args:
         families: Networks in the order in which they are tried: the first counts which half of the
-            records of each motion fit, or else the one that fits best.
+            records of each motion fit, or else the one that fits best. A family that denies a
+            contact's time gives way to one that holds it.
         speeds: The section ``speeds`` of the configuration.
         settings: ``draws`` of an answer, ``misfit_p_value`` from which on a record fits, ``seed``.
     """
     usable = [record for record in records if not record.reason]
     if not usable:
         return [Answer(record) for record in records]
+    families, again = tee(families)
+    inferred = _in_family(usable, families, given, speeds, settings)
+    if any(map(_contact_denied, inferred)):
+        others = [each for each in again if each is not inferred[0].levels]
+        new = _in_family(usable, others, given, speeds, settings) if others else inferred
+        if not any(each.misfit or _contact_denied(each) for each in new):
+            inferred = new
+    told = [replace(each, draws=None) if each.unresolved else each for each in inferred]
+    found = {id(answer.record): _measured(answer) for answer in told}
+    return [found.get(id(record), Answer(record)) for record in records]
+
+
+def _in_family(
+    usable: Sequence[Record],
+    families: Iterable[Levels],
+    given: Given,
+    speeds: Mapping,
+    settings: Mapping,
+) -> list[Answer]:
+    """Infer records in the family that they give most evidence of."""
     levels, matches, _fits = choose_family(
         families,
         lambda levels: [(each.motion, levels.match(each.motion, each.seen)) for each in usable],
@@ -65,9 +88,13 @@ def infer_drive(
     for group in groups.values():
         inferred += _together([each for each in group if not each.misfit], given, settings)
         inferred += [each for each in group if each.misfit]
-    told = [replace(each, draws=None) if each.unresolved else each for each in inferred]
-    found = {id(answer.record): _measured(answer) for answer in told}
-    return [found.get(id(record), Answer(record)) for record in records]
+    return inferred
+
+
+def _contact_denied(answer: Answer) -> bool:
+    """Whether a recorded contact is not where any or enough of the draws have it."""
+    denied = answer.unresolved or abs(answer.surprise) > SURPRISING
+    return answer.record.timed and not answer.misfit and bool(denied)
 
 
 def infer_means(answers: Sequence[Answer], given: Given, settings: Mapping) -> list[list[Answer]]:
@@ -136,14 +163,16 @@ def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list
     effective = -1.0
     for n, size in tries:
         found = levels.draw(seen, n, rng, size=size)
-        new = [replace(each, draws=found, motions=tuple(seen)) for each in within]
-        shares = np.where(possible(new), weights_of(new, given, size), 0.0)
-        shares /= shares.max() or 1.0  # those that are possible may be of any smallness
-        left = float(shares.sum() ** 2 / np.square(shares).sum()) if shares.any() else 0.0
+        left, new, shares = _weighed(within, found, given, size)
         if left > effective:
-            effective, draws, trial, weights = left, found, new, shares
+            effective, draws, trial, weights, best = left, found, new, shares, size
         if effective >= (_ENOUGH if weighed else _POSSIBLE * n):
             break
+    for more in range(_MORE if weighed else 0, 0, -1):  # a contact at the edge of what draws expect
+        if effective >= _LEAST or effective * (1.0 + more * rounds[-1] / weights.size) < _LEAST:
+            break
+        draws = draws.joined(levels.draw(seen, rounds[-1], rng, size=best))
+        effective, trial, weights = _weighed(within, draws, given, best)
     unresolved = ""
     if effective < min(_LEAST, _POSSIBLE * weights.size):
         drawn = f"{effective:.0f} of {weights.size} draws"
@@ -169,6 +198,17 @@ def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list
         _beside(each, given, [*each.remarks, *(said if not k else [])])
         for k, each in enumerate(inferred)
     ]
+
+
+def _weighed(
+    within: Sequence[Answer], draws: LevelDraws, given: Given, size: Size | None
+) -> tuple[float, list[Answer], np.ndarray]:
+    """The effective size of draws, the answers with them, and their weights, at most 1."""
+    new = [replace(each, draws=draws, motions=tuple(draws.release)) for each in within]
+    shares = np.where(possible(new), weights_of(new, given, size), 0.0)
+    shares /= shares.max() or 1.0  # those that are possible may be of any smallness
+    left = float(shares.sum() ** 2 / np.square(shares).sum()) if shares.any() else 0.0
+    return left, new, shares
 
 
 def _beside(answer: Answer, given: Given, remarks: Sequence[str]) -> Answer:

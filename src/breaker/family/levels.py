@@ -47,6 +47,15 @@ class LevelDraws:
         )
         return LevelDraws(self.theta[chosen], *named)
 
+    def joined(self, more: "LevelDraws") -> "LevelDraws":
+        """Return these draws and others of the same posterior."""
+        named = (
+            {name: np.append(each, getattr(more, of)[name]) for name, each in by.items()}
+            for of, by in vars(self).items()
+            if of != "theta"
+        )
+        return LevelDraws(np.concatenate([self.theta, more.theta]), *named)
+
 
 @dataclass(frozen=True, eq=False)
 class Levels:

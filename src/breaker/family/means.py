@@ -69,7 +69,8 @@ def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     count = present.sum(axis=0)
     there = 2 * count >= n
     mean = np.where(there, (way * present).sum(axis=0) / np.maximum(count, 1), way.mean(axis=0))
-    noise = np.sqrt(np.mean([each.noise**2 for each in seen]) / n)
+    swing = np.mean([raw.ripple.rms**2 for raw in raws]) / units.stroke**2  # in step in all of them
+    noise = np.sqrt((np.mean([each.noise**2 for each in seen]) + (n - 1) * swing) / n)
     colour, step = (np.mean([getattr(each, of) for each in seen]) for of in ("colour", "step"))
     numbers = (np.array([each]) for each in (stroke, duration, noise, colour, step))
     whole = NormalisedRecords(np.array([True]), mean[None], there[None], *numbers)

@@ -35,7 +35,9 @@ def normalise_record(raw: Raw, like: Shape | None = None) -> tuple[Shape, Normal
             raise ValueError(
                 f"{seen} 10 % of the way, where the drive need not rest; record longer"
             )
-    return shape, network_record(shape, *raw.process, raw.step, like)
+    seen = network_record(shape, *raw.process, raw.step, like)
+    swing = raw.ripple.rms / (shape if like is None else like).stroke
+    return shape, seen._replace(noise=np.hypot(seen.noise, swing))
 
 
 def network_record(

@@ -22,6 +22,8 @@ _CLEAR = 6.0  # sd of the noise, by which levels must differ
 _FEWEST = 3  # samples of a level
 _RESISTS = 5.0  # ratio of the levels of a resistance, of which the logarithm counts
 _NEAR, _FLAT = 0.1, 0.05  # of an edge: ends of it, and what a level between them keeps
+_NOT_OPEN, _NOT_CLOSED = 0.02, 0.85  # shares of the change of a resistance, where contacts arc
+_BESIDE, _SOON = 1.0, 0.5  # ms beside an edge that tell that resistance; contacts as one
 _RISES = 0.1, 0.25  # of a trigger: below which it rests, and up to which its rise is straight
 _HIDDEN, _WINDOW = 0.02, 4.0  # share of a rise that is rest; rises, of the window that is fitted
 _UNSEEN = 1.0  # ms, sd of a trigger that came with the first sample
@@ -133,7 +135,8 @@ def switching_of(
         motion: "closing" or "opening".
     """
     there = contact[~np.isnan(contact)]
-    if there.size and there.min() > 0.0 and there.max() > _RESISTS * there.min():
+    resists = there.size > 0 and 0.0 < _RESISTS * there.min() < there.max()
+    if resists:
         contact = np.log(contact)
     before = contact[time < moves]
     after = contact[time > moves + 0.75 * (time[-1] - moves)]
@@ -144,6 +147,10 @@ def switching_of(
     time, share = time[own], (contact[own] - first) / (last - first)
     # Backwards, the channel leaves its last state where it last came to it.
     at, settles = _reaches(time, share, 0.5), _reaches(time[::-1], 1.0 - share[::-1], 0.5)
+    if resists and (last < first) == (motion == "closing"):
+        noise = (noise if motion == "closing" else other) / abs(last - first)
+        arcing, main = _both_contacts(time, share, noise, motion)
+        return (at, settles, np.nan) if np.isnan(main) else (arcing, settles, main)
     ends = _reaches(time, share, _NEAR), _reaches(time, share, 1.0 - _NEAR)
     between = share[(time > ends[0]) & (time < ends[1])]
     between = between[~np.isnan(between)]
@@ -151,6 +158,32 @@ def switching_of(
         return at, settles, np.nan
     early, late = ends
     return (early, settles, late) if motion == "closing" else (late, settles, early)
+
+
+def _both_contacts(
+    time: np.ndarray, share: np.ndarray, noise: float, motion: str
+) -> tuple[float, float]:
+    """When the arcing and the main contact of a resistance touch or part, ms; nan if as one.
+
+    An open contact reads the end of the range, so that the least departure is an arcing contact,
+    however near that is to the end; its resistance is that beside the departure, and halfway from
+    there to the closed one the main contact switches.
+
+    Args:
+        share: Of the change of the logarithm that is done, ``(n,)``.
+        noise: That of the open contact, in such shares.
+    """
+    least = float(np.clip(_CLEAR * noise, _NOT_OPEN, _NEAR))
+    closing = motion == "closing"
+    arcing = _reaches(time, share, least if closing else 1.0 - least)
+    beside = max(_BESIDE, _FEWEST * float(time[1] - time[0]))
+    after = time - arcing if closing else arcing - time
+    arcs = np.nanmedian(share[(after > 0.0) & (after <= beside)]) if after.max() > 0.0 else np.nan
+    closed = arcs if closing else 1.0 - arcs  # share of the way to the resistance when closed
+    if not closed < _NOT_CLOSED:
+        return arcing, np.nan
+    main = _reaches(time, share, 0.5 * (arcs + closing))
+    return arcing, main if abs(main - arcing) > _SOON else np.nan
 
 
 def trigger_of(time: np.ndarray, trigger: np.ndarray, moves: float) -> tuple[float, float]:

@@ -1,10 +1,12 @@
 """A motion located in its record: the samples that are its own, and their noise."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from breaker.records.noise import Noise, noise_at_rest
+from breaker.records.ripple import Ripple, ripple_of
 from breaker.records.segments import Segment, white_noise
 
 # Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
@@ -61,6 +63,13 @@ class LocatedMotion:
         before = self.moves - self.time[self.inside]
         rest = self.left[(before <= _REST[0]) & (before >= _REST[1])]
         return noise_at_rest(rest, self.step, grid_step, self.quantum)
+
+    @cached_property
+    def ripple(self) -> Ripple:
+        """Ripple of the reading during the motion, of amplitude 0 where none is clear."""
+        before, after = self.segment.before, self.segment.after
+        way = (self.left - before) * np.sign(after - before)
+        return ripple_of(self.time[self.inside], way, abs(after - before))
 
     @property
     def process(self) -> tuple[float, float]:

@@ -126,12 +126,13 @@ class Reading:
         near = slice(*np.searchsorted(time, [first, last]))
         errors = _ERRORS * (len(self.speeds) + _ERRORS)
         around = *located.process, located.quantum, self.duration, segment.stroke, errors
+        rippled = located.ripple.rms
         kinds = located.doubts[located.inside]
         self.clipped = time[kinds == "clipped"]
         slips = near.start + 1 + np.flatnonzero(kinds[near.start + 1 :] == "slip")
         count = round(_LEAP * self.duration / located.step)
         slips = [(k - near.start, leap_at(forward, k, count)) for k in slips]
-        self.trace = Trace(time[near], forward[near], *around, slips)
+        self.trace = Trace(time[near], forward[near], *around, rippled, slips)
         self.rests = Rests(self.trace, segment, moves, self.arrival)
 
     def quantities(self) -> dict[str, Measured]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from breaker.files import Columns, Operation, RejectedCurveError, complete, lacking, read_columns
-from breaker.mechanism import Speed
+from breaker.mechanism import Speed, in_digits
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
 from breaker.records.doubtful import doubtful_samples, doubts_in_words
@@ -62,6 +62,7 @@ class Raw(LocatedMotion):
             self._of_no_drive,
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.whole, self.doubts),
+            self._rippled,
             *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
         ]
 
@@ -71,6 +72,17 @@ class Raw(LocatedMotion):
         before, after = self.segment.before, self.segment.after
         done = (self.left - before) / (after - before)
         return of_no_drive(self.motion, self.time[self.inside], done, self.segment.stroke)
+
+    @property
+    def _rippled(self) -> str:
+        """What a ripple of the reading does, in words; "" if there is none."""
+        swing, period = self.ripple
+        if not swing:
+            return ""
+        return (
+            f"during the motion the reading ripples by +-{in_digits(swing, 2)} mm with a period of "
+            f"{in_digits(period, 2)} ms, as on an elastic linkage: taken for noise of the sensor"
+        )
 
     def measured(
         self, speeds: Sequence[Speed], contact: Contact | None = None

@@ -33,7 +33,7 @@ Example:
 
 import logging
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -228,7 +228,8 @@ def _to_grid(raw: Raw, grid: Grid) -> Record:
         *([] if noise_sd is None else noise_remarks(noise, noise_sd, step, times)),
     ]
     said = tuple(remark for remark in remarks if remark)
-    return Record(**vars(raw), noise=noise, gridded=gridded, remarks=said)
+    of_file = {each.name: getattr(raw, each.name) for each in fields(raw)}
+    return Record(**of_file, noise=noise, gridded=gridded, remarks=said)
 
 
 def open_curves(stores: Sequence[str | Path], *, without: Collection[str] = ()) -> xr.Dataset:

@@ -71,6 +71,7 @@ class Trace:
         duration: About how long the motion takes, ms.
         stroke: About its way, mm.
         others: Most errors beside those of the samples.
+        ripple: Root mean square of a ripple of the reading while the drive moves, mm.
         slips: Samples from which on the reading is off by an unknown part of so many mm.
     """
 
@@ -82,6 +83,7 @@ class Trace:
     duration: float
     stroke: float
     others: int = 64
+    ripple: float = 0.0
     slips: Sequence[tuple[int, float]] = ()
     _sds: list[float] = field(default_factory=list)
 
@@ -182,7 +184,7 @@ class Trace:
         fit = self._fit(time.value)
         travel = self._of(fit.value(time.value), fit.window, fit.weights(time.value))
         moved = Uncertain(0.0, fit.value(time.value, 1) * time.slope)
-        return travel + moved + self.error(0.0, fit.error)
+        return travel + moved + self.error(0.0, math.hypot(fit.error, self.ripple))
 
     def reaches(self, level: Uncertain, after: float | None = None) -> Uncertain:
         """Return the first time at which the travel reaches a level, after a time if it is given.
@@ -230,7 +232,8 @@ class Trace:
         speed = fit.value(time, 1)
         if not speed > 0.0:
             raise NotShownError("the drive hardly moves at the point")
-        travel = self._of(level.value, fit.window, fit.weights(time)) + self.error(0.0, fit.error)
+        error = self.error(0.0, math.hypot(fit.error, self.ripple))
+        travel = self._of(level.value, fit.window, fit.weights(time)) + error
         return Uncertain(time, (level.slope - travel.slope) / speed)
 
     def _of(self, value: float, window: np.ndarray, weights: np.ndarray | float) -> Uncertain:
