@@ -95,6 +95,9 @@ def score_motion(truth: dict, column: str, move: dict, record: dict | None) -> l
     said = fit.get("moves")
     verdict = judge([move["first"]], said, 0.0, 1.5 + move["slack"] + 1 / truth["rate"])
     rows = [Row("motion", "first motion", name, move["first"], said, None, verdict)]
+    if "contact_time" in fit:
+        verdict = "right" if fit["resolved"] else "absent"
+        rows.append(Row("motion", "resolved with a contact", name, None, None, None, verdict))
     for quantity, (true, tolerance) in true_values(move, quantities).items():
         item = quantities.get(quantity) or {}
         inferred = "inferred" in (item.get("source") or "")

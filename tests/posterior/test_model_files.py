@@ -11,7 +11,7 @@ import torch
 from safetensors import safe_open
 from safetensors.torch import save_file
 
-from breaker.model.saved import ModelFileError
+from breaker.model.saved import ModelFileError, _finished
 from breaker.posterior.estimator import Posterior
 from tests.networks_fixtures import (
     COMBINATIONS,
@@ -79,10 +79,17 @@ def test_a_model_stays_as_it_was_when_its_file_is_written_over(series, model_fil
 
 
 def parts(path):
-    """Tensors and header of a model file, without the checksum, as if it was written like that."""
+    """Tensors and header of a model file, without the checksum."""
     with safe_open(str(path), framework="pt") as file:
         header = {name: text for name, text in file.metadata().items() if name != "checksum"}
         return {name: file.get_tensor(name) for name in file.keys()}, header  # noqa: SIM118
+
+
+def write(tensors, header, target):
+    """Write a model file with the checksum of what it holds, as if it was written like that."""
+    save_file(tensors, target, metadata=header)
+    if header and "settings" in header:
+        target.write_bytes(_finished(target.read_bytes()))
 
 
 def with_bytes(change):
@@ -92,7 +99,7 @@ def with_bytes(change):
 def with_header(change):
     def fault(source, target):
         tensors, header = parts(source)
-        save_file(tensors, target, metadata=change(header))
+        write(tensors, change(header), target)
 
     return fault
 
@@ -109,7 +116,7 @@ def with_tensors(change):
     def fault(source, target):
         tensors, header = parts(source)
         change(tensors)
-        save_file(tensors, target, metadata=header)
+        write(tensors, header, target)
 
     return fault
 
@@ -185,6 +192,7 @@ FAULTS = {
     "no steps": (with_value("solver_steps", 0), "solver_steps is 0, but must be from 1 to 1000"),
     "setting changed": (with_bytes(lambda c: c.replace(*GAMMA, 1)), "checksum"),
     "weight changed": (with_bytes(lambda c: c[:-3] + b"abc"), "its checksum is another"),
+    "no checksum": (lambda a, b: save_file(*parts(a)[:1], b, parts(a)[1]), "checksum is missing"),
     "header with more": (with_header(lambda h: {**h, "more": "x"}), "its header has 'more'"),
     "number infinite": (with_settings(lambda s: s | {"seed": float("inf")}), "seed is inf"),
     "number nan": (sensor_with(noise_sd=float("nan")), "sensor.noise_sd is nan"),

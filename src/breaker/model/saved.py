@@ -85,8 +85,9 @@ def open_model(path: str | Path) -> Iterator[SavedModel]:
         with safe_open(str(path), framework="numpy") as file:
             header = file.metadata() or {}
             settings = _settings(header)
-            if header.get("checksum") not in (None, _checksum(tensors, header)):
-                raise ModelFileError("its checksum is another: it was changed after it was written")
+            if header.get("checksum") != _checksum(tensors, header):
+                what = "is another" if "checksum" in header else "is missing"
+                raise ModelFileError(f"its checksum {what}: it was changed after it was written")
             shapes = {name: tuple(file.get_slice(name).get_shape()) for name in list(file.keys())}
             yield SavedModel(settings, shapes, file)
     except SafetensorError as error:

@@ -14,6 +14,14 @@ from breaker.records.segments import Segment, white_noise
 _REST = (50.0, 1.0)
 
 
+# Ends of a record, ms and samples at least, whose readings are compared after a motion there and
+# back; how far apart these may be, in strokes at most; and from which on they are: sd of the noise
+# of a median, quanta, strokes. How long a drive is at rest by then, ms, and what it moves in that.
+_ENDS = 8.0, 8
+_RETURNS, _APART = 0.1, (6.0, 1.0, 0.003)
+_STILL, _CREEPS = 25.0, 0.1
+
+
 @dataclass(frozen=True)
 class LocatedMotion:
     """A motion in its record.
@@ -70,6 +78,29 @@ class LocatedMotion:
         before, after = self.segment.before, self.segment.after
         way = (self.left - before) * np.sign(after - before)
         return ripple_of(self.time[self.inside], way, abs(after - before))
+
+    @cached_property
+    def unreturned(self) -> float:
+        """How far from its beginning a record ends after a motion there and back, mm; 0 where it
+        holds one motion alone, ends before the drive rests, or returns.
+
+        A drive stops where it stopped before: so much a transducer slipped in one of the motions.
+        """
+        travel = self.sure[~np.isnan(self.sure)]
+        count = max(round(_ENDS[0] / self.step), _ENDS[1])
+        still = count + round(_STILL / self.step)
+        if travel.size < 2 * still:
+            return 0.0
+        first, before, last = (
+            float(np.median(each))
+            for each in (travel[:count], travel[-still : count - still], travel[-count:])
+        )
+        stroke = abs(self.segment.after - self.segment.before)
+        noise = self.process[0] * np.sqrt(np.pi / count)
+        least = float(np.dot(_APART, (noise, self.quantum, stroke)))
+        off = abs(last - first)
+        creeps = abs(last - before) > _CREEPS * off + 0.5 * _APART[0] * noise
+        return off if least < off < _RETURNS * stroke and not creeps else 0.0
 
     @property
     def process(self) -> tuple[float, float]:

@@ -171,7 +171,8 @@ class Reading:
         """Rest after the motion."""
         if self.clipped.size and self.clipped[-1] > self.trace.known[-1]:
             raise NotShownError(f"{_CLIPPED} after the motion")
-        return self.rests.after
+        # Of a slip that the two motions of a record share, nobody knows in which it was.
+        return self.rests.after + self.trace.error(0.0, 0.5 * self.located.unreturned)
 
     def switching(self) -> Uncertain:
         """Time from the first motion to touch or parting, ms."""

@@ -63,6 +63,7 @@ class Raw(LocatedMotion):
             rest_remark(self.segment, self.settings, self.motion, zero_sd),
             doubts_in_words(self.time, self.whole, self.doubts),
             self._rippled,
+            self._slipped,
             *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
         ]
 
@@ -72,6 +73,16 @@ class Raw(LocatedMotion):
         before, after = self.segment.before, self.segment.after
         done = (self.left - before) / (after - before)
         return of_no_drive(self.motion, self.time[self.inside], done, self.segment.stroke)
+
+    @property
+    def _slipped(self) -> str:
+        """That the record does not return to where it began, in words; "" if it does."""
+        if not (off := self.unreturned):
+            return ""
+        return (
+            f"the record ends {in_digits(off, 2)} mm from where it begins, after a motion there "
+            "and back: the transducer slipped, and the stroke is no better known than that"
+        )
 
     @property
     def _rippled(self) -> str:

@@ -1,0 +1,46 @@
+"""A record that goes there and back ends where it began, or its transducer slipped."""
+
+import numpy as np
+import pytest
+
+from breaker.files import Operation, complete
+from breaker.records import read_raws
+
+STROKE = 150.0
+
+
+def raws(tmp_path, *, slip=0.0, noise=0.05, creeps=0.0, ends=400.0, rate=5.0, seed=1):
+    """Closing and opening of one record, or why there is none; with a slip in the closing."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, ends, 1.0 / rate)
+
+    def done(at, lasts):
+        share = np.clip((time - at) / lasts, 0.0, 1.0)
+        return share**2 * (3.0 - 2.0 * share)
+
+    travel = STROKE * (done(40.0, 50.0) - done(200.0, 30.0)) + slip * (time > 85.0)
+    travel += creeps * np.exp(-(time - 230.0) / 60.0) * (time > 215.0) * done(200.0, 30.0)
+    travel += noise * rng.standard_normal(time.size)
+    path = tmp_path / "a.csv"
+    np.savetxt(path, np.c_[time, travel], delimiter=",", header="time,travel", comments="")
+    settings = complete({"time_unit": "ms", "travel_unit": "mm", "zero": "rest"})
+    return [each for (each,) in read_raws([Operation(1, path)], settings, "closing", "opening")]
+
+
+@pytest.mark.parametrize("slip", [-3.0, 2.0])
+def test_a_slip_that_no_sample_shows_is_in_the_stroke(tmp_path, slip):
+    for raw in raws(tmp_path, slip=slip, noise=0.3):
+        assert raw.unreturned == pytest.approx(abs(slip), abs=0.5)
+        stroke = raw.measured(())["stroke"]
+        assert abs(stroke.value - STROKE) < 2.5 * stroke.sd
+        assert "the transducer slipped" in " ".join(raw.remarks_on())
+
+
+@pytest.mark.parametrize("case", [{}, {"noise": 0.5}, {"creeps": 3.0}, {"ends": 150.0}])
+def test_a_record_that_returns_creeps_or_ends_before_has_none(tmp_path, case):
+    """In 20 records of each; that noise looks like a slip has a probability of 1e-9 in each."""
+    for seed in range(20):
+        found = raws(tmp_path, **case, seed=seed)
+        assert isinstance(found[1], Exception) == (case.get("ends") == 150.0)
+        for raw in found[: 1 if "ends" in case else 2]:
+            assert raw.unreturned == 0.0
