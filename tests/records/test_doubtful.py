@@ -198,3 +198,41 @@ def test_a_top_that_is_cut_off_is_masked(rate, quantum):
     assert not (doubts(quantum * np.rint(record / quantum), rate) != "").any()
     hard = 170.0 * np.clip((time - 60.0) / 25.0, 0.0, 1.0) ** 2
     assert not (doubts(quantum * np.rint(hard / quantum), rate) != "").any()
+
+
+def test_what_lies_within_a_burst_is_no_reading_even_where_the_drive_may_be():
+    """Of a burst of 3 ms some samples are near the travel by chance; no sample elsewhere counts.
+
+    Far samples alone are not a burst: two spikes leave what lies between.
+    """
+    time = 0.1 * np.arange(900)
+    rise = np.clip((time - 30.0) / 30.0, 0.0, 1.0)
+    rng = np.random.default_rng(8)
+    travel = 150.0 * rise**2 * (3.0 - 2.0 * rise) + 0.05 * rng.standard_normal(time.size)
+    wrong = travel.copy()
+    wrong[420:450] += rng.uniform(-20.0, 20.0, 30)
+    wrong[[430, 431, 440]] = travel[[430, 431, 440]] + 0.2
+    kinds = doubtful_samples(wrong, 0.1, 0.0)
+    assert (kinds[421:449] != "").all()
+    assert (kinds[:415] == "").all()
+    assert (kinds[455:] == "").all()
+    pair = travel.copy()
+    pair[[300, 304]] += 15.0
+    assert np.flatnonzero(doubtful_samples(pair, 0.1, 0.0) != "").tolist() == [300, 304]
+
+
+@pytest.mark.parametrize("period", [3.2, 4.9, 7.0])
+def test_a_ripple_makes_no_jump(period):
+    """As on an elastic linkage, by 1 % of the stroke, in little noise; so large a slip is one."""
+    time = 0.1 * np.arange(1500)
+    rise = np.clip((time - 40.0) / 35.0, 0.0, 1.0)
+    fall = np.clip((time - 100.0) / 20.0, 0.0, 1.0)
+    way = 140.0 * (rise**2 * (3.0 - 2.0 * rise) - fall**2 * (3.0 - 2.0 * fall))
+    speed = np.abs(np.gradient(way))
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        swing = 1.6 * speed / speed.max() * np.sin(2.0 * np.pi * time / period + seed)
+        travel = way + swing + 0.02 * rng.standard_normal(time.size)
+        assert (doubtful_samples(travel, 0.1, 0.0) == "").all()
+    slipped = travel + 1.6 * (time > 85.0)
+    assert (doubtful_samples(slipped, 0.1, 0.0) != "").any()

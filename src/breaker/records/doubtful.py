@@ -27,6 +27,7 @@ _JUMP = 9.0  # sd of the noise, from one sample to the next
 _COUNTS = 2.5  # quanta: unseen noise moves a reading by two at most
 _FASTER = 2.5  # times the greatest speed of the running median, that of an instant
 _FASTEST = 1.0  # strokes in a ms
+_BURSTS, _WITHIN = 3, 5  # disturbed samples that make a burst, each within so many of the next
 _STUCK = 3  # equal samples, from which they may be stuck
 _BESIDE = 20  # samples beside these, in which the drive then moves
 _STILL = 10  # samples of a rest that are looked at together
@@ -88,7 +89,20 @@ def doubtful_samples(travel: np.ndarray, step: float, quantum: float) -> np.ndar
     kept, slips = fitting(left[there], apart, coarse, stroke, pace)
     leave_out(there[~kept], "jump")
     leave_out(there[slips], "slip")
+    leave_out(_among(np.isin(kinds, ("spike", "jump")), round(_BURST / step)), "burst")
     return kinds
+
+
+def _among(disturbed: np.ndarray, longest: int) -> np.ndarray:
+    """Which samples lie between those of a burst, ``(t,)`` of bool.
+
+    A burst has samples that are where the drive may be, by chance.
+    """
+    found, bad = np.zeros(disturbed.shape, dtype=bool), np.flatnonzero(disturbed)
+    for group in np.split(bad, np.flatnonzero(np.diff(bad) > _WITHIN) + 1):
+        if group.size >= _BURSTS and group[-1] - group[0] <= longest:
+            found[group[0] : group[-1]] = True
+    return found & ~disturbed
 
 
 def doubts_in_words(time: np.ndarray, travel: np.ndarray, kinds: np.ndarray) -> str:

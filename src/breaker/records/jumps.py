@@ -8,13 +8,14 @@ into pieces where it jumps.
 
 import numpy as np
 
-from breaker.records.running import filled
+from breaker.records.running import filled, running_median
 from breaker.records.segments import white_noise
 
 _BESIDE = 3  # steps before a step and after it, between which it is
 _ROOM = 0.5  # times the range of these
 _LONGER, _LONGEST = 2, 0.15  # times as long each; strokes at the greatest speed: time of means
 _SDS, _FEW = 7.0, 10  # sd of such a mean, of few means more
+_SUDDEN = 0.6  # of what means leap, that two samples do, or noise that hides it
 _COUNTS = 1.5  # and quanta, by which means differ without a jump
 _LEAST = 0.003  # strokes, jump that counts
 _PIECES = 400  # pieces that do not fit together, from which nothing is a record
@@ -49,14 +50,25 @@ def jumps(travel: np.ndarray, quantum: float, coarse: float, stroke: float, pace
         sds = _SDS * (1.0 + _FEW * length / means.size)
         limit = sds * white_noise(means[::length]) + _COUNTS * quantum + least
         leaps = means[length:] - means[:-length]
-        over = _beyond(leaps, length) - limit
+        leap = _beyond(leaps, length)
+        sudden = _sudden(travel[there], length)
+        over = leap - limit
         over[:length] = over[-length:] = 0.0
         while over[k := int(over.argmax())] > 0.0:
             over[max(k - length, 0) : k + length + 1] = 0.0
             place = max(int(np.searchsorted(there, k + length)) - 1, 0)
-            if not found[max(place - length, 0) : place + length].any():
+            near = slice(max(place - length, 0), place + length)
+            if not found[near].any() and sudden[near].max(initial=0.0) > _SUDDEN * leap[k]:
                 found[min(place, found.size - 1)] = True
     return found
+
+
+def _sudden(travel: np.ndarray, length: int) -> np.ndarray:
+    """By how much travel ``(k,)`` moves from a sample to the one after the next, beyond what is
+    usual within so many samples, mm.
+    """
+    steps = np.append(travel[2:] - travel[:-2], [0.0, 0.0])
+    return np.abs(steps - running_median(steps, 2 * length + 1))
 
 
 def _beyond(steps: np.ndarray, length: int) -> np.ndarray:
