@@ -92,9 +92,9 @@ def score_motion(truth: dict, column: str, move: dict, record: dict | None) -> l
     """Return rows of what a record of `breaker infer` says of a true motion."""
     name = f"{column} {move['motion']} {move['first']:.1f}"
     fit, quantities = (record or {}).get("fit") or {}, (record or {}).get("quantities") or {}
-    said = fit.get("moves")
-    verdict = judge([move["first"]], said, 0.0, 1.5 + move["slack"] + 1 / truth["rate"])
-    rows = [Row("motion", "first motion", name, move["first"], said, None, verdict)]
+    said, half = fit.get("moves"), 2.0 * fit.get("moves_sd", 0.0)
+    verdict = judge([move["first"]], said, half, 1.5 + move["slack"] + 1 / truth["rate"])
+    rows = [Row("motion", "first motion", name, move["first"], said, half, verdict)]
     if "contact_time" in fit:
         verdict = "right" if fit["resolved"] else "absent"
         rows.append(Row("motion", "resolved with a contact", name, None, None, None, verdict))

@@ -20,6 +20,7 @@ _REST = (50.0, 1.0)
 _ENDS = 8.0, 8
 _RETURNS, _APART = 0.1, (6.0, 1.0, 0.003)
 _STILL, _CREEPS = 25.0, 0.1
+_LOW = 0.03, 0.2  # of the way, a rise by which first motions are told
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,18 @@ class LocatedMotion:
         before, after = self.segment.before, self.segment.after
         way = (self.left - before) * np.sign(after - before)
         return ripple_of(self.time[self.inside], way, abs(after - before))
+
+    @property
+    def first_motion_sd(self) -> float:
+        """Standard deviation of the first motion: of its fit, and where the reading ripples."""
+        if not self.ripple.amplitude:
+            return self.moves_sd
+        before, after = self.segment.before, self.segment.after
+        done = (self.left - before) / (after - before)
+        low, high = ((done >= share).argmax() for share in _LOW)
+        way = abs(after - before) * (_LOW[1] - _LOW[0])
+        slow = (high - low) * self.step / way  # ms/mm
+        return float(np.hypot(self.moves_sd, self.ripple.rms * slow))
 
     @cached_property
     def unreturned(self) -> float:

@@ -231,7 +231,7 @@ class Reading:
         """Time of the first motion, ms."""
         noise = self.trace.noise_of_mean / self.trace.stroke
         sd = self.duration * float(np.hypot(*np.multiply(_FIRST, (noise, 1.0))))
-        return self.trace.error(self.located.moves, max(sd, self.located.moves_sd))
+        return self.trace.error(self.located.moves, max(sd, self.located.first_motion_sd))
 
     @property
     def _trigger(self) -> Uncertain:

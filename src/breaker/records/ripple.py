@@ -17,6 +17,7 @@ _DEGREES = 8, 11
 _SLOWEST = 0.1  # speed over the largest, at which a ripple is as large as at lower ones
 _SHORTEST, _LONGEST, _PERIODS = 4, 0.25, 60  # samples; of the time of that part; tried in between
 _SHARE, _CLEAR = 0.7, 50.0  # of what the polynomial leaves, and over what is left (F statistic)
+_SEEN = 0.1  # of the square of the least amplitude, as what it leaves of each sample at least
 _LEAST = 0.004  # of the stroke: where elastic parts swing by less, networks know it
 
 
@@ -74,7 +75,7 @@ def ripple_of(time: np.ndarray, way: np.ndarray, stroke: float) -> Ripple:
     shortest = min(_SHORTEST * span / (time.size - 1), _LONGEST * span)
     periods = np.geomspace(shortest, _LONGEST * span, _PERIODS)
     (best, amplitude, total, rest), (other, *_) = (
-        _sine(time, way, degree, periods) for degree in _DEGREES
+        _sine(time, way, degree, _LEAST * stroke, periods) for degree in _DEGREES
     )
     free = time.size - max(_DEGREES) - 4
     clear = 0.5 * (total - rest) * free > _CLEAR * rest and rest < (1.0 - _SHARE) * total
@@ -84,23 +85,24 @@ def ripple_of(time: np.ndarray, way: np.ndarray, stroke: float) -> Ripple:
 
 
 def _sine(
-    time: np.ndarray, way: np.ndarray, degree: int, periods: np.ndarray
+    time: np.ndarray, way: np.ndarray, degree: int, least: float, periods: np.ndarray
 ) -> tuple[int, float, float, float]:
     """The best sine beside a polynomial: number of its period, its amplitude where the motion is
-    fastest, and the sums of squares that the polynomial leaves without it and with it.
+    fastest, and the sums of squares that the polynomial leaves without it and with it; all 0 where
+    it leaves too little for a sine of a least amplitude.
     """
     scaled = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     smooth, _ = np.linalg.qr(np.polynomial.chebyshev.chebvander(scaled, degree))
     curve = smooth @ (smooth.T @ way)
     left, speed = way - curve, np.gradient(curve, time)
     speed = np.clip(speed / speed.max(), _SLOWEST, 1.0)
-    found = []
-    for number, period in enumerate(periods):
-        phase = 2.0 * np.pi * time / period
-        waves = speed[:, None] * np.column_stack([np.cos(phase), np.sin(phase)])
-        waves -= smooth @ (smooth.T @ waves)
-        sizes = np.linalg.lstsq(waves, left)[0]
-        rest = float(np.square(left - waves @ sizes).sum())
-        found.append((rest, number, float(np.hypot(*sizes))))
-    rest, number, amplitude = min(found)
-    return number, amplitude, float(left @ left), rest
+    if left @ left < _SEEN * time.size * least**2:
+        return 0, 0.0, 0.0, 0.0
+    phase = 2.0 * np.pi * time / periods[:, None]
+    waves = speed * np.stack([np.cos(phase), np.sin(phase)], axis=1)  # (period, 2, time)
+    waves -= waves @ smooth @ smooth.T
+    squares, shares = waves @ waves.transpose(0, 2, 1), waves @ left
+    sizes = np.linalg.solve(squares, shares[..., None])[..., 0]
+    best = int((shares * sizes).sum(axis=1).argmax())
+    rest = left - sizes[best] @ waves[best]
+    return best, float(np.hypot(*sizes[best])), float(left @ left), float(rest @ rest)
