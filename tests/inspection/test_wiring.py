@@ -82,15 +82,15 @@ def test_channels_of_an_export(tmp_path):
     }
 
 
-def wired(coils, *, poles=3, second=None, motions=("closing", "opening")):
+def wired(coils, *, poles=(1, 2, 3), second=None, motions=("closing", "opening")):
     """Coils of each pole by motion: pulses before each motion, or as given by name."""
     rises = 100.0 * (way(TIME, 60.0, 60.0) - way(TIME, 240.0, 40.0))
-    names = [f"Travel {k + 1}" for k in range(poles)] + [*coils]
-    columns = [rises] * poles
+    names = [f"Travel T{k}" for k in poles] + [*coils]
+    columns = [rises] * len(poles)
     for at in coils.values():
         columns.append(sum(np.abs(TIME - t - 20.0) < 20.0 for t in at) * 4.0 + 0.0 * TIME)
     layout = Layout({}, [], names, [None] * len(names), columns)
-    travels = [Travel(k, "mm", Course(TIME, rises)) for k in range(poles)]
+    travels = [Travel(k, "mm", Course(TIME, rises)) for k in range(len(poles))]
     found = columns_beside(layout, travels)
     return [[each[of].settings.get("trigger_column") for of in motions] for each in found]
 
@@ -125,6 +125,14 @@ def test_coils_of_the_other_motion_may_have_the_first_numbers():
     coils |= {f"Coil Current C{k} (A)": [200 + k] for k in (4, 5, 6)}
     names = [*coils]
     assert wired(coils) == [[names[k], names[k + 3]] for k in range(3)]
+
+
+def test_transducers_of_other_numbers_take_coils_in_their_order():
+    """Of transducers 2, 4 and 5 the first has coil C1 and C4, though there are coils C2 and C5."""
+    coils = {f"Coil Current C{k} (A)": [20 + k] for k in (1, 2, 3)}
+    coils |= {f"Coil Current C{k} (A)": [200 + k] for k in (4, 5, 6)}
+    names = [*coils]
+    assert wired(coils, poles=(2, 4, 5)) == [[names[k], names[k + 3]] for k in range(3)]
 
 
 def test_contacts_of_phases_go_with_travels_that_have_none_in_their_order():
