@@ -70,4 +70,19 @@ def test_a_stop_and_a_flicker_of_the_last_digit_are_no_noise():
     way = 170.0 * np.clip((time - 60.0) / 20.0, 0.0, 1.0) ** 2
     noise = 0.03 * np.random.default_rng(1).standard_normal(time.size)
     record = 0.1 * np.rint((way + noise) / 0.1)
-    assert inconsistencies(time, record, 60.0, 0.0, 0.1) == []
+    assert "noise" not in " ".join(inconsistencies(time, record, 60.0, 0.0, 0.1))
+
+
+@pytest.mark.parametrize("share", [0.7, 0.8, 0.9])
+def test_a_range_that_ends_below_the_stroke_is_seen_through_noise(prior, share):
+    """Of 100 closings that are cut so at least 80 are named, and of 100 whole ones none."""
+    rng, time = generator(7, "range"), np.arange(0.0, 76.0, 0.1)
+    exact = travel(prior.sample(100, rng), time, "closing", onset=10.0).travel
+    noise = 0.01 * rng.standard_normal(exact.shape)
+    cut = np.minimum(exact, share * exact[:, -1:])
+    named = [
+        sum("range" in " ".join(inconsistencies(time, x, 10.0, 0.01)) for x in each + noise)
+        for each in (cut, exact)
+    ]
+    assert named[0] >= 80
+    assert named[1] == 0

@@ -20,6 +20,11 @@ _MOST = 64  # readings, more than which are not compared
 _ODD = np.uint64(0x9E3779B97F4A7C15)  # whose powers are far apart
 _REST = 50  # samples at the ends of a record, in which a counter is steady
 _RISE = (0.1, 0.4)  # shares of the way, between which the start is extrapolated from
+_FLAT = (5.0, 0.003)  # sd of the noise, strokes: no more moves at a rest that no swing follows
+_HIDES = 0.012  # strokes of noise, in which a swing may hide
+_TENTHS = np.arange(0.1, 0.95, 0.1)  # of the way, between which speeds are compared
+_SUDDEN = 0.4  # of the greatest speed in the last tenth, with which no drive stops flat
+_MEAN, _STEADY = 5, 0.7  # samples whose mean is at rest, within such a share of what hides a swing
 _EARLY = 0.4  # of the time between these: first motions that a gradual force makes are less early
 
 
@@ -47,6 +52,7 @@ def inconsistencies(
         _equal(time, travel),
         _unrest(time, third, sd),
         _early(time, travel, moves),
+        _at_full_speed(time, travel, sd),
     ]
     return [words for words in found if words]
 
@@ -104,4 +110,28 @@ def _early(time: np.ndarray, travel: np.ndarray, moves: float) -> str:
     return (
         f"the first motion, at {in_digits(moves, 4)} ms, is {early} ms earlier than the rise "
         "suggests: was something disturbed before it?"
+    )
+
+
+def _at_full_speed(time: np.ndarray, travel: np.ndarray, sd: float) -> str:
+    """A stop at speed without any swing: the end of the range, whatever noise lies on it.
+
+    What stops a drive so suddenly throws it back.
+    """
+    start, end = (float(np.median(each)) for each in (travel[:_CALM], travel[-_CALM:]))
+    done = (travel - start) / (end - start) if end != start else np.zeros(travel.size)
+    near = max(_FLAT[0] * sd / max(abs(end - start), _EXACT), _FLAT[1])
+    stop = int((done >= 1.0 - near).argmax())
+    rest = np.convolve(done[stop:] - 1.0, np.full(_MEAN, 1.0 / _MEAN), "valid")
+    if near > _HIDES or rest.size < _CALM or np.abs(rest[1:]).max() > _STEADY * near:
+        return ""
+    marks = time[[int((done >= share).argmax()) for share in _TENTHS]]
+    step = float(np.median(np.diff(time)))
+    speeds = np.diff(_TENTHS) / np.maximum(np.diff(marks), step)
+    last = (done[stop] - _TENTHS[-1]) / max(time[stop] - marks[-1], step) / speeds.max()
+    if last < _SUDDEN:
+        return ""
+    return (
+        f"the travel stops at {in_digits(time[stop], 4)} ms from {last:.0%} of its greatest speed, "
+        "and rests at once: does the transducer's range end there? If so, the stroke is longer"
     )
