@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from breaker.files import save_frame
 from breaker.records import open_curves
 from breaker.stores import describe, open_store, save
 from breaker.wear import (
@@ -35,8 +36,8 @@ sentences = [since_new(changes, life), headline(decisions, limits), trust(life)]
 log.info(" ".join(sentences))
 
 save(describe(stands, "standing", planning=planning), output.standing)
-decisions.to_csv(output.decisions, index=False, float_format="%.10g")
-limits.to_csv(output.limits, index=False, float_format="%.6g")
-changes.to_csv(output.changes, index=False, float_format="%.4g")
+save_frame(decisions, output.decisions, digits=10)
+save_frame(limits, output.limits, digits=6)
+save_frame(changes, output.changes, digits=4)
 words = {"sentences": sentences, "limits": limit_words(limits).to_dict("list")}
 Path(output.words).write_text(json.dumps(words, indent=1), encoding="utf-8")

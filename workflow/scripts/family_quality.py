@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from breaker.files import save_frame
 from breaker.stores import open_store
 from breaker.validation import family_quality
 from breaker.workflow import start
@@ -17,4 +18,4 @@ for store in (*snakemake.input.levels, *snakemake.input.changes):
     )
 table = pd.concat(tables)
 log.info("90 %% intervals hold %.3f to %.3f", table.coverage_90.min(), table.coverage_90.max())
-table.to_csv(snakemake.output[0], index=False, float_format="%.5g")
+save_frame(table, snakemake.output[0], digits=5)

@@ -7,6 +7,7 @@ import xarray as xr
 
 from breaker.figures import fleet as drawn
 from breaker.figures import style
+from breaker.files import save_frame
 from breaker.fleet import fleet_page, fleet_table, learn_types, type_table
 from breaker.model import Prior
 from breaker.stores import open_store
@@ -20,8 +21,8 @@ types = learn_types(drives, Prior.from_settings(params.prior))
 table, learned = fleet_table(drives, types, params.evidence), type_table(types)
 log.info("%d drives of %d types, %d odd", len(table), len(types), (table.odd != "").sum())
 
-table.to_csv(output.table, index=False, float_format="%.6g")
-learned.to_csv(output.types, index=False, float_format="%.6g")
+save_frame(table, output.table, digits=6)
+save_frame(learned, output.types, digits=6)
 documents = map(json.loads, drives.document.values)
 named = [(each["breaker"], each["phase"]) for each in documents]
 style.save(drawn.fleet(table, named, types), output.figure)

@@ -1,5 +1,6 @@
 """Put all operations of one motion, with both posteriors, into one store and one tidy table."""
 
+from breaker.files import save_frame
 from breaker.posterior import stack_posteriors, table_of_both
 from breaker.records import open_curves
 from breaker.stores import save
@@ -12,7 +13,7 @@ result = stack_posteriors(
     open_curves(snakemake.input.inferred), open_curves(snakemake.input.corrected)
 )
 save(result, snakemake.output.store)
-table_of_both(result).to_csv(snakemake.output.table, index=False, float_format="%.6g")
+save_frame(table_of_both(result), snakemake.output.table, digits=6)
 log.info(
     "%d operations of %s, %d resolved", result.sizes["operation"], motion, result.resolved.sum()
 )

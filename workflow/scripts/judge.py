@@ -1,5 +1,6 @@
 """Hold the network's own density against the exact posterior, curve by curve."""
 
+from breaker.files import save_frame
 from breaker.posterior import Posterior, judge, summary
 from breaker.stores import describe, open_store, save
 from breaker.workflow import start
@@ -14,4 +15,4 @@ table = summary(judged, corrected)
 log.info("%s", ", ".join(f"{key} {value:.4g}" for key, value in table.iloc[0, 1:].items()))
 title = f"the {posterior.motion} network against the exact posterior"
 save(describe(judged, title, model=posterior.settings), snakemake.output.store)
-table.to_csv(snakemake.output.table, index=False, float_format="%.5g")
+save_frame(table, snakemake.output.table, digits=5)

@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from breaker.files import save_frame
 from breaker.mechanism import is_logarithmic, prior_sds
 from breaker.stores import open_store
 from breaker.validation import quality, quality_words
@@ -26,4 +27,4 @@ for posterior, data, files in (("amortised", amortised, reader), ("corrected", c
     log.info("%s: %s", posterior, quality_words(table))
     table.insert(0, "posterior", posterior)
     tables.append(table)
-pd.concat(tables).to_csv(snakemake.output[0], index=False, float_format="%.5g")
+save_frame(pd.concat(tables), snakemake.output[0], digits=5)

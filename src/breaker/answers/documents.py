@@ -5,8 +5,6 @@ docs/usage.md explains its keys. A number that is not known is None.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from csv import DictWriter
-from io import StringIO
 
 import numpy as np
 
@@ -14,7 +12,7 @@ from breaker.answers.answer import MAY_SLIDE, Answer
 from breaker.answers.identity import doubts_about
 from breaker.answers.judgement import NORMAL, VERDICTS
 from breaker.family import MECHANISMS
-from breaker.files import ABOUT, printable
+from breaker.files import ABOUT, printable, table_text
 from breaker.mechanism import EVENTS, MOTIONS, PARAMETERS, SOURCES, quantities_of
 
 _FEWEST = 2  # records that are summed up together
@@ -247,11 +245,7 @@ def table_of(document: Mapping) -> str:
     """
     rows = [row for record in document["records"] for row in _rows(record)]
     names = dict.fromkeys([*_FIRST, *(name for row in rows for name in row)])
-    text = StringIO()
-    writer = DictWriter(text, [*names], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return table_text([*names], rows)
 
 
 def _rows(record: Mapping) -> list[dict]:

@@ -3,6 +3,7 @@
 import argparse
 
 from breaker.cli.named import add_path
+from breaker.cli.printing import say
 from breaker.cli.settings import settings_of
 
 
@@ -19,6 +20,6 @@ def _run(options: argparse.Namespace) -> int:
     config = settings_of(options.config)
     motions = config["motions"]
     checked = check_folder(options.folder, config["endurance"], config["sensor"], motions)
-    print(checked_text(checked))
+    say(checked_text(checked))
     accepted = {each.motion for each in checked if each.accepted}
     return 0 if accepted == set(motions) else 1

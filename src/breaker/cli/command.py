@@ -7,10 +7,12 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
+from typing import TextIO
 
 from breaker import __version__
 from breaker.cli import check, compare, fit_prior, infer, inspect, manifest, report
 from breaker.cli.named import SEVERAL, add_path
+from breaker.cli.printing import say
 from breaker.cli.settings import PROJECT
 from breaker.workflow import ConfigurationError, missing_packages, set_threads
 
@@ -45,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _complain(text: str) -> None:
-    print(f"breaker: {text}", file=sys.stderr)
+    say(f"breaker: {text}", beside=True)
 
 
 def _prepare_streams() -> None:
@@ -104,11 +106,14 @@ class _Once(argparse.Action):
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose options are given once."""
+    """A parser whose options are given once, and which shows on a terminal what it was given."""
 
     def __init__(self, **settings) -> None:
         super().__init__(**settings)
         self.register("action", None, _Once)
+
+    def _print_message(self, message: str, file: TextIO | None = None) -> None:
+        say(message, beside=file is not sys.stdout, end="")
 
 
 def _parser() -> argparse.ArgumentParser:

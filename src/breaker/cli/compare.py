@@ -9,6 +9,7 @@ from operator import getitem
 
 from breaker.cli.named import SEVERAL, add_choice, add_path, operations_of, percent
 from breaker.cli.outputs import check_outputs, draw, say_written
+from breaker.cli.printing import say
 from breaker.cli.settings import limits_of, settings_of
 
 _VISITS = ("before", "today")
@@ -65,7 +66,7 @@ def _run(options: argparse.Namespace) -> int:
         from breaker.figures import visits
 
         written.append(draw(visits.visits(document), options.plot))
-    print(json.dumps(document) if options.json else visits_in_words(document))
+    say(json.dumps(document) if options.json else visits_in_words(document))
     say_written(written, options.json)
     return 0
 

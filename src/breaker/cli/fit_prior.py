@@ -6,6 +6,7 @@ from contextlib import suppress
 
 from breaker.cli.named import add_path, each_once
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
+from breaker.cli.printing import say
 from breaker.cli.settings import limits_of, settings_of
 
 
@@ -66,7 +67,7 @@ def _run(options: argparse.Namespace) -> int:
         from breaker.figures import fitted_prior
 
         written.append(draw(fitted_prior.fitted_prior(fitted.to_dataset()), options.plot))
-    print(report(recorded, fitted, checks), end="\n\n")
+    say(report(recorded, fitted, checks), end="\n\n")
     say_written(written)
     return 0
 

@@ -4,11 +4,11 @@ import argparse
 import json
 import math
 import shlex
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.cli.named import MOTIONS, SEVERAL, add_choice, add_path, operations_of
 from breaker.cli.outputs import check_outputs, draw, say_written, whole, write_lines
+from breaker.cli.printing import say
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
 
@@ -116,9 +116,9 @@ def _run(options: argparse.Namespace) -> int:
     rejected = [each for each in found["records"] if not each["accepted"]]
     nothing = len(rejected) == len(found["records"])
     written = [] if nothing else _write(answers, given, found, overlays, options)
-    print(json.dumps(found) if options.json else in_words(found))
+    say(json.dumps(found) if options.json else in_words(found))
     for each in [] if options.json else overlays:
-        print(f"\n{each.title}: {each.words}")
+        say(f"\n{each.title}: {each.words}")
     if rejected:
         read = {each["file"] for each in found["records"] if each["accepted"]}
         unread = sorted({each["file"] for each in rejected} - read)
@@ -199,7 +199,7 @@ def _say_remedy(rejected: Sequence[Mapping], unread: Sequence[str], *, nothing: 
         if unread
         else ""
     )
-    print(f"breaker: {what}{remedy}", file=sys.stderr)
+    say(f"breaker: {what}{remedy}", beside=True)
 
 
 def _write(answers: Sequence, given, found: Mapping, overlays: Sequence, options) -> list[str]:

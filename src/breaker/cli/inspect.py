@@ -4,6 +4,7 @@ import argparse
 
 from breaker.cli.named import add_path
 from breaker.cli.outputs import check_outputs, draw, say_written, write_lines
+from breaker.cli.printing import say
 from breaker.cli.settings import PROJECT, settings_of
 
 
@@ -34,7 +35,7 @@ def _run(options: argparse.Namespace) -> int:
         from breaker.figures import record
 
         written.append(draw(record.record(proposal), options.plot))
-    print(report_of(proposal))
-    print(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
+    say(report_of(proposal))
+    say(f"\nProposed, to lay over {PROJECT}:\n\n{overlay}")
     say_written(written)
     return 0 if any(each.record for each in proposal.motions) else 1

@@ -1,10 +1,10 @@
 """`breaker manifest`: propose a table of the operations in a folder."""
 
 import argparse
-import sys
 
 from breaker.cli.named import SEVERAL, add_path
 from breaker.cli.outputs import check_outputs, write_lines
+from breaker.cli.printing import say
 from breaker.cli.settings import settings_of
 
 
@@ -28,7 +28,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.output:
         write_lines(options.output, text)
     else:
-        print(text, end="")
+        say(text, end="")
     for remark in remarks:
-        print(f"check: {remark}", file=sys.stderr)
+        say(f"check: {remark}", beside=True)
     return 0

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from breaker.cli.named import MOTIONS
+from breaker.cli.printing import say
 from breaker.cli.settings import ADVANCED, PROJECT
 from breaker.shipped import DEFAULTS
 from breaker.stores import whole
@@ -154,4 +155,4 @@ def write_lines(name: str, text: str) -> str:
 def say_written(written: Iterable[str], as_json: bool = False) -> None:
     """Print what was written, last: beside a JSON document, not in it."""
     for text in written:
-        print(text, file=sys.stderr if as_json else sys.stdout)
+        say(text, beside=as_json)

@@ -2,7 +2,6 @@
 
 import argparse
 import re
-import sys
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from math import isnan
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from breaker.cli.named import MOTIONS, SEVERAL, add_path, each_once, is_folder
 from breaker.cli.outputs import check_outputs, whole, write_lines
+from breaker.cli.printing import say
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
 
@@ -79,10 +79,10 @@ def _run(options: argparse.Namespace) -> int:
     found = report_of(answers, verdicts, beside)
     _write(found, options.output)
     for each in found.warnings:
-        print(each)
+        say(each)
     for reason in dict.fromkeys(each.reason for each in records if each.reason):
-        print(f"breaker: not in the report: {reason}", file=sys.stderr)
-    print(f"{found.verdict.text}\nreport written to {options.output}")
+        say(f"breaker: not in the report: {reason}", beside=True)
+    say(f"{found.verdict.text}\nreport written to {options.output}")
     return 0
 
 

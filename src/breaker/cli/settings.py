@@ -1,11 +1,11 @@
 """The configuration that commands share."""
 
 import json
-import sys
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from breaker.cli.printing import say
 from breaker.shipped import DEFAULTS
 from breaker.workflow import load, read
 
@@ -33,7 +33,7 @@ def settings_of(overlays: Sequence[str], more: Sequence[str] = ()) -> dict:
             if old != value and (place >= len(overlays) or not more):
                 new, old = (textwrap.shorten(each, _LONGEST) for each in (value, old))
                 said = f"note: {file}: {key} is {new}, in place of {old} of {before}"
-                print(said, file=sys.stderr)
+                say(said, beside=True)
             stated[key] = (file, value)
     return config
 

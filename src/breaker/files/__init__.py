@@ -38,6 +38,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "names": ["is_travel_name", "label_of", "split_unit", "unit_of"],
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
+        "outgoing": ["on_terminal", "save_frame", "table_text"],
         "preamble": ["Preamble", "preamble_of"],
         "printed": ["Printed", "channel_of", "phase_in"],
         "rates": ["RATES"],

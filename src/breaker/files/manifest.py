@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from breaker.files.cells import READ, event_reader
 from breaker.files.dates import earlier
 from breaker.files.guards import RejectedCurveError, printable, read_bytes
+from breaker.files.outgoing import as_meant
 from breaker.files.settings import FORMAT
 from breaker.mechanism import in_digits
 
@@ -181,7 +182,7 @@ def _rows(file: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     rows, line = [], 1
     try:
         for cells in reader:
-            cells = [cell.strip() for cell in cells]
+            cells = [as_meant(cell.strip()) for cell in cells]
             if any(cells):
                 rows.append((line, cells))
             line = reader.line_num + 1

@@ -3,12 +3,10 @@
 Light to import.
 """
 
-import csv
 import math
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from io import StringIO
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +18,7 @@ from breaker.files.listing import odd_signs, record_files
 from breaker.files.manifest import ABOUT, FILL_IN
 from breaker.files.motions import motions_in
 from breaker.files.naming import Moment, moments, natural, numbers_in
+from breaker.files.outgoing import table_text
 from breaker.mechanism import MOTIONS
 
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
@@ -252,9 +251,7 @@ def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
     own += ["ratio"] if len(ratios) > 1 else []
     beside = {key for seen in files for part in seen.parts for key in part.beside}
     own += sorted(beside)
-    text = StringIO()
-    table = csv.DictWriter(text, [*_COLUMNS, *own], lineterminator="\n", extrasaction="ignore")
-    table.writeheader()
+    table = []
     for number, row in sorted(
         rows, key=lambda each: (each[1].file.breaker, each[0], each[1].motion)
     ):
@@ -267,8 +264,8 @@ def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
             for part in row.parts
         ]
         for part in parts or [{}]:
-            table.writerow(known | part)
-    return text.getvalue()
+            table.append(known | part)
+    return table_text([*_COLUMNS, *own], table)
 
 
 def _rate(seen: Description) -> str:

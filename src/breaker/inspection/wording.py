@@ -8,7 +8,7 @@ from textwrap import wrap
 import numpy as np
 import yaml
 
-from breaker.files import FORMAT
+from breaker.files import FORMAT, on_terminal
 from breaker.inspection.printed_results import stated_remarks
 from breaker.inspection.proposals import NOT_READ, InspectedMotion, Proposal
 from breaker.mechanism import in_digits
@@ -40,9 +40,10 @@ def _yaml(value: object) -> str:
     """A value on one line of YAML; None as nothing behind the key of what is to be filled in."""
     if isinstance(value, str) and len(value) == 1:
         return json.dumps(value)  # a sign
-    text = yaml.safe_dump(
-        value, default_flow_style=True, allow_unicode=True, width=np.inf, sort_keys=False
-    )
+    look = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
+    text = yaml.safe_dump(value, allow_unicode=True, **look)
+    if on_terminal(text) != text:  # as it is shown, it is to be read
+        text = yaml.safe_dump(value, **look)
     return text.removesuffix("...\n").strip()
 
 

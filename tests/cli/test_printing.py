@@ -1,0 +1,98 @@
+"""Names that others gave, on the terminal and in tables, by every command."""
+
+import csv
+import json
+import re
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from breaker import cli
+from breaker.cli import main
+
+ACTS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
+NASTY = "\x1b[31m\u202e\u200b"
+COMMANDS = [
+    "inspect {file}",
+    "infer {file}",
+    "infer {file} --config own.yaml",
+    "infer {file} --config own.yaml --json",
+    "infer {file} --channel {nasty}",
+    "compare {file} --today open.csv --config own.yaml",
+    "report {file} --output r.pdf --config own.yaml",
+    "manifest records",
+    "check records --config own.yaml",
+    "fit-prior records --config own.yaml",
+    "infer {file} --size {nasty} 1",
+    "learn {nasty}",
+    "infer {nasty}.csv",
+]
+
+
+def _exported(folder, name, column, **stated):
+    """The closing of a folder as an export with names that others gave."""
+    samples = [line for line in (folder / "a.csv").read_text().splitlines() if line[:1].isdigit()]
+    rows = [line.replace(",", ";") for line in samples]
+    head = [f"{key};{value}" for key, value in stated.items()]
+    (folder / "records").mkdir(exist_ok=True)
+    text = "\n".join([*head, "", f"time (s);{column} (mm)", *rows])
+    (folder / "records" / name).write_text(text, encoding="utf-8")
+    return f"records/{name}"
+
+
+@pytest.fixture
+def file(folder):
+    stated = {"Station": f"S{NASTY}", "Bay": f"Q0{NASTY}", "Phase": f"L1{NASTY}"}
+    name = _exported(folder, f"b{NASTY}.csv", f"Weg{NASTY}", **stated, Stroke="150 mm")
+    assert main(["inspect", name, "--output", "own.yaml"]) == 0
+    return name
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_name_acts_on_the_terminal(file, capsys, command):
+    capsys.readouterr()
+    words = [each.format(file=file, nasty=NASTY) for each in command.split(" ")]
+    with suppress(SystemExit):  # of wrong options
+        main(words)
+    out, err = capsys.readouterr()
+    assert out + err
+    assert not ACTS.search(out)
+    assert not ACTS.search(err)
+    if "--json" in words:
+        assert json.loads(out)["records"][0]["accepted"]
+
+
+def test_what_is_proposed_on_the_terminal_can_be_used_as_it_is(folder, capsys):
+    """A sign that is not shown would be another one when it is copied."""
+    name = _exported(folder, "b.csv", "Weg\u202e")
+    assert main(["inspect", name]) == 0
+    shown = capsys.readouterr().out.partition(":\n\n")[2]
+    (folder / "own.yaml").write_text(shown, encoding="utf-8")
+    assert main(["infer", name, "--config", "own.yaml", "few.yaml"]) == 0
+
+
+def test_commands_print_in_one_place():
+    for module in Path(cli.__file__).parent.glob("*.py"):
+        text = module.read_text(encoding="utf-8")
+        alone = module.name == "printing.py" or '"breaker: interrupted"' in text
+        assert alone or not re.search(r"\bprint\(|std(out|err)\.write", text), module.name
+
+
+def test_names_that_a_spreadsheet_would_run_are_the_same_after_a_round_trip(folder, capsys):
+    name = _exported(folder, "=c.csv", "@Weg", Station="N", Bay="@Q0", Stroke="150 mm")
+    assert main(["inspect", name, "--output", "own.yaml"]) == 0
+    assert main(["manifest", "records", "--output", "records/operations.csv"]) == 0
+    with open("records/operations.csv", encoding="utf-8", newline="") as table:
+        (row,) = csv.DictReader(table)
+    assert [row[key] for key in ("file", "channel", "breaker")] == ["'=c.csv", "'@Weg", "'@Q0"]
+    assert main(["check", "records", "--config", "own.yaml"]) == 1  # of openings there are none
+    assert re.search(r"\n@Q0 closing +1 +1 ", capsys.readouterr().out)
+    words = ["infer", "records", "--config", "own.yaml", "few.yaml"]
+    assert main([*words, "--output", "t.csv", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out.splitlines()[0])["records"][0]
+    assert (found["file"], found["breaker"]) == ("records/=c.csv", "@Q0")
+    with open("t.csv", encoding="utf-8", newline="") as table:
+        rows = [*csv.DictReader(table)]
+    assert {each["breaker"] for each in rows} == {"'@Q0"}
+    assert not [cell for each in rows for cell in each.values() if cell[:1] in {*"=@+"}]
