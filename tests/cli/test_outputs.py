@@ -130,9 +130,13 @@ def command(*words, before="", encoding="utf-8", **settings):
     )
 
 
-@pytest.mark.parametrize(("option", "name"), [("--output", "t.csv"), ("--draws", "d.zarr")])
-def test_on_a_full_disk_the_old_result_stays(folder, option, name):
-    words = ["infer", "a.csv", option, name, "--config", "few.yaml"]
+@pytest.mark.parametrize(
+    "command_of",
+    ["infer --output t.csv", "infer --draws d.zarr", "report --output r.pdf", "infer --plot p.png"],
+)
+def test_on_a_full_disk_the_old_result_stays(folder, command_of):
+    words = [*command_of.split(), "--config", "few.yaml"]
+    words.insert(1, "a.csv")
     assert main(words) == 0
     before = {each: each.read_bytes() for each in folder.rglob("*") if each.is_file()}
     done = command(*words, before=FULL)
@@ -140,6 +144,33 @@ def test_on_a_full_disk_the_old_result_stays(folder, option, name):
     assert b"File too large" in done.stderr
     assert b"Traceback" not in done.stderr
     assert {each: each.read_bytes() for each in folder.rglob("*") if each.is_file()} == before
+
+
+# A write that sends its own process a signal half-way: none comes at a better time.
+HALF = """
+import os, signal
+from pathlib import Path
+def half(self, content):
+    with open(self, "wb") as file:
+        file.write(content[: len(content) // 2])
+        file.flush()
+        os.kill(os.getpid(), signal.{signal})
+        file.write(content[len(content) // 2 :])
+Path.write_bytes = half
+"""
+
+
+@pytest.mark.parametrize(("signal", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+@pytest.mark.parametrize("name", ["r.pdf", "r.html", "r.png", "r.csv"])
+def test_a_command_that_is_ended_leaves_nothing_half_written(folder, signal, status, name):
+    option = {"r.png": "--plot"}.get(name, "--output")
+    command_of = "report" if name in ("r.pdf", "r.html") else "infer"
+    words = [command_of, "a.csv", option, name, "--config", "few.yaml"]
+    before = {*folder.rglob("*")}
+    done = command(*words, before=HALF.format(signal=signal))
+    assert done.returncode == status
+    assert b"Traceback" not in done.stderr
+    assert {*folder.rglob("*")} == before
 
 
 @pytest.mark.parametrize("stdout", ["closed", "full", "ascii"])

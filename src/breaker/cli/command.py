@@ -5,6 +5,7 @@ import gc
 import io
 import logging
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from typing import TextIO
@@ -84,9 +85,24 @@ def run() -> int:
     of a first answer: half of that at the end.
     """
     gc.disable()
+    _end_in_order()
     status = main()
     gc.freeze()
     return status
+
+
+def _end_in_order() -> None:
+    """Let a kill, or a terminal that closes, end the command as an interrupt does: of a file that
+    is being written nothing stays.
+    """
+
+    def end(number: int, _: object) -> None:
+        signal.signal(number, signal.SIG_IGN)  # once is enough: another is not to stop the tidying
+        raise SystemExit(128 + number)
+
+    for each in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(each) is signal.SIG_DFL:  # not under nohup
+            signal.signal(each, end)
 
 
 def _show_progress() -> None:

@@ -140,15 +140,29 @@ def _is_store_of_draws(folder: Path) -> bool:
 
 def draw(figure, name: str) -> str:
     """Write a figure to a file, whole or not at all, and return what to say of it."""
-    with whole(name) as part:
-        figure.savefig(part)
-    return f"drawn in {name}"
+    from breaker.figures.paper import encoded, without_font
+
+    write_bytes(name, encoded([figure], Path(name).suffix[1:].lower()))
+    return "\n".join(filter(None, [f"drawn in {name}", without_font([figure])]))
+
+
+def write_bytes(name: str, content: bytes) -> None:
+    """Write a file, whole or not at all.
+
+    Raises:
+        OSError: If it cannot be written, as on a full disk; what was there stays.
+    """
+    try:
+        with whole(name) as part:
+            part.write_bytes(content)
+    except OSError as error:
+        remedy = "make room there, or name another place"
+        raise OSError(f"{name} could not be written: {error.strerror}; {remedy}") from error
 
 
 def write_lines(name: str, text: str) -> str:
     """Write lines to a file, whole or not at all, and return what to say of it."""
-    with whole(name) as part:
-        part.write_text(text, encoding="utf-8", newline="\n")
+    write_bytes(name, text.encode("utf-8"))
     return f"written to {name}"
 
 

@@ -3,13 +3,12 @@
 import argparse
 import re
 from collections.abc import Mapping, Sequence
-from io import BytesIO
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from breaker.cli.named import MOTIONS, SEVERAL, add_path, each_once, is_folder
-from breaker.cli.outputs import check_outputs, whole, write_lines
+from breaker.cli.outputs import check_outputs, write_bytes, write_lines
 from breaker.cli.printing import say
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
@@ -77,12 +76,14 @@ def _run(options: argparse.Namespace) -> int:
     }
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     found = report_of(answers, verdicts, beside)
-    _write(found, options.output)
+    lacking = _write(found, options.output)
     for each in found.warnings:
         say(each)
     for reason in dict.fromkeys(each.reason for each in records if each.reason):
         say(f"breaker: not in the report: {reason}", beside=True)
     say(f"{found.verdict.text}\nreport written to {options.output}")
+    if lacking:
+        say(lacking)
     return 0
 
 
@@ -253,22 +254,20 @@ def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) ->
     return found
 
 
-def _write(report, output: str) -> None:
-    """Write a report as its name's ending says, without the time of writing."""
+def _write(report, output: str) -> str:
+    """Write a report as its name's ending says, and return what to say of its letters.
+
+    All of it is drawn before a file is begun.
+    """
     from breaker.figures import report as drawn
+    from breaker.figures.paper import encoded, without_font
 
     if output.lower().endswith(".pdf"):
-        from matplotlib.backends.backend_pdf import PdfPages
-
-        with whole(output) as part, PdfPages(part, metadata={"CreationDate": None}) as pdf:
-            for page in drawn.pages(report):
-                pdf.savefig(page)
-        return
+        pages = list(drawn.pages(report))
+        write_bytes(output, encoded(pages, "pdf"))
+        return without_font(pages)
     from breaker.answers import report_page
 
-    pictures = []
-    for page in drawn.curve_pages(report):
-        picture = BytesIO()
-        page.savefig(picture, format="png")
-        pictures.append(picture.getvalue())
-    write_lines(output, report_page(report, pictures))
+    pages = list(drawn.curve_pages(report))
+    write_lines(output, report_page(report, [encoded([each], "png") for each in pages]))
+    return without_font(pages)

@@ -53,7 +53,10 @@ def _raw(proposal: Proposal) -> Figure:
     axis = figure.subplots()
     for each in proposal.travels:
         axis.plot(layout.columns[each.place], color=style.MEASURED, lw=0.8)
-    axis.set(xlabel="sample", ylabel=f"{layout.column(travel.place)} ({travel.unit or 'no unit'})")
+    axis.set(
+        xlabel="sample",
+        ylabel=style.literal(f"{layout.column(travel.place)} ({travel.unit or 'no unit'})"),
+    )
     axis.margins(x=0)
     words = f"Record of {proposal.layout.file.name}: no motion could be read"
     style.title(figure, style.literal(words), color=style.WARNING)

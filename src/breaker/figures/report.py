@@ -233,7 +233,7 @@ def _curves(figure: Figure, panels: Sequence[Panel], top: float) -> None:
 
 def _legend(figure: Figure, colours: dict[str, str], below: bool) -> float:
     """Draw the legend at the foot of a page, and return its height, inches."""
-    names = [style.shortened(phase or "record", _NAME) for phase in colours]
+    names = [style.literal(style.shortened(phase or "record", _NAME)) for phase in colours]
     keys = [style.line_key(*each) for each in zip(names, colours.values(), strict=True)]
     keys += [style.line_key("reference", style.PRIOR, lw=2.4)] if below else []
     columns = max(1, _KEYS_WIDE // (max(map(len, [*names, "reference"])) + 7))

@@ -4,6 +4,7 @@ Matplotlib's settings are changed inside :func:`styled` only. Figures are made w
 nothing is kept open and no window system is asked for.
 """
 
+import logging
 import re
 from collections.abc import Callable, Sequence
 from functools import wraps
@@ -23,6 +24,7 @@ from matplotlib.text import Text
 from numpy.typing import ArrayLike
 from PIL import Image
 
+from breaker.figures.paper import families, quiet, without_font
 from breaker.files import printable
 from breaker.mechanism import ONSET, PARAMETERS
 
@@ -67,7 +69,6 @@ BAND = {"color": PRIOR, "alpha": 0.25, "lw": 0}  # of tolerances
 _SETTINGS = {
     "figure.dpi": 150,
     "savefig.dpi": "figure",
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
     "mathtext.fontset": "dejavusans",
     "font.size": 10,
     "axes.titlesize": 11,
@@ -96,9 +97,9 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
     @wraps(draw)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
-        with mpl.rc_context():
+        with mpl.rc_context(), quiet():
             mpl.rcdefaults()
-            mpl.rcParams.update(_SETTINGS)
+            mpl.rcParams.update(_SETTINGS | {"font.family": families()})
             figure = draw(*args, **kwargs)
             figure.draw_without_rendering()  # ticks are made on drawing, with the settings of then
         return figure
@@ -107,9 +108,15 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as PNG of 256 colours, a third of the size: a report holds all figures."""
+    """Write a figure as PNG of 256 colours, a third of the size: a report holds all figures.
+
+    Signs that no font has are said in a warning of the log.
+    """
     canvas = FigureCanvasAgg(figure)
-    canvas.draw()
+    with quiet():
+        canvas.draw()
+    if lacking := without_font([figure]):
+        logging.getLogger("breaker").warning("%s: %s", path, lacking)
     colours = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
     colours.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
 
