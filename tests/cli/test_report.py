@@ -8,6 +8,9 @@ import yaml
 from matplotlib.image import imread
 
 from breaker.cli import main
+from breaker.inspection import inspect_file
+from breaker.shipped import DEFAULTS
+from breaker.workflow import read
 from tests.exports import write
 
 EXPORT = {"endurance": {"draws": 50, "format": {"time_column": None, "rate": 5.0}}}
@@ -61,6 +64,23 @@ def test_the_same_call_writes_the_same_pages(visit):
     assert first == (visit / "b.pdf").read_bytes()
     assert first.count(b"/Type /Page\n") + first.count(b"/Type /Page ") == 2
     assert report("today.csv", "--output", "a.pdf") == 0  # a report replaces a report
+
+
+def test_what_the_analyser_printed_otherwise_is_marked_as_inspect_marks_it(visit):
+    results = {"Stroke (mm)": [178.0, 182.0, 178.7], "Closing Velocity (m/s)": [4.1, 4.1, 4.4]}
+    results["Over Travel (mm)"] = [1.0, 1.0, 1.0]  # which makers count in other ways
+    write("today.csv", rate=5.0, results=results)
+    compared = inspect_file("today.csv", read(DEFAULTS)["sensor"]).compared
+    assert report("today.csv", "--output", "a.html") == 0
+    page = (visit / "a.html").read_text(encoding="utf-8")
+    printed = [f"{each.printed.value:g}" for each in compared if each.differs]
+    assert printed == ["182", "4.4"]
+    assert re.findall(r'<td class="bad">([^<]*) differs</td>', page) == printed
+    (said,) = re.findall("stroke: measured [^<]*", page)
+    assert re.match(r"stroke: measured 178\.\d mm, 2 % less than printed: .* one \(Y\)$", said)
+    write("today.csv", rate=5.0, results={"Stroke (mm)": [178.0, 178.4, 178.7]})
+    assert report("today.csv", "--output", "a.html") == 0
+    assert " differs<" not in (visit / "a.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", ["a.csv", "my.yaml", "today.csv"])

@@ -7,9 +7,10 @@ import numpy as np
 
 from breaker.answers.changed import VERDICT_WORDS
 from breaker.answers.documents import FROM_TENTH
+from breaker.answers.judgement import NORMAL
 from breaker.answers.visited import change_words, label_of
 from breaker.answers.words import bounds_in_words, how_it_fits, is_prior, present, starred
-from breaker.inspection import alike
+from breaker.inspection import alike, differs
 from breaker.mechanism import EVENTS, in_digits, in_p
 
 RESULTS = {
@@ -75,35 +76,64 @@ def few(lines: Sequence[str]) -> list[str]:
 
 
 def measured_table(
-    title: str, channels: Mapping[str, Mapping], printed: Mapping[tuple, tuple[float, str]]
+    title: str, channels: Mapping[str, Mapping], printed: Mapping[tuple, tuple[float, str, str]]
 ) -> Table:
     """Return what is measured, first what needs no model.
 
     Args:
         title: Which motion it is.
         channels: Entry of the motion in the document, by channel.
-        printed: What the analyser printed, by file, motion, channel and quantity: the value, and
-            what differs in its definition; empty if nothing does.
+        printed: What the analyser printed, by file, motion, channel and quantity: the value, what
+            differs in its definition, empty if nothing does, and what the analyser means by it. A
+            value that differs from the measured one is marked.
     """
     found: dict[str, dict[str, Mapping]] = {}
     for phase, entry in channels.items():
         for name, each in entry["quantities"].items():
             if not name.endswith(FROM_TENTH):  # no time that an instrument has
                 found.setdefault(name, {})[phase] = each
-    rows, one = _times(channels), next(iter(channels.values()))
+    rows, said = _times(channels), []
     for name in sorted(found, key=lambda name: any(map(starred, found[name].values()))):
         rows.append(_row(name, found[name], channels))
-        values = [printed.get((one["file"], one["motion"], p, name), ()) for p in channels]
-        if any(values):
-            odd = next((each[1] for each in values if each and each[1]), "")
+        entry = next(iter(channels.values()))
+        key = entry["file"], entry["motion"]
+        values = {p: each for p in channels if (each := printed.get((*key, p, name)))}
+        if values:
+            odd = next((each[1] for each in values.values() if each[1]), "")
+            others = {p: w for p, each in values.items() if (w := _other(found[name].get(p), each))}
+            cells = (_printed(values.get(p), p in others) for p in channels)
             label = f"  printed{', ' * bool(odd)}{odd}"
-            said = ["", *(in_digits(each[0], 4) if each else "" for each in values)]
-            rows.append(tuple(Cell(each, "faint") for each in (label, *said)))
+            rows.append((Cell(label, "faint"), Cell(""), *cells))
+            said += [(phase, f"{name}: {words}") for phase, words in others.items()]
     head = ["measured", "unit", *(phase or "value" for phase in channels), "± 95 %"]
     head += ["differ by"] if len(channels) > 1 else []
     head += ["limit", "result"] if any(each.get("limits") for each in channels.values()) else []
     rows = [(*row, *[Cell("")] * len(head))[: len(head)] for row in rows]
-    return Table(title, tuple(head), rows, _notes(channels))
+    return Table(title, tuple(head), rows, [*named(said, len(channels)), *_notes(channels)])
+
+
+def _printed(value: tuple[float, str, str] | None, other: bool) -> Cell:
+    """What the analyser printed, marked where it is another value than the measured one."""
+    text = in_digits(value[0], 4) if value else ""
+    return Cell(f"{text} differs", "bad") if other else Cell(text, "faint")
+
+
+def _other(each: Mapping | None, printed: tuple[float, str, str]) -> str:
+    """By how much a measured quantity is not what the analyser printed; empty where it is that, or
+    where it is counted between other points or not by the record alone.
+    """
+    value, odd, quantity = printed
+    if odd or each is None or each["source"] != "measured":
+        return ""
+    measured = each["median"]
+    if not differs(quantity, value, measured, (each["interval_95"][1] - measured) / NORMAL[95]):
+        return ""
+    share = 100.0 * (measured / value - 1.0)
+    by = f"{in_digits(abs(share), 2)} % {'more' if share > 0.0 else 'less'}"
+    return (
+        f"measured {in_digits(measured, 4)} {each['unit']}, {by} than printed: are scale, ratio "
+        "and channel right? Limits judge the measured one"
+    )
 
 
 def _row(name: str, by: Mapping, channels: Mapping[str, Mapping]) -> tuple[Cell, ...]:

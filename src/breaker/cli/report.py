@@ -201,8 +201,8 @@ def _points(stated: Mapping, config: Mapping) -> dict:
 
 
 def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
-    """What the analyser printed, by file, motion, channel and quantity: the value, and what
-    differs in its definition.
+    """What the analyser printed, by file, motion, channel and quantity: the value, what differs
+    in its definition, and what the analyser means by it.
 
     A channel is meant by its phase, or else by its number among those of the file.
     """
@@ -225,7 +225,7 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
                     points.get(name) or ()
                 )
                 if name and not isnan(each.size):
-                    value = each.value * each.size, "other points" * odd
+                    value = each.value * each.size, "other points" * odd, each.quantity
                     found.setdefault((printable(file), motion, phase, name), value)
     return found
 

@@ -14,7 +14,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "channels": ["InspectionError"],
         "contents": ["stated_in"],
         "describing": ["describe_file", "travel_channels"],
-        "printed_results": ["meant_motions", "measured_name", "stated_speeds"],
+        "printed_results": ["differs", "meant_motions", "measured_name", "stated_speeds"],
         "proposals": ["InspectedMotion", "Proposal", "inspect_file"],
         "wording": ["alike", "overlay_of", "report_of"],
     },

@@ -63,9 +63,21 @@ class Compared:
     @property
     def differs(self) -> bool:
         """Whether it does by more than such values do, and than its error is."""
-        most = _DIFFERS.get(self.printed.quantity, math.inf)
-        value = abs(self.printed.value)
-        return bool(value and abs(self.difference) > most + 2.0 * self.sd / value)
+        return differs(self.printed.quantity, self.printed.value, self.measured, self.sd)
+
+
+def differs(quantity: str, printed: float, measured: float, sd: float) -> bool:
+    """Say whether a printed value is not the measured one, which has an sd, all in one unit: that
+    they differ by more than such values do, and than the error is.
+
+    No value that is zero or NaN differs, and none of a quantity that makers count in other ways.
+
+    >>> differs("stroke", 150.0, 135.3, 0.2), differs("stroke", 136.0, 135.3, 0.2)
+    (True, False)
+    """
+    most = _DIFFERS.get(quantity, math.inf)
+    value = abs(printed)
+    return bool(value and abs(measured - printed) > most * value + 2.0 * sd)
 
 
 def measured_name(printed: Printed, motion: str) -> str:
