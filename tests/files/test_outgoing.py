@@ -50,9 +50,11 @@ def test_every_cell_of_a_table_is_inert():
 def test_a_frame_is_written_with_inert_cells_and_plain_numbers(tmp_path):
     names = [name for name in NAMES if "\r" not in name]  # which no name in a frame has
     frame = pd.DataFrame({"=name": names, "value": [-1.0 / 3.0] * len(names)})
+    frame["count"] = pd.Series([1, None] + [2] * (len(names) - 2), dtype=object)
     save_frame(frame, tmp_path / "t.csv", digits=3)
     text = (tmp_path / "t.csv").read_text(encoding="utf-8")
     rows = [*csv.reader(StringIO(text, newline=""))]
-    assert rows[0] == ["'=name", "value"]
+    assert rows[0] == ["'=name", "value", "count"]
+    assert [row[2] for row in rows[1:4]] == ["1", "", "2"]
     assert [as_meant(row[0]) for row in rows[1:]] == names
     assert {row[1] for row in rows[1:]} == {"-0.333"}

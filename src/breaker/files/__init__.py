@@ -15,7 +15,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "described": ["Description", "Part"],
         "grids": ["open_grid", "unit_text"],
         "guards": ["RejectedCurveError", "printable", "read_bytes"],
-        "lines": ["cells_of"],
+        "lines": ["Lines", "cells_of"],
         "listing": [
             "ENDINGS",
             "fingerprint",

@@ -93,6 +93,7 @@ def save_frame(frame: "pd.DataFrame", file: str, *, digits: int) -> None:
         digits: Of numbers, significant.
     """
     safe = frame.rename(columns=inert)
-    texts = [name for name, kind in safe.dtypes.items() if kind.kind not in "biufcmM"]
-    safe = safe.assign(**{name: safe[name].map(inert) for name in texts})
+    # Only where a cell changes: pandas would take counts with gaps between for fractions.
+    run = [name for name in safe if any(inert(each) is not each for each in safe[name])]
+    safe = safe.assign(**{name: [*map(inert, safe[name])] for name in run})
     safe.to_csv(file, index=False, float_format=f"%.{digits}g")

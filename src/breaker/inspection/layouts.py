@@ -17,6 +17,7 @@ import numpy as np
 from breaker.files import (
     LARGEST_NUMBER,
     MISSING,
+    Lines,
     Preamble,
     RejectedCurveError,
     cells_of,
@@ -144,11 +145,15 @@ def _numbers(
     """
     columns = np.full((len(numeric), len(lines)), np.nan)
     for begin in range(0, len(lines), _BLOCK):
-        rows = [cells_of(line, delimiter) for line in lines[begin : begin + _BLOCK]]
+        block = lines[begin : begin + _BLOCK]
+        rows = Lines(block, range(len(block)), delimiter)
+        alike = rows.columns(0, len(numeric))  # in a third of the time, where lines are
+        cells_in = rows[:] if alike is None else []
         for place in np.flatnonzero(numeric):
-            cells = [row[place] if place < len(row) else "" for row in rows]
+            odd = (row[place] if place < len(row) else "" for row in cells_in)
+            cells = list(odd) if alike is None else alike[place]
             values, _ = strict_numbers(cells, decimal, LARGEST_NUMBER["time"])
-            columns[place, begin : begin + len(rows)] = values
+            columns[place, begin : begin + len(block)] = values
     return list(columns)
 
 
