@@ -147,6 +147,7 @@ def test_files_that_are_numbered_by_their_place_alone_have_no_order():
 
 def test_a_type_in_two_spellings_is_one():
     types = [
-        replace(record(n), stated=Preamble(type=name)) for n, name in enumerate(("GL314", "GL 314"))
+        replace(record(n), stated=Preamble(type=name))
+        for n, name in enumerate(("GL314", "GL 314", "gl-314"))
     ]
     assert doubts_about(types) == []

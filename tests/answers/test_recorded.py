@@ -44,6 +44,17 @@ def test_breakers_of_a_table(folder, read):
     assert found.size.lengths == pytest.approx(1.0, abs=0.3)
 
 
+@pytest.mark.parametrize(("other", "types"), [("gl-314", 1), ("GL318", 2)])
+def test_a_type_in_two_spellings_is_one(folder, read, other, types):
+    table = folder / "operations.csv"
+    head, *rows = table.read_text(encoding="utf-8").splitlines()
+    of = [f"{row},{'GL 314' if k else other}" for k, row in enumerate(rows)]
+    table.write_text("\n".join([f"{head},type", *of]), encoding="utf-8")
+    found = read(folder)
+    assert sorted(found.types)[0] == "GL 314"
+    assert len(found.types) == types
+
+
 def test_phases_are_records_of_their_breaker(folder, read):
     table = folder / "operations.csv"
     head, *rows = table.read_text(encoding="utf-8").splitlines()

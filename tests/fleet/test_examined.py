@@ -12,27 +12,30 @@ from breaker.answers.operations import read_operations
 from breaker.figures.fleet import fleet as picture
 from breaker.files.listing import list_fleet
 from breaker.fleet.examined import examine, stored
-from breaker.fleet.members import members_of
+from breaker.fleet.members import Member, members_of
 from breaker.fleet.page import fleet_page
 from breaker.fleet.ranked import FLEET, compare_poles, fleet_table, learn_types, type_table
+from breaker.fleet.states import DIFFERENT
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import MOTIONS, NAMES
 from breaker.records.export import write_curve
 
 TIME, SPREAD = 0.1 * np.arange(760), 0.02  # ms
-ODD, WORN, BROKEN, POLES = "Q4", "Q2", "Q7", "Q1"
+ODD, WORN, BROKEN, POLES, REMOUNTED = "Q4", "Q2", "Q7", "Q1", "Q8"
 
 
-def write(folder, breaker, thetas, rng, *, about=""):
-    """Write an operation for each of some parameters, and return the rows of the table."""
+def write(folder, breaker, thetas, rng, *, about="", ratio=1.0):
+    """Write an operation for each of some parameters, and return the rows of the table; a ratio is
+    that of the transducer from the second on.
+    """
     rows = []
     for number, theta in enumerate(thetas, start=1):
         for motion in MOTIONS:
             curve = travel(theta[None], TIME, motion, onset=10.0).travel[0]
             file = folder / f"{breaker}{about[:1]}_{motion}_{number}.csv"
-            noisy = curve + 0.1 * rng.standard_normal(TIME.size)
+            noisy = curve * (ratio if number > 1 else 1.0) + 0.1 * rng.standard_normal(TIME.size)
             write_curve(file, TIME, noisy, motion=motion, operation=number)
-            year = 2014 + 3 * number if breaker == WORN else 2026
+            year = 2014 + 3 * number if breaker in (WORN, REMOUNTED) else 2026
             rows.append(f"{file.name},{motion},{number},{breaker},{about},{year}-03-01")
     return rows
 
@@ -45,10 +48,11 @@ def rows(tmp_path_factory, prior):
     for breaker in (f"Q{k}" for k in range(9)):
         theta = prior.medians * np.exp(SPREAD * rng.standard_normal(len(NAMES)))
         theta[3] *= 1.6 if breaker == ODD else 1.0
-        worn = theta * np.where(np.array(NAMES) == "f", 0.9, 1.0)
+        worn = theta * np.where(np.array(NAMES) == "gamma_a", 1.4, 1.0)
         for about in "RS" if breaker == POLES else [""]:
             last = worn if breaker == WORN else theta
-            lines += write(folder, breaker, [theta, last], rng, about=about)
+            ratio = 1.06 if breaker == REMOUNTED else 1.0
+            lines += write(folder, breaker, [theta, last], rng, about=about, ratio=ratio)
     for motion in MOTIONS:
         (folder / f"{BROKEN}_{motion}_1.csv").write_text("nothing")
         (folder / f"{BROKEN}_{motion}_2.csv").write_text("nothing")
@@ -87,7 +91,7 @@ def test_two_visits_are_compared(rows, examined, defaults):
     alone = [e for e in compared(visits, defaults)["changes"] if e["verdict"] == "changed"]
     assert [each["name"] for each in document["changed"]] == [each["name"] for each in alone]
     assert (document["how"], document["visits"], document["state"]) == ("visits", 2, "now")
-    assert document["due"] == {"limit": "tired_closing"}
+    assert document["due"] == {"limit": "stiff_drive"}
 
 
 def test_a_drive_without_a_usable_record_stops_no_other(examined):
@@ -98,10 +102,10 @@ def test_a_drive_without_a_usable_record_stops_no_other(examined):
 
 def test_the_odd_one_is_found_and_what_is_due_comes_first(table):
     found, _ = table
-    assert {*found.breaker[found.odd != ""]} == {ODD}
+    assert {*found.breaker[found.odd != ""]} == {ODD, WORN}  # whose friction has risen as far
     assert found.set_index("breaker").odd[ODD] == "gamma_a"
     assert (found.breaker[0], found.state[0]) == (WORN, "now")
-    assert "tired_closing" in found.reason[0]
+    assert "stiff_drive" in found.reason[0]
     assert "since the first visit" in found.reason[0]
     assert [*found.columns[: len(FLEET)]] == [*FLEET]
     poles = found[found.breaker == POLES]
@@ -140,6 +144,62 @@ def test_the_page_shows_every_drive(table, examined):
     assert "gamma_a is" in page
     assert "measured travel_time" in page
     assert "<h1>Fleet</h1>" in page
+
+
+def test_another_ratio_of_the_transducer_is_no_wear(table, examined):
+    document = examined[REMOUNTED, ""].document
+    assert (document["state"], document["due"], document["changed"]) == (DIFFERENT, {}, [])
+    assert "1.06" in document["differences"][0]
+    assert {*document["limits"].values()} == {"not shown"}  # they are of changes of the drive
+    found, types = table
+    row = found[found.breaker == REMOUNTED].iloc[0]
+    assert (row.state, row.due, found.breaker[1]) == (DIFFERENT, "", REMOUNTED)
+    assert "no trend is told" in row.reason
+    page = fleet_page(found, type_table(types), b"")
+    assert f'<td class="doubt">{DIFFERENT}</td>' in page
+    figure = picture(found, [*examined], types)
+    crosses = [e for e in figure.axes[0].lines if e.get_marker() == "x" and e.get_xdata().size]
+    assert [each.get_xdata().size for each in crosses] == len(NAMES) * [1]
+    assert DIFFERENT in [each.get_text() for each in figure.legends[0].texts]
+
+
+def test_a_stroke_that_changes_makes_no_date(defaults, tmp_path, prior):
+    rng = np.random.default_rng(2)
+    theta = prior.medians * np.where(np.array(NAMES) == "gamma_a", 1.3, 1.0)
+    late = {"name": "late", "motion": "closing", "of": "record", "upper": {"travel_time": 11.2}}
+    states = []
+    for ratio in (1.0, 1.03):  # with more friction, so that no scale alone explains it
+        lines = write(tmp_path, WORN, [prior.medians, theta], rng, ratio=ratio)
+        lines = ["file,motion,operation,breaker,phase,date", *lines]
+        (tmp_path / "operations.csv").write_text("\n".join(lines), encoding="utf-8")
+        (member,) = members_of(list_fleet(tmp_path), MOTIONS)
+        document = examine(member, {**defaults, "limits": [late]}).document
+        states.append((document["state"], bool(document["differences"]), bool(document["due"])))
+    assert states == [("plan", False, True), (DIFFERENT, True, False)]
+
+
+def test_limits_of_a_type_are_of_its_drives_in_any_spelling(rows, defaults):
+    operations = {m: [e for of, e in rows["Q0"] if of == m] for m in MOTIONS}
+    by_type = {"GL 314": {"closing stroke": [20, 22], "opening travel_time": [None, 50]}}
+    config = {**defaults, "limits_by_type": by_type}
+    states = {}
+    for name in ("gl-314", "GL318"):
+        document = examine(Member("Q0", "", name, operations), config).document
+        states[name] = document["state"], document["limits"]
+    verdicts = {"closing stroke by type": "fail", "opening travel_time by type": "pass"}
+    assert states == {"gl-314": ("now", verdicts), "GL318": ("not judged", {})}
+
+
+def test_a_drive_without_limits_is_listed_by_what_is_known(table):
+    found, _ = table
+    quiet = found[(found.state == "not judged") & (found.odd == "")]
+    assert len(quiet) > 4
+    assert quiet.reason.str.contains("records of the last visit differ most in").all()
+    assert quiet.reason.str.contains("of its type").all()
+    assert quiet.off_type.abs().gt(0.0).all()
+    assert "unknown" not in {*quiet.state}
+    assert found.state[found.breaker == BROKEN].tolist() == ["unknown"]
+    assert found.change[found.breaker == WORN].abs().item() > 5.0
 
 
 @pytest.mark.parametrize("loss", [0.09, 0.0])

@@ -113,7 +113,7 @@ def test_every_missing_default_is_noticed():
     assert len(missing) > 150
 
 
-OPEN = (("known",), ("endurance", "events"))  # their keys are the user's
+OPEN = (("known",), ("endurance", "events"), ("limits_by_type",))  # their keys are the user's
 
 
 def test_schema_explains_every_key_and_knows_no_others():
@@ -293,6 +293,14 @@ limits: [{name: a, motion: closing}, {name: a, motion: opening, lower: {f: 1}}]
 limits: [{name: a, motion: closing, lower: {f: 1}}]
 motions: [opening]
     limits has no limit of opening (motions). Add one.
+limits_by_type: {GL 314: {stroke: [1, 2]}, gl-314: {stroke: [1, 2]}}
+    limits_by_type has GL 314 and gl-314, which are one type. Put both together.
+limits_by_type: {GL 314: {closed stroke: [1, 2]}, B: {stoke: [1, 2]}, C: {stroke: [2, 1]}}
+    limits_by_type cannot be used: GL 314: closed stroke: closed is no motion.
+    B: stoke: stoke is not a known quantity
+    C: stroke: from 2 to 1 allows nothing or all. Mend an end.
+limits_by_type: {GL 314: {stroke: 5}}
+    limits_by_type.GL 314.stroke is 5, but must be a list of 2 entries
 # keys that must fit each other
 validation: {seed: 7, second_seed: 7}
     validation.second_seed is 7, which validation.seed is too

@@ -107,7 +107,8 @@ IS_FLEET = len(BREAKERS) > 1 and config["endurance"]["breaker"] is None
 CHUNKS_OF_BREAKERS = breaker_chunks(BREAKERS, config["fleet"]["breakers_per_job"])
 FLEET = ["results/fleet.csv", "results/fleet.html", "figures/fleet.png"]
 # What jobs of the fleet take from the configuration.
-ON_FLEET = ("endurance", "fleet", "limits", "motions", "planning", "seed", "speeds", "wear_model")
+ON_FLEET = ("endurance", "fleet", "limits", "limits_by_type", "motions")
+ON_FLEET += ("planning", "seed", "speeds", "wear_model")
 
 
 @cache

@@ -31,7 +31,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "drawn": ["Curve", "Marked", "Panel", "Shown", "shown"],
         "trees": ["tree"],
         "documents": ["document", "table_of"],
-        "visited": ["visits_document", "visits_in_words", "visits_said"],
+        "visited": ["differ_in_words", "visits_document", "visits_in_words", "visits_said"],
         "words": ["in_words"],
         # The prior of a type.
         "checks": ["check_fitted"],

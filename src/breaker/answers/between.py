@@ -1,6 +1,7 @@
 """Two visits to a drive, as their records were read: compared, in one document."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from breaker.answers.alike import judged_today, unlike
 from breaker.answers.changed import changes, compare, measured_changes, mechanism_changes
@@ -47,19 +48,18 @@ def compared(
     speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
     measured = measured_changes(before, today, speeds, beyond)
     entries = from_list(limits, [*before], speeds)
+    stated = {visit: stated_of(each) for visit, each in visits.items()}
+    differences = unlike(measured, found.strokes, stated, found.paces)
+    # Of visits that were measured differently no change is one of the drive.
+    told = replace(found, ratios={}) if differences else found
     return visits_document(
         found,
         {
             "warnings": _warnings(visits),
-            "differences": unlike(
-                measured,
-                found.strokes,
-                {v: stated_of(each) for v, each in visits.items()},
-                found.paces,
-            ),
+            "differences": differences,
             "changes": [*measured, *changes(found, beyond)],
             "mechanisms": mechanism_changes(found, beyond),
-            "limits": judged_today(found, today, entries, speeds, config["seed"]),
+            "limits": judged_today(told, today, entries, speeds, config["seed"]),
         },
         {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
         rejected,

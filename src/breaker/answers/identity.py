@@ -14,7 +14,7 @@ import numpy as np
 
 from breaker.answers.record import Record
 from breaker.answers.stated import date_of
-from breaker.files import earlier, printable
+from breaker.files import bare, earlier, printable
 from breaker.mechanism import in_digits
 from breaker.records import is_copy
 
@@ -147,7 +147,8 @@ def _names_differ(records: Sequence[Record]) -> list[str]:
     for name in ("serial", "bay", "type"):
         by: dict[str, list[Record]] = {}
         for each in records:
-            if said := "".join(getattr(each.stated, name).casefold().split()):
+            said = getattr(each.stated, name)
+            if said := bare(said) if name == "type" else "".join(said.casefold().split()):
                 by.setdefault(said, []).append(each)
         if len(by) > 1 and not (name == "serial" and _are_poles(records)):
             said = " and ".join(

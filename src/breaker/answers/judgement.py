@@ -51,10 +51,11 @@ def judge(limits: Iterable[Limit], told: Callable[[Limit, str], Told], *key: obj
         key: Of the generator of errors of what is measured, the seed first.
 
     Returns:
-        Of each limit its ``name``, ``words``, ``probability`` that it is exceeded, nan if it is not
-        known, ``verdict``: "pass" and "fail" where the 95 % interval is on one side of each bound,
-        else "not shown" with the ``reason``; and ``parts``, of each quantity its ``value``,
-        ``interval_95``, ``unit`` and ``bounds``, least and largest that pass, None where all do.
+        Of each limit its ``name``, ``motion``, ``words``, ``probability`` that it is exceeded, nan
+        if it is not known, ``verdict``: "pass" and "fail" where the 95 % interval is on one side of
+        each bound, else "not shown" with the ``reason``; and ``parts``, of each quantity its
+        ``value``, ``interval_95``, ``unit`` and ``bounds``, least and largest that pass, None where
+        all do.
     """
     groups: dict[str, list[Limit]] = {}
     for limit in limits:
@@ -68,7 +69,8 @@ def _row(
     known = [[told(limit, quantity) for quantity in limit.quantities] for limit in sides]
     reasons = dict.fromkeys(each.reason for some in known for each in some if each.reason)
     reasons |= dict.fromkeys(filter(None, map(_far, sides, known)))
-    row = {"name": name, "words": " or ".join(limit.words for limit in sides)}
+    row = {"name": name, "motion": sides[0].motion}
+    row["words"] = " or ".join(limit.words for limit in sides)
     row |= {"probability": np.nan, "verdict": "not shown", "reason": "; ".join(reasons)}
     if not reasons:
         shares = [_exceedance(*both, key) for both in zip(sides, known, strict=True)]

@@ -12,7 +12,14 @@ import numpy as np
 from breaker.answers.operations import read_operations
 from breaker.answers.words import differs_in_words
 from breaker.family import Levels, Match, NormalisedRecords, choose_family
-from breaker.files import MANIFEST, Operation, list_operations, printable, read_manifest
+from breaker.files import (
+    MANIFEST,
+    Operation,
+    list_operations,
+    printable,
+    read_manifest,
+    usual_spelling,
+)
 from breaker.mechanism import Size, in_p
 from breaker.records import Raw
 
@@ -62,6 +69,7 @@ class Recorded:
         rejected: Why records were rejected, one text for each.
         left_out: How many records were not read since there are enough.
         spans: How far usable records go, by motion.
+        types: Types of breaker that the table or the files name, each once, however it is spelt.
     """
 
     levels: Levels
@@ -70,6 +78,7 @@ class Recorded:
     rejected: Sequence[str]
     left_out: int
     spans: Mapping[str, Sequence[Span]]
+    types: Sequence[str] = ()
 
     def fit_in_words(self, family: str) -> str:
         """Say how far the records of each motion are from a family that was tried, and where."""
@@ -152,6 +161,7 @@ def read_breakers(
     rejected, left_out = [], 0
     spans: dict[str, list[Span]] = defaultdict(list)
     troubles: list[str] = []
+    types: list[str] = []
     for motion in motions:
         for name, listed in _listed(folders, motion, troubles).items():
             some = [listed[i] for i in _spread(len(listed))]
@@ -161,6 +171,7 @@ def read_breakers(
                     rejected.append(each.reason)
                     continue
                 one = each.operation
+                types += filter(None, [one.type or each.stated.type])
                 found[name][one.number, one.phase, os.path.dirname(one.file)][motion] = each.seen
                 spans[motion].append(Span.of(each.raw))
     if not found and not rejected:
@@ -172,7 +183,8 @@ def read_breakers(
         )
     operations = {name: list(each.values()) for name, each in found.items()}
     levels, tried = _family_of(operations, families, least)
-    return Recorded(levels, tried, operations, rejected, left_out, spans)
+    named = [*usual_spelling(types).values()]
+    return Recorded(levels, tried, operations, rejected, left_out, spans, named)
 
 
 def _family_of(

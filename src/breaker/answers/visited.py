@@ -74,18 +74,23 @@ def _unlike(document: Mapping) -> list[str]:
     """How the visits were measured differently."""
     if not document["differences"]:
         return []
-    differ = [
+    differ = differ_in_words(document["differences"])
+    return [
+        f"WARNING: {'; '.join(differ)}. The visits were measured differently, or are of different "
+        "drives or phases: check transducer, ratio and endurance.format of both. What follows "
+        "compares the records, not the drive"
+    ]
+
+
+def differ_in_words(differences: Sequence[Mapping]) -> list[str]:
+    """Say how visits were measured differently, what ``unlike`` returns, each in a sentence."""
+    return [
         f"the {each['what']}{' of' * bool(each['motion'])} {each['motion']}".rstrip()
         + " and".join(
             f" {verb} {_text(each[visit])} {each['unit']}".rstrip()
             for verb, visit in (("was", "before"), ("is", "today"))
         )
-        for each in document["differences"]
-    ]
-    return [
-        f"WARNING: {'; '.join(differ)}. The visits were measured differently, or are of different "
-        "drives or phases: check transducer, ratio and endurance.format of both. What follows "
-        "compares the records, not the drive"
+        for each in differences
     ]
 
 

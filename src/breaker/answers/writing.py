@@ -145,6 +145,12 @@ def _sources(recorded: Recorded) -> list[str]:
         )
     if np.isfinite(recorded.noise_sd):
         lines.append(f"noise of a sample {in_digits(recorded.noise_sd, 3)} mm")
+    if len(recorded.types) > 1:
+        lines.append(
+            f"WARNING: records are of types {', '.join(recorded.types)}, and the prior is as wide "
+            "as these differ: name the breakers of one type"
+        )
+    lines += [f"type: {each}" for each in recorded.types if len(recorded.types) == 1]
     return [*lines, "breakers: " + ", ".join(records)]
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from breaker.figures import style
-from breaker.fleet import TypeOfBreaker
+from breaker.fleet import DIFFERENT, TypeOfBreaker
 from breaker.mechanism import NAMES
 
 _NAMED = 12  # odd drives whose names are written
@@ -22,7 +22,8 @@ def fleet(
     drives: Sequence[tuple[str, str]],
     types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]],
 ) -> Figure:
-    """Draw every drive's parameters off the median of its type, percent; odd ones by name.
+    """Draw every drive's parameters off the median of its type, percent; odd ones by name, and
+    those that were measured differently as crosses.
 
     Args:
         table: What ``fleet.fleet_table`` returns.
@@ -32,15 +33,17 @@ def fleet(
     figure = style.new_figure(11.0, 5.5)
     axis = figure.subplots()
     odd = {(e.breaker, e.phase): e.odd for e in table.itertuples() if e.odd}
+    unlike = {(e.breaker, e.phase) for e in table.itertuples() if e.state == DIFFERENT}
     count = max(len(types), 1)
-    for t, (name, (where, learned)) in enumerate(types.items()):
-        label = style.literal(name or "all drives")
+    for t, (where, learned) in enumerate(types.values()):
         for k, parameter in enumerate(NAMES):
             spread = np.linspace(-0.4, 0.4, len(where)) / count
             x = k + _WIDTH * (spread + (t + 0.5) / count - 0.5)
             y = np.clip(100.0 * learned.off[:, k], -_FARTHEST, _FARTHEST)
-            look = {"color": f"C{t}", "ms": 3.5, "mew": 0, "alpha": 0.6}
-            axis.plot(x, y, "o", **look, label=label if not k else None)
+            look = {"color": f"C{t}", "alpha": 0.6, "ls": ""}
+            crossed = np.array([drives[i] in unlike for i in where], bool)
+            axis.plot(x[~crossed], y[~crossed], marker="o", ms=3.5, mew=0, **look)
+            axis.plot(x[crossed], y[crossed], marker="x", ms=5.0, mew=1.2, **look)
             for i, drive in enumerate(where):
                 of = drives[drive]
                 if odd.get(of) == parameter:
@@ -54,5 +57,6 @@ def fleet(
     style.title(figure, f"{len(table)} drives beside their type: {len(odd)} odd")
     keys = [style.dot_key(style.literal(n or "all drives"), f"C{t}") for t, n in enumerate(types)]
     ring = Line2D([], [], ls="", marker="o", mfc="none", mec=style.WARNING, mew=1.6, label="odd")
-    style.legend_below(figure, [*keys, ring] if odd else keys)
+    cross = Line2D([], [], ls="", marker="x", color=style.REFERENCE, label=DIFFERENT)
+    style.legend_below(figure, [*keys, *[ring] * bool(odd), *[cross] * bool(unlike)])
     return figure

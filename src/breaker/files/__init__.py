@@ -46,6 +46,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "recorders": ["open_comtrade"],
         "settings": ["FORMAT", "TO_MM", "TO_MS", "complete", "lacking"],
         "sources": ["OTHER_KINDS", "is_other_kind", "read_columns", "understood"],
+        "spelling": ["bare", "usual_spelling"],
         "workbooks": ["open_workbook", "rows_of"],
     },
 )

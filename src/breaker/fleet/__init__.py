@@ -15,6 +15,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "members": ["Member", "members_of"],
         "page": ["fleet_page"],
         "ranked": ["FLEET", "fleet_table", "learn_types", "type_table"],
+        "states": ["DIFFERENT", "FLEET_STATES"],
         "types": ["Drawn", "TypeOfBreaker", "learn_type"],
     },
 )

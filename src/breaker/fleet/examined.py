@@ -13,15 +13,26 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from breaker.answers import Answer, Given, compared, infer_drive, judged, read_operations
+from breaker.answers import (
+    VERDICT_WORDS,
+    Answer,
+    Given,
+    compared,
+    differ_in_words,
+    infer_drive,
+    judged,
+    read_operations,
+)
 from breaker.family import shipped_networks
-from breaker.files import printable
+from breaker.files import bare, printable
 from breaker.fleet.members import Member
-from breaker.mechanism import MOTIONS, NAMES, from_list
+from breaker.fleet.states import DIFFERENT, UNJUDGED, other_strokes
+from breaker.mechanism import MOTIONS, NAMES, entries_of_type, from_list, speeds_of
 from breaker.model import grid
 from breaker.records import Grid, read_curves
 from breaker.shipped import DEFAULTS
 from breaker.wear import (
+    STATES,
     Event,
     change_table,
     days_per_operation,
@@ -44,10 +55,12 @@ class Examined(NamedTuple):
     Attributes:
         document: Plain values: ``breaker``, ``phase``, ``type``, ``records``, ``visits``, ``last``
             (date), ``operation``, ``how`` ("life", "visits", "visit" or "none"), ``state``, one of
-            ``wear.STATES``, ``due`` (``limit``, ``operation``, ``date``, ``left``), ``limits``,
-            verdicts by name, ``changed``, rows of ``name``, ``motion``, ``change`` at 5, 50 and
-            95 %, ``trust``, why something is not told, ``rejected``, reasons, ``measured``, values
-            of the last visit by quantity and motion, ``family`` and ``p_value``.
+            ``FLEET_STATES``, ``due`` (``limit``, ``operation``, ``date``, ``left``), ``limits``,
+            verdicts by name, ``differences``, how visits were measured differently, ``changed``,
+            rows of ``name``, ``motion``, ``change`` at 5, 50 and 95 %, ``since``, the same of all
+            that is measured since the first visit, ``trust``, why something is not told,
+            ``rejected``, reasons, ``measured``, values of the last visit by quantity and motion,
+            and ``spread`` of these, sd in percent, ``family`` and ``p_value``.
         theta: Draws of the parameters, those of each operation in turn, ``(o, d, p)``.
     """
 
@@ -73,18 +86,22 @@ def examine(member: Member, config: Mapping) -> Examined:
     if not used:
         return Examined(document, np.empty((0, endurance["draws"], len(NAMES))))
     try:
-        if len(member.numbers) >= config["fleet"]["followed"]:
-            document |= _followed(member, used, config)
-        elif len(visits) > 1:
+        both = {"today": records}
+        if len(visits) > 1:
             before = read_operations(member.only(visits[0][-_MOST:]), endurance["format"])
-            document |= _compared(member, {"before": before, "today": records}, config)
+            both = {"before": before, "today": records}
+        if len(member.numbers) >= config["fleet"]["followed"]:
+            document |= _followed(member, used, config) | _unlike_life(member, both, config)
+        elif len(visits) > 1:
+            document |= _compared(member, both, config)
         else:
-            limits = from_list(_limits_of_any(config), [*member.operations], used[0].speeds)
+            limits = from_list(_limits_of(member, config), [*member.operations], used[0].speeds)
             rows = [row for each in used for row in judged(each, limits, seed=config["seed"])]
             document |= {"how": "visit"} | _judged(rows)
             document["trust"] += [] if rows else ["one visit, and no limit on what it shows"]
     except ValueError as error:  # what one drive lacks stops no other
         document["trust"] = [str(error).splitlines()[0]]
+    document["state"] = UNJUDGED if document["state"] == STATES[0] else document["state"]
     drawn = {e.record.operation.number: e.draws.theta for e in used if e.draws is not None}
     shape = (0, endurance["draws"], len(NAMES))
     return Examined(document, np.array([*drawn.values()]) if drawn else np.empty(shape))
@@ -123,11 +140,14 @@ def stored(examined: Sequence[Examined]) -> xr.Dataset:
     )
 
 
-def _limits_of_any(config: Mapping) -> list:
-    """The limits by which any drive of a fleet is judged."""
-    limits = config["limits"]
+def _limits_of(member: Member, config: Mapping) -> list:
+    """Entries of limits by which a drive is judged: those of any of the fleet, and of its type."""
+    limits, speeds = config["limits"], speeds_of(config["speeds"])
     shipped = limits == read(DEFAULTS)["limits"]
-    return [each for each in limits if not shipped or each.get("of") == "change"]
+    found = [each for each in limits if not shipped or each.get("of") == "change"]
+    for name, ranges in config["limits_by_type"].items():
+        found += entries_of_type(ranges, speeds) if bare(name) == bare(member.type) else []
+    return found
 
 
 def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> dict:
@@ -149,10 +169,16 @@ def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> dict:
         "visits": len(visits),
         "operation": member.numbers[-1],
         "last": max(dates.values(), default=""),
-        **{"how": "none", "state": "unknown", "due": {}, "limits": {}, "changed": []},
+        **{"how": "none", "state": "unknown", "due": {}, "limits": {}},
+        **{name: [] for name in ("differences", "changed", "since")},
         "trust": trust,
         "rejected": [each.record.reason for each in answers if each.record.reason],
         "measured": [[*of, float(np.mean(values))] for of, values in shown.items()],
+        "spread": [
+            [*of, float(100.0 * np.std(values, ddof=1) / abs(np.mean(values)))]
+            for of, values in shown.items()
+            if len(values) > 1 and np.mean(values)
+        ],
         "family": used[0].levels.settings["family"] if used else "",
         "p_value": min((each.match.p_value for each in used), default=None),
         "file": printable(answers[0].record.operation.file) if answers else "",
@@ -172,13 +198,19 @@ def _judged(rows: Sequence[Mapping]) -> dict:
 
 def _compared(member: Member, visits: Mapping[str, Sequence], config: Mapping) -> dict:
     """First and last visit; what goes on as it did reaches a limit on a date."""
-    found = compared(visits, config, limits=_limits_of_any(config))
-    rows = found["changes"]
-    changed = [row for row in rows if row["verdict"] == "changed"]
-    said = {"how": "visits"} | _judged(found["limits"])
-    said["changed"] = [{k: row[k] for k in ("name", "motion", "change")} for row in changed]
-    notes = [*found["warnings"], *(each for each in found["trust"] if each.startswith("WARNING"))]
+    found = compared(visits, config, limits=_limits_of(member, config))
+    rows, unlike = found["changes"], differ_in_words(found["differences"])
+    measured = [row for row in rows if row["kind"] == "measured"]
+    changed = [row for row in rows if row["verdict"] == VERDICT_WORDS[0]]
+    said = {"how": "visits", "differences": unlike or other_strokes(rows)}
+    said |= _judged(found["limits"])
+    for key, some in {"changed": changed, "since": measured}.items():
+        said[key] = [{k: row[k] for k in ("name", "motion", "change")} for row in some]
+    warnings = found["warnings"][: -1 if unlike else None]  # the last one has the differences
+    notes = [*warnings, *(each for each in found["trust"] if each.startswith("WARNING"))]
     said["trust"] = [each.removeprefix("WARNING: ") for each in notes]
+    if unlike or (said["differences"] and said["state"] != "now"):
+        return said | {"state": DIFFERENT, "due": {}, "changed": []}
     dates = [member.dates.get(each) for each in (member.numbers[0], member.numbers[-1])]
     if said["state"] == "now" or not all(dates):
         return said
@@ -192,12 +224,26 @@ def _compared(member: Member, visits: Mapping[str, Sequence], config: Mapping) -
     return said
 
 
+def _unlike_life(member: Member, visits: Mapping[str, Sequence], config: Mapping) -> dict:
+    """What is told instead of a life, where its last visit was measured differently from its first,
+    and no event in the table says so.
+    """
+    rows = (each for some in member.operations.values() for each in some if each.event)
+    more = config["endurance"]["events"]
+    if len(visits) < 2 or any(Event.from_text(each.event, more).transducer for each in rows):
+        return {}
+    said = differ_in_words(compared(visits, config)["differences"])
+    empty = {"state": DIFFERENT, "due": {}, "changed": []}
+    return empty | {"differences": said} if said else {}
+
+
 def _left(limit: Mapping, rows: Sequence[Mapping]) -> float:
     """Time until a changed quantity is at a limit, in times between the visits; inf if never."""
     if len(limit["parts"]) != 1 or limit["verdict"] == "fail":
         return np.inf
     (part,) = limit["parts"]
-    of = [e for e in rows if e["name"] == part["quantity"] and e["verdict"] == "changed"]
+    about = part["quantity"], limit["motion"]
+    of = [e for e in rows if (e["name"], e["motion"]) == about and e["verdict"] == "changed"]
     if not of or part["value"] is None:
         return np.inf
     before = of[0].get("before", 0.0)  # of a parameter, its change
@@ -222,7 +268,7 @@ def _followed(member: Member, used: Sequence[Answer], config: Mapping) -> dict:
     warm = {each.number: each.temperature for each in rows if not np.isnan(each.temperature)}
     life = follow_curves(
         curves,
-        from_list(_limits_of_any(config), [*curves], speeds),
+        from_list(_limits_of(member, config), [*curves], speeds),
         {"wear_model": config["wear_model"], "seed": config["seed"]}
         | {"misfit_p_value": config["endurance"]["misfit_p_value"]},
         events=Event.by_operation(texts, config["endurance"]["events"]),

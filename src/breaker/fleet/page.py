@@ -3,10 +3,10 @@
 import pandas as pd
 
 from breaker.answers import Cell, Report, Table, report_page
+from breaker.fleet.states import FLEET_STATES
 from breaker.mechanism import in_digits
-from breaker.wear import STATES
 
-_TONES = dict(zip(STATES, ("doubt", "good", "doubt", "bad"), strict=True))
+_TONES = dict(zip(FLEET_STATES, ("doubt", "good", *3 * ("doubt",), "bad"), strict=True))
 _SHOWN = ("breaker", "phase", "type", "last", "state", "due_date", "odd", "pole_spread")
 
 
@@ -18,7 +18,7 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
         picture: The figure of the fleet, PNG.
     """
     counts = table.state.value_counts()
-    states = [f"{counts[each]} {each}" for each in reversed(STATES) if each in counts]
+    states = [f"{counts[each]} {each}" for each in reversed(FLEET_STATES) if each in counts]
     odd = int((table.odd != "").sum())
     plate = [
         ("Breakers", str(table.breaker.nunique())),
@@ -44,7 +44,7 @@ def fleet_page(table: pd.DataFrame, types: pd.DataFrame, picture: bytes) -> str:
         Table("By what is due", head, rows, notes),
         Table("Types", tuple(types.columns), known, ["spread: log-sd from drive to drive"]),
     ]
-    worst = STATES[max(map(STATES.index, table.state))]
+    worst = FLEET_STATES[max(map(FLEET_STATES.index, table.state))]
     verdict = Cell(f"{', '.join(states)}; unlike their type: {odd}", _TONES[worst])
     return report_page(Report(plate, [], verdict, tables, []), [picture], "Fleet")
 

@@ -1,8 +1,6 @@
 """A fleet in one table: every drive beside its type, ranked by what is due, with the reason."""
 
 import json
-import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -10,16 +8,19 @@ import pandas as pd
 import xarray as xr
 
 from breaker.family import shipped_networks
+from breaker.files import bare, usual_spelling
+from breaker.fleet.reasons import label, largest, reason_of
+from breaker.fleet.states import FLEET_STATES
 from breaker.fleet.types import Drawn, TypeOfBreaker, learn_type
-from breaker.mechanism import NAMES, PARAMETERS, QUANTITIES, in_digits
+from breaker.mechanism import NAMES, PARAMETERS
 from breaker.model import Prior
-from breaker.wear import STATES
 
 FLEET = {
     "breaker": "name of the breaker",
     "phase": "name of the phase",
     "type": "of the breaker: column type of the table, or the nameplate of its last file",
-    "state": "unknown, healthy, plan (a service) or now, as of a single drive",
+    "state": "unknown, healthy, plan (a service) or now, as of a single drive; not judged, where "
+    "no limit tells; measured differently, where visits were, or a stroke has changed",
     "odd": "parameters in which it is unlike its type; empty without any",
     "evidence": "of the most odd one, nats",
     "due": "limit that is due, or the next one",
@@ -31,6 +32,10 @@ FLEET = {
     "operation": "number of the last operation",
     "records": "records in the table",
     "visits": "visits, from one to the next at least 30 days",
+    "change": "largest measured change since the first visit, percent",
+    "change_of": "of which quantity",
+    "off_type": "how far it is measured off the median of its type, percent",
+    "off_type_of": "in which quantity: that which is farthest off beside the spread of the type",
     "how": "life: followed; visits: first and last compared; visit: judged alone; none: not at all",
     "pole_spread": "largest less least time over the phases of the breaker, ms",
     "pole_spread_of": "closing_time or opening_time, from the trigger; travel_time without these",
@@ -40,7 +45,6 @@ FLEET = {
 parameter, the median and 90 % interval under the prior of the type."""
 
 _ENDS = (0.05, 0.5, 0.95)
-_TOLD = 3  # changes in a reason
 # Times by which phases are compared, by rank: instants first, which a standard bounds.
 _POLES = {"closing_time": 1, "opening_time": 1, "travel_time": 0}
 _ALIKE = 0.005  # share by which measured quantities of drives differ that count as alike
@@ -69,12 +73,8 @@ def learn_types(drives: xr.Dataset, usual: Prior) -> dict[str, tuple[np.ndarray,
 def _documents(drives: xr.Dataset) -> list[dict]:
     """Documents of drives, their types as most of them spell these: GL314 and GL 314 are one."""
     found = [json.loads(each) for each in drives.document.values]
-    bare = [re.sub(r"[\W_]+", "", each["type"]).casefold() for each in found]
-    spelt: dict[str, Counter] = {}
-    for key, each in zip(bare, found, strict=True):
-        spelt.setdefault(key, Counter())[each["type"]] += 1
-    usual = {key: counts.most_common(1)[0][0] for key, counts in spelt.items()}
-    return [each | {"type": usual[key]} for key, each in zip(bare, found, strict=True)]
+    usual = usual_spelling(each["type"] for each in found)
+    return [each | {"type": usual[bare(each["type"])]} for each in found]
 
 
 def type_table(types: Mapping[str, tuple[np.ndarray, TypeOfBreaker]]) -> pd.DataFrame:
@@ -119,20 +119,20 @@ def fleet_table(
         _show(rows, documents, where)
     compare_poles(rows, documents)
     for row, document in zip(rows, documents, strict=True):
-        row["reason"] = _reason(row, document)
+        row["reason"] = reason_of(row, document)
     table = pd.DataFrame(rows).drop(columns=["off", "shown"], errors="ignore")
     table = table.reindex(columns=dict.fromkeys([*FLEET, *table.columns]))
-    urgent = -table.state.map(STATES.index)
+    urgent = -table.state.map(FLEET_STATES.index)
     keys = {"u": urgent, "d": table.due_date.replace("", "9999"), "o": -table.evidence.fillna(0.0)}
-    order = table.assign(**keys, known=table.state.eq("unknown")).sort_values(
-        ["u", "d", "o", "breaker", "phase"], kind="stable"
-    )
+    keys["c"] = -table.change.abs().fillna(0.0)
+    by = ["u", "d", "o", "c", "breaker", "phase"]
+    order = table.assign(**keys).sort_values(by, kind="stable")
     return order[table.columns].reset_index(drop=True)
 
 
 def _row(document: Mapping) -> dict:
     """What a document alone says."""
-    due = document["due"]
+    due, most = document["due"], largest(document["since"])
     failed = [n for n, each in document["limits"].items() if each in ("fail", "now")]
     names = ("breaker", "phase", "type", "state", "last", "operation", "records", "visits", "how")
     return {name: document[name] for name in names} | {
@@ -143,6 +143,10 @@ def _row(document: Mapping) -> dict:
         "due_operation": due.get("operation", np.nan),
         "operations_left": due.get("left", np.nan),
         "failed": ", ".join(failed),
+        "change": most["change"][1] if most else np.nan,
+        "change_of": label(most) if most else "",
+        "off_type": np.nan,
+        "off_type_of": "",
     }
 
 
@@ -165,20 +169,23 @@ def _odd(evidence: np.ndarray, off: np.ndarray, least: float) -> dict:
 
 
 def _show(rows: Sequence[dict], documents: Sequence[Mapping], where: np.ndarray) -> None:
-    """Put down of odd drives of a type which measured quantity is farthest off those of others."""
+    """Put down of drives of a type which measured quantity is farthest off those of the others."""
     shown: dict[tuple, dict[int, float]] = {}
     for i in where:
         for name, motion, value in documents[i]["measured"]:
             shown.setdefault((name, motion), {})[i] = value
     for i in where:
         off = []
-        for (name, motion), of in shown.items() if rows[i]["odd"] else ():
+        for (name, motion), of in shown.items():
             values = np.array([*of.values()])
             middle = float(np.median(values))
             spread = np.median(np.abs(values - middle)) + _ALIKE * abs(middle) + 1e-9
-            if i in of:
+            if i in of and len(of) > 1:
                 off.append((abs(of[i] - middle) / spread, (name, motion, of[i], middle)))
-        rows[i]["shown"] = max(off, default=(0.0, ()))[1]
+        rows[i]["shown"] = found = max(off, default=(0.0, ()))[1]
+        if found and found[3]:
+            rows[i]["off_type"] = 100.0 * (found[2] / found[3] - 1.0)
+            rows[i]["off_type_of"] = label({"name": found[0], "motion": found[1]})
 
 
 def compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
@@ -194,36 +201,3 @@ def compare_poles(rows: Sequence[dict], documents: Sequence[Mapping]) -> None:
         apart = [(rank, max(e) - min(e), name) for (rank, name, _), e in of if len(e) > 1]
         _, spread, name = max(apart, default=(0, np.nan, ""))
         row |= {"pole_spread": spread, "pole_spread_of": name}
-
-
-def _reason(row: Mapping, document: Mapping) -> str:
-    """Why a drive is where it is, in words."""
-    said = [f"exceeded: {row['failed']}"] if row["failed"] else []
-    if row["due"] and not row["failed"]:
-        on = f" by {row['due_date']}" if row["due_date"] else ""
-        left = row["operations_left"]
-        many = f", {left:.0f} operations left" if np.isfinite(left) else ""
-        said.append(f"{row['due']}{on}{many}")
-    if document["changed"]:
-        most = sorted(document["changed"], key=lambda each: -abs(each["change"][1]))
-        words = [
-            f"{each['name']}{' ' * bool(each['motion'])}{each['motion']} "
-            f"{in_digits(each['change'][1], 2, sign=True)} %"
-            for each in most[:_TOLD]
-        ]
-        more = len(most) - _TOLD
-        since = "since new" if document["how"] == "life" else "since the first visit"
-        said.append(f"{since} {', '.join(words)}" + (f" and {more} more" if more > 0 else ""))
-    if row["odd"]:
-        if row["shown"]:
-            name, motion, value, middle = row["shown"]
-            unit = QUANTITIES[name].unit if name in QUANTITIES else "mm/ms"  # of a speed
-            values = f"{in_digits(value, 3)} {unit}, of its type {in_digits(middle, 3)}"
-            said.append(f"measured {name} ({motion}) {values}")
-        share = in_digits(100.0 * row["off"], 2, sign=True)
-        kind = row["type"] or "all drives"
-        said.append(f"{row['odd']} is {share} % off the median of {kind}")
-    said += document["trust"]
-    if document["rejected"]:
-        said.append(f"{len(document['rejected'])} records rejected")
-    return "; ".join(said) or "nothing is due"

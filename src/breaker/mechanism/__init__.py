@@ -11,7 +11,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     submod_attrs={
         "compiling": ["compiled"],
         "curves": ["Motion", "blocks", "rest_position", "sensitivity", "too_fast", "travel"],
-        "limits": ["Limit", "from_list"],
+        "limits": ["Limit", "entries_of_type", "from_list"],
         "numerals": ["in_digits", "in_p"],
         "parameters": [
             "MOTIONS",

@@ -207,6 +207,44 @@ def from_list(
     return [limit for limit in limits if limit.of in of]
 
 
+def entries_of_type(
+    ranges: Mapping[str, Sequence[float | None]], speeds: Sequence[Speed] = SPEEDS
+) -> list[dict[str, Any]]:
+    """Return the limits of a type of breaker as entries of the section ``limits``.
+
+    Args:
+        ranges: From and to of each quantity that records show, None where a side is open, by its
+            name, with the motion before it where it is of one alone: "opening stroke".
+
+    Raises:
+        ValueError: If a name is of no such quantity, or a range leaves nothing or all.
+
+    Example:
+        >>> for limit in from_list(entries_of_type({"closing stroke": [178, 184]}), ["closing"]):
+        ...     print(limit.pair, limit.words, sep=": ")
+        closing stroke by type: measured stroke above 184 mm
+        closing stroke by type: measured stroke below 178 mm
+    """
+    every, found = quantities(speeds), []
+    for key, (low, high) in ranges.items():
+        first, _, name = key.rpartition(" ")
+        motions = [first] if first else every[name].motions if name in every else MOTIONS[:1]
+        if first and first not in MOTIONS:
+            raise ValueError(f"{key}: {first} is no motion. Write closing or opening there.")
+        if (None not in (low, high) and not low < high) or low is high is None:
+            raise ValueError(f"{key}: from {low} to {high} allows nothing or all. Mend an end.")
+        for motion in motions:
+            if wrong := check_quantity(name, motion, speeds, "record"):
+                raise ValueError(f"{key}: {wrong}")
+            alone = motion in name or not (first or len(motions) > 1)
+            pair = f"{name if alone else f'{motion} {name}'} by type"
+            about = {"of": "record", "motion": motion, "pair": pair}
+            for side, bound, end in (("upper", high, "high"), ("lower", low, "low")):
+                if bound is not None:
+                    found.append(about | {"name": f"{pair} {end}", side: {name: bound}})
+    return found
+
+
 def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[str, Any]]:
     """An entry of a reference and a tolerance as entries of upper and lower; another as it is."""
     own = [key for key in _BAND if key in entry]

@@ -9,12 +9,13 @@ from functools import partial
 from math import isnan
 from typing import Any
 
-from breaker.files import SWITCHING, Operation, event_words
+from breaker.files import SWITCHING, Operation, bare, event_words
 from breaker.mechanism import (
     MOTIONS,
     NAMES,
     check_fact,
     check_quantity,
+    entries_of_type,
     from_list,
     speeds_of,
 )
@@ -121,6 +122,25 @@ def _limits(
     # There may be limits of motions that are not worked on, but not only such.
     elif not any(limit.motion in (*motions, "") for limit in limits):
         yield f"has no limit of {' or '.join(motions)} (motions). Add one."
+
+
+def _by_type(
+    by_type: Mapping[str, Mapping[str, Sequence[float | None]]],
+    speeds: Mapping[str, Sequence[str] | None],
+) -> Iterator[str]:
+    """Limits by type, and types, each of which must be there once, however it is spelt."""
+    if any(_speeds(speeds)):
+        return
+    defined, spelt = speeds_of(speeds), {}
+    for name, ranges in by_type.items():
+        if not bare(name):
+            yield f"has {name!r}, which is no name of a type. Write one."
+        elif (before := spelt.setdefault(bare(name), name)) != name:
+            yield f"has {before} and {name}, which are one type. Put both together."
+        try:
+            entries_of_type(ranges, defined)
+        except ValueError as error:
+            yield f"cannot be used: {name}: {error}"
 
 
 def _known(
@@ -257,6 +277,7 @@ RULES: tuple[tuple[tuple[str, ...], Callable[..., Iterator[str]]], ...] = (
     (("rigs.wear",), _wear),
     (("speeds",), _speeds),
     (("limits", "motions", "speeds"), _limits),
+    (("limits_by_type", "speeds"), _by_type),
     (
         (
             *("limits", "speeds", "endurance.format.contact_column"),
