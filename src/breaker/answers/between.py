@@ -6,7 +6,7 @@ from dataclasses import replace
 from breaker.answers.alike import judged_today, unlike
 from breaker.answers.changed import changes, compare, measured_changes, mechanism_changes
 from breaker.answers.identity import copies, doubts_about, visits_in_order
-from breaker.answers.stated import stated_of
+from breaker.answers.stated import dates_in_words, stated_of
 from breaker.answers.visited import visits_document
 from breaker.family import shipped_networks
 from breaker.mechanism import MOTIONS, from_list, speeds_of
@@ -47,6 +47,8 @@ def compared(
     found = compare(before, today, networks, rng, misfit_p_value=misfit)
     speeds = speeds_of({**_SPEEDS, **config["speeds"]}, found.size)
     measured = measured_changes(before, today, speeds, beyond)
+    shown = {(row["name"], row["motion"]) for row in measured}  # which no network tells again
+    inferred = [e for e in changes(found, beyond) if (e["name"], e["motion"]) not in shown]
     entries = from_list(limits, [*before], speeds)
     stated = {visit: stated_of(each) for visit, each in visits.items()}
     differences = unlike(measured, found.strokes, stated, found.paces)
@@ -57,14 +59,14 @@ def compared(
         {
             "warnings": _warnings(visits),
             "differences": differences,
-            "changes": [*measured, *changes(found, beyond)],
+            "changes": [*measured, *inferred],
             "mechanisms": mechanism_changes(found, beyond),
             "limits": judged_today(told, today, entries, speeds, config["seed"]),
         },
         {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
         rejected,
         {"share": beyond, "seed": config["seed"], "misfit_p_value": misfit},
-    )
+    ) | {"dates": {visit: dates_in_words(_used(each)) for visit, each in visits.items()}}
 
 
 def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
@@ -73,7 +75,7 @@ def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
     """
     found = visits_in_order(visits)
     found += [doubt for records in visits.values() for doubt in doubts_about(records)]
-    before, today = ([each for each in records if not each.reason] for records in visits.values())
+    before, today = map(_used, visits.values())
     for one in before:
         found += [
             f"{one.operation.file} and {other.operation.file} hold the same samples: they are one "
@@ -82,6 +84,10 @@ def _warnings(visits: Mapping[str, Sequence]) -> list[str]:
             if one.motion == other.motion and copies(one, other)
         ]
     return list(dict.fromkeys(found))
+
+
+def _used(records: Sequence) -> list:
+    return [each for each in records if not each.reason]
 
 
 def _usable(visits: Mapping[str, Sequence]) -> tuple[dict, dict, list[dict]]:

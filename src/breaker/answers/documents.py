@@ -119,7 +119,7 @@ def _fit(answer: Answer) -> dict:
         found["contact_surprise"] = answer.surprise
         if np.isfinite(raw.contact.main):
             found["main_contact_time"] = raw.contact.main - raw.moves
-    return found
+    return found | ({"trigger": trigger} if np.isfinite(trigger := raw.contact.trigger) else {})
 
 
 def _drawn(draws: np.ndarray | None) -> dict:

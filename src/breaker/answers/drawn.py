@@ -172,9 +172,9 @@ def panel_of(answers: Sequence[Answer], overlays: Iterable[Overlay], title: str)
         answers: Of its channels.
         overlays: Of all motions.
     """
-    operation, motion = answers[0].record.operation, answers[0].record.motion
-    key = str(operation.file), operation.number, motion
-    own = [each for each in overlays if (each.file, each.operation, each.motion) == key]
+    motion, operations = answers[0].record.motion, [each.record.operation for each in answers]
+    keys = {(str(each.file), each.number, motion) for each in operations}
+    own = [each for each in overlays if (each.file, each.operation, each.motion) in keys]
     return Panel(title, motion, [_marked(answer) for answer in answers], own)
 
 

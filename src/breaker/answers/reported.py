@@ -61,7 +61,7 @@ def report_of(
     phases = list(dict.fromkeys(map(_phase, entries)))
     tables, panels = [], []
     for own in _motions(pairs):
-        title, channels = _title(own[0][1]), {_phase(each): each for _, each in own}
+        title, channels = _title([e for _, e in own]), {_phase(each): each for _, each in own}
         tables.append(measured_table(title, channels, beside.get("printed", {})))
         panels.append(panel_of([each for each, _ in own], beside.get("overlays", ()), title))
     lines = [*beside.get("rejected", ()), *(e["reason"] for e in found if not e["accepted"])]
@@ -81,23 +81,30 @@ def _phase(entry: Mapping) -> str:
 
 
 def _motions(pairs: Iterable[tuple[Answer, Mapping]]) -> list[list[tuple[Answer, Mapping]]]:
-    """Motions of operations, file by file, in the order in which they come there."""
+    """Motions of operations, with all poles of each, in the order of their files."""
     found: dict[tuple, list] = {}
     for answer, entry in pairs:
-        key = entry["file"], entry["operation"], entry["motion"]
+        key = entry["operation"], entry["motion"]
+        there = {_phase(each) for _, each in found.get(key, ())}
+        key += (entry["file"],) if _phase(entry) in there else ()
         found.setdefault(key, []).append((answer, entry))
-    files = {file: k for k, file in enumerate(sorted({key[0] for key in found}, key=natural))}
+    every = sorted({entry["file"] for some in found.values() for _, entry in some}, key=natural)
+    files = {file: k for k, file in enumerate(every)}
+    for some in found.values():
+        some.sort(key=lambda pair: files[pair[1]["file"]])
     return sorted(
         found.values(), key=lambda own: (files[own[0][1]["file"]], own[0][1]["fit"]["moves"])
     )
 
 
-def _title(entry: Mapping) -> str:
+def _title(entries: Sequence[Mapping]) -> str:
     """Which motion it is: when, of several in a file; of which operation, where that counts."""
+    entry, files = entries[0], list(dict.fromkeys(each["file"] for each in entries))
     part = "from" in entry or "to" in entry
     said = entry["motion"] + (f" at {entry['fit']['moves']:.0f} ms" if part else "")
     of = f", operation {entry['operation']}" if entry.get("breaker") or entry.get("date") else ""
-    return f"{said}{of}: {entry['file'].rpartition('/')[2]}"
+    more = f" and {len(files) - 1} more" if len(files) > 1 else ""
+    return f"{said}{of}: {files[0].rpartition('/')[2]}{more}"
 
 
 def _verdict(entries: Sequence[Mapping], channels: int) -> Cell:

@@ -80,6 +80,21 @@ def date_of(record) -> str:
     return record.operation.date or record.stated.date or (named.pop() if len(named) == 1 else "")
 
 
+def dates_in_words(records: Iterable) -> str:
+    """Return the days of a visit, the first and the last; of day and month in either order both
+    readings; empty where nothing states any.
+    """
+    days: set[str] = set()
+    open_days: set[str] = set()
+    for each in records:
+        if date := date_of(each):
+            days.add(date[:10])
+        else:
+            open_days |= {" or ".join(dict.fromkeys(d[:10] for d in each.stated.dates))} - {""}
+    ends = dict.fromkeys([*sorted(days)[:1], *sorted(days)[-1:]])
+    return " to ".join(ends) or ", ".join(sorted(open_days))
+
+
 def stated_of(records: Iterable) -> dict[str, float | str]:
     """Return what files state of a visit by what it is called: the ratio of the linkage, serial
     number, bay, phase and channel; what they do not, or differently, is left out.

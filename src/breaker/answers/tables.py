@@ -8,6 +8,7 @@ import numpy as np
 from breaker.answers.changed import VERDICT_WORDS
 from breaker.answers.documents import FROM_TENTH
 from breaker.answers.judgement import NORMAL
+from breaker.answers.simultaneous import simultaneity_of
 from breaker.answers.visited import change_words, label_of
 from breaker.answers.words import bounds_in_words, how_it_fits, is_prior, present, starred
 from breaker.inspection import alike, differs
@@ -95,9 +96,8 @@ def measured_table(
     rows, said = _times(channels), []
     for name in sorted(found, key=lambda name: any(map(starred, found[name].values()))):
         rows.append(_row(name, found[name], channels))
-        entry = next(iter(channels.values()))
-        key = entry["file"], entry["motion"]
-        values = {p: each for p in channels if (each := printed.get((*key, p, name)))}
+        of = {p: (each["file"], each["motion"], p, name) for p, each in channels.items()}
+        values = {p: each for p, key in of.items() if (each := printed.get(key))}
         if values:
             odd = next((each[1] for each in values.values() if each[1]), "")
             others = {p: w for p, each in values.items() if (w := _other(found[name].get(p), each))}
@@ -151,16 +151,19 @@ def _row(name: str, by: Mapping, channels: Mapping[str, Mapping]) -> tuple[Cell,
 
 
 def _times(channels: Mapping[str, Mapping]) -> list[tuple[Cell, ...]]:
-    """When channels move and contacts switch in the record: what poles differ by."""
+    """When channels move and contacts switch in the record: what poles of one record differ by."""
     rows = []
     event = EVENTS[next(iter(channels.values()))["motion"]]
     moves = np.array([each["fit"]["moves"] for each in channels.values()])
     after = np.array([each["fit"].get("contact_time", np.nan) for each in channels.values()])
+    one = len({each["file"] for each in channels.values()}) == 1
     for name, values in {"first motion": moves, event: moves + after}.items():
         if np.isfinite(values).any():
             cells = [Cell(f"{each:.2f}") if np.isfinite(each) else NONE for each in values]
             spread = _spread(values[np.isfinite(values)], channels)
-            rows.append((Cell(f"{name} at"), Cell("ms"), *cells, Cell(""), *spread))
+            rows.append(
+                (Cell(f"{name} at"), Cell("ms"), *cells, Cell(""), *(spread if one else ()))
+            )
     return rows
 
 
@@ -195,14 +198,15 @@ def _notes(channels: Mapping[str, Mapping]) -> list[str]:
     points: dict[str, None] = {}
     for phase, entry in channels.items():
         for name, each in entry["quantities"].items():
-            any_star |= starred(each)
+            any_star |= starred(each) and not name.endswith(FROM_TENTH)
             if "_speed" in name and not name[-1].isdigit():  # whose name does not say its points
                 points[f"{name}: {each['meaning']}"] = None
             said += [(phase, f"– {name}: {each['reason']}")] if each["reason"] else []
         said += [(phase, f"remark: {remark}") for remark in entry["remarks"]]
     event = EVENTS[entry["motion"]]
     star = f"* the time of the {event} was not measured: by the model's, with its interval"
-    return [*points, *([star] if any_star else []), *named(said, len(channels))]
+    together = [each for each in [simultaneity_of(channels)] if each]
+    return [*together, *points, *([star] if any_star else []), *named(said, len(channels))]
 
 
 def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Table:

@@ -200,7 +200,10 @@ def visits_said(document: Mapping) -> tuple[list[str], list[str]]:
         for motion, each in document["records"].items()
     ]
     first = [*document["warnings"], *document["headline"].split("\n")]
-    return first, [*document["trust"], f"records: {'; '.join(counts)}"]
+    dates = document.get("dates", {})
+    when = [f"{visit} {each or 'not stated'}" for visit, each in dates.items()]
+    said = [f"dates: {', '.join(when)}"] if any(dates.values()) else []
+    return first, [*document["trust"], f"records: {'; '.join(counts)}", *said]
 
 
 def visits_in_words(document: Mapping) -> str:

@@ -4,14 +4,14 @@ import argparse
 import re
 from collections.abc import Mapping, Sequence
 from math import isnan
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from breaker.cli.named import MOTIONS, SEVERAL, add_path, each_once, is_folder
+from breaker.cli.named import MOTIONS, SEVERAL, add_path
 from breaker.cli.outputs import check_outputs, write_bytes, write_lines
 from breaker.cli.printing import say
 from breaker.cli.reference import add_reference, overlays_of
 from breaker.cli.settings import limits_of, settings_of
+from breaker.cli.visit import read_visit
 
 if TYPE_CHECKING:
     from breaker.files import Preamble
@@ -51,11 +51,12 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.mechanism import from_list
 
     form, endurance = config["endurance"]["format"], config["endurance"]
-    records = _read(options.files, options, form)
+    records = read_visit(options.files, options, form)
     if all(each.reason for each in records):
         reasons = "\n  ".join(each.reason for each in records)
         raise ValueError(f"no record can be used; breaker inspect FILE says how:\n  {reasons}")
-    good = _read([options.reference], options, form) if options.reference else []
+    good = read_visit([options.reference], options, form) if options.reference else []
+    before = read_visit(options.before, options, form) if options.before else []
     overlays = overlays_of(records, good, options)
     _check_one(records)
     stated = {each.operation.file: each.stated for each in records}
@@ -68,10 +69,10 @@ def _run(options: argparse.Namespace) -> int:
         limits, [m for m in MOTIONS if any(m == each.motion for each in records)], speeds
     )
     beside = {
-        "plate": _plate(records, stated),
+        "plate": _plate(records, before, stated),
         "printed": _printed(stated, records, points),
         "overlays": overlays,
-        "changes": _changes(records, options, config),
+        "changes": _changes(records, before, config),
         "rejected": [each.reason for each in good if each.reason],
     }
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
@@ -87,37 +88,6 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _read(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> list:
-    """Records of every motion of every channel of files.
-
-    A channel is the operation's phase. A folder's table says all of this itself.
-    """
-    from breaker.answers import read_operations
-    from breaker.files import MANIFEST, Operation, read_manifest, record_files
-
-    rows: dict[str, list] = {motion: [] for motion in MOTIONS}
-    files: list[Path] = []
-    for each in map(Path, named):
-        if not is_folder(str(each)):
-            files.append(each)
-        elif (each / MANIFEST).exists():
-            for motion, operation in read_manifest(each / MANIFEST):
-                rows[motion].append(operation)
-        else:
-            files += record_files(each)
-    if len(names := {each.breaker for some in rows.values() for each in some}) > 1:
-        raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")
-    whole: dict[str, list] = {motion: [] for motion in MOTIONS}
-    own = str(form["travel_column"])  # of which the configuration may name contact and coil
-    for number, file in enumerate(each_once(files), start=1):
-        for channel, (phase, besides) in _channels(file, options.channel).items():
-            for motion, each in whole.items():
-                beside = besides[motion].settings if motion in besides else {}
-                unset = {k: v for k, v in beside.items() if form[k] is None or channel != own}
-                each.append(Operation(number, file, channel, phase=phase, settings=unset))
-    return [*read_operations(rows, form), *read_operations(whole, form, loose=True)]
-
-
 def _check_one(records: Sequence) -> None:
     """Refuse files that name different breakers: poles of one may have numbers, but one bay."""
     for name, beside in (("serial", "bay"), ("bay", "serial")):
@@ -129,24 +99,9 @@ def _check_one(records: Sequence) -> None:
             )
 
 
-def _channels(file: Path, chosen: Sequence[str]) -> dict[str, tuple[str, Mapping]]:
-    """Names of channels, and what goes with each, by columns of travel of a file; the name of one
-    alone is empty.
-    """
-    from breaker.files import RejectedCurveError
-    from breaker.inspection import travel_channels
-
-    try:
-        found = travel_channels(file)
-    except (ValueError, RejectedCurveError):
-        found = {}  # to be read as configured, or rejected with the reason
-    channels = {each: found.get(each, (each, {})) for each in [*chosen] or [*found] or [""]}
-    alone = len(channels) == 1
-    return {key: ("" if alone else name, beside) for key, (name, beside) in channels.items()}
-
-
-def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
+def _plate(records: Sequence, before: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     """Nameplate and test, as far as they are known: of the table of operations, and of files."""
+    from breaker.answers import date_of, dates_in_words
     from breaker.files import printable
     from breaker.mechanism import in_digits
 
@@ -162,8 +117,9 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
     known = {
         "Breaker": [each.breaker for each in operations if each.breaker] or serials,
         "Test date": [
-            each.date or " or ".join(dict.fromkeys(stated[each.file].dates)) for each in operations
+            date_of(each) or " or ".join(dict.fromkeys(each.stated.dates)) for each in records
         ],
+        **({"Visit before": [dates_in_words(before)]} if before else {}),
         "Files": [first + (f" and {len(more)} more" if more else "")],
         **{name.title(): [getattr(each, name) for each in stated.values()] for name in _PLATE},
         "Linkage ratio": [
@@ -175,7 +131,7 @@ def _plate(records: Sequence, stated: Mapping) -> list[tuple[str, str]]:
         "Motions": [each.motion for each in records],
     }
     pairs = [(name, ", ".join(filter(None, dict.fromkeys(each)))) for name, each in known.items()]
-    always = "Breaker", "Test date"
+    always = "Breaker", "Test date", "Visit before"
     return [(name, text or "not stated") for name, text in pairs if text or name in always]
 
 
@@ -230,21 +186,25 @@ def _printed(stated: Mapping, records: Sequence, points: Mapping) -> dict:
     return found
 
 
-def _changes(records: Sequence, options: argparse.Namespace, config: Mapping) -> dict:
-    """The comparison with the visit before, by channel."""
-    if not options.before:
+def _changes(records: Sequence, before: Sequence, config: Mapping) -> dict:
+    """The comparison with the visit before, by channel; one that either visit has alone is the
+    same where one of them does not name it.
+    """
+    if not before:
         return {}
     from breaker.answers import compared, swapped
 
-    before = _read(options.before, options, config["endurance"]["format"])
     rejected = [each.reason for each in before if each.reason]
     found, said = {}, swapped(before, records)
-    for phase in dict.fromkeys(each.operation.phase for each in records):
-        pair = {"before": before, "today": records}
-        visits = {v: [e for e in rows if e.operation.phase == phase] for v, rows in pair.items()}
+    there = {each.operation.phase for each in before}
+    phases = list(dict.fromkeys(each.operation.phase for each in records))
+    alone = len(there) == len(phases) == 1 and not all([*there, *phases])
+    for phase in phases:
+        own = [e for e in before if alone or e.operation.phase == phase]
+        visits = {"before": own, "today": [e for e in records if e.operation.phase == phase]}
         if not visits["before"]:
-            said = [*rejected, f"the visit before has no channel {phase}".rstrip()]
-            found[phase] = {"changes": [], "trust": said}
+            lacks = [*rejected, f"the visit before has no channel {phase}".rstrip()]
+            found[phase] = {"changes": [], "trust": lacks}
             continue
         try:
             found[phase] = compared(visits, config)

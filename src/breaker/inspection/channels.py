@@ -185,7 +185,7 @@ def _with_phases(layout: Layout, travels: Sequence[Travel]) -> list[Travel]:
     names = ["" if i in places else name for i, name in enumerate(layout.names)]
     for number, phase in (stated_contacts(layout.preamble, names) or {}).values():
         if phase:
-            phases.setdefault(int(number), phase.upper())
+            phases.setdefault(int(number), phase)
     listed = LISTED.search(layout.file.stem)
     in_name = re.split(r"[,_+&]", listed[0]) if listed and not phases else []
     found = []

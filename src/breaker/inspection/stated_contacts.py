@@ -32,8 +32,8 @@ def stated_contacts(
         names: Of the columns, empty where one is a travel.
 
     Returns:
-        By column; the phase in lower case, empty where it is not stated. None where no row says
-        which travel a contact belongs to.
+        By column; the phase as it stands there, empty where it is not stated. None where no row
+        says which travel a contact belongs to.
     """
     contacts = [i for i, name in enumerate(names) if CONTACT.search(name)]
     contacts = contacts or [i for i, name in enumerate(names) if RESISTANCE.search(name)]
@@ -57,7 +57,7 @@ def stated_contacts(
     if not travels:
         return None
     there = travels.keys() - apart
-    return {place: (travels[place], phases.get(place, "").casefold()) for place in there}
+    return {place: (travels[place], phases.get(place, "")) for place in there}
 
 
 def _placed(cells: Sequence[int], contacts: Sequence[int]) -> dict[int, int]:

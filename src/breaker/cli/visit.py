@@ -1,0 +1,84 @@
+"""The records of a visit: every motion of every channel of files, poles in files of their own."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from breaker.cli.named import MOTIONS, each_once, is_folder
+
+
+def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> list:
+    """Read the records of files and folders.
+
+    A channel is the operation's phase. Files of poles of one operation share its number. A folder's
+    table says all of this itself.
+
+    Raises:
+        ValueError: If a table names several breakers.
+    """
+    from breaker.answers import read_operations
+    from breaker.files import MANIFEST, Operation, read_manifest, record_files
+
+    rows: dict[str, list] = {motion: [] for motion in MOTIONS}
+    files: list[Path] = []
+    for each in map(Path, named):
+        if not is_folder(str(each)):
+            files.append(each)
+        elif (each / MANIFEST).exists():
+            for motion, operation in read_manifest(each / MANIFEST):
+                rows[motion].append(operation)
+        else:
+            files += record_files(each)
+    listed = [each for some in rows.values() for each in some]
+    if len(names := {each.breaker for each in listed}) > 1:
+        raise ValueError(f"a report is of one breaker, and these are {', '.join(sorted(names))}")
+    after = max((each.number for each in listed), default=0)
+    whole: dict[str, list] = {motion: [] for motion in MOTIONS}
+    own = str(form["travel_column"])  # of which the configuration may name contact and coil
+    for file, number, channels in _numbered([*each_once(files)], options.channel, form):
+        for channel, (phase, besides) in channels.items():
+            for motion, each in whole.items():
+                beside = besides[motion].settings if motion in besides else {}
+                unset = {k: v for k, v in beside.items() if form[k] is None or channel != own}
+                of = Operation(after + number, file, channel, phase=phase, settings=unset)
+                each.append(of)
+    return [*read_operations(rows, form), *read_operations(whole, form, loose=True)]
+
+
+def _numbered(files: Sequence[Path], chosen: Sequence[str], form: Mapping) -> list[tuple]:
+    """Each file, the number of its operation, and its channels."""
+    from breaker.answers import PoleFile, date_in, operations_of_poles, phases_in_names
+    from breaker.inspection import stated_in
+
+    channels = {file: _channels(file, chosen) for file in files}
+    in_names = phases_in_names(files)
+    for file, found in channels.items():
+        if file in in_names and len(found) == 1:
+            ((channel, (phase, beside)),) = found.items()
+            found[channel] = phase or in_names[file], beside
+    poles = {}
+    for file, found in channels.items():
+        phases = tuple(phase for channel, (phase, _) in found.items() if phase != channel)
+        known = phases if all(phases) and len(phases) == len(found) else ()
+        poles[file] = PoleFile(known, date_in(file, stated_in(file, form, next(iter(found)))))
+    numbers = operations_of_poles(poles)
+    return [(file, numbers[file], found) for file, found in channels.items()]
+
+
+def _channels(file: Path, chosen: Sequence[str]) -> dict[str, tuple[str, Mapping]]:
+    """Names of channels, and what goes with each, by columns of travel of a file; the name of one
+    alone is its phase, empty where the file states none.
+    """
+    from breaker.files import RejectedCurveError
+    from breaker.inspection import travel_channels
+
+    try:
+        found = travel_channels(file)
+    except (ValueError, RejectedCurveError):
+        found = {}  # to be read as configured, or rejected with the reason
+    channels = {each: found.get(each, (each, {})) for each in [*chosen] or [*found] or [""]}
+    alone = len(channels) == 1
+    return {
+        key: ("" if alone and name == key else name, beside)
+        for key, (name, beside) in channels.items()
+    }

@@ -1,0 +1,94 @@
+"""One value of a quantity on all pages, over made-up visits; what the model has a part in is said.
+
+Visits are drawn with a fixed seed, and nothing is left to chance but the visits themselves.
+"""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from breaker.answers import Given, document, infer_drive, judged, read_operations, report_of
+from breaker.answers.tables import FROM_TENTH, starred
+from breaker.cli import main
+from breaker.files import Operation
+from breaker.mechanism import EVENTS, MOTIONS, from_list, in_digits
+from tests.exports import write
+
+LIMITS = [{"quantity": "stroke", "reference": 178, "tolerance": 5}]
+LIMITS += [{"name": "late", "motion": "closing", "of": "model", "upper": {"touch_time": 60.0}}]
+LIMITS += [{"name": "slow", "motion": "closing", "of": "record", "upper": {"closing_time": 90.0}}]
+SETTINGS = {"draws": 50, "misfit_p_value": 1e-3, "seed": 1}
+
+
+def visit_of(seed, folder):
+    """Some records of a visit: C-O or one motion, with contact and trigger or without."""
+    rng = np.random.default_rng(seed)
+    motions = [("closing",), ("closing", "opening"), ("opening", "closing")][rng.integers(3)]
+    noise, stroke = rng.uniform(0.02, 0.4), rng.uniform(120, 190)
+    form = {"time_column": None, "rate": 5.0}
+    form |= {"contact_column": "Contact 1"} if rng.random() < 0.5 else {}
+    form |= {"trigger_column": "Coil 1 (A)"} if rng.random() < 0.5 else {}
+    operations = []
+    for number in (1, 2):
+        file = folder / f"{number}.csv"
+        write(file, rate=5.0, seed=seed + number, motions=motions, noise=noise, stroke=stroke)
+        operations.append(Operation(number, file, "Travel 1"))
+    return read_operations({m: operations for m in MOTIONS}, form, loose=True), form
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_quantity_has_one_value_on_all_pages(seed, tmp_path, levels, defaults):
+    records, form = visit_of(100 * seed, tmp_path)
+    answers = infer_drive(records, [levels], Given(), defaults["speeds"], SETTINGS)
+    speeds = next(each.speeds for each in answers if each.speeds)
+    limits = from_list(LIMITS, MOTIONS, speeds)
+    verdicts = [judged(each, limits, seed=1) for each in answers]
+    entries = [e for e in document(answers, verdicts, {}, {})["records"] if e["accepted"]]
+    found = report_of(answers, verdicts, {"plate": []})
+    tables = [each for each in found.tables if each.head[0] == "measured"]
+    assert len(tables) == len(entries) > 1
+    for entry in entries:
+        told = entry["quantities"]
+        assert not told.keys() & entry["parameters"].keys()
+        for part in (part for limit in entry["limits"] for part in limit["parts"]):
+            if part["value"] is not None:  # a verdict is on the value that stands above it
+                assert part["value"] == told[part["quantity"]]["median"]
+        event = EVENTS[entry["motion"]]
+        (table,) = (
+            each
+            for each in tables
+            if each.title.endswith(entry["file"].rpartition("/")[2])
+            and each.title.startswith(entry["motion"])
+        )
+        names = [row[0].text for row in table.rows if not row[0].text.startswith(" ")]
+        assert len({*names}) == len(names)
+        shown = {row[0].text: row[2].text for row in table.rows}
+        for name, each in told.items():
+            if not name.endswith(FROM_TENTH) and each["median"] is not None:
+                assert shown[name] == in_digits(each["median"], 4) + "*" * starred(each)
+        if f"{event} at" in shown:
+            after = float(shown[f"{event} at"]) - float(shown["first motion at"])
+            time = told[{"touch": "touch_time", "parting": "part_time"}[event]]
+            assert time["source"] == "measured"
+            assert after == pytest.approx(time["median"], abs=0.02)
+        star = any("was not measured" in note for note in table.notes)
+        assert star == any("*" in text for text in shown.values())
+        assert not (star and "contact_column" in form)
+
+
+def test_a_change_of_a_recorded_contact_is_told_once(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for seed, name in enumerate(("before.csv", "today.csv")):
+        write(name, rate=5.0, seed=seed, motions=("closing", "opening"))
+    form = {"time_column": None, "rate": 5.0, "travel_column": "Travel 1"}
+    form["contact_column"] = "Contact 1"
+    with open("my.yaml", "w", encoding="utf-8") as file:
+        yaml.safe_dump({"endurance": {"format": form}}, file)
+    call = ["compare", "before.csv", "--today", "today.csv", "--config", "my.yaml", "--json"]
+    assert main(call) == 0
+    rows = json.loads(capsys.readouterr().out)["changes"]
+    names = [(row["name"], row["motion"]) for row in rows]
+    assert ("touch_time", "closing") in names
+    assert len({*names}) == len(names)

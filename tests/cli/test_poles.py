@@ -1,0 +1,107 @@
+"""Poles of a breaker in files of their own, side by side in a report."""
+
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from breaker.answers import PoleFile, operations_of_poles
+from breaker.answers.simultaneous import simultaneity_of
+from breaker.cli import main
+from tests.exports import write
+
+FORM = {"time_column": None, "rate": 5.0, "travel_column": "Travel 1"}
+CONTACT, TRIGGER = {"contact_column": "Contact 1"}, {"trigger_column": "Coil 1 (A)"}
+
+
+def pole(name, phase, seed, clock="10:42:17", **more):
+    """Write a file of one pole, whose phase stands above its samples if it is given."""
+    write(name, rate=5.0, seed=seed, channels=1, motions=("closing",), clock=clock, **more)
+    text = Path(name).read_text(encoding="latin-1")
+    for k in (2, 3):
+        text = re.sub(rf"Channel {k} :,\w,*", "", text)
+    text = text.replace("Channel 1 :,R", f"Channel 1 :,{phase}" if phase else "Remark :,NIL")
+    Path(name).write_text(text, encoding="latin-1")
+
+
+def page(*files, form=FORM, more=()):
+    Path("my.yaml").write_text(yaml.safe_dump({"endurance": {"draws": 50, "format": form}}))
+    assert main(["report", *files, *more, "--config", "my.yaml", "--output", "a.html"]) == 0
+    return Path("a.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_poles_in_files_of_their_own_stand_side_by_side():
+    for k, phase in enumerate(("R", "Y", "B")):
+        pole(f"{k}.csv", phase, k, clock=f"10:42:1{k}", trip=30.0 + 4 * k)
+    found = page("0.csv", "1.csv", "2.csv", form=FORM | CONTACT | TRIGGER)
+    assert found.count("<th>measured</th>") == 1
+    assert "<th>R</th><th>Y</th><th>B</th>" in found
+    assert "closing: 0.csv and 2 more" in found
+    # Each file has the coil later by 4 ms: that is no difference of poles.
+    said = re.search(r"simultaneity of the touch: ([\d.]+) ms, \w first", found)
+    assert float(said[1]) < 0.5
+    assert "each from the trigger of its file" in found
+    assert "2021-03-14T10:42:10, 2021-03-14T10:42:11" in found
+
+
+def test_phases_are_called_as_the_names_of_files_have_them():
+    for k, phase in enumerate(("L1", "L2")):
+        pole(f"Q7 {phase} 05.11.2019.csv", "", k, date="NIL")
+    found = page(*sorted(str(each) for each in Path().glob("Q7*.csv")))
+    assert "<th>L1</th><th>L2</th>" in found
+    assert "2019-11-05" in found
+
+
+def test_simultaneity_of_a_contact_that_is_not_recorded_is_not_told():
+    for k, phase in enumerate("RY"):
+        pole(f"{k}.csv", phase, k)
+    found = page("0.csv", "1.csv", form=FORM | {"contact_column": "Aux 1"})
+    assert "simultaneity of the touch is not told: recorded contacts alone tell it" in found
+
+
+def test_times_of_several_files_need_a_trigger():
+    def of(file, touch, **fit):
+        return {"motion": "closing", "file": file, "fit": {"moves": 10.0, **fit} | touch}
+
+    known = {"contact_time": 5.0}
+    said = simultaneity_of({"R": of("1", known), "Y": of("2", {"contact_time": 7.0})})
+    assert "of R, Y no trigger is known" in said
+    said = simultaneity_of({"R": of("1", known), "Y": of("1", {"contact_time": 7.0})})
+    assert said == "simultaneity of the touch: 2 ms, R first, Y last, of one record"
+    apart = {"R": of("1", known, trigger=1.0), "Y": of("2", {"contact_time": 7.0}, trigger=2.0)}
+    assert simultaneity_of(apart | {"B": of("3", {})}) == (
+        "simultaneity of the touch: 1 ms, R first, Y last, each from the trigger of its file; not "
+        "recorded of B"
+    )
+
+
+def test_dates_of_both_visits_are_shown(capsys):
+    pole("old.csv", "R", 1, date="03/02/2012")
+    pole("new.csv", "R", 2, date="23/02/2021")
+    found = page("new.csv", more=["--before", "old.csv"])
+    assert "<td>2021-02-23T10:42:17</td>" in found
+    assert re.search("Visit before</td><td>2012-0", found)
+    capsys.readouterr()
+    assert main(["compare", "old.csv", "--today", "new.csv", "--config", "my.yaml"]) == 0
+    assert re.search(r"dates: before 2012-\S+( or \S+)?, today 2021-02-23", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(
+    ("files", "numbers"),
+    [
+        ([("R", "2021-03-14T10:00:00"), ("Y", "2021-03-14T10:00:05")], [1, 1]),
+        ([("R", "2021-03-14T10:00:00"), ("Y", "2021-03-14T14:00:05")], [1, 2]),
+        ([("R", "2021-03-14"), ("Y", "2021-03-15")], [1, 2]),
+        ([("R", ""), ("Y", ""), ("R", ""), ("Y", "")], [1, 1, 2, 2]),
+        ([("", "2021-03-14"), ("", "2021-03-14")], [1, 2]),
+    ],
+)
+def test_files_of_one_operation_are_close_in_time_and_of_other_phases(files, numbers):
+    held = {Path(str(k)): PoleFile((p,) if p else (), d) for k, (p, d) in enumerate(files)}
+    assert [*operations_of_poles(held).values()] == numbers
