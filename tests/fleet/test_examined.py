@@ -11,7 +11,8 @@ from breaker.answers.inferred import infer_drive
 from breaker.answers.operations import read_operations
 from breaker.figures.fleet import fleet as picture
 from breaker.files.listing import list_fleet
-from breaker.fleet.examined import examine, stored
+from breaker.fleet.drives import stored
+from breaker.fleet.examined import examine
 from breaker.fleet.members import Member, members_of
 from breaker.fleet.page import fleet_page
 from breaker.fleet.ranked import FLEET, compare_poles, fleet_table, learn_types, type_table
@@ -106,7 +107,7 @@ def test_the_odd_one_is_found_and_what_is_due_comes_first(table):
     assert found.set_index("breaker").odd[ODD] == "gamma_a"
     assert (found.breaker[0], found.state[0]) == (WORN, "now")
     assert "stiff_drive" in found.reason[0]
-    assert "since the first visit" in found.reason[0]
+    assert "since the first visit 2017-03-01 " in found.reason[0]
     assert [*found.columns[: len(FLEET)]] == [*FLEET]
     poles = found[found.breaker == POLES]
     assert len(poles) == 2

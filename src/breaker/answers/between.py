@@ -6,6 +6,7 @@ from dataclasses import replace
 from breaker.answers.alike import judged_today, unlike
 from breaker.answers.changed import changes, compare, measured_changes, mechanism_changes
 from breaker.answers.identity import copies, doubts_about, visits_in_order
+from breaker.answers.remounted import slack_between, zero_between
 from breaker.answers.stated import dates_in_words, stated_of
 from breaker.answers.visited import visits_document
 from breaker.family import shipped_networks
@@ -51,10 +52,12 @@ def compared(
     inferred = [e for e in changes(found, beyond) if (e["name"], e["motion"]) not in shown]
     entries = from_list(limits, [*before], speeds)
     stated = {visit: stated_of(each) for visit, each in visits.items()}
+    used = {visit: _used(each) for visit, each in visits.items()}
     differences = unlike(measured, found.strokes, stated, found.paces)
+    differences += slack_between(used, measured)
     # Of visits that were measured differently no change is one of the drive.
     told = replace(found, ratios={}) if differences else found
-    return visits_document(
+    document = visits_document(
         found,
         {
             "warnings": _warnings(visits),
@@ -66,7 +69,9 @@ def compared(
         {m: {"before": len(before[m]), "today": len(today[m])} for m in before},
         rejected,
         {"share": beyond, "seed": config["seed"], "misfit_p_value": misfit},
-    ) | {"dates": {visit: dates_in_words(_used(each)) for visit, each in visits.items()}}
+    )
+    document["trust"] += filter(None, [zero_between(used)])
+    return document | {"dates": {visit: dates_in_words(each) for visit, each in used.items()}}
 
 
 def _warnings(visits: Mapping[str, Sequence]) -> list[str]:

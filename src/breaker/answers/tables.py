@@ -233,7 +233,9 @@ def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Tabl
         if names
     ]
     trust = [(phase, text) for phase, each in changed.items() for text in each["trust"]]
-    head = ("since the visit before", "unit", "", *(phase or "change" for phase in there))
+    when = next((each["dates"]["before"] for each in changed.values() if "dates" in each), "")
+    since = f"since the visit before{', ' * bool(when)}{when}"
+    head = (since, "unit", "", *(phase or "change" for phase in there))
     return Table("Changes", head, rows, [*notes, *named(trust, len(changed))])
 
 

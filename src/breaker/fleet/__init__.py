@@ -11,7 +11,8 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "chunks": ["breaker_chunks"],
-        "examined": ["Examined", "examine", "stored"],
+        "drives": ["stored"],
+        "examined": ["Examined", "examine"],
         "members": ["Member", "members_of"],
         "page": ["fleet_page"],
         "ranked": ["FLEET", "fleet_table", "learn_types", "type_table"],

@@ -4,14 +4,12 @@ Its last visit is inferred. Where there are many records its life is followed; o
 and the last visit are compared; a single visit is judged alone.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
 from breaker.answers import (
     VERDICT_WORDS,
@@ -43,7 +41,6 @@ from breaker.wear import (
 )
 from breaker.workflow import read
 
-_DRAWS = 500  # of a drive, which are kept
 _MOST = 20  # operations of a visit that are read: more say no more of the drive
 _STILL = 0.05  # probability of no change, below which a parameter has changed
 _YEAR = 365.25  # days
@@ -53,14 +50,14 @@ class Examined(NamedTuple):
     """What is known of one drive.
 
     Attributes:
-        document: Plain values: ``breaker``, ``phase``, ``type``, ``records``, ``visits``, ``last``
-            (date), ``operation``, ``how`` ("life", "visits", "visit" or "none"), ``state``, one of
-            ``FLEET_STATES``, ``due`` (``limit``, ``operation``, ``date``, ``left``), ``limits``,
-            verdicts by name, ``differences``, how visits were measured differently, ``changed``,
-            rows of ``name``, ``motion``, ``change`` at 5, 50 and 95 %, ``since``, the same of all
-            that is measured since the first visit, ``trust``, why something is not told,
-            ``rejected``, reasons, ``measured``, values of the last visit by quantity and motion,
-            and ``spread`` of these, sd in percent, ``family`` and ``p_value``.
+        document: Plain values: ``breaker``, ``phase``, ``type``, ``records``, ``visits``, ``first``
+            and ``last`` (dates), ``operation``, ``how`` ("life", "visits", "visit" or "none"),
+            ``state``, one of ``FLEET_STATES``, ``due`` (``limit``, ``operation``, ``date``,
+            ``left``), ``limits``, verdicts by name, ``differences``, how visits were measured
+            differently, ``changed``, rows of ``name``, ``motion``, ``change`` at 5, 50 and 95 %,
+            ``since``, the same of all that is measured since the first visit, ``trust``, why
+            something is not told, ``rejected``, reasons, ``measured``, values of the last visit by
+            quantity and motion, ``spread`` of these, sd in percent, ``family`` and ``p_value``.
         theta: Draws of the parameters, those of each operation in turn, ``(o, d, p)``.
     """
 
@@ -107,39 +104,6 @@ def examine(member: Member, config: Mapping) -> Examined:
     return Examined(document, np.array([*drawn.values()]) if drawn else np.empty(shape))
 
 
-def stored(examined: Sequence[Examined]) -> xr.Dataset:
-    """Return what is known of drives as a dataset: documents, and draws in few numbers.
-
-    Returns:
-        Dataset over ``drive``: ``document`` (JSON), ``count``, operations that were inferred,
-        ``mean (drive, parameter)`` of the logarithms of their draws, ``squares (drive, parameter,
-        parameter)``, the sum of products of the deviations of operations from it, and some draws,
-        ``theta (drive, draw, parameter)``; nan of a drive of which nothing was inferred.
-    """
-    p = len(NAMES)
-    mean, squares = np.full((len(examined), p), np.nan), np.zeros((len(examined), p, p))
-    theta = np.full((len(examined), _DRAWS, p), np.nan, np.float32)
-    for i, (_, draws) in enumerate(examined):
-        if len(draws):
-            each = np.log(draws).mean(axis=1)
-            mean[i] = each.mean(axis=0)
-            squares[i] = (each - mean[i]).T @ (each - mean[i])
-            flat = draws.reshape(-1, p)
-            theta[i] = flat[np.linspace(0, len(flat) - 1, _DRAWS).astype(int)]
-    over = ("drive", "parameter")
-    documents = np.array([json.dumps(each.document) for each in examined], dtype=str)
-    return xr.Dataset(
-        {
-            "document": ("drive", documents),
-            "count": ("drive", np.array([len(draws) for _, draws in examined])),
-            "mean": (over, mean),
-            "squares": ((*over, "other"), squares),
-            "theta": (("drive", "draw", "parameter"), theta),
-        },
-        {"parameter": list(NAMES)},
-    )
-
-
 def _limits_of(member: Member, config: Mapping) -> list:
     """Entries of limits by which a drive is judged: those of any of the fleet, and of its type."""
     limits, speeds = config["limits"], speeds_of(config["speeds"])
@@ -168,6 +132,7 @@ def _about(member: Member, visits: Sequence, answers: Sequence[Answer]) -> dict:
         "records": sum(map(len, member.operations.values())),
         "visits": len(visits),
         "operation": member.numbers[-1],
+        "first": min(dates.values(), default=""),
         "last": max(dates.values(), default=""),
         **{"how": "none", "state": "unknown", "due": {}, "limits": {}},
         **{name: [] for name in ("differences", "changed", "since")},

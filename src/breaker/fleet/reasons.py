@@ -30,7 +30,7 @@ def reason_of(row: Mapping, document: Mapping) -> str:
         many = f", {left:.0f} operations left" if np.isfinite(left) else ""
         said.append(f"{row['due']}{on}{many}")
     if document["changed"]:
-        since = "since new" if document["how"] == "life" else "since the first visit"
+        since = "since new" if document["how"] == "life" else _since_first(document)
         said.append(f"{since} {_changes(document['changed'])}")
     if row["odd"]:
         said += _off_type(row)
@@ -48,12 +48,16 @@ def _known(row: Mapping, document: Mapping) -> list[str]:
     """What is known of a drive without a limit: changes, spread, distance from its type."""
     said = []
     if document["since"] and not document["changed"]:
-        said.append(f"since the first visit, within doubt, {_changes(document['since'])}")
+        said.append(f"{_since_first(document)}, within doubt, {_changes(document['since'])}")
     if document["spread"]:
         name, motion, percent = max(document["spread"], key=lambda each: each[2])
         of = label({"name": name, "motion": motion})
         said.append(f"records of the last visit differ most in {of}, sd {in_digits(percent, 2)} %")
     return said if row["odd"] else said + _off_type(row)
+
+
+def _since_first(document: Mapping) -> str:
+    return f"since the first visit {document['first'][:10]}".rstrip()
 
 
 def _off_type(row: Mapping) -> list[str]:

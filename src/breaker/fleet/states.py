@@ -18,7 +18,7 @@ FLEET_STATES = (STATES[0], STATES[1], UNJUDGED, DIFFERENT, *STATES[2:])
 
 # Of a stroke: share that counts beside its uncertainty, of which it takes so many sds: by chance of
 # one drive in a thousand.
-_LITTLE, _SDS, _USUAL = 0.005, 3.3, 1.96
+_LITTLE, _SDS = 0.005, 3.3
 
 
 def other_strokes(changes: Sequence[Mapping]) -> list[str]:
@@ -29,9 +29,9 @@ def other_strokes(changes: Sequence[Mapping]) -> list[str]:
 
     Example:
         >>> row = {"name": "stroke", "kind": "measured", "motion": "closing", "before": 150.0}
-        >>> other_strokes([row | {"today": 156.0, "sd": 0.6, "repeatability": 0.8}])
+        >>> other_strokes([row | {"today": 156.0, "sd": 0.6}])
         ['the stroke of the closing was 150 mm and is 156 mm']
-        >>> other_strokes([row | {"today": 151.0, "sd": 0.6, "repeatability": 0.8}])
+        >>> other_strokes([row | {"today": 151.0, "sd": 0.6}])
         []
     """
     found = []
@@ -39,8 +39,7 @@ def other_strokes(changes: Sequence[Mapping]) -> list[str]:
         if (row["name"], row["kind"]) != ("stroke", "measured"):
             continue
         first, second = row["before"], row["today"]
-        usual = row["repeatability"] / 100.0 * first / _USUAL
-        if abs(second - first) > _SDS * max(row["sd"], usual) + _LITTLE * first:
+        if abs(second - first) > _SDS * row["sd"] + _LITTLE * first:
             was, now = (f"{in_digits(each, 4)} mm" for each in (first, second))
             found.append(f"the stroke of the {row['motion']} was {was} and is {now}")
     return found
