@@ -1,9 +1,12 @@
 """What a transducer that was mounted again shows between two visits is none of the drive's."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from breaker.answers import compared, read_operations, visits_in_words
+from breaker.answers.remounted import slack_between
 from breaker.files import Operation
 from breaker.mechanism import MOTIONS, travel
 from breaker.records import write_curve
@@ -63,3 +66,16 @@ def test_another_zero_is_said_and_changes_nothing_else(between):
     assert "is at 5.1 mm" in said
     assert (found["differences"], found["warnings"]) == ([], [])
     assert "mounted elsewhere" in " ".join(visits_in_words(found).split())
+
+
+@pytest.mark.parametrize(("whole", "told"), [(0.0, True), (1.5, False)])
+def test_a_later_start_that_the_contact_makes_up_for_is_slack(whole, told):
+    """Of one motion, by trigger and contact: a slower latch would make the whole longer, too."""
+    raw = SimpleNamespace(moves=10.0, moves_sd=0.1)
+    record = SimpleNamespace(motion="closing", tenth=12.0, raw=raw)
+    later = {"latch_time": 1.5, "touch_time": whole - 1.5, "closing_time": whole}
+    rows = [
+        {"name": name, "motion": "closing", "before": 20.0, "difference": by, "sd": 0.1}
+        for name, by in later.items()
+    ]
+    assert bool(slack_between({"before": [record], "today": [record]}, rows)) == told
