@@ -144,9 +144,9 @@ def test_the_configuration_says_which_motions_have_rows(tmp_path, capsys):
     assert main(arguments) == 0
     shown = capsys.readouterr()
     rows = [row.rstrip(",") for row in shown.out.splitlines()[1:]]
-    assert rows == ["closing/1.csv,closing,1", "3.csv,closing,3"]
+    assert rows == ["closing/1.csv,closing,1"]
     assert "left out: 1 files of another motion than closing" in shown.err
-    assert "1 files, so each has a row of closing: delete" in shown.err
+    assert "left out: 3.csv is no record: " in shown.err
     config.write_text("motions: [closed]")
     assert main(arguments) == 1
     assert "The configuration has a problem" in capsys.readouterr().err
@@ -173,10 +173,11 @@ def test_an_analysers_files_say_breaker_phase_date_and_motion(tmp_path, capsys):
     assert said == [
         *(("HV-2", "closing", "1", phase, "2021-03-15") for phase in phases),
         *(("HV-20417", "closing", "1", phase, "2021-03-14") for phase in phases),
-        *(("HV-20417", "opening", "1", phase, "2023-04-02") for phase in phases),
+        *(("HV-20417", "opening", "2", phase, "2023-04-02") for phase in phases),
     ]
     assert [row["channel"] for row in rows[:3]] == ["Travel 1", "Travel 2", "Travel 3"]
-    assert "rate" not in rows[0]
+    assert {row["rate"] for row in rows} == {"10"}
+    assert {row["time_column"] for row in rows} == {"none"}
     shown = capsys.readouterr().err
     assert "dates of 1 files have the day before the month, as others do" in shown
     assert len(read_manifest(tmp_path / "operations.csv")) == 9

@@ -20,11 +20,13 @@ def add(manifest: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "lines")], [options.folder, *options.config])
-    from breaker.files import propose_manifest
+    from breaker.files import FORMAT, propose_manifest
     from breaker.inspection import describe_file
 
-    motions = settings_of(options.config)["motions"]
-    text, remarks = propose_manifest(options.folder, options.channels, motions, describe_file)
+    config = settings_of(options.config)
+    own = {"configured": config["endurance"]["format"] != FORMAT}
+    motions, folder = config["motions"], options.folder
+    text, remarks = propose_manifest(folder, options.channels, motions, describe_file, **own)
     if options.output:
         write_lines(options.output, text)
     else:

@@ -201,6 +201,9 @@ READ: dict[str, Callable] = {
     "part_time": _TIME,
     "trigger": _TIME,
     # Of endurance.format, for this record alone.
+    "encoding": _text,
+    "delimiter": _one_of({sign: sign for sign in ",;|"} | {"tab": "\t", "blank": " "}),
+    "decimal": _one_of({sign: sign for sign in ".,"}),
     "time_column": _column(1),
     "time_unit": _one_of({unit: unit for unit in TO_MS}),
     "rate": _number(0.5, 1000.0, "kHz"),

@@ -5,12 +5,11 @@ import math
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from breaker.files.dates import dates_of
+from breaker.files.naming import moments
 from breaker.files.preamble import Preamble
 from breaker.mechanism import in_digits
 
@@ -47,12 +46,19 @@ class Description(NamedTuple):
         rate: kHz, by the times of its samples or as stated; NaN where it is doubtful or not stated,
             None where nothing is seen.
         timed: Whether it has the times of its samples.
+        settings: Of ``endurance.format``, as far as the file tells how it is read; FILL IN for what
+            it does not tell.
+        sure: Whether it tells which of its motions close, so that this is no guess.
+        reason: Why it is no record; empty if it may be one.
     """
 
     preamble: Preamble = Preamble()
     parts: tuple[Part, ...] = ()
     rate: float | None = None
     timed: bool = False
+    settings: Mapping[str, Any] = MappingProxyType({})
+    sure: bool = True
+    reason: str = ""
 
     @property
     def lacks_rate(self) -> bool:
@@ -65,42 +71,22 @@ def descriptions(
 ) -> tuple[dict[str, Description], list[str]]:
     """Return what is seen in each file but those that have the content of another, and remarks.
 
-    Where day and month of a date may be either, the name of the file tells which it is, or else
-    other files do. Paths are from the folder.
+    Paths are from the folder.
     """
     copies = _copies(folder, paths)
     remarks = [f"left out: {path} has the content of {first}" for path, first in copies.items()]
     found = {path: look(folder / path) for path in paths if path not in copies}
-    for path, each in found.items():
-        named = {*dates_of(Path(path).stem).values()}
-        if right := [day for day in each.preamble.dates if {day[:10]} == named]:
-            preamble = replace(each.preamble, dates=tuple(right))
-            found[path] = each._replace(preamble=preamble)
-    orders = {each.preamble.day_first for each in found.values()} - {None}
-    either = [path for path, each in found.items() if len(each.preamble.dates) > 1]
-    if either and len(orders) == 1:
-        (day_first,) = orders
-        for path in either:
-            dated = found[path].preamble.with_days(first=day_first)
-            found[path] = found[path]._replace(preamble=dated)
-        order = "before" if day_first else "after"
-        remarks.append(f"dates of {len(either)} files have the day {order} the month, as others do")
-    elif either:
-        remarks.append(
-            f"the date of {len(either)} files, first {either[0]}, is left empty: day and month may "
-            "be either, and no other file tells"
-        )
     return found, remarks + _differences(found)
 
 
 def _copies(folder: Path, paths: Sequence[str]) -> dict[str, str]:
-    """Files that have the content of an earlier one, and which."""
+    """Files that have the content of another, and which: of names the shortest with a date."""
     sizes = {path: os.path.getsize(folder / path) for path in paths}
     alike = Counter(sizes.values())
     first: dict[bytes, str] = {}
     found = {}
-    for path, size in sizes.items():
-        if size and alike[size] > 1 and (folder / path).is_file():
+    for path in sorted(paths, key=lambda path: (not moments(Path(path).stem), len(path))):
+        if (size := sizes[path]) and alike[size] > 1 and (folder / path).is_file():
             with open(folder / path, "rb") as content:
                 digest = hashlib.file_digest(content, "sha256").digest()
             if (other := first.setdefault(digest, path)) != path:

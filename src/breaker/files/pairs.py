@@ -24,6 +24,12 @@ _NAMED = re.compile(r"[^\d\W].*?[:=：]")
 _LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket beside the unit
 _DIGIT = "\0"  # stands for them: no name has it
 _DIGITS, _LONG = re.compile(r"\d+"), 8  # signs of a name that may have lost one
+_USUAL = {
+    word[:i].lower() + word[i + 1 :]: word
+    for word in ("Serial", "Sampling", "Interval", "Station")
+    for i in range(len(word))
+}
+_WORDS = re.compile(r"[^\W\d_]{5,}")
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")
 
 
@@ -104,11 +110,12 @@ def pairs_of(rows: Iterable[Sequence[str]]) -> list[Pair]:
 
 
 def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """Pairs, with names that lack one letter of those of other channels as these have them.
+    """Pairs, with names that lack one letter of those of other channels as these have them, or of
+    a usual word.
 
-    >>> names = ["Mechanism Travel T1", "Mehanism Travel T2", "Mechanism Travel T3"]
+    >>> names = ["Mechanism Travel T1", "Mehanism Travel T2", "CB Srial No", "Aerial"]
     >>> [pair.name for pair in _respelled([Pair(name, "", ("1",), 0) for name in names])]
-    ['Mechanism Travel T1', 'Mechanism Travel T2', 'Mechanism Travel T3']
+    ['Mechanism Travel T1', 'Mehanism Travel T2', 'CB Serial No', 'Aerial']
     """
     kinds = Counter(_DIGITS.sub(_DIGIT, pair.name) for pair in pairs)
     usual = [kind for kind, count in kinds.items() if count > 1 and _DIGIT in kind]
@@ -124,6 +131,7 @@ def _respelled(pairs: Sequence[Pair]) -> list[Pair]:
         digits = iter(_DIGITS.findall(pair.name))
         near = meant.get(_DIGITS.sub(_DIGIT, pair.name))
         name = re.sub(_DIGIT, lambda _, left=digits: next(left), near) if near else pair.name
+        name = _WORDS.sub(lambda word: _USUAL.get(word[0].lower(), word[0]), name)
         found.append(pair._replace(name=name))
     return found
 

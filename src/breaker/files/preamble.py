@@ -29,9 +29,9 @@ _NAMES = {  # words of what a name means
     "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
     r"(?:typ|type|model|modell|tipo|型号)(?: designation)?$|schaltertyp",
     "serial": r"^(?:cb|(?:circuit.?)?breaker|ls|(?:leistungs)?schalter|interruptor|disjoncteur)"
-    r"\W*(?:no|nr|num\w*|id|tag)\W*$"
+    r"\W*(?:(?:no|nr|num\w*|id|tag)\W*)?$|^gerät(?:e?\W*n(?:r|ummer))?\W*$"
     r"|^(?:n[°ºo]\.?|no|num[ée]ro) (?:de |du )?(?:disjoncteur|interruptor)"
-    r"|\bserial|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
+    r"|(?:\b|^cb)serial|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
     r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|matr[ií]c|заводск|n\S* de s[ée]rie|出厂编号",
     "of another thing": r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive"
     r"|antrieb|test|report|software|firmware|battery|relay|channel",

@@ -5,86 +5,24 @@ Light to import.
 
 import math
 import os
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import pairwise
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
-from breaker.files.dates import earlier
+from breaker.files.counted import with_counters
+from breaker.files.dated import days_of
 from breaker.files.described import Description, Part, descriptions
+from breaker.files.found import FoundFile, Row, settings_cells, with_phases
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
 from breaker.files.manifest import ABOUT, FILL_IN
 from breaker.files.motions import motions_in
-from breaker.files.naming import Moment, moments, natural, numbers_in
 from breaker.files.outgoing import table_text
+from breaker.files.settings import FORMAT
+from breaker.files.whose import with_breakers
 from breaker.mechanism import MOTIONS
 
 _COLUMNS = ("file", "motion", "operation", "channel", *ABOUT, "from", "to")
-_LONGEST = 200  # signs of a cell
-
-
-class _File(NamedTuple):
-    """A file of records.
-
-    Attributes:
-        path: From the folder of the table, with / between its parts.
-        stem: Name without ending.
-        motions: The one that its folders, or else its name, say it holds; both if none does.
-        folder: Its other folders.
-        date: The first one in its name, None without one.
-        written: When the file was written, s.
-        seen: What is seen in it.
-    """
-
-    path: str
-    stem: str
-    motions: tuple[str, ...]
-    folder: str
-    date: Moment | None
-    written: float
-    seen: Description = Description()
-
-    def described(self, seen: Description) -> "_File":
-        """The same with what is seen in the file, whose motions go before what names say."""
-        held = {part.motion for part in seen.parts}
-        motions = tuple(motion for motion in MOTIONS if motion in held)
-        return self._replace(seen=seen, motions=motions or self.motions)
-
-    @property
-    def breaker(self) -> str:
-        """Serial number, or else bay, as stated, or else its folders."""
-        stated = self.seen.preamble
-        return (stated.serial or stated.bay or self.folder)[:_LONGEST]
-
-    @property
-    def day(self) -> str:
-        """Date of the test as stated, or else that in the name; empty where there is none."""
-        named = "" if self.date is None else self.date.iso
-        return named if not self.seen.preamble.dates else self.seen.preamble.date
-
-
-class _Row(NamedTuple):
-    """An operation of one motion: its file, and which of the motions of that kind in there."""
-
-    file: _File
-    motion: str
-    place: int
-
-    @property
-    def parts(self) -> list[Part]:
-        """That motion in each channel, where it is seen."""
-        own = [part for part in self.file.seen.parts if part.motion == self.motion]
-        channels = dict.fromkeys(part.channel for part in own)
-        each = ([part for part in own if part.channel == channel] for channel in channels)
-        return [of[self.place] for of in each if len(of) > self.place]
-
-    @property
-    def phase(self) -> str:
-        """Phase of its only channel; empty where there are several, or none is stated."""
-        phases = [part.phase for part in self.parts]
-        return phases[0] if len(phases) == 1 else ""
 
 
 def propose_manifest(
@@ -92,11 +30,14 @@ def propose_manifest(
     channels: Sequence[str] = (),
     motions: Sequence[str] = MOTIONS,
     look: Callable[[Path], Description] | None = None,
+    *,
+    configured: bool = False,
 ) -> tuple[str, list[str]]:
     """Propose the table of a folder and those below it.
 
-    Breaker, phases and date are those that the files state; a file that has the content of another
-    is left out. Else the motion comes from folders named after it, or else from the name; other
+    Breaker, phases, date and settings are those that the files state, or their names; what neither
+    tells is FILL IN. A file that has the content of another, or is no record, is left out. Where
+    nothing is seen the motion comes from folders named after it, or else from the name; other
     folders are breakers. The counter comes from the names where they leave no doubt; else
     operations are numbered from 1, by their dates, or else by the times at which the files were
     written.
@@ -107,6 +48,8 @@ def propose_manifest(
             phase of its own.
         motions: Which motions have rows; a file of another one is left out.
         look: Says what is seen in a file, so that it is not only its name that tells.
+        configured: Whether a configuration says how the files are read: then the table does so only
+            of rates and ratios in which they differ.
 
     Returns:
         The text of the table, and what to check in it, in words.
@@ -120,8 +63,7 @@ def propose_manifest(
         )
     every, remarks = _files(Path(folder))
     if look:
-        seen, said = descriptions(Path(folder), [file.path for file in every], look)
-        every = [file.described(seen[file.path]) for file in every if file.path in seen]
+        every, said = _looked_at(Path(folder), every, look, configured or bool(channels))
         remarks += said
     files = [file for file in every if {*file.motions} & {*motions}]
     if others := len(every) - len(files):
@@ -130,58 +72,78 @@ def propose_manifest(
         raise FileNotFoundError(
             "; ".join([f"{printable(folder)} has no file of a record", *remarks])
         )
+    remarks += _of_motions(files, motions)
+    days, said = days_of({file.path: file.seen.preamble for file in files})
+    files, more = with_breakers([file._replace(day=days[file.path]) for file in files])
+    rows, last = _rows(with_phases(files), motions)
+    return _text(rows, channels), [*remarks, *said, *more, *last]
+
+
+def _looked_at(
+    folder: Path, files: Sequence[FoundFile], look: Callable[[Path], Description], configured: bool
+) -> tuple[list[FoundFile], list[str]]:
+    """Files of records with what is seen in them, and what is left out."""
+    seen, remarks = descriptions(folder, [file.path for file in files], look)
+    found = [_seen(file, seen[file.path], configured) for file in files if file.path in seen]
+    remarks += [
+        f"left out: {printable(each.path)} is no record: {each.seen.reason}"
+        for each in found
+        if each.seen.reason
+    ]
+    return [each for each in found if not each.seen.reason], remarks
+
+
+def _of_motions(files: Sequence[FoundFile], motions: Sequence[str]) -> list[str]:
+    """What to check of motions, where nothing says them or some are in no file."""
     if unsaid := sum(len(file.motions) > 1 and not file.seen.parts for file in files):
-        remarks.append(
+        return [
             f"no folder or name says the motion of {unsaid} files, so each has a row of "
             f"{' and '.join(motions)}: delete what it does not hold"
-        )
-    if any(file.date and file.day == file.date.iso for file in files):
-        remarks.append("dates are from the names, the day before the month where both can be")
-    rows, said = _rows(files, motions)
-    return _text(rows, channels), remarks + said
+        ]
+    held = [each for each in motions if any(each in file.motions for file in files)]
+    lacking = " or ".join(each for each in motions if each not in held)
+    said = f"no file holds {lacking}: set motions: [{', '.join(held)}] in the configuration"
+    return [said] if lacking and any(file.seen.parts for file in files) else []
+
+
+def _seen(file: FoundFile, seen: Description, configured: bool) -> FoundFile:
+    """A file with what is seen in it: its motions go before what names say. Parts and settings are
+    left out where a configuration has them, or names say the motion of what is read as it is.
+    """
+    said, stated = len(file.motions) == 1, seen.preamble.serial or seen.preamble.bay
+    usual = {**FORMAT, **seen.settings, "sign": 1, "zero": 0.0}
+    plain = usual == FORMAT and [*dict.fromkeys(p.channel for p in seen.parts)] == ["travel"]
+    if not stated and (configured or (said and plain)):
+        seen = seen._replace(parts=())
+    if configured or plain:
+        seen = seen._replace(settings={}, sure=True)
+    if configured or said:  # reading says why not
+        seen = seen._replace(reason="")
+    held = {part.motion for part in seen.parts}
+    found = tuple(motion for motion in MOTIONS if motion in held)
+    return file._replace(seen=seen, motions=found or file.motions, sure=seen.sure or said)
 
 
 def _rows(
-    files: Sequence[_File], motions: Sequence[str]
-) -> tuple[list[tuple[int, _Row]], list[str]]:
-    """Operations with their counters, and by what they are ordered where no name says these."""
-    whole: dict[tuple[str, str], list[_Row]] = {}
+    files: Sequence[FoundFile], motions: Sequence[str]
+) -> tuple[list[tuple[int, Row]], list[str]]:
+    """Operations with their counters, and what to check of these."""
+    whole: dict[tuple[str, str], list[Row]] = defaultdict(list)
     for file in files:
-        for motion in {*file.motions} & {*motions}:
+        unknown = f"{file.folder} {file.key}" if file.breaker == FILL_IN else ""
+        for motion in [motion for motion in motions if motion in file.motions]:
             per_channel = Counter(p.channel for p in file.seen.parts if p.motion == motion)
             for place in range(max(per_channel.values(), default=1)):
-                whole.setdefault((file.breaker, motion), []).append(_Row(file, motion, place))
-    groups: dict[tuple[str, str, str], list[_Row]] = {}
-    for key, every in whole.items():  # files of one pole each are poles of the same operations
-        poles = all(row.phase for row in every)
-        for row in every:
-            groups.setdefault((*key, row.phase if poles else ""), []).append(row)
+                whole[file.breaker, unknown].append(Row(file, motion, place))
     rows, remarks = [], []
-    for (breaker, motion, _), group in sorted(groups.items()):
-        numbers, order = _numbers(group)
-        if order:
-            remarks.append(
-                f"{breaker} {motion}".strip() + f": {len(group)} operations are numbered from 1 in "
-                f"the order of {order}, as the names do not say the counter"
-            )
-        remarks += _falling(dict(sorted(zip(numbers, group, strict=True))))
-        rows += zip(numbers, group, strict=True)
+    for _, group in sorted(whole.items()):
+        found, said = with_counters(group)
+        rows += found
+        remarks += said
     return rows, remarks
 
 
-def _falling(rows: Mapping[int, _Row]) -> list[str]:
-    """Say where the dates of files fall while the numbers in their names rise."""
-    for (first, one), (second, other) in pairwise(rows.items()):
-        if earlier(one.file.day, other.file.day):
-            return [
-                f"the date of {other.file.path}, operation {second}, {other.file.day}, is earlier "
-                f"than that of operation {first}, {one.file.day}: mend the numbers or the dates; "
-                "the table is refused as it is"
-            ]
-    return []
-
-
-def _files(folder: Path) -> tuple[list[_File], list[str]]:
+def _files(folder: Path) -> tuple[list[FoundFile], list[str]]:
     """The files of records in a folder and those below it, and what was left out."""
     found, remarks = [], []
     for file in _walk(folder):
@@ -209,63 +171,56 @@ def _walk(folder: Path) -> Iterator[Path]:
         yield from record_files(place)
 
 
-def _described(file: Path, path: str, top: str) -> _File:
+def _described(file: Path, path: str, top: str) -> FoundFile:
     parts = path.split("/")[:-1]
     spoken = [motions_in(part) for part in parts]
     # The folder that is nearest to the file goes first, then its name.
     motions = next(filter(None, [*reversed(spoken), motions_in(file.stem), motions_in(top)]), ())
-    return _File(
+    return FoundFile(
         path=path,
         stem=file.stem,
         motions=motions if len(motions) == 1 else MOTIONS,
         folder="/".join(part for part, each in zip(parts, spoken, strict=True) if not each),
-        date=next((each for each in moments(file.stem) if each.when), None),
         written=os.stat(file).st_mtime,
     )
 
 
-def _numbers(rows: Sequence[_Row]) -> tuple[list[int], str]:
-    """A counter of each operation, and by what they are ordered where no name says it."""
-    files = [row.file for row in rows]
-    said = numbers_in([file.stem for file in files])
-    if all(isinstance(number, int) for number in said) and len(set(said)) == len(said):
-        return said, ""
-    dated, stated = all(file.day for file in files), all(f.seen.preamble.date for f in files)
-    keys = [
-        (row.file.day if dated else row.file.written, natural(row.file.path), row.place)
-        for row in rows
-    ]
-    order = sorted(range(len(rows)), key=keys.__getitem__)
-    words = "the times at which the files were written"
-    if dated:
-        words = "the dates that they state" if stated else "the dates in their names"
-    return [order.index(i) + 1 for i in range(len(rows))], words
-
-
-def _text(rows: Sequence[tuple[int, _Row]], channels: Sequence[str]) -> str:
-    """The table; with rates and ratios where files differ in them, and columns beside travels."""
-    files = [row.file.seen for _, row in rows]
-    rates = {_rate(seen) for seen in files if not seen.timed} - {""}
-    ratios = {part.ratio for seen in files for part in seen.parts if part.ratio > 0}
-    own = ["rate"] if len(rates) > 1 or FILL_IN in rates else []
-    own += ["ratio"] if len(ratios) > 1 else []
-    beside = {key for seen in files for part in seen.parts for key in part.beside}
-    own += sorted(beside)
-    table = []
+def _text(rows: Sequence[tuple[int, Row]], channels: Sequence[str]) -> str:
+    """The table; with settings where files differ from the usual, and columns beside travels."""
+    seen = [row.file.seen for _, row in rows]
+    settings = settings_cells([row.file for _, row in rows], FORMAT)
+    rates = {_rate(each) for each in seen if not each.timed} - {""}
+    ratios = {part.ratio for each in seen for part in each.parts if part.ratio > 0}
+    own = {key for cells in settings.values() for key in cells}
+    own |= {"rate"} if len(rates) > 1 or FILL_IN in rates or "time_column" in own else set()
+    own |= {"ratio"} if len(ratios) > 1 else set()
+    own |= {key for each in seen for part in each.parts for key in part.beside}
+    columns, table = [*_COLUMNS, *(key for key in FORMAT if key in own)], []
     for number, row in sorted(
         rows, key=lambda each: (each[1].file.breaker, each[0], each[1].motion)
     ):
         file = row.file
         known = {"file": file.path, "motion": row.motion, "operation": number}
-        known |= {"breaker": file.breaker, "date": file.day, "rate": _rate(file.seen)}
+        known |= {"breaker": file.breaker, "date": file.day, **settings[file.path]}
+        known |= {} if file.seen.timed else {"rate": _rate(file.seen)}
+        known |= {} if file.sure else {"motion": FILL_IN, "sign": FILL_IN}
         parts = [{"channel": channel, "phase": channel} for channel in channels] or [
-            {"channel": part.channel, "phase": part.phase, "from": _cell(part.begin)}
-            | {"to": _cell(part.end), "ratio": _cell(part.ratio), **part.beside}
+            {"channel": part.channel, "phase": part.phase, **_ends(file, part)}
+            | ({"ratio": _cell(part.ratio)} if part.ratio > 0 else {})
+            | part.beside
             for part in row.parts
         ]
         for part in parts or [{}]:
             table.append(known | part)
-    return table_text([*_COLUMNS, *own], table)
+    return table_text(columns, table)
+
+
+def _ends(file: FoundFile, part: Part) -> dict[str, str]:
+    """Where in its record a motion is; to be filled in where several are, at an unknown rate."""
+    same = [p for p in file.seen.parts if (p.motion, p.channel) == (part.motion, part.channel)]
+    lacking = file.seen.lacks_rate and len(same) > 1
+    ends = {"from": part.begin, "to": part.end}
+    return dict.fromkeys(ends, FILL_IN) if lacking else {k: _cell(v) for k, v in ends.items()}
 
 
 def _rate(seen: Description) -> str:

@@ -1,15 +1,14 @@
 """What a file states, which of its columns travel, and what goes with each; no record is read."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from breaker.files import TO_MM, Description, Part, RejectedCurveError
+from breaker.files import FILL_IN, TO_MM, Description, Part, RejectedCurveError
 from breaker.inspection.channels import InspectionError, Travel, chosen_travels
 from breaker.inspection.contents import look_into
-from breaker.inspection.guesses import guess_direction
+from breaker.inspection.guesses import guess_direction, guess_rest, guess_time, guess_unit
 from breaker.inspection.layouts import Layout, LayoutError
 from breaker.inspection.proposals import motions_of
 from breaker.inspection.timing import Clock, find_clock
@@ -38,18 +37,30 @@ def travel_channels(file: str | Path) -> dict[str, tuple[str, Mapping[str, Besid
 
 
 def describe_file(file: str | Path) -> Description:
-    """Return what a file states above its samples, and which motions its channels have.
-
-    Motions are looked for where the text names the breaker or its bay, as an analyser does. Of a
-    file that cannot be read nothing is seen.
+    """Return what a file states above its samples, which motions its channels have, and how it is
+    read; of one that cannot be read, or in which nothing moves, the reason.
     """
-    seen = Description()
-    with suppress(LayoutError, RejectedCurveError, InspectionError):
+    try:
         clock = find_clock(layout := look_into(file))
-        seen = Description(layout.stated, (), clock.rate, clock.place is not None)
-        if seen.preamble.serial or seen.preamble.bay:
-            return seen._replace(parts=tuple(_parts(layout, clock)))
-    return seen
+    except (LayoutError, RejectedCurveError) as error:
+        return Description(reason=str(error).removeprefix(f"{file}: "))
+    seen = Description(layout.stated, (), clock.rate, clock.place is not None)
+    try:
+        _, travels, _ = chosen_travels(layout, clock, "")
+    except InspectionError as error:
+        return seen._replace(reason=str(error).removeprefix(f"{file}: "))
+    direction = guess_direction(layout, travels)
+    unit = guess_unit(layout, travels)
+    settings = {**layout.settings, **guess_time(layout, clock).settings, **direction.settings}
+    settings |= {
+        "travel_unit": unit.settings["travel_unit"],
+        **dict.fromkeys(unit.lacking, FILL_IN),
+    }
+    if not unit.lacking:
+        mm = TO_MM[settings["travel_unit"]]
+        settings["zero"] = guess_rest(travels, mm, settings["sign"]).settings["zero"]
+    parts = _parts(layout, clock, travels, settings["sign"])
+    return seen._replace(parts=tuple(parts), settings=settings, sure=direction.sure)
 
 
 def _travels(layout: Layout, clock: Clock) -> tuple[list[Travel], int]:
@@ -58,9 +69,8 @@ def _travels(layout: Layout, clock: Clock) -> tuple[list[Travel], int]:
     return travels, guess_direction(layout, travels).settings["sign"]
 
 
-def _parts(layout: Layout, clock: Clock) -> Iterator[Part]:
+def _parts(layout: Layout, clock: Clock, travels: Sequence[Travel], sign: int) -> Iterator[Part]:
     """The motions of all channels; where they are only if the times of samples are known."""
-    travels, sign = _travels(layout, clock)
     other = {layout.column(t.place) for t in travels if t.unit not in (None, *TO_MM)}
     for each in motions_of(layout, clock, travels, sign):
         found, column = each.operation, each.column

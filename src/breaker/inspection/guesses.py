@@ -41,11 +41,14 @@ _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
 
 @dataclass(frozen=True)
 class Guess:
-    """Settings, what is lacking among them, and what has to be looked at, in words."""
+    """Settings, what is lacking among them, what has to be looked at, in words, and whether text,
+    names or contacts say it.
+    """
 
     settings: dict
     lacking: dict[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    sure: bool = True
 
 
 def guess_time(layout: Layout, clock: Clock) -> Guess:
@@ -142,7 +145,9 @@ def guess_direction(layout: Layout, travels: Sequence[Travel]) -> Guess:
     if len({bool(each.rises[0]) for each in travels}) > 1:
         remarks.append("the columns of travel move in different directions: choose by --channel")
     sign = 1 if (first == "closing") == travel.rises[0] else -1
-    return Guess({"sign": sign}, remarks=tuple(remarks))
+    agreed = sum(weight if first == "closing" else -weight for weight, _ in signs)
+    sure = agreed > -_CONTACTS if said else agreed >= _CONTACTS
+    return Guess({"sign": sign}, remarks=tuple(remarks), sure=sure)
 
 
 def _first_coil(layout: Layout, travel: Travel) -> str:

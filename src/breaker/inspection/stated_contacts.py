@@ -7,6 +7,8 @@ the phase and the number of its break (``YBreak2``, or ``NA`` where nothing is c
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
+from breaker.files import TO_MM, split_unit
+
 _TRAVEL = re.compile(r"(?i)(?:tr(?:av(?:el)?|ans(?:ducer)?)?|t|wg|weg)\W{0,2}0*(\d+)")
 _BREAK = re.compile(r"(?i)(l[123]|[rybacstuvw])?\W{0,2}(?:break|brk|br|chamber|unit)\W{0,2}\d*")
 _NOT_CONNECTED = re.compile(r"(?i)n\.?/?a\.?|nil|none|not connected|-+")
@@ -35,7 +37,8 @@ def stated_contacts(
         By column; the phase as it stands there, empty where it is not stated. None where no row
         says which travel a contact belongs to.
     """
-    contacts = [i for i, name in enumerate(names) if CONTACT.search(name)]
+    ways = [split_unit(name)[1] in TO_MM for name in names]  # as of `Contact Travel T2 (mm)`
+    contacts = [i for i, name in enumerate(names) if CONTACT.search(name) and not ways[i]]
     contacts = contacts or [i for i, name in enumerate(names) if RESISTANCE.search(name)]
     travels: dict[int, str] = {}
     phases: dict[int, str] = {}

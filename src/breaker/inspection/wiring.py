@@ -46,7 +46,7 @@ class Beside(NamedTuple):
 
 class _Pole(NamedTuple):
     """Phases and numbers of a travel, its place among the travels, from 1, and how many these are;
-    and the phases and numbers of all of them.
+    and phases and numbers of all of them.
     """
 
     phases: set[str]
@@ -54,7 +54,7 @@ class _Pole(NamedTuple):
     order: int
     count: int
     known: set[str]
-    used: list[set[str]]
+    numbered: set[str]
 
 
 def columns_beside(
@@ -85,11 +85,11 @@ def columns_beside(
     taken = [layout.names[i] if i not in travelling else "" for i in range(len(layout.names))]
     stated = stated_contacts(layout.preamble, taken)
     several = len(_named(layout, there, RESISTANCE)) > 1
-    used = [numbers for _, numbers in own]
     known = _known_phases(layout, own, _named(layout, there, CONTACT))
+    numbered = set().union(*(numbers for _, numbers in own))
     found = []
     for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
-        pole = _Pole(*marks, order, len(travels), known, used)
+        pole = _Pole(*marks, order, len(travels), known, numbered)
         fits = [i for i in there if _go_together(layout.names[i], pole, several)]
         contacts = _named(layout, fits, CONTACT) or _named(layout, fits, RESISTANCE)
         if stated is not None:
@@ -155,7 +155,7 @@ def switches_at(layout: Layout, travel: Travel) -> float:
     """
     part, done, found = travel.part(0), travel.done(0), []
     for i in _named(layout, range(len(layout.names)), CONTACT):
-        if i != travel.place and _has_signal(layout, i):
+        if i != travel.place and layout.units[i] not in TO_MM and _has_signal(layout, i):
             at = _switches(layout.columns[i], part)
             if at >= 0 and travel.begins(0) <= part[0] + at:
                 found.append(float(done[part[0] + at]))
@@ -189,9 +189,9 @@ def _coil(layout: Layout, at: Mapping[int, int], motion: str, pole: _Pole) -> li
         return own if len(own) == 1 else []
     numbers = [marks[i][1] for i in energised]
     if len(energised) == pole.count > 1 and all(numbers):
-        # Transducers 2, 4 and 5 are not those of coils 1, 2 and 3: poles are counted.
-        alike = all(any(used & each for each in numbers) for used in pole.used)
-        wanted = pole.numbers if alike else {str(pole.order)}
+        # Of channels 2, 4 and 6 and coils 1 to 3 the first go together.
+        alike = pole.numbered <= set().union(*numbers)
+        wanted = (pole.numbers or {str(pole.order)}) if alike else set()
         own = [i for i, each in zip(energised, numbers, strict=True) if each & wanted]
         # Coils of the other motion may have the first numbers.
         every = sorted(energised, key=lambda i: min(map(int, marks[i][1])))
