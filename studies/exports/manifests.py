@@ -124,8 +124,10 @@ def one_folder(number: int, seed: int, keep: Path | None) -> tuple[list[dict], C
         twins = {serial for serial, drives in bays.items() if len(drives) > 1}
         quiet = [s for s in twins if not re.search(rf"serial number {re.escape(s)}.* bays", err)]
         hints += [f"{number}: serial number of two bays not flagged: {each}" for each in quiet]
-        counts |= {"folders": 1, "left out": len(left), "left out silently": len(silent)}
-        counts |= {"serial numbers in two bays": len(twins), "of these not flagged": len(quiet)}
+        counts.update({"folders": 1, "left out": len(left), "left out silently": len(silent)})
+        counts.update(
+            {"serial numbers in two bays": len(twins), "of these not flagged": len(quiet)}
+        )
         whole = all(map(states_all, true))
         if not whole:
             rows = filled(scored)
@@ -134,9 +136,9 @@ def one_folder(number: int, seed: int, keep: Path | None) -> tuple[list[dict], C
                 writer.writeheader()
                 writer.writerows(rows)
         found = accepted(folder, re.findall(r"set (motions: .*) in the conf", err), hints)
-        counts |= {"rows": len(true), **found}
-        counts |= {"folders that state all": whole}
-        counts |= {"of these accepted at once": whole and found["folders accepted"]}
+        counts.update({"rows": len(true), **found})
+        counts.update({"folders that state all": whole})
+        counts.update({"of these accepted at once": whole and found["folders accepted"]})
         if keep:
             (folder / "truth.json").write_text(json.dumps(true, indent=1), encoding="utf-8")
         cells = [

@@ -238,6 +238,15 @@ def test_an_inch_sign_is_no_quotation_mark():
     assert preamble_of([['"Serial": "7-7",']]).serial == "7-7"
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["CB erial No. :", "CBSerial No. :", "CB Seral No. :", "Gerät :", "Breaker :", "CB No. :"],
+)
+def test_a_breaker_is_named_though_a_letter_is_lacking(name):
+    assert preamble_of([[name, "17/4"]]).serial == "17/4"
+    assert preamble_of([["Breaker Type :", "GL314"], ["Aerial :", "3"]]).serial == ""
+
+
 def test_a_name_with_two_brackets_keeps_channel_and_unit():
     row = "Stroke (T1)(mm) :,150.1,,Velocity (m/s)(T2) :,4.1,,Coil Current (A)(C1) :,2.1"
     found = preamble_of([row.split(",")]).results

@@ -246,3 +246,113 @@ def test_files_of_a_pole_each_are_poles_of_one_operation(tmp_path):
     ]
     assert [row["date"] for row in rows] == ["2021-03-11"] * 3 + ["2021-07-11"] * 3
     assert not any("left empty" in each for each in remarks)
+
+
+def said_of(tmp_path, files):
+    """Rows and remarks for files of one closing: by name their serial number, bay, dates, phase."""
+    folder_of(tmp_path, *files)
+
+    def look(file):
+        serial, bay, dates, phase = files[file.name]
+        part = Part("closing", "T1", phase, math.nan, math.nan, math.nan)
+        return Description(Preamble(serial=serial, bay=bay, dates=dates), (part,), 10.0)
+
+    text, remarks = propose_manifest(tmp_path, look=look)
+    return {row["file"]: row for row in csv.DictReader(text.splitlines())}, remarks
+
+
+def test_a_serial_number_of_two_bays_stands_for_two_breakers(tmp_path):
+    days = ("2021-03-14",)
+    files = {"a.csv": ("7", "101  Line", days, ""), "b.csv": ("7", "202 Bus", days, "")}
+    files["c.csv"] = ("7", "101 line", ("2022-03-14",), "")
+    rows, remarks = said_of(tmp_path, files)
+    said = [(row["breaker"], row["operation"]) for row in rows.values()]
+    assert said == [("7 101 Line", "1"), ("7 101 Line", "2"), ("7 202 Bus", "1")]
+    assert any("serial number 7 is on files of 2 bays, 101 Line and 202 Bus" in r for r in remarks)
+
+
+def test_files_that_state_no_breaker_have_that_of_files_of_the_same_name(tmp_path):
+    files = {"303-R 25-11-2015.csv": ("7", "", (), "R"), "303-Y 26-11-2015.csv": ("", "", (), "Y")}
+    files |= {"404-R 25-11-2015.csv": ("", "", (), "R")}
+    rows, remarks = said_of(tmp_path, files)
+    assert [rows[name]["breaker"] for name in files] == ["7", "7", "FILL IN"]
+    assert any("first 404-R 25-11-2015.csv, is to be filled in" in each for each in remarks)
+
+
+def test_poles_that_no_text_names_are_named_by_files_or_to_be_filled_in(tmp_path):
+    poles = {f"9_20210314_10421{i}.csv": ("7", "", (), "") for i in (1, 2, 3)}
+    later = {f"5 {phase} 14.03.2021.csv": ("8", "", (), "") for phase in "ABC"}
+    rows, _ = said_of(tmp_path, poles | later)
+    assert {(rows[name]["phase"], rows[name]["operation"]) for name in poles} == {("FILL IN", "1")}
+    assert [rows[name]["phase"] for name in later] == ["A", "B", "C"]
+    assert {rows[name]["operation"] for name in later} == {"1"}
+
+
+@pytest.mark.parametrize(
+    ("names", "days"),
+    [
+        (["7 05-04-2021.csv", "7 25-04-2021.csv"], ["2021-04-05", "2021-04-25"]),
+        (["7 05-04-2021.csv", "7 04-25-2021.csv"], ["2021-05-04", "2021-04-25"]),
+        (["7 05-04-2021.csv"], ["FILL IN"]),
+        (["7 05.04.2021.csv"], ["2021-04-05"]),
+        (["7 05-05-2021.csv"], ["2021-05-05"]),
+        (["7 2021-04-05 10-42-17.csv"], ["2021-04-05T10:42:17"]),
+    ],
+)
+def test_names_date_files_where_day_and_month_are_told(tmp_path, names, days):
+    rows, remarks = said_of(tmp_path, {name: ("7", "", (), "") for name in names})
+    assert [rows[name]["date"] for name in names] == days
+    assert any("is to be filled in: day and month" in r for r in remarks) == ("FILL IN" in days)
+
+
+def test_a_date_of_the_text_goes_before_that_of_the_name_and_the_name_says_which(tmp_path):
+    either = ("2021-04-05T10:42:17", "2021-05-04T10:42:17")
+    files = {
+        "5.5.2021.csv": ("7", "", ("2021-03-14",), ""),
+        "x 04.05.2021.csv": ("7", "", either, ""),
+    }
+    rows, _ = said_of(tmp_path, files)
+    assert [rows[name]["date"] for name in files] == ["2021-03-14", either[1]]
+
+
+def test_channels_without_phases_are_to_be_filled_in(tmp_path):
+    (tmp_path / "a.csv").touch()
+    parts = [Part("closing", f"T{i}", "", math.nan, math.nan, math.nan) for i in (1, 2)]
+    text, _ = propose_manifest(tmp_path, look=lambda _: Description(parts=tuple(parts)))
+    assert [row["phase"] for row in csv.DictReader(text.splitlines())] == ["FILL IN"] * 2
+
+
+def test_a_motion_that_is_a_guess_is_to_be_filled_in(tmp_path):
+    folder = folder_of(tmp_path, "a.csv", "closing/b.csv")
+    part = Part("closing", "s", "", math.nan, math.nan, math.nan)
+    seen = Description(parts=(part,), settings={"sign": 1, "delimiter": "\t"}, sure=False)
+    text, _ = propose_manifest(folder, look=lambda _: seen)
+    rows = {row["file"]: row for row in csv.DictReader(text.splitlines())}
+    assert (rows["a.csv"]["motion"], rows["closing/b.csv"]["motion"]) == ("FILL IN", "closing")
+    assert rows["a.csv"]["delimiter"] == "tab"
+
+
+def test_of_copies_the_name_with_a_date_stays_and_what_is_no_record_is_said(tmp_path, capsys):
+    (tmp_path / "notes.txt").write_text("Two fitters, see photo 12.\n")
+    (tmp_path / "hours.csv").write_text("h,degC\n" + "".join(f"{i},{i % 7}\n" for i in range(99)))
+    one = {"channels": 1}
+    rows = analysers(tmp_path, ("a.csv", one), ("z 14.03.2021.csv", one))
+    assert [row["file"] for row in rows] == ["z 14.03.2021.csv"]
+    shown = capsys.readouterr().err
+    assert "left out: a.csv has the content of z 14.03.2021.csv" in shown
+    assert "left out: notes.txt is no record: " in shown
+    assert "left out: hours.csv is no record: " in shown
+    assert "no file holds opening: set motions: [closing] in the configuration" in shown
+
+
+def test_exports_written_in_several_ways_are_accepted_at_once(tmp_path, capsys):
+    write(tmp_path / "a.csv", channels=1, motions=("closing", "opening"), length=600.0)
+    write(tmp_path / "b.csv", channels=1, date="15/03/2021", seed=1, zero=12.0)
+    text = (tmp_path / "b.csv").read_text(encoding="utf-8").replace(",", ";").replace("Ä", "A")
+    (tmp_path / "b.csv").write_bytes(text.replace("Tester", "Müller").encode("latin-1"))
+    rows = analysers(tmp_path)
+    signs = {(row["file"], row["delimiter"], row["encoding"], row["zero"]) for row in rows}
+    assert signs == {("a.csv", ",", "utf-8", "0"), ("b.csv", ";", "cp1252", "rest")}
+    capsys.readouterr()
+    assert main(["check", str(tmp_path)]) == 0
+    assert "Rejected" not in capsys.readouterr().out

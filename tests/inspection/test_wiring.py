@@ -6,7 +6,8 @@ import pytest
 from breaker.inspection.channels import Travel
 from breaker.inspection.describing import travel_channels
 from breaker.inspection.layouts import Layout
-from breaker.inspection.wiring import Beside, columns_beside
+from breaker.inspection.stated_contacts import stated_contacts
+from breaker.inspection.wiring import Beside, columns_beside, switches_at
 from breaker.records import Course
 from tests.exports import way, write
 
@@ -170,3 +171,25 @@ def test_rows_above_the_columns_say_which_contact_is_of_which_travel(shift):
     silent = Layout({}, [], names, [None] * len(names), columns)
     for each in columns_beside(silent, travels):
         assert "contact_column" not in each["closing"].settings
+
+
+def test_a_travel_called_that_of_a_contact_is_no_contact():
+    """An unused channel: noise, which switches in no motion and is in no row of breaks."""
+    names = ["Contact Travel T1 (mm)", "Contact Travel T2 (mm)", "DCRM Res CH1 in uOhm"]
+    rows = [["", "", "TR1"], ["", "", "L1Break1"]]
+    assert stated_contacts(rows, ["", *names[1:]]) == {2: ("1", "l1")}
+    rises = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
+    noise = 0.1 * np.random.default_rng(1).standard_normal(TIME.size)
+    ohms = np.full(TIME.size, 8000.0)
+    layout = Layout({}, [], names, ["mm", "mm", None], [rises, noise, ohms])
+    assert np.isnan(switches_at(layout, Travel(0, "mm", Course(TIME, rises))))
+
+
+def test_coils_of_poles_whose_channels_have_other_numbers_go_in_their_order():
+    names = [f"Travel T{k} (mm)" for k in (2, 4, 6)] + [f"C{k} Current (A)" for k in range(1, 4)]
+    rises = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
+    coils = [3.0 * ((TIME > 20.0) & (TIME < 45.0)) for _ in range(3)]
+    layout = Layout({}, [], names, [None] * 6, [rises, rises, rises, *coils])
+    found = columns_beside(layout, [Travel(k, "mm", Course(TIME, rises)) for k in range(3)])
+    taken = [each["closing"].settings["trigger_column"] for each in found]
+    assert taken == names[3:]
