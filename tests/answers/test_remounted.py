@@ -60,6 +60,17 @@ def test_wear_is_no_slack(between, change):
     assert not any("slack" in each["what"] for each in between(change)["differences"])
 
 
+def test_a_start_that_takes_longer_is_no_slack(tmp_path, prior, defaults):
+    """It is what a force does that builds up later, which is of the drive."""
+    rng, theta = np.random.default_rng(1), prior.medians.copy()
+    visits = {
+        name: visit(tmp_path / name, theta, rng, slack=slack)
+        for name, slack in (("before", 0.4), ("today", 0.0))
+    }
+    found = compared(visits, defaults)
+    assert not any("slack" in each["what"] for each in found["differences"])
+
+
 def test_another_zero_is_said_and_changes_nothing_else(between):
     found = between(zero=5.0)
     (said,) = (each for each in found["trust"] if "the transducer is mounted elsewhere" in each)
@@ -71,7 +82,7 @@ def test_another_zero_is_said_and_changes_nothing_else(between):
 @pytest.mark.parametrize(("whole", "told"), [(0.0, True), (1.5, False)])
 def test_a_later_start_that_the_contact_makes_up_for_is_slack(whole, told):
     """Of one motion, by trigger and contact: a slower latch would make the whole longer, too."""
-    raw = SimpleNamespace(moves=10.0, moves_sd=0.1)
+    raw = SimpleNamespace(moves=10.0, first_motion_sd=0.1)
     record = SimpleNamespace(motion="closing", tenth=12.0, raw=raw)
     later = {"latch_time": 1.5, "touch_time": whole - 1.5, "closing_time": whole}
     rows = [

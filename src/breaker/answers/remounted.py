@@ -1,9 +1,10 @@
 """What a transducer that was mounted again shows between two visits: slack, or another zero.
 
 Slack hides the first way of a motion. Its start is seen late, so the way from there to 10 % takes
-less time, in closing and opening alike, while the rest of either motion is as it was. Where trigger
-and contact are known, one motion is enough: the start is as much later as touch or parting follows
-sooner on it. No wear of a drive does either.
+less time, in closing and opening alike, while the rest of either motion is as it was. More time
+would be a force that builds up later as well as slack that is gone, and is left to the drive. Where
+trigger and contact are known, one motion is enough: the start is as much later as touch or parting
+follows sooner on it. No wear of a drive does either.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,8 +37,7 @@ def slack_between(visits: Mapping[str, Sequence[Record]], rows: Sequence[Mapping
         m: (today[0] - before[0]) / np.hypot(before[1], today[1])
         for m, (before, today) in starts.items()
     }
-    signs = {np.sign(each) for each in apart.values()}
-    both = len(apart) > 1 and len(signs) == 1 and min(map(abs, apart.values())) > _SDS
+    both = len(apart) > 1 and max(apart.values()) < -_SDS
     found = {m: both and _stays(by.get((f"{m}_speed_50_90", m))) for m in starts}
     found = found if all(found.values()) else {}
     found |= {m: True for m in starts if _shifted(by, m)}
@@ -55,7 +55,8 @@ def _starts(visits: Mapping[str, Sequence[Record]], motion: str) -> list[tuple[f
     for records in visits.values():
         own = [each for each in records if each.motion == motion]
         times = np.array([each.tenth - each.raw.moves for each in own])
-        error = np.mean([each.raw.moves_sd**2 for each in own]) + (_SCATTER * times.mean()) ** 2
+        squares = [each.raw.first_motion_sd**2 for each in own]
+        error = np.mean(squares) + (_SCATTER * times.mean()) ** 2
         scatter = times.var(ddof=1) if len(own) > 1 else 0.0
         found.append((float(times.mean()), float(np.sqrt(max(error, scatter) / len(own)))))
     return found
