@@ -41,10 +41,11 @@ def _yaml(value: object) -> str:
     if isinstance(value, str) and len(value) == 1:
         return json.dumps(value)  # a sign
     look = {"default_flow_style": True, "width": np.inf, "sort_keys": False}
-    text = yaml.safe_dump(value, allow_unicode=True, **look)
+    # Within brackets, since packed lines are, where `I [A]` needs quotation marks.
+    text = yaml.safe_dump([value], allow_unicode=True, **look)
     if on_terminal(text) != text:  # as it is shown, it is to be read
-        text = yaml.safe_dump(value, **look)
-    return text.removesuffix("...\n").strip()
+        text = yaml.safe_dump([value], **look)
+    return text.strip()[1:-1]
 
 
 def report_of(proposal: Proposal) -> str:

@@ -178,5 +178,7 @@ def leap_at(travel: np.ndarray, place: int, count: int) -> float:
     count = max(count, _LINE)
     there = np.flatnonzero(~np.isnan(travel))
     near = there[there < place][-count:], there[there > place][:count]
+    if not all(each.size for each in near):
+        return 0.0  # nothing before or behind it is left
     ends = [np.polyval(np.polyfit(k - place, travel[k], min(1, k.size - 1)), 0.0) for k in near]
     return float(ends[1] - ends[0])
