@@ -73,6 +73,31 @@ def test_an_arcing_contact_is_not_open(motion, arcing):
     assert own == pytest.approx(main, abs=0.11)
 
 
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_noise_of_an_open_contact_is_no_arcing_contact(motion):
+    """Its logarithm has a noise of 8 % of the change, of which 6 sd make no departure: by chance
+    in one record of 10^5.
+    """
+    closed, wide = CLOSED[::-1] if motion == "opening" else CLOSED, 0.08 * np.log(1e4)
+    edge = TIME[-1] - TOUCH if motion == "opening" else TOUCH
+    for seed in range(20):
+        noise = np.where(closed, 0.01, wide) * np.random.default_rng(seed).standard_normal(
+            TIME.size
+        )
+        at, _, own = switching_of(TIME, np.where(closed, 1e-4, 1.0) * np.exp(noise), MOVES, motion)
+        assert at == pytest.approx(edge, abs=0.11)
+        assert np.isnan(own)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_gap_beside_an_arcing_contact_hides_it_without_a_warning():
+    resistance = np.where(TIME >= TOUCH + 9.0, 1e-4, np.where(CLOSED, 1e-2, 1.0))
+    resistance[(TIME > TOUCH - 1.0) & (TIME < TOUCH + 3.0)] = np.nan
+    at, _, own = switching_of(TIME, resistance, MOVES, "closing")
+    assert TOUCH - 1.0 < at < TOUCH + 3.1
+    assert np.isnan(own)
+
+
 @pytest.mark.parametrize(
     "signal",
     [

@@ -165,20 +165,22 @@ def _both_contacts(
 ) -> tuple[float, float]:
     """When the arcing and the main contact of a resistance touch or part, ms; nan if as one.
 
-    An open contact reads the end of the range, so that the least departure is an arcing contact,
-    however near that is to the end; its resistance is that beside the departure, and halfway from
-    there to the closed one the main contact switches.
+    An open contact reads the end of the range, so that the least departure that its noise does not
+    make is an arcing contact, however near that is to the end; its resistance is that beside the
+    departure, and halfway from there to the closed one the main contact switches.
 
     Args:
-        share: Of the change of the logarithm that is done, ``(n,)``.
+        share: Of the change of the logarithm that is done, ``(n,)``; nan where a sample is missing.
         noise: That of the open contact, in such shares.
     """
-    least = float(np.clip(_CLEAR * noise, _NOT_OPEN, _NEAR))
-    closing = motion == "closing"
-    arcing = _reaches(time, share, least if closing else 1.0 - least)
+    least = float(np.clip(_CLEAR * noise, _NOT_OPEN, 0.5))
+    closing, there = motion == "closing", ~np.isnan(share)
     beside = max(_BESIDE, _FEWEST * float(time[1] - time[0]))
+    time, share = time[there], share[there]
+    arcing = _reaches(time, share, least if closing else 1.0 - least)
     after = time - arcing if closing else arcing - time
-    arcs = np.nanmedian(share[(after > 0.0) & (after <= beside)]) if after.max() > 0.0 else np.nan
+    near = share[(after > 0.0) & (after <= beside)]
+    arcs = float(np.median(near)) if near.size else np.nan
     closed = arcs if closing else 1.0 - arcs  # share of the way to the resistance when closed
     if not closed < _NOT_CLOSED:
         return arcing, np.nan
