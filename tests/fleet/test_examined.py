@@ -177,6 +177,11 @@ def test_a_stroke_that_changes_makes_no_date(defaults, tmp_path, prior):
         document = examine(member, {**defaults, "limits": [late]}).document
         states.append((document["state"], bool(document["differences"]), bool(document["due"])))
     assert states == [("plan", False, True), (DIFFERENT, True, False)]
+    late["upper"]["travel_time"] = 9.0  # which the last visit exceeds, whatever the first was
+    document = examine(member, {**defaults, "limits": [late]}).document
+    assert (document["state"], document["due"]) == ("now", {"limit": "late"})
+    assert document["differences"]
+    assert document["changed"] == []  # as no trend is told
 
 
 def test_limits_of_a_type_are_of_its_drives_in_any_spelling(rows, defaults):
@@ -222,3 +227,18 @@ def test_many_operations_are_a_life(tmp_path, prior, defaults, loss):
     else:
         assert "operation" not in document["due"]
         assert document["changed"] == []
+
+
+def test_a_life_needs_no_comparison_of_its_first_visit(tmp_path, prior, defaults):
+    """Planted fault: the life was lost where no record of the first visit can be used."""
+    lines = write(tmp_path, WORN, 13 * [prior.medians], np.random.default_rng(1))
+    lines = ["file,motion,operation,breaker,phase,date", *lines]
+    (tmp_path / "operations.csv").write_text("\n".join(lines), encoding="utf-8")
+    for motion in MOTIONS:
+        (tmp_path / f"{WORN}_{motion}_1.csv").write_text("nothing")
+    wear = {**defaults["wear_model"], "reference": 6, "settle": 5, "draws": 60}
+    few = {**defaults, "wear_model": wear, "fleet": {"followed": 13}}
+    (member,) = members_of(list_fleet(tmp_path), MOTIONS)
+    document = examine(member, few).document
+    assert (document["how"], document["visits"], document["trust"]) == ("life", 13, [])
+    assert document["limits"].keys() == {"stiff_drive", "tired_closing"}

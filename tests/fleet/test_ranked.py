@@ -5,7 +5,8 @@ import json
 import numpy as np
 import xarray as xr
 
-from breaker.fleet.ranked import learn_types
+from breaker.fleet import ranked
+from breaker.fleet.ranked import _show, learn_types
 from breaker.mechanism.parameters import NAMES
 from breaker.model.prior import Prior
 
@@ -28,3 +29,23 @@ def test_types_in_two_spellings_are_one():
         "GL314": [0, 1, 2, 3],
         "GL318": [4],
     }
+
+
+def test_what_is_usual_of_a_type_is_found_once_for_all_of_its_drives(monkeypatch):
+    """Planted fault: medians of all drives for each of them, which takes minutes for 10,000."""
+    measured = [
+        [["stroke", "closing", 100.0 + i], ["travel_time", "closing", 9.0]] for i in range(9)
+    ]
+    documents, rows, taken = [{"measured": each} for each in measured], [{} for _ in range(9)], []
+    median = np.median
+
+    def counting(values):
+        taken.append(len(values))
+        return median(values)
+
+    monkeypatch.setattr(ranked.np, "median", counting)
+    _show(rows, documents, np.arange(9))
+    assert len(taken) == 4
+    assert rows[0]["shown"] == ("stroke", "closing", 100.0, 104.0)
+    assert rows[8]["off_type"] == 100.0 * (108.0 / 104.0 - 1.0)
+    assert {each["off_type_of"] for each in rows} >= {"stroke closing"}

@@ -174,8 +174,9 @@ def _compared(member: Member, visits: Mapping[str, Sequence], config: Mapping) -
     warnings = found["warnings"][: -1 if unlike else None]  # the last one has the differences
     notes = [*warnings, *(each for each in found["trust"] if each.startswith("WARNING"))]
     said["trust"] = [each.removeprefix("WARNING: ") for each in notes]
-    if unlike or (said["differences"] and said["state"] != "now"):
-        return said | {"state": DIFFERENT, "due": {}, "changed": []}
+    if said["differences"]:  # of no trend; beyond a limit today it is whatever was before
+        now = said["state"] == "now" and not unlike
+        return said | {"changed": []} | ({} if now else {"state": DIFFERENT, "due": {}})
     dates = [member.dates.get(each) for each in (member.numbers[0], member.numbers[-1])]
     if said["state"] == "now" or not all(dates):
         return said
@@ -191,13 +192,16 @@ def _compared(member: Member, visits: Mapping[str, Sequence], config: Mapping) -
 
 def _unlike_life(member: Member, visits: Mapping[str, Sequence], config: Mapping) -> dict:
     """What is told instead of a life, where its last visit was measured differently from its first,
-    and no event in the table says so.
+    and no event in the table says so; nothing where the two cannot be compared.
     """
     rows = (each for some in member.operations.values() for each in some if each.event)
     more = config["endurance"]["events"]
     if len(visits) < 2 or any(Event.from_text(each.event, more).transducer for each in rows):
         return {}
-    said = differ_in_words(compared(visits, config)["differences"])
+    try:
+        said = differ_in_words(compared(visits, config)["differences"])
+    except ValueError:  # such as a first visit without a usable record: the life stands without it
+        return {}
     empty = {"state": DIFFERENT, "due": {}, "changed": []}
     return empty | {"differences": said} if said else {}
 

@@ -174,15 +174,15 @@ def _show(rows: Sequence[dict], documents: Sequence[Mapping], where: np.ndarray)
     for i in where:
         for name, motion, value in documents[i]["measured"]:
             shown.setdefault((name, motion), {})[i] = value
-    for i in where:
-        off = []
-        for (name, motion), of in shown.items():
-            values = np.array([*of.values()])
-            middle = float(np.median(values))
-            spread = np.median(np.abs(values - middle)) + _ALIKE * abs(middle) + 1e-9
-            if i in of and len(of) > 1:
-                off.append((abs(of[i] - middle) / spread, (name, motion, of[i], middle)))
-        rows[i]["shown"] = found = max(off, default=(0.0, ()))[1]
+    off: dict[int, list] = {i: [] for i in where}
+    for (name, motion), of in shown.items():
+        values = np.array([*of.values()])
+        middle = float(np.median(values))
+        spread = np.median(np.abs(values - middle)) + _ALIKE * abs(middle) + 1e-9
+        for i, value in of.items() if len(of) > 1 else ():
+            off[i].append((abs(value - middle) / spread, (name, motion, value, middle)))
+    for i, each in off.items():
+        rows[i]["shown"] = found = max(each, default=(0.0, ()))[1]
         if found and found[3]:
             rows[i]["off_type"] = 100.0 * (found[2] / found[3] - 1.0)
             rows[i]["off_type_of"] = label({"name": found[0], "motion": found[1]})
