@@ -1,11 +1,12 @@
 """The command as a whole: usage, errors in one line, interrupts, closed pipes, its imports."""
 
+import signal
 import subprocess
 import sys
 
 import pytest
 
-from breaker.cli import infer, inspect, main
+from breaker.cli import command, infer, inspect, main
 from tests.cli.conftest import written
 
 
@@ -90,3 +91,13 @@ def test_numpy_comes_after_the_number_of_its_threads():
     code = "import sys, breaker.cli.command; print('numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_a_machine_without_a_hangup_ends_in_order_too(monkeypatch):
+    """As Windows: planted fault, every command ended with an AttributeError before it began."""
+    taken = []
+    monkeypatch.delattr(signal, "SIGHUP")
+    monkeypatch.setattr(signal, "getsignal", lambda _: signal.SIG_DFL)
+    monkeypatch.setattr(signal, "signal", lambda number, _: taken.append(number))
+    command._end_in_order()
+    assert taken == [signal.SIGTERM]

@@ -100,9 +100,9 @@ def _end_in_order() -> None:
         signal.signal(number, signal.SIG_IGN)  # once is enough: another is not to stop the tidying
         raise SystemExit(128 + number)
 
-    for each in (signal.SIGTERM, signal.SIGHUP):
+    for each in filter(None, (getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP"))):
         if signal.getsignal(each) is signal.SIG_DFL:  # not under nohup
-            signal.signal(each, end)
+            signal.signal(each, end)  # Windows has the first alone
 
 
 def _show_progress() -> None:
