@@ -54,7 +54,7 @@ def _by_visits(rows: Sequence[Row]) -> dict[tuple[str, str, int], int]:
     for row in sorted(rows, key=lambda row: (_when(row.file), natural(row.file.path), row.place)):
         when = _when(row.file)
         if dated and last and _are_apart(last, when):
-            before, counts = max(found.values()), Counter()
+            before, counts = before + max(counts.values()), Counter()
         # Poles without a name have one operation each.
         poles = {p.phase if p.phase != FILL_IN else row.file.path for p in row.parts} or {""}
         keys = [(row.motion, pole) for pole in poles]
