@@ -140,7 +140,7 @@ def _is_store_of_draws(folder: Path) -> bool:
 
 def draw(figure, name: str) -> str:
     """Write a figure to a file, whole or not at all, and return what to say of it."""
-    from breaker.figures.paper import encoded, without_font
+    from breaker.figures.encoding import encoded, without_font
 
     write_bytes(name, encoded([figure], Path(name).suffix[1:].lower()))
     return "\n".join(filter(None, [f"drawn in {name}", without_font([figure])]))

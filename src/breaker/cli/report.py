@@ -220,7 +220,7 @@ def _write(report, output: str) -> str:
     All of it is drawn before a file is begun.
     """
     from breaker.figures import report as drawn
-    from breaker.figures.paper import encoded, without_font
+    from breaker.figures.encoding import encoded, without_font
 
     if output.lower().endswith(".pdf"):
         pages = list(drawn.pages(report))

@@ -24,7 +24,7 @@ from matplotlib.text import Text
 from numpy.typing import ArrayLike
 from PIL import Image
 
-from breaker.figures.paper import families, quiet, without_font
+from breaker.figures.encoding import families, quiet, without_font
 from breaker.files import printable
 from breaker.mechanism import ONSET, PARAMETERS
 

@@ -9,7 +9,7 @@ from fontTools.fontBuilder import FontBuilder
 from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib import font_manager
 
-from breaker.figures import paper, style
+from breaker.figures import encoding, style
 
 NAME = "$x 开关 Ω Выкл مفتاح 🔧"
 
@@ -26,15 +26,15 @@ def figure(name=NAME, mathematics=""):
 @pytest.fixture(autouse=True)
 def fresh():
     """Signs are looked up anew, as fonts come and go here."""
-    paper._signs.cache_clear()
+    encoding._signs.cache_clear()
     yield
-    paper._signs.cache_clear()
+    encoding._signs.cache_clear()
 
 
 @pytest.fixture
 def bare(monkeypatch):
     """A machine that has the fonts of matplotlib alone."""
-    own = [each for each in font_manager.fontManager.ttflist if each.name not in paper.OTHERS]
+    own = [each for each in font_manager.fontManager.ttflist if each.name not in encoding.OTHERS]
     monkeypatch.setattr(font_manager.fontManager, "ttflist", own)
     font_manager.fontManager._findfont_cached.cache_clear()
 
@@ -66,25 +66,29 @@ def test_what_no_font_has_is_said_once_and_the_library_says_nothing(bare, capfd)
         warnings.simplefilter("always")
         drawn = figure()
         for form in ("png", "svg", "pdf"):
-            paper.encoded([drawn], form)
+            encoding.encoded([drawn], form)
     assert [each for each in caught if "Glyph" in str(each.message)] == []
     assert capfd.readouterr() == ("", "")
-    assert paper.without_font([drawn, drawn]).startswith("no font of this machine has 开 关 🔧, so")
-    assert paper.without_font([figure("Ω Выкл مفتاح")]) == ""
+    assert encoding.without_font([drawn, drawn]).startswith(
+        "no font of this machine has 开 关 🔧, so"
+    )
+    assert encoding.without_font([figure("Ω Выкл مفتاح")]) == ""
 
 
 def test_another_font_of_the_machine_is_used(chinese):
-    assert paper.families() == [paper.OWN, "Noto Sans SC"]
+    assert encoding.families() == [encoding.OWN, "Noto Sans SC"]
     drawn = figure("开关")
-    assert paper.without_font([drawn]) == ""
+    assert encoding.without_font([drawn]) == ""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        files = {form: paper.encoded([drawn], form) for form in ("png", "svg", "pdf")}
+        files = {form: encoding.encoded([drawn], form) for form in ("png", "svg", "pdf")}
     assert b"NotoSC" in files["pdf"]
 
 
 def test_mathematics_are_set_with_one_font(chinese, capfd):
-    assert paper.without_font([figure("开", " $k_a$")]).startswith("no font of this machine has 开")
+    assert encoding.without_font([figure("开", " $k_a$")]).startswith(
+        "no font of this machine has 开"
+    )
     assert capfd.readouterr() == ("", "")
 
 
@@ -97,15 +101,15 @@ def test_a_saved_figure_warns_in_the_log(bare, tmp_path, caplog):
 
 def test_few_of_many_signs_are_named(bare):
     signs = "".join(map(chr, range(0x4E00, 0x4E00 + 100)))
-    assert "一 丁" in paper.without_font([figure(signs)])
-    assert "and 80 more signs" in paper.without_font([figure(signs)])
+    assert "一 丁" in encoding.without_font([figure(signs)])
+    assert "and 80 more signs" in encoding.without_font([figure(signs)])
 
 
 @pytest.mark.parametrize("form", ["png", "svg", "pdf", "jpg"])
 def test_the_same_figure_is_the_same_bytes(form, monkeypatch):
-    first = paper.encoded([figure()], form)
+    first = encoding.encoded([figure()], form)
     later = time.time() + 5000.0
     monkeypatch.setattr(time, "time", lambda: later)
-    assert paper.encoded([figure()], form) == first
+    assert encoding.encoded([figure()], form) == first
     for date in (b"<dc:date>", b"/CreationDate"):
         assert date not in first
