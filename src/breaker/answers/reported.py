@@ -8,13 +8,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from breaker.answers.answer import Answer
+from breaker.answers.changes_table import changes_table
 from breaker.answers.documents import document as document_of
 from breaker.answers.drawn import Panel, panel_of
 from breaker.answers.tables import (
     RESULTS,
     Cell,
     Table,
-    changes_table,
     few,
     measured_table,
     model_table,

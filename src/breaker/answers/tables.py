@@ -1,15 +1,13 @@
-"""Tables of a report: what is measured against limits, what has changed, what the model adds."""
+"""Tables of a report: what is measured against limits, and what the model adds."""
 
 from collections.abc import Iterable, Mapping, Sequence, Sized
 from typing import NamedTuple
 
 import numpy as np
 
-from breaker.answers.changed import VERDICT_WORDS
 from breaker.answers.documents import FROM_TENTH
 from breaker.answers.judgement import NORMAL
 from breaker.answers.simultaneous import simultaneity_of
-from breaker.answers.visited import change_words, label_of
 from breaker.answers.words import bounds_in_words, how_it_fits, is_prior, present, starred
 from breaker.inspection import alike, differs
 from breaker.mechanism import EVENTS, in_digits, in_p
@@ -22,8 +20,6 @@ RESULTS = {
 """Text and tone of verdicts, the worst first."""
 
 _MOST = 8  # notes below a table
-_TONES = dict(zip(VERDICT_WORDS, ("bad", "doubt", ""), strict=True))
-_WIDE = 3  # channels, up to which a change has room for its values
 _FEW = "prior, facts or the contact's time leave hardly a draw of the network, so none is shown: "
 _OUT = (
     "OUT OF a family: no drive that the networks know moves like this, so parameters are withheld; "
@@ -207,48 +203,6 @@ def _notes(channels: Mapping[str, Mapping]) -> list[str]:
     star = f"* the time of the {event} was not measured: by the model's, with its interval"
     together = [each for each in [simultaneity_of(channels)] if each]
     return [*together, *points, *([star] if any_star else []), *named(said, len(channels))]
-
-
-def changes_table(changed: Mapping[str, Mapping], phases: Sequence[str]) -> Table:
-    """Return what has changed since the visit before, measured first; all else in notes."""
-    there = [phase for phase in phases if phase in changed]
-    by: dict[tuple, dict[str, Mapping]] = {}
-    for phase in there:
-        for row in changed[phase]["changes"]:
-            by.setdefault((label_of(row), row["kind"]), {})[phase] = row
-    rows, other = [], {VERDICT_WORDS[1]: [], VERDICT_WORDS[2]: []}
-    for (label, kind), found in by.items():
-        worst = min((each["verdict"] for each in found.values()), key=VERDICT_WORDS.index)
-        first = next(iter(found.values()))
-        if worst == VERDICT_WORDS[2] or (worst in other and kind != "measured"):
-            other[worst].append(f"{label}, inferred" if kind == "time" else label)
-            continue
-        cells = [_change(found.get(phase), len(there) <= _WIDE) for phase in there]
-        unit, source = (first["unit"], "measured") if kind == "measured" else ("", "inferred")
-        rows.append((Cell(label), Cell(unit), Cell(source, "faint"), *cells))
-    shares = [each["settings"]["share"] for each in changed.values() if each["changes"]]
-    notes = [
-        f"{how} beyond {in_digits(100.0 * shares[0], 3)} %: {', '.join(names)}"
-        for how, names in zip(("perhaps", "not"), other.values(), strict=True)
-        if names
-    ]
-    trust = [(phase, text) for phase, each in changed.items() for text in each["trust"]]
-    when = next((each["dates"]["before"] for each in changed.values() if "dates" in each), "")
-    since = f"since the visit before{', ' * bool(when)}{when}"
-    head = (since, "unit", "", *(phase or "change" for phase in there))
-    return Table("Changes", head, rows, [*notes, *named(trust, len(changed))])
-
-
-def _change(row: Mapping | None, wide: bool) -> Cell:
-    if row is None:
-        return NONE
-    text, span = change_words(row)
-    if wide and "before" in row:
-        values = (in_digits(row[visit], 4) for visit in ("before", "today"))
-        text = f"{' → '.join(values)} ({text})"
-    elif wide:
-        text += f" ({span})"
-    return Cell(text, _TONES[row["verdict"]])
 
 
 def model_table(entries: Sequence[Mapping]) -> Table:
