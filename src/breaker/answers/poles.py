@@ -10,8 +10,6 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
-from breaker.files import Preamble, dates_of
-
 _CLOSE = timedelta(hours=1)  # between poles of one operation, where times are stated
 _SYSTEMS = [{"L1", "L2", "L3"}, *map(set, ("RYB", "RST", "ABC", "UVW"))]
 _IN_NAME = re.compile(r"(?<![^\W_])(L[123]|[RYBACSTUVW])(?![^\W_])")
@@ -49,14 +47,6 @@ def phases_in_names(files: Sequence[Path]) -> dict[Path, str]:
         there = {*some.values()}
         named |= some if len(there) > 1 and any(there <= system for system in _SYSTEMS) else {}
     return named if len(named) == len(files) else {}
-
-
-def date_in(file: str | Path, stated: Preamble) -> str:
-    """Return the date that a file states, or its name, as ISO 8601; of two readings, as of day and
-    month, the first.
-    """
-    named = dates_of(str(file).rpartition("/")[2])
-    return next(iter([*stated.dates, *named.values()]), "")
 
 
 def operations_of_poles(files: Mapping[Path, PoleFile]) -> dict[Path, int]:

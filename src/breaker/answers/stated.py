@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from math import isfinite, isnan
+from pathlib import Path
 
 from breaker.files import (
     FORMAT,
@@ -76,23 +77,35 @@ def date_of(record) -> str:
     """Return the date of a record as ISO 8601: of its table, or what its file or name states;
     empty where none does, or day and month may be either.
     """
-    named = {*dates_of(str(record.operation.file).rpartition("/")[2]).values()}
+    named = {*_dates_in_name(record.operation.file)}
     return record.operation.date or record.stated.date or (named.pop() if len(named) == 1 else "")
+
+
+def date_in(file: str | Path, stated: Preamble) -> str:
+    """Return the date that a file states, or its name, as ISO 8601; of two readings, as of day and
+    month, the first.
+    """
+    return next(iter([*stated.dates, *_dates_in_name(file)]), "")
+
+
+def _dates_in_name(file: str | Path) -> Iterable[str]:
+    return dates_of(Path(file).name).values()
 
 
 def dates_in_words(records: Iterable) -> str:
     """Return the days of a visit, the first and the last; of day and month in either order both
-    readings; empty where nothing states any.
+    readings, where no other record is of either; empty where nothing states any.
     """
     days: set[str] = set()
-    open_days: set[str] = set()
+    either: list[dict[str, None]] = []
     for each in records:
         if date := date_of(each):
             days.add(date[:10])
         else:
-            open_days |= {" or ".join(dict.fromkeys(d[:10] for d in each.stated.dates))} - {""}
+            either.append(dict.fromkeys(day[:10] for day in each.stated.dates))
     ends = dict.fromkeys([*sorted(days)[:1], *sorted(days)[-1:]])
-    return " to ".join(ends) or ", ".join(sorted(open_days))
+    others = {" or ".join(each) for each in either if not days & each.keys()}
+    return ", ".join(filter(None, [" to ".join(ends), *sorted(others)]))
 
 
 def stated_of(records: Iterable) -> dict[str, float | str]:

@@ -33,10 +33,9 @@ def visits_document(
     Args:
         found: The comparison.
         told: Rows of it: ``warnings``, sentences; ``differences``, what ``unlike`` returns;
-            ``changes``, what
-            ``measured_changes`` returns, then what ``changes`` returns, which is left out where
-            visits were measured differently; ``mechanisms``, what ``mechanism_changes`` returns,
-            the same; ``limits``, what ``judged_today`` returns.
+            ``changes``, what ``measured_changes`` returns, then what ``changes`` returns, which is
+            left out where visits were measured differently; ``mechanisms``, what
+            ``mechanism_changes`` returns, the same; ``limits``, what ``judged_today`` returns.
         records: Number of records by motion and visit.
         rejected: ``file``, ``motion``, ``visit`` and ``reason`` of records that were not used.
         settings: What the comparison was made with: ``share``, ``misfit_p_value``, ``seed``.

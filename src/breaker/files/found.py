@@ -138,15 +138,19 @@ def settings_cells(
     own = [k for k, v in defaults.items() if any(each[k] != v for each in seen.values())]
     looked = {file.path for file in files if file.seen.settings}
     return {
-        path: {key: setting_cell(key, each[key]) for key in own} if path in looked else {}
+        path: {key: _setting_cell(key, each[key]) for key in own} if path in looked else {}
         for path, each in seen.items()
     }
 
 
-def setting_cell(key: str, value: object) -> str:
-    """Return the cell of a setting; nothing for a number that is not known."""
-    if value is None:
-        return "none" if key == "time_column" else ""
-    if isinstance(value, float):
-        return "" if math.isnan(value) else f"{value:.6g}"
+def _setting_cell(key: str, value: object) -> str:
+    if key == "time_column" and value is None:
+        return "none"
+    if value is None or isinstance(value, float):
+        return number_cell(value)
     return {"\t": "tab", " ": "blank"}.get(str(value), str(value))
+
+
+def number_cell(value: float | None) -> str:
+    """Return the cell of a number; nothing for one that is not known, as None or NaN."""
+    return "" if value is None or math.isnan(value) else f"{value:.6g}"

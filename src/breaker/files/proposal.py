@@ -3,7 +3,6 @@
 Light to import.
 """
 
-import math
 import os
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
@@ -12,7 +11,7 @@ from pathlib import Path
 from breaker.files.counted import with_counters
 from breaker.files.dated import days_of
 from breaker.files.described import Description, Part, descriptions
-from breaker.files.found import FoundFile, Row, settings_cells, with_phases
+from breaker.files.found import FoundFile, Row, number_cell, settings_cells, with_phases
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
 from breaker.files.manifest import ABOUT, FILL_IN
@@ -206,7 +205,7 @@ def _text(rows: Sequence[tuple[int, Row]], channels: Sequence[str]) -> str:
         known |= {} if file.sure else {"motion": FILL_IN, "sign": FILL_IN}
         parts = [{"channel": channel, "phase": channel} for channel in channels] or [
             {"channel": part.channel, "phase": part.phase, **_ends(file, part)}
-            | ({"ratio": _cell(part.ratio)} if part.ratio > 0 else {})
+            | ({"ratio": number_cell(part.ratio)} if part.ratio > 0 else {})
             | part.beside
             for part in row.parts
         ]
@@ -220,13 +219,9 @@ def _ends(file: FoundFile, part: Part) -> dict[str, str]:
     same = [p for p in file.seen.parts if (p.motion, p.channel) == (part.motion, part.channel)]
     lacking = file.seen.lacks_rate and len(same) > 1
     ends = {"from": part.begin, "to": part.end}
-    return dict.fromkeys(ends, FILL_IN) if lacking else {k: _cell(v) for k, v in ends.items()}
+    return {key: FILL_IN if lacking else number_cell(at) for key, at in ends.items()}
 
 
 def _rate(seen: Description) -> str:
     """The rate of a file, as a cell: what it does not tell must not be that of the settings."""
-    return FILL_IN if seen.lacks_rate else _cell(math.nan if seen.rate is None else seen.rate)
-
-
-def _cell(value: float) -> str:
-    return "" if math.isnan(value) else f"{value:.6g}"
+    return FILL_IN if seen.lacks_rate else number_cell(seen.rate)

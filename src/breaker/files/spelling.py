@@ -1,4 +1,4 @@
-"""Names of types of breakers, which are written in several ways. Light to import."""
+"""Names of types and bays, which are written in several ways. Light to import."""
 
 import re
 from collections import Counter
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 def bare(name: str) -> str:
-    """Return what all spellings of a type have in common: letters and digits alone, in one case.
+    """Return what all spellings of a name have in common: letters and digits alone, in one case.
 
     >>> {bare(name) for name in ("GL314", "GL 314", "gl-314")}
     {'gl314'}

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from breaker.files.found import FoundFile
 from breaker.files.manifest import FILL_IN
 from breaker.files.naming import numbers_in
+from breaker.files.spelling import bare
 
 _LONGEST = 200  # signs of a cell
 _LONG = re.compile(r"\d{5,}")  # a number of a breaker, rather than a counter
@@ -63,20 +64,16 @@ def _stated(files: Sequence[FoundFile]) -> tuple[dict[str, str], list[str]]:
     for file in files:
         stated = file.seen.preamble
         if stated.serial and stated.bay:
-            bays[stated.serial].setdefault(_bare(stated.bay), " ".join(stated.bay.split()))
+            bays[stated.serial].setdefault(bare(stated.bay), " ".join(stated.bay.split()))
     found = {}
     for file in files:
         stated = file.seen.preamble
         name = stated.serial or " ".join(stated.bay.split())
         if len(bays.get(stated.serial, ())) > 1:
-            name = f"{stated.serial} {bays[stated.serial][_bare(stated.bay)]}" if stated.bay else ""
+            name = f"{stated.serial} {bays[stated.serial][bare(stated.bay)]}" if stated.bay else ""
         if name:
             found[file.path] = name
     return found, [_twice(serial, each) for serial, each in bays.items() if len(each) > 1]
-
-
-def _bare(bay: str) -> str:
-    return "".join(re.findall(r"[^\W_]+", bay.casefold()))
 
 
 def _twice(serial: str, bays: Mapping[str, str]) -> str:

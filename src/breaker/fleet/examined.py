@@ -202,8 +202,8 @@ def _unlike_life(member: Member, visits: Mapping[str, Sequence], config: Mapping
         said = differ_in_words(compared(visits, config)["differences"])
     except ValueError:  # such as a first visit without a usable record: the life stands without it
         return {}
-    empty = {"state": DIFFERENT, "due": {}, "changed": []}
-    return empty | {"differences": said} if said else {}
+    told = {"state": DIFFERENT, "due": {}, "changed": [], "differences": said}
+    return told if said else {}
 
 
 def _left(limit: Mapping, rows: Sequence[Mapping]) -> float:

@@ -27,8 +27,9 @@ def travel_channels(file: str | Path) -> dict[str, tuple[str, Mapping[str, Besid
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
-    layout = look_into(file)
-    travels, sign = _travels(layout, find_clock(layout))
+    clock = find_clock(layout := look_into(file))
+    _, travels, _ = chosen_travels(layout, clock, "")
+    sign = guess_direction(layout, travels).settings["sign"]
     columns = [str(layout.column(each.place)) for each in travels]
     phases = [each.phase for each in travels]
     names = phases if all(phases) and len({*phases}) == len(phases) else columns
@@ -52,21 +53,13 @@ def describe_file(file: str | Path) -> Description:
     direction = guess_direction(layout, travels)
     unit = guess_unit(layout, travels)
     settings = {**layout.settings, **guess_time(layout, clock).settings, **direction.settings}
-    settings |= {
-        "travel_unit": unit.settings["travel_unit"],
-        **dict.fromkeys(unit.lacking, FILL_IN),
-    }
+    settings["travel_unit"] = unit.settings["travel_unit"]
+    settings |= dict.fromkeys(unit.lacking, FILL_IN)
     if not unit.lacking:
         mm = TO_MM[settings["travel_unit"]]
         settings["zero"] = guess_rest(travels, mm, settings["sign"]).settings["zero"]
     parts = _parts(layout, clock, travels, settings["sign"])
     return seen._replace(parts=tuple(parts), settings=settings, sure=direction.sure)
-
-
-def _travels(layout: Layout, clock: Clock) -> tuple[list[Travel], int]:
-    """Columns of travel, and the sign of their reading."""
-    _, travels, _ = chosen_travels(layout, clock, "")
-    return travels, guess_direction(layout, travels).settings["sign"]
 
 
 def _parts(layout: Layout, clock: Clock, travels: Sequence[Travel], sign: int) -> Iterator[Part]:

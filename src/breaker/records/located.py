@@ -12,8 +12,6 @@ from breaker.records.segments import Segment, white_noise
 # Rest that tells the noise, ms before the first motion: its start may be gradual, and far before it
 # an earlier motion may still ring.
 _REST = (50.0, 1.0)
-
-
 # Ends of a record, ms and samples at least, whose readings are compared after a motion there and
 # back; how far apart these may be, in strokes at most; and from which on they are: sd of the noise
 # of a median, quanta, strokes. How long a drive is at rest by then, ms, and what it moves in that.

@@ -38,7 +38,7 @@ class Ripple(NamedTuple):
         return self.amplitude / float(np.sqrt(2.0))
 
 
-NONE = Ripple(0.0, np.nan)
+_NONE = Ripple(0.0, np.nan)
 
 
 def ripple_of(time: np.ndarray, way: np.ndarray, stroke: float) -> Ripple:
@@ -64,12 +64,12 @@ def ripple_of(time: np.ndarray, way: np.ndarray, stroke: float) -> Ripple:
     rests = there[: np.searchsorted(there, ends[0])] if ends.size else there[:0]
     rests = rests[way[rests] <= _PART[0] * stroke]
     if not rests.size:
-        return NONE
+        return _NONE
     own = there[(there > rests[-1]) & (there < ends[0])]
     every = max(1, own.size // _MOST)
     own = own[: own.size // every * every]
     if own.size < _FEWEST * every:
-        return NONE
+        return _NONE
     time, way = (each[own].reshape(-1, every).mean(axis=1) for each in (time, way))
     span = float(time[-1] - time[0])
     shortest = min(_SHORTEST * span / (time.size - 1), _LONGEST * span)
@@ -80,7 +80,7 @@ def ripple_of(time: np.ndarray, way: np.ndarray, stroke: float) -> Ripple:
     free = time.size - max(_DEGREES) - 4
     clear = 0.5 * (total - rest) * free > _CLEAR * rest and rest < (1.0 - _SHARE) * total
     if not clear or amplitude < _LEAST * stroke or abs(best - other) > 1:
-        return NONE
+        return _NONE
     return Ripple(amplitude, float(periods[best]))
 
 

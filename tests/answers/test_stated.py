@@ -1,0 +1,35 @@
+"""What files state of a visit."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from breaker.answers.stated import date_in, dates_in_words
+from breaker.files.manifest import Operation
+from breaker.files.preamble import Preamble
+
+MARCH, APRIL, LATER = "2021-03-04", "2021-04-03", "2021-04-14"
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ([(LATER,), (MARCH,)], f"{MARCH} to {LATER}"),
+        ([(MARCH, APRIL)], f"{MARCH} or {APRIL}"),
+        ([(MARCH, APRIL), (LATER,)], f"{LATER}, {MARCH} or {APRIL}"),
+        ([(MARCH, APRIL), (MARCH,)], MARCH),
+        ([()], ""),
+    ],
+)
+def test_no_day_of_a_visit_is_left_out(stated, words):
+    """Planted fault: a day that may be either was left out beside one that is told."""
+    records = [
+        SimpleNamespace(operation=Operation(1, "a.csv"), stated=Preamble(dates=dates))
+        for dates in stated
+    ]
+    assert dates_in_words(records) == words
+
+
+def test_a_file_has_the_date_of_its_text_or_else_of_its_name():
+    assert date_in("2021-03-01/R 14-04-2021.csv", Preamble()) == LATER
+    assert date_in("R 14-04-2021.csv", Preamble(dates=(MARCH, APRIL))) == MARCH
