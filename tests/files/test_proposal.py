@@ -92,14 +92,27 @@ def test_any_mixture_gives_a_table_that_can_be_read(tmp_path):
 
 
 def test_what_no_table_can_name_is_left_out_and_said(tmp_path):
-    folder = folder_of(tmp_path, "closing/1.csv", "closing/{x} 2.csv", "closing/3\n.csv")
+    names = "closing/1.csv", "closing/{x} 2.csv", "closing/3\n.csv", "closing/6\u200c.csv"
+    folder = folder_of(tmp_path, *names)
     os.mkfifo(folder / "closing/4.csv")
     with open(os.fsencode(folder) + b"/closing/caf\xe9 5.csv", "w"):
         pass
     text, remarks = propose_manifest(folder)
     assert len(text.splitlines()) == 2
-    assert len(remarks) == 4
+    assert len(remarks) == 5
     assert all(each.startswith("left out: ") and each.isprintable() for each in remarks)
+
+
+def test_a_table_on_the_terminal_says_where_its_signs_are_others(tmp_path, capsys):
+    """Planted fault: a table that was sent to a file named records that are not there."""
+    folder = folder_of(tmp_path, "closing/1\ufe0f.csv")
+    assert main(["manifest", str(folder)]) == 0
+    shown = capsys.readouterr()
+    assert "1\\ufe0f.csv" in shown.out
+    assert "write the table with --output" in shown.err
+    assert main(["manifest", str(folder), "--output", str(folder / "operations.csv")]) == 0
+    assert "--output" not in capsys.readouterr().err
+    assert len(list_operations(folder, "closing")) == 1
 
 
 def test_the_command_writes_it_once(tmp_path, capsys):

@@ -177,7 +177,7 @@ def test_a_travel_called_that_of_a_contact_is_no_contact():
     """An unused channel: noise, which switches in no motion and is in no row of breaks."""
     names = ["Contact Travel T1 (mm)", "Contact Travel T2 (mm)", "DCRM Res CH1 in uOhm"]
     rows = [["", "", "TR1"], ["", "", "L1Break1"]]
-    assert stated_contacts(rows, ["", *names[1:]]) == {2: ("1", "l1")}
+    assert stated_contacts(rows, ["", *names[1:]]) == {2: ("1", "L1")}
     rises = 100.0 * (way(TIME, 50.0, 60.0) - way(TIME, 240.0, 40.0))
     noise = 0.1 * np.random.default_rng(1).standard_normal(TIME.size)
     ohms = np.full(TIME.size, 8000.0)

@@ -20,7 +20,7 @@ def add(manifest: argparse.ArgumentParser) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     check_outputs([(options.output, "lines")], [options.folder, *options.config])
-    from breaker.files import FORMAT, propose_manifest
+    from breaker.files import FORMAT, on_terminal, propose_manifest
     from breaker.inspection import describe_file
 
     config = settings_of(options.config)
@@ -31,6 +31,11 @@ def _run(options: argparse.Namespace) -> int:
         write_lines(options.output, text)
     else:
         say(text, end="")
+        if on_terminal(text) != text:
+            remarks.append(
+                "signs that a terminal obeys or does not show stand there as escapes: write the "
+                "table with --output, and it has the signs themselves"
+            )
     for remark in remarks:
         say(f"check: {remark}", beside=True)
     return 0

@@ -152,6 +152,8 @@ def _files(folder: Path) -> tuple[list[FoundFile], list[str]]:
             why = f"has {odd} in its name; rename it"
         elif any("\ud800" <= sign <= "\udfff" for sign in path):
             why = "has a name that is not UTF-8; rename it"
+        elif not path.isprintable():
+            why = "has signs that cannot be printed in its name; rename it"
         elif "\\" in path:
             why = "has a \\ in its name; rename it"
         if why:
