@@ -80,18 +80,18 @@ def test_commands_print_in_one_place():
 
 
 def test_names_that_a_spreadsheet_would_run_are_the_same_after_a_round_trip(folder, capsys):
-    name = _exported(folder, "=c.csv", "@Weg", Station="N", Bay="@Q0", Stroke="150 mm")
+    name = _exported(folder, "=close.csv", "@Weg", Station="N", Bay="@Q0", Stroke="150 mm")
     assert main(["inspect", name, "--output", "own.yaml"]) == 0
     assert main(["manifest", "records", "--output", "records/operations.csv"]) == 0
     with open("records/operations.csv", encoding="utf-8", newline="") as table:
         (row,) = csv.DictReader(table)
-    assert [row[key] for key in ("file", "channel", "breaker")] == ["'=c.csv", "'@Weg", "'@Q0"]
+    assert [row[key] for key in ("file", "channel", "breaker")] == ["'=close.csv", "'@Weg", "'@Q0"]
     assert main(["check", "records", "--config", "own.yaml"]) == 1  # of openings there are none
     assert re.search(r"\n@Q0 closing +1 +1 ", capsys.readouterr().out)
     words = ["infer", "records", "--config", "own.yaml", "few.yaml"]
     assert main([*words, "--output", "t.csv", "--json"]) == 0
     found = json.loads(capsys.readouterr().out.splitlines()[0])["records"][0]
-    assert (found["file"], found["breaker"]) == ("records/=c.csv", "@Q0")
+    assert (found["file"], found["breaker"]) == ("records/=close.csv", "@Q0")
     with open("t.csv", encoding="utf-8", newline="") as table:
         rows = [*csv.DictReader(table)]
     assert {each["breaker"] for each in rows} == {"'@Q0"}
