@@ -150,6 +150,8 @@ def test_on_a_full_disk_the_old_result_stays(folder, command_of):
 HALF = """
 import os, signal
 from pathlib import Path
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which a job of a shell ignores
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 def half(self, content):
     with open(self, "wb") as file:
         file.write(content[: len(content) // 2])

@@ -93,7 +93,7 @@ def test_mathematics_are_set_with_one_font(chinese, capfd):
 
 
 def test_a_saved_figure_warns_in_the_log(bare, tmp_path, caplog):
-    with caplog.at_level(logging.WARNING):
+    with caplog.at_level(logging.WARNING, logger="breaker"):
         style.save(figure("开"), tmp_path / "a.png")
     assert len(caplog.messages) == 1
     assert "a.png: no font of this machine has 开" in caplog.text
