@@ -9,7 +9,7 @@ from breaker.records import read_raws
 STROKE = 150.0
 
 
-def raws(tmp_path, *, slip=0.0, noise=0.05, creeps=0.0, ends=400.0, rate=5.0, seed=1):
+def raws(tmp_path, *, slip=0.0, noise=0.05, creeps=0.0, swings=0.0, ends=400.0, rate=5.0, seed=1):
     """Closing and opening of one record, or why there is none; with a slip in the closing."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, ends, 1.0 / rate)
@@ -20,6 +20,8 @@ def raws(tmp_path, *, slip=0.0, noise=0.05, creeps=0.0, ends=400.0, rate=5.0, se
 
     travel = STROKE * (done(40.0, 50.0) - done(200.0, 30.0)) + slip * (time > 85.0)
     travel += creeps * np.exp(-(time - 230.0) / 60.0) * (time > 215.0) * done(200.0, 30.0)
+    late = np.maximum(time - 230.0, 0.0)
+    travel -= swings * np.sin(late / 20.0) * np.exp(-late / 50.0)
     travel += noise * rng.standard_normal(time.size)
     path = tmp_path / "a.csv"
     np.savetxt(path, np.c_[time, travel], delimiter=",", header="time,travel", comments="")
@@ -36,7 +38,9 @@ def test_a_slip_that_no_sample_shows_is_in_the_stroke(tmp_path, slip):
         assert "the transducer slipped" in " ".join(raw.remarks_on())
 
 
-@pytest.mark.parametrize("case", [{}, {"noise": 0.5}, {"creeps": 3.0}, {"ends": 150.0}])
+@pytest.mark.parametrize(
+    "case", [{}, {"noise": 0.5}, {"creeps": 3.0}, {"swings": 15.0}, {"ends": 150.0}]
+)
 def test_a_record_that_returns_creeps_or_ends_before_has_none(tmp_path, case):
     """In 20 records of each; that noise looks like a slip has a probability of 1e-9 in each."""
     for seed in range(20):
@@ -44,3 +48,22 @@ def test_a_record_that_returns_creeps_or_ends_before_has_none(tmp_path, case):
         assert isinstance(found[1], Exception) == (case.get("ends") == 150.0)
         for raw in found[: 1 if "ends" in case else 2]:
             assert raw.unreturned == 0.0
+
+
+def test_a_slip_of_the_first_of_three_motions_is_seen_by_the_rests_of_one_position(tmp_path):
+    """Of open, close, open the record ends elsewhere than it begins, and was closed twice."""
+    rng, time = np.random.default_rng(2), np.arange(0.0, 700.0, 0.2)
+
+    def done(at, lasts):
+        share = np.clip((time - at) / lasts, 0.0, 1.0)
+        return share**2 * (3.0 - 2.0 * share)
+
+    way = STROKE * (1.0 - done(40.0, 30.0) + done(250.0, 50.0) - done(450.0, 30.0))
+    for slip in (0.0, 2.5):
+        travel = way + slip * (time > 68.0) + 0.1 * rng.standard_normal(time.size)
+        np.savetxt(tmp_path / "a.csv", np.c_[time, travel], delimiter=",", header="time,travel")
+        (tmp_path / "a.csv").write_text((tmp_path / "a.csv").read_text().removeprefix("# "))
+        settings = complete({"time_unit": "ms", "travel_unit": "mm", "zero": "rest"})
+        operation = Operation(1, tmp_path / "a.csv", begin=200.0, end=420.0)
+        ((raw,),) = read_raws([operation], settings, "closing")
+        assert raw.unreturned == pytest.approx(slip, abs=0.2)

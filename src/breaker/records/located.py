@@ -92,26 +92,29 @@ class LocatedMotion:
 
     @cached_property
     def unreturned(self) -> float:
-        """How far from its beginning a record ends after a motion there and back, mm; 0 where it
-        holds one motion alone, ends before the drive rests, or returns.
+        """By how much rests of one position differ before and behind another motion of the record,
+        mm; 0 where it has no other, the drive does not rest, or they are alike.
 
         A drive stops where it stopped before: so much a transducer slipped in one of the motions.
         """
-        travel = self.sure[~np.isnan(self.sure)]
         count = max(round(_ENDS[0] / self.step), _ENDS[1])
-        still = count + round(_STILL / self.step)
-        if travel.size < 2 * still:
-            return 0.0
-        first, before, last = (
-            float(np.median(each))
-            for each in (travel[:count], travel[-still : count - still], travel[-count:])
-        )
+        parts = self.sure[: self.sure.size // count * count].reshape(-1, count)
+        parts = parts[~np.isnan(parts).any(axis=1)] if parts.size else parts
+        levels, apart = np.median(parts, axis=1), max(1, round(_STILL / (count * self.step)))
         stroke = abs(self.segment.after - self.segment.before)
         noise = self.process[0] * np.sqrt(np.pi / count)
         least = float(np.dot(_APART, (noise, self.quantum, stroke)))
-        off = abs(last - first)
-        creeps = abs(last - before) > _CREEPS * off + 0.5 * _APART[0] * noise
-        return off if least < off < _RETURNS * stroke and not creeps else 0.0
+        if levels.size <= apart:
+            return 0.0
+        moved = np.ptp(np.lib.stride_tricks.sliding_window_view(levels, apart + 1), axis=1)
+        rests = np.flatnonzero(moved < _CREEPS * least + 3.0 * noise)
+        off = 0.0
+        for rest in (self.segment.before, self.segment.after):
+            own = rests[np.abs(levels[rests] - rest) < _RETURNS * stroke]
+            stays = np.split(levels[own], np.flatnonzero(np.diff(own) > 2 * apart) + 1)
+            ends = [float(np.median(each)) for each in stays if each.size]
+            off = max(off, *np.abs(np.diff(ends)), 0.0) if ends else off
+        return off if off > least else 0.0
 
     @property
     def process(self) -> tuple[float, float]:

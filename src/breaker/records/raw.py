@@ -76,12 +76,12 @@ class Raw(LocatedMotion):
 
     @property
     def _slipped(self) -> str:
-        """That the record does not return to where it began, in words; "" if it does."""
+        """That rests of a record are not where others were, in words; "" if they are."""
         if not (off := self.unreturned):
             return ""
         return (
-            f"the record ends {in_digits(off, 2)} mm from where it begins, after a motion there "
-            "and back: the transducer slipped, and the stroke is no better known than that"
+            f"the drive rests {in_digits(off, 2)} mm from where it rested before another motion of "
+            "the record: the transducer slipped, and the stroke is no better known than that"
         )
 
     @property
