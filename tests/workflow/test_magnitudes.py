@@ -85,5 +85,5 @@ def test_every_mutation_is_refused_or_can_be_used(monkeypatch):
         accepted += 1
         start = time.process_time()
         use(config)
-        assert time.process_time() - start < 1.0, (key, value)
+        assert time.process_time() - start < 10.0, (key, value)
     assert 10 <= accepted <= 0.5 * MUTATIONS
