@@ -23,9 +23,6 @@ _ON = 2.25  # times that rise: at even force half as late again
 _APART = 12  # samples, least time between the two; if not, both are higher
 _HIGHER, _HIGHEST = 1.25, 0.4
 _REST = 8  # times as long as from the one to the other, back to where the fit begins
-_DRIFTS = 3  # times as long, up to where before the rise a drift is looked for
-_CREEPS = 0.02  # of the way, most that it does there: else the record begins in the motion
-_DRIFTING, _A_LINE = 6.0, 2.0  # sd of the noise, from which it is clear, and most beside the line
 _HIGHER_RISES = 0.25, 0.15  # of the way, of two other fits
 _AGREE, _AGREE_SDS = 0.2, 2.0  # of the time of the low rise, and sds, within which it counts
 _POWERS = np.array([1.6, 1.85, 2.1, 2.4, 2.8, 3.3, 4.0])
@@ -68,7 +65,6 @@ def first_motion(time: np.ndarray, travel: np.ndarray, motion: str) -> tuple[flo
         first, last, way = _rise(smooth, noise)
         noise = max(noise, _FLAT * way, quantum / np.sqrt(12.0))
         there = off <= _WRONG * noise
-        travel = travel - _drift(time, travel, (first, last), noise) * (time - time[last])
 
     def start(first: int, last: int) -> tuple[float, float, np.ndarray]:
         part = first + np.flatnonzero(there[first : last + 1])
@@ -118,27 +114,6 @@ def _rise(smooth: np.ndarray, noise: float, least: float = 0.0) -> tuple[int, in
         last, on = (last_below(low + each * way, top) for each in (share, _ON * share))
         share *= _HIGHER
     return max(0, last - _REST * max(2, on - last)), last, way
-
-
-def _drift(time: np.ndarray, travel: np.ndarray, ends: tuple[int, int], noise: float) -> float:
-    """How fast the reading drifts before a rise, as a drive that is not quite at rest after the
-    motion before; 0 where that is not clear, or is no line. A rise would seem to begin in it.
-
-    Args:
-        ends: First and last sample of the rest and the rise that are fitted.
-    """
-    (first, last), way = ends, np.ptp(travel[~np.isnan(travel)])
-    own = slice(first, max(first, last - _DRIFTS * (last - first) // _REST))
-    there = ~np.isnan(travel[own])
-    if there.sum() < _APART:
-        return 0.0
-    time, travel = time[own][there], travel[own][there]
-    time, travel = time - time.mean(), travel - travel.mean()
-    slope = float(time @ travel / (time @ time))
-    left = float(np.std(travel - slope * time))
-    clear = abs(slope) * np.sqrt(time @ time) > _DRIFTING * noise
-    creeps = abs(slope) * np.ptp(time) < _CREEPS * way
-    return slope if clear and creeps and left < _A_LINE * noise else 0.0
 
 
 def _colour(off: np.ndarray) -> float:
