@@ -96,3 +96,11 @@ def test_a_first_motion_in_ripple_is_as_uncertain_as_that_makes_it():
         alone.append((moves - 20.0) / sd)
     assert np.abs(off).max() < 5.0
     assert np.abs(alone).max() > 5.0
+
+
+def test_a_motion_before_does_not_make_a_first_motion_uncertain():
+    """Its end is far from where the next one begins, and no part of the rise."""
+    alone = raw_of(rippled(2.0, 5.0), STEP, 20.0)
+    whole = np.where(np.arange(TIME.size) < 50, 0.5 * STROKE, alone.whole)
+    assert alone.ripple.amplitude > 1.0
+    assert replace(alone, whole=whole).first_motion_sd == pytest.approx(alone.first_motion_sd)

@@ -85,7 +85,8 @@ class LocatedMotion:
             return self.moves_sd
         before, after = self.segment.before, self.segment.after
         done = (self.left - before) / (after - before)
-        low, high = ((done >= share).argmax() for share in _LOW)
+        moving = self.time[self.inside] >= self.moves  # before it another motion may end
+        low, high = ((moving & (done >= share)).argmax() for share in _LOW)
         way = abs(after - before) * (_LOW[1] - _LOW[0])
         slow = (high - low) * self.step / way  # ms/mm
         return float(np.hypot(self.moves_sd, self.ripple.rms * slow))
