@@ -51,9 +51,9 @@ def jumps(travel: np.ndarray, quantum: float, coarse: float, stroke: float, pace
         limit = sds * white_noise(means[::length]) + _COUNTS * quantum + least
         leaps = means[length:] - means[:-length]
         leap = _beyond(leaps, length)
-        sudden = _sudden(travel[there], length)
         over = leap - limit
         over[:length] = over[-length:] = 0.0
+        sudden = _sudden(travel[there], length) if over.max() > 0.0 else over
         while over[k := int(over.argmax())] > 0.0:
             over[max(k - length, 0) : k + length + 1] = 0.0
             place = max(int(np.searchsorted(there, k + length)) - 1, 0)

@@ -166,7 +166,7 @@ class Reading:
             raise NotShownError(f"{_CLIPPED} before the motion")
         return self.rests.before
 
-    @property
+    @cached_property
     def after(self) -> Uncertain:
         """Rest after the motion."""
         if self.clipped.size and self.clipped[-1] > self.trace.known[-1]:
