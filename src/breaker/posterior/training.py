@@ -23,13 +23,11 @@ from typing import NamedTuple
 import numpy as np
 import torch
 import xarray as xr
-from torch import Tensor
+from torch import Tensor, nn
 from tqdm import tqdm
 
 from breaker.model import seed_integer
-from breaker.posterior.batches import OnlineRows, Rows, StreamedRows
-from breaker.posterior.estimator import Posterior
-from breaker.posterior.family_network import FamilyNetwork, FamilyRows
+from breaker.posterior.batches import Drawn, OnlineRows, StreamedRows
 from breaker.posterior.optimisers import full_width, optimisers
 
 # Of the state of a training, in its checkpoint.
@@ -71,8 +69,8 @@ class Trainer:
     """A training and its state.
 
     Args:
-        posterior: The network, a ``Posterior`` or a ``FamilyNetwork``, on its device; its weights
-            are the best EMA weights at the end.
+        posterior: The network on its device, with a ``name``, and ``loss`` and ``validation_loss``
+            of a batch; its weights are the best EMA weights at the end.
         rows: Rows to train on, with ``batch(step, n, rng)``.
         validation: Rows to judge on, not among ``rows``.
         settings: The section ``training`` of the configuration, for this motion.
@@ -81,9 +79,9 @@ class Trainer:
             a training too short to be killed.
     """
 
-    posterior: Posterior | FamilyNetwork
-    rows: Rows | StreamedRows | OnlineRows | FamilyRows
-    validation: Rows | FamilyRows
+    posterior: nn.Module
+    rows: Drawn | StreamedRows | OnlineRows
+    validation: Drawn
     settings: Mapping
     seed: int
     checkpoint: Checkpoint | None = None
