@@ -1,4 +1,4 @@
-"""How large the mechanisms of simulated drives are, as networks tell it (``family.MECHANISMS``)."""
+"""How large the mechanisms of simulated drives are, as networks of a family tell it."""
 
 import numpy as np
 
