@@ -36,8 +36,11 @@ FROM_MODULES = {"figures"}
 TORCH = {"networks", "posterior"}
 BESIDE = {"studies", "tests"}
 LONGEST_MODULE = 300
-# A module that may be longer: numba sees changes of one file only, so all that may change is in it.
-LONGER = {"src/breaker/synthetic/integrator.py": 340}
+# Modules that may be longer: numba sees changes of one file only, so all that may change is in it.
+LONGER = {
+    "src/breaker/synthetic/integrator.py": 340,
+    "src/breaker/files/lexicon.py": 600,  # tables alone, longer with every language
+}
 LONGEST_FUNCTION = 55
 MOST_PARAMETERS = 5
 # Functions that may take more, by file.

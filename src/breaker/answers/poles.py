@@ -10,9 +10,9 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
+from breaker.files import IN_FILE, SYSTEMS
+
 _CLOSE = timedelta(hours=1)  # between poles of one operation, where times are stated
-_SYSTEMS = [{"L1", "L2", "L3"}, *map(set, ("RYB", "RST", "ABC", "UVW"))]
-_IN_NAME = re.compile(r"(?<![^\W_])(L[123]|[RYBACSTUVW])(?![^\W_])")
 
 
 class PoleFile(NamedTuple):
@@ -39,13 +39,15 @@ def phases_in_names(files: Sequence[Path]) -> dict[Path, str]:
     """
     found: dict[str, dict[Path, str]] = {}
     for file in files:
-        if len(each := _IN_NAME.findall(file.stem)) == 1:
-            alike = re.sub(r"\d", "0", _IN_NAME.sub("", file.stem))
+        if len(each := IN_FILE.findall(file.stem)) == 1:
+            alike = re.sub(r"\d", "0", IN_FILE.sub("", file.stem))
             found.setdefault(alike, {})[file] = each[0]
     named = {}
     for some in found.values():
         there = {*some.values()}
-        named |= some if len(there) > 1 and any(there <= system for system in _SYSTEMS) else {}
+        named |= (
+            some if len(there) > 1 and any(there <= {*system.split()} for system in SYSTEMS) else {}
+        )
     return named if len(named) == len(files) else {}
 
 

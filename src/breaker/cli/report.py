@@ -1,7 +1,6 @@
 """`breaker report`: write a test report of a visit."""
 
 import argparse
-import re
 from collections.abc import Mapping, Sequence
 from math import isnan
 from typing import TYPE_CHECKING
@@ -17,11 +16,7 @@ if TYPE_CHECKING:
     from breaker.files import Preamble
 
 _PLATE = ("station", "bay", "type", "serial")  # what a file may state of its breaker
-_BESIDE = {  # and of the test, by words in its name
-    "Gas pressure": r"gas.*(?:press|druck)|gasdruck|sf6.*(?:press|druck)|\bpression|presi[oó]n",
-    "Temperature": r"temperat|\btemp\b",
-    "Operator": r"\boperator\b|tested by|engineer|prüfer|opérateur|operador|technici",
-}
+_BESIDE = ("Gas pressure", "Temperature", "Operator")  # and of the test
 # Beside those of the configuration, which may need the contact: any record shows them.
 _SPEEDS = {f"{motion}_speed_10_90": ["10 % of stroke", "90 % of stroke"] for motion in MOTIONS}
 
@@ -139,7 +134,9 @@ def _beside(stated: "Preamble", name: str) -> str:
     """What a file states of a test by the words of its name, with its unit; nothing if it does
     not.
     """
-    found = (each for each in stated.pairs if re.search(_BESIDE[name], each.name.lower()))
+    from breaker.files import STATED, says
+
+    found = (each for each in stated.pairs if says(each.name, STATED[name]))
     return next((f"{each.text} {each.unit}".rstrip() for each in found if each.text), "")
 
 

@@ -7,12 +7,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from breaker.files.described import Description, Part
+from breaker.files.lexicon import UNLIKE_PHASES
 from breaker.files.manifest import FILL_IN
 from breaker.files.naming import Moment, moments
+from breaker.files.phases import PHASE, PHASES_IN_FILE
 
-_PHASE = r"L[123]|[RYBACSTUVW]"
-_PHASES = re.compile(rf"(?<![^\W_])(?:{_PHASE})(?:[,_+&](?:{_PHASE}))*(?![^\W_])")
-_FIRST = {"C": "AB", "S": "R", "T": "RS", "U": "VW", "V": "UW", "W": "UV"}
 _POLES = 3.0  # s, within which no pole switches again
 
 
@@ -52,7 +51,7 @@ class FoundFile(NamedTuple):
         text = self.stem
         for each in reversed(moments(text)):
             text = text[: each.start] + text[each.stop :]
-        return " ".join(re.findall(r"[^\W_]+", _PHASES.sub(" ", text)))
+        return " ".join(re.findall(r"[^\W_]+", PHASES_IN_FILE.sub(" ", text)))
 
 
 class Row(NamedTuple):
@@ -112,12 +111,14 @@ def _phase_in(stem: str, others: set[str]) -> str:
     bare = stem
     for each in reversed(moments(stem)):
         bare = bare[: each.start] + " " * (each.stop - each.start) + bare[each.stop :]
-    found = [*_PHASES.finditer(bare)]
-    if len(found) != 1 or not re.fullmatch(_PHASE, found[0][0]):
+    found = [*PHASES_IN_FILE.finditer(bare)]
+    if len(found) != 1 or not re.fullmatch(PHASE, found[0][0]):
         return ""
     (match,) = found
-    names = (stem[: match.start()] + p + stem[match.end() :] for p in _FIRST.get(match[0], ""))
-    return match[0] if match[0] not in _FIRST or others & {*names} else ""
+    names = (
+        stem[: match.start()] + p + stem[match.end() :] for p in UNLIKE_PHASES.get(match[0], "")
+    )
+    return match[0] if match[0] not in UNLIKE_PHASES or others & {*names} else ""
 
 
 def _at_once(one: FoundFile, other: FoundFile) -> bool:

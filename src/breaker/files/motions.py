@@ -1,21 +1,28 @@
 """Which motions a text names, in the languages of makers. Light to import."""
 
 import re
+from collections.abc import Mapping
 
-from breaker.files.names import by_words
+from breaker.files.lexicon import FOREIGN_LETTERS, LETTERS, MOTION_WORDS
+from breaker.files.words import any_of, by_words
 
-_WORD = r"(?<![^\W\d_])(?:{})(?![^\W\d_])|{}"  # a whole word, or signs that stand within words
-_CLOSING = r"clos\w*|ein(?:schalt\w*)?|ferm\w*|enclench\w*|cierr\w*|chius\w*|вкл\w*"
-_OPENING = r"open\w*|trip(?:s|ped|ping)?|aus(?:schalt\w*)?|ouvert\w*|déclench\w*|apert\w*|откл\w*"
-motions_in = by_words(
-    {"closing": _WORD.format(_CLOSING, "合[闸閘]"), "opening": _WORD.format(_OPENING, "分[闸閘]")}
-)
+
+def _whole(words: Mapping[str, str]) -> dict[str, str]:
+    """Words that stand alone, and signs that stand within others."""
+    alone = any_of({language: each for language, each in words.items() if language != "zh"})
+    return {"alone": rf"(?<![^\W\d_]){alone}(?![^\W\d_])", "within": words["zh"]}
+
+
+motions_in = by_words({motion: _whole(words) for motion, words in MOTION_WORDS.items()})
 """The motions that words of a text name."""
 
-_LETTERS = dict.fromkeys("c合", "C") | dict.fromkeys("o分", "O")
-_FOREIGN = {"e": "C", "f": "C", "a": "O"}  # in a sequence of letters only
 MOTION_OF = {"C": "closing", "O": "opening"}
 """Motions by their letters in a sequence."""
+
+_LETTERS = {sign: letter for letter, motion in MOTION_OF.items() for sign in LETTERS[motion]}
+_FOREIGN = {
+    sign: letter for letter, motion in MOTION_OF.items() for sign in FOREIGN_LETTERS[motion]
+}
 
 
 def motion_of(text: str) -> str:

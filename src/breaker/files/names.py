@@ -7,54 +7,23 @@ name: `Travel (S)`.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from breaker.files.guards import RejectedCurveError
+from breaker.files.lexicon import NO_UNITS, OTHER_UNITS, UNITS
+from breaker.files.words import holds
 
 BESIDE = ("contact", "trigger")
 """Columns that a record may have beside time and travel, in any unit."""
 
-_SPELLINGS = {
-    "s": "s с sec secs second seconds sek sekunden сек segundos seconde secondes secondi 秒",
-    "ms": "ms мс msec msecs msek millisec millisecs millisecond milliseconds millisekunden мсек "
-    "milisegundos millisecondes millisecondi 毫秒",
-    "us": "us мкс µs μs usec µsec μsec microsec microsecs microsecond microseconds",
-    "mm": "mm мм millimeter millimeters millimetre millimetres milímetros milimetros millimètres "
-    "millimetri миллиметр 毫米",
-    "cm": "cm centimeter centimeters centimetre centimetres",
-    "m": "m meter meters metre metres",
-    "um": "um µm μm micron microns micrometer micrometers micrometre micrometres",
-    "inch": "in inch inches zoll \" '' ″ pulgada pulgadas pulg pouce pouces pollice pollici "
-    "polegada polegadas дюйм дюймы 英寸",
-    "deg": "deg degs degree degrees ° º ˚ °deg grad grade grads winkelgrad grado grados gradi "
-    "grau graus degré degrés degre degres graden grader stopnie град градус градусы 度",
-    "rad": "rad rads radian radians",
-    "V": "V volt volts",
-    "counts": "count counts cts digit digits inc incs incr increment increments pulse pulses lsb",
-    "%": "% pct percent prozent",
-}
-# Known, but of no time or travel that the settings can have: they contradict any of these.
-_OTHERS = (
-    "ns min h dm km nm ft mil thou mrad gon A mA kA mV kV W N kN Pa bar Hz kHz кГц Ω ohm °C "
-    "uOhm µOhm μOhm mOhm kOhm uΩ µΩ μΩ mΩ kΩ "
-    "m/s mm/s mm/ms cm/s ft/s in/s deg/s rad/s m/s² m/s2 g"
-)
-_KNOWN = {each: unit for unit, spelt in _SPELLINGS.items() for each in spelt.split()}
-_KNOWN |= {other: other for other in _OTHERS.split()}
+_KNOWN = {each: unit for unit, spelt in UNITS.items() for each in spelt.split()}
+_KNOWN |= {other: other for other in OTHER_UNITS.split()}
 _FOLDED = {spelling.casefold(): unit for spelling, unit in _KNOWN.items() if len(spelling) > 1}
 _BEHIND = re.compile(
     r"(.*?)\s*(?:\[(.*)\]|\((.*)\)|/\s*(\S+)|\sin\s+(\S+)|[,_]\s*(\w{2,}|m|°)|([°º˚]))\s*"
 )
-_TRAVEL = re.compile(
-    r"travel|stroke|\bweg|hub|posi[tcz]|displac|course|carrera|transduc|angle|winkel|[aá]ngulo"
-    r"|motion|corsa|curso|recorrido|desplaz|verplaats|\bход|перемещ|положен|行程|位移|^trv?\W*\d",
-    re.I,
-)
 _LONGEST = 200  # signs of a name
-# Behind a name they rather are a phase, a pole or a direction.
-_NAMES = {"A", "V", "W", "N", "h", "g", "in", "inc"}
 
 
 def wanted_columns(
@@ -165,27 +134,10 @@ def split_unit(name: str) -> tuple[str, str | None]:
     found = _BEHIND.fullmatch(name) if len(name) <= _LONGEST else None
     behind = next(filter(None, found.groups()[1:]), "") if found else ""
     inches = found and "in" in found.groups()[1:3] and is_travel_name(found[1])
-    unit = None if behind.strip() in _NAMES and not inches else unit_of(behind)
+    unit = None if behind.strip() in NO_UNITS and not inches else unit_of(behind)
     return (found[1], unit) if unit else (name, None)
-
-
-def by_words(table: Mapping[str, str]) -> Callable[[str], tuple[str, ...]]:
-    r"""Return a function that says which keys of a table a text means, by regular expressions for
-    lower-case text. Files of a folder have the same names, so that it remembers them.
-
-    >>> by_words({"station": r"\bstation", "date": r"\bdat[ea]\b"})("Test Date")
-    ('date',)
-    """
-    compiled = {key: re.compile(words) for key, words in table.items()}
-
-    @lru_cache(maxsize=2048)
-    def meant(text: str) -> tuple[str, ...]:
-        low = text.lower()
-        return tuple(key for key, words in compiled.items() if words.search(low))
-
-    return lambda text: (meant if len(text) <= _LONGEST else meant.__wrapped__)(text)
 
 
 def is_travel_name(name: str) -> bool:
     """Say whether the name of a column is that of a travel, in the usual languages."""
-    return _TRAVEL.search(name) is not None
+    return holds(name, "travel")

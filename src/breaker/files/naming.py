@@ -13,20 +13,20 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
+from breaker.files.lexicon import BEHIND_NUMBER, LABELS, MONTH_ENDS, MONTHS
+from breaker.files.words import any_of
+
 LARGEST_COUNTER = 9_999_999
 """More than any drive operates; what is larger is a date, a stamp or a serial number."""
 
 _RUN = re.compile("[0-9]+")
-_UNIT = re.compile(r"[ _-]?(?:[kMG]?Hz|k?S?sps|[mk]V|[mk]A|[mcu]m|[mun]s|bar|degC|rpm)\b")
+_UNIT = re.compile(rf"[ _-]?(?:{BEHIND_NUMBER})\b")
 _LABEL = re.compile(
-    r"(?:^|[^a-z])(?:(?:ch|chan|channel|kanal|phase|pole|pol|v|ver|version|rev|sn|serial|l)[ _-]?"
-    r"|breaker|cb)$",
+    rf"(?:^|[^a-z])(?:{any_of(LABELS['no counter'])}[ _-]?|{any_of(LABELS['breaker'])})$",
     re.IGNORECASE,
 )
 _COUNTS = re.compile(
-    r"(?:^|[^a-z])(?:op|oper|operation|nr|no|n|num|number|nummer|numero|count|counter|cycle|cycles|"
-    r"shot|test|trial|schaltung|schaltspiel|zyklus|versuch|essai)[ _.#°-]*$|[#№][ _-]*$",
-    re.IGNORECASE,
+    rf"(?:^|[^a-z]){any_of(LABELS['counter'])}[ _.#°-]*$|[#№][ _-]*$", re.IGNORECASE
 )
 
 
@@ -139,10 +139,9 @@ def natural(path: str | Path) -> list[tuple[int, str]]:
 
 # ---- dates ---------------------------------------------------------------------------------------
 
-_MONTHS = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
-_MONTHS_OF = {name: i for i, name in enumerate(_MONTHS, start=1)}
-_MONTHS_OF |= {"mär": 3, "mai": 5, "okt": 10, "dez": 12}  # German, and French where it differs
-_MONTHS_OF |= {"fév": 2, "avr": 4, "juin": 6, "juil": 7, "aoû": 8, "déc": 12}
+_MONTHS_OF = {
+    name: month for names in MONTHS.values() for month, name in enumerate(names.split(), start=1)
+}
 _NAME = rf"(?P<name>{'|'.join(_MONTHS_OF)})"
 _YEAR = r"(?P<year>(?:19|20)[0-9]{2})"
 _GAP = r"(?P<gap>[-_. /]?)"
@@ -168,8 +167,7 @@ _MOMENTS = [
     for date in _DATES
 ]
 # A day, or a month with its year: the name of the month is a word, as in 20-nov and March 5.
-_ENDS = "uary?|vier|ruary?|rier|ch|z|s|il|[eiy]|ust|t|let|(?:t?em|o)(?:ber|bre)"
-_WORD = rf"(?<![^\W\d_]){_NAME}(?:{_ENDS})?(?![^\W\d_])"
+_WORD = rf"(?<![^\W\d_]){_NAME}(?:{MONTH_ENDS})?(?![^\W\d_])"
 _DAY = "(?:0?[1-9]|[12][0-9]|3[01])"
 _PARTS = [
     re.compile(rf"(?<![0-9]){part}(?![0-9])", re.IGNORECASE)

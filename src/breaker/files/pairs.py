@@ -8,12 +8,13 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from breaker.files.lexicon import BEFORE_COLON, ONE_LETTER_SHORT
 from breaker.files.names import split_unit
 from breaker.files.naming import moments
 
 _SIGN = re.compile(r"\s*(?:(?<!\d)[:=：]|[:=：](?!\d))\s*")
 _SPLIT = re.compile(
-    r"[\t;|]|\s{2,}|,\s*(?!(?i:[kmuкм]?(?:hz|гц|s|с)|[kc]c|%)\s*[:=])"  # rather a unit than a name
+    rf"[\t;|]|\s{{2,}}|,\s*(?!(?i:{BEFORE_COLON})\s*[:=])"  # rather a unit than a name
     r"(?=[^\W\d_][^,:=]{1,60}[:=](?!\d))"
 )
 _COMMAS = re.compile(r"[:=]\s*,|,\s*,")  # a line of commas in a file of other signs
@@ -25,9 +26,7 @@ _LABEL = re.compile(r"[A-Za-z]{1,3}[\W_]?\d{1,2}")  # of a channel, in a bracket
 _DIGIT = "\0"  # stands for them: no name has it
 _DIGITS, _LONG = re.compile(r"\d+"), 8  # signs of a name that may have lost one
 _USUAL = {
-    word[:i].lower() + word[i + 1 :]: word
-    for word in ("Serial", "Sampling", "Interval", "Station")
-    for i in range(len(word))
+    word[:i].lower() + word[i + 1 :]: word for word in ONE_LETTER_SHORT for i in range(len(word))
 }
 _WORDS = re.compile(r"[^\W\d_]{5,}")
 _UNIT = re.compile(r"\s*[\[(]([^\[\]()]{1,12})[\])]\s*")

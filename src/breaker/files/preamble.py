@@ -9,54 +9,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from breaker.files.dates import clock_of, dates_of
+from breaker.files.lexicon import LABELS, STATED
 from breaker.files.motions import sequence_of
-from breaker.files.names import by_words, unit_of
+from breaker.files.names import unit_of
 from breaker.files.pairs import Pair, numbers_of, pairs_of
-from breaker.files.printed import Printed, phase_in, printed_of
+from breaker.files.phases import phase_in
+from breaker.files.printed import Printed, printed_of
 from breaker.files.rates import StatedRate, rate_of
 from breaker.files.settings import TO_MS
+from breaker.files.words import any_of, by_words
 from breaker.mechanism import in_digits
 
 _NAN = math.nan
 _SHORTEST = 20.0  # ms, of a record whose length has no unit
 _MOST = (400, 60, 300)  # lines, cells of each, and signs of a cell that are looked at
 _AGREE = 0.01  # share by which a length may differ from that of the samples: a trigger, a last one
-_NAMES = {  # words of what a name means
-    "station": r"\b(?:sub)?station\b|umspannwerk|schaltanlage|\bposte\b"
-    r"|subesta[cç]|stazione|подстанц|\bs/s\b|变电站",
-    "site": r"\bsite\b|\blocation\b",
-    "bay": r"\bbay\b|\bfeeder\b|\bfeld\b|abzweig|\btravée\b|\bbah[ií]a\b|\bvano\b|间隔",
-    "type": r"^(?:(?:cb|breaker|circuit.?breaker|ls|schalter|disjoncteur)\W*)?"
-    r"(?:typ|type|model|modell|tipo|型号)(?: designation)?$|schaltertyp",
-    "serial": r"^(?:cb|(?:circuit.?)?breaker|ls|(?:leistungs)?schalter|interruptor|disjoncteur)"
-    r"\W*(?:(?:no|nr|num\w*|id|tag)\W*)?$|^gerät(?:e?\W*n(?:r|ummer))?\W*$"
-    r"|^(?:n[°ºo]\.?|no|num[ée]ro) (?:de |du )?(?:disjoncteur|interruptor)"
-    r"|(?:\b|^cb)serial|\bs/n\b|\bsr\.? ?no\b|fabri[ck]\w*\W*n(?:r|o)"
-    r"|seri[ae][ens]*\W*n(?:r|umm)|werknummer|matr[ií]c|заводск|n\S* de s[ée]rie|出厂编号",
-    "of another thing": r"analy[sz]er|instrument|transducer|sensor|aufnehmer|mechanism|drive"
-    r"|antrieb|test|report|software|firmware|battery|relay|channel",
-    "date": r"\bdat[ea]\b|datum|\bfecha\b|дата|日期",
-    "of another day": r"manufact|install|commission|print|calib|next|due|export|overhaul|service"
-    r"|maint|herstell|\bbuilt",
-    "of the test": r"test|measur|record|prüf|mess|essai|ensayo|prueba|试验",
-    "time": r"^(?:test|measurement|record(?:ing)?|start|prüf|mess)?\W*(?:time|uhrzeit|zeit|heure"
-    r"|hora|时间)(?: of (?:test|day|measurement))?$",
-    "length": r"(?:plot|record(?:ing)?|test|trace|measurement|sampling|measuring)\W*"
-    r"(?:length|duration|window|span)|^duration|(?:mess|aufzeichnungs|aufnahme)-?dauer",
-    "ratio": r"linkage|(?:transfer|conversion|transducer|travel|lever)\W*ratio|^ratio$|übersetz",
-    "unit": r"(?:travel|stroke|hub|weg|displacement)\W*(?:unit|einheit)"
-    r"|unit of (?:travel|stroke)",
-    "operation": r"^(?:kind of |type of |test |cb )?(?:operation|plan|operating sequence|sequence"
-    r"|duty|schaltfolge|man\w{1,2}uvre|schaltung|operaci[oó]n|maniobra|manovra|операция|操作)"
-    r"(?: (?:type|mode|sequence|kind))?$|^(?:test|operation)(?: (?:type|mode|sequence))?$",
-    "phases": r"^(?:phase|pole|pol|channel)(?:s| names?)?$",
-    "point of speed": r"(?:veloc|speed|geschw|vitesse|veloci)"
-    r".*(?:point|punkt|\bpt|range|from|\bto\b|upper|lower|zone|def)"
-    r"|(?:point|punkt|zone)\w*.*(?:veloc|speed|geschw|vitesse)|^(?:close|open)\W?[12]$",
-}
-_meant = by_words(_NAMES)
+_meant = by_words(STATED)
 _CHANNEL = re.compile(
-    r"^(?:phase(?: name)? (?:of )?)?(?:ch|channel|kanal|travel|transducer|pole|trans)\W*(\d+)"
+    rf"^(?:phase(?: name)? (?:of )?)?{any_of(LABELS['stated channel'])}\W*(\d+)"
     r"(?:\W*(?:phase|name|label))*$"
 )
 

@@ -5,29 +5,15 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from breaker.files.lexicon import RESULT_HEADS, RESULTS
 from breaker.files.motions import motion_of
-from breaker.files.names import by_words, split_unit, unit_of
+from breaker.files.names import unit_of
 from breaker.files.pairs import Pair, numbers_of
+from breaker.files.phases import channel_in, channel_of, phase_in
 from breaker.files.settings import TO_MM, TO_MS
+from breaker.files.words import by_words, says
 
-_QUANTITIES = {  # the first that a name has, if it has none of those that are no results
-    "": r"point|punkt|range|limit|\bmin|rated|nominal|toler|refer|soll|sampl|ratio|unit|transducer"
-    r"|sensor|gauge|scale|level|delay|length|\bto\b|\bfrom\b|type|resol|definition",
-    "datum_speed": r"datum\W.*(?:veloc|speed)",
-    "maximum_speed": r"\b(?:max|peak)\w*\W.*(?:veloc|speed|geschw)",
-    "maximum_travel": r"\b(?:max|peak)\w*\W.*(?:travel|stroke)",
-    "over_travel": r"over.?\s?(?:travel|stroke|shoot)|überhub|überschwing|sobre\w*carrera|超程",
-    "rebound": r"re.?bound|back.?\s?travel|rückprall|rebote|反弹",
-    "mechanism_travel": r"(?:mech\w*|drive|rod)\W*(?:travel|stroke)|antriebs?(?:hub|weg)",
-    "wipe": r"\bwipe\b|penetration|contact engagement",
-    "damping_time": r"damp",
-    "speed": r"veloc|speed|geschw|vitesse|\bv\b|速度",
-    "travel_time": r"(?:travel|stroke|running|motion)\W*time|laufzeit",
-    "closing_time": r"clos\w*\W*time|einschalt\w*zeit|temps de fermeture|合闸时间",
-    "opening_time": r"(?:open|trip)\w*\W*time|ausschalt\w*zeit|temps d.ouverture|分闸时间",
-    "stroke": r"stroke|travel|\bhub\b|\bweg\b|schalthub|course|carrera|行程",
-}
-_meant = by_words(_QUANTITIES)
+_meant = by_words(RESULTS)
 _NAN = math.nan
 _SIZES = {  # mm/ms, ms and mm, by the end of a quantity's name
     "speed": {"m/s": 1.0, "mm/ms": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "ft/s": 0.3048, "in/s": 0.0254}
@@ -35,19 +21,6 @@ _SIZES = {  # mm/ms, ms and mm, by the end of a quantity's name
     "time": TO_MS,
     "": TO_MM | {"deg": _NAN},
 }
-_NONE = r"(?:(?<![^\W\d_])|(?<=[\u4e00-\u9fff]))"
-_CHANNEL = re.compile(
-    rf"{_NONE}(?:ch|channel|kanal|travel|trans(?:ducer)?|tr?|pole|pol)[\W_]*(\d+)\b", re.I
-)
-_PHASE = re.compile(
-    rf"{_NONE}(?:(?:phase|pole|pol|leiter|ph)[\s_.:-]*(l?[123]|[a-cr-wy]|red|yellow|blue)(?![^\W_])"
-    rf"|(l[123]|[rybabcstuvw]|red|yellow|blue)[\W_]*(?:phase|pole|ph|相)?$)",
-    re.I,
-)
-_HEADS = re.compile(
-    r"param|quantit|result|measur|value|mess|größe|grandeur|name|descr|item|channel|phase|pole|^$",
-    re.I,
-)
 
 
 class Printed(NamedTuple):
@@ -77,22 +50,6 @@ class Printed(NamedTuple):
         return sizes.get(unit_of(self.unit) or self.unit.lower()) if self.unit else 1.0
 
 
-def channel_of(text: str) -> int:
-    """Return the number of the channel that a text names, 0 where it names none."""
-    found = _CHANNEL.search(text) or re.fullmatch(r"\s*(\d{1,2})\s*()", text)
-    return int(found[1]) if found else 0
-
-
-def phase_in(text: str) -> str:
-    """Return the phase that a text names, empty where it names none.
-
-    >>> phase_in("Phase R"), phase_in("L2"), phase_in("Travel 1")
-    ('R', 'L2', '')
-    """
-    found = _PHASE.search(split_unit(text.strip())[0])
-    return next(filter(None, found.groups()), "").strip() if found else ""
-
-
 def quantity_of(name: str) -> str:
     """Return the quantity that a name means, empty where it means none of an operation."""
     return next(iter(_meant(name)), "")
@@ -113,7 +70,7 @@ def printed_of(
         if pair.row in taken or not (quantity := quantity_of(pair.name)):
             continue
         numbers, unit = numbers_of(pair.values, decimal)
-        channel = _CHANNEL.search(pair.name)
+        channel = channel_in(pair.name)
         label = channel[0] if channel else phase_in(pair.name)
         several = sum(map(math.isfinite, numbers)) > 1
         texts = (v for v, n in zip(pair.values, numbers, strict=True) if math.isnan(n))
@@ -152,7 +109,7 @@ def _is_head(cells: Sequence[str]) -> bool:
     """Whether a line has names of channels, or of quantities, side by side."""
     channels = [bool(channel_of(cell) or phase_in(cell)) for cell in cells]
     quantities = [bool(quantity_of(cell)) for cell in cells[1:]]
-    named = _HEADS.search(cells[0]) and (any(channels[1:]) or any(quantities))
+    named = says(cells[0], RESULT_HEADS) and (any(channels[1:]) or any(quantities))
     return bool(named) or all(channels)
 
 

@@ -5,34 +5,24 @@ import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from breaker.files.names import by_words, unit_of
+from breaker.files.lexicon import HERTZ, KILOCYCLES, PER_MS, RATE_PREFIXES, RATE_WORDS
+from breaker.files.names import unit_of
 from breaker.files.pairs import Pair
 from breaker.files.settings import TO_MS
+from breaker.files.words import by_words
 from breaker.mechanism import in_digits
 
 RATES = (0.95, 105.0)
 """The least and the largest rate, kHz, of recorders."""
 
-_UNIT = re.compile(
-    r"(k|kilo|m|mega|к|м)?(?:hz|hertz|гц|sps|(?:s|sa|samples?|pts|points|1)/s(?:ec)?)|k(?:c|cs|cps|c/s)?"
-    r"|(?P<ms>(?:s|sa|samples?|pts|points|1)?/ms)"
-)
+_SIZES = {None: 1e-3} | {
+    prefix: size for size, prefixes in RATE_PREFIXES.items() for prefix in prefixes.split()
+}
+_PREFIX = "|".join(filter(None, _SIZES))
+_UNIT = re.compile(rf"({_PREFIX})?(?:{HERTZ})|{KILOCYCLES}|(?P<ms>{PER_MS})")
 _PER = re.compile(r"(?:\bper |\bsamples? ?/) ?(m?s)(?:ec(?:ond)?s?)?\b")  # in the name
 _EACH = re.compile(r"([µμu]?\w+) ?(?:/|per) ?samples?")
-_SIZES = {None: 1e-3} | dict.fromkeys(("k", "kilo", "к"), 1.0) | dict.fromkeys("mм", 1e3)
-_SIZES["mega"] = 1e3
-_NAMES = {  # words of what a name means
-    "samples": r"sampl|\bfs\b|abtast|messrate|\brate\b|scan|acquisition|échantillon|echantillon"
-    r"|muestr|campion|takt|дискрет|采样|采樣|サンプリング",
-    "frequency": r"freq|fréq|频率|頻率",
-    "step": r"interv|increm|period|delta|\bdt\b|time.?step|schritt|raster|resolution|auflös|间隔"
-    r"|周期",
-    "tempo": r"rate|speed|\bfs\b|freq|fréq|velocidad|频率|速率|周波数|takt",
-    "dt": "dt",
-    "other": r"filter|bandw|cut.?off|grenz|low.?pass|tiefpass|滤波|rated"
-    r"|number|count|anzahl|no\b|baud|refresh|travel (?:res|speed)|veloc",
-}
-_meant = by_words(_NAMES)
+_meant = by_words(RATE_WORDS)
 _NO_UNIT, _OF_WHAT = "has no unit", "does not say that it is of the samples"
 
 

@@ -3,27 +3,17 @@
 Guessing, to propose settings: see ``layouts``.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.files import TO_MM, channel_of, is_travel_name, phase_in
+from breaker.files import TO_MM, channel_of, holds, is_travel_name, listed_in, phase_in
 from breaker.inspection.layouts import Layout
 from breaker.inspection.stated_contacts import stated_contacts
 from breaker.inspection.timing import Clock
 from breaker.mechanism import in_digits
 from breaker.records import Course
-
-_OTHER_NAMES = re.compile(
-    r"(?i)curr|strom|courant|corrient|coil|spule|bobin|speed|veloc|geschw|vitesse|accel|vibrat"
-    r"|resist|widerst|\bres\b|ohm|dcrm|press|druck|temp|aux|contact|kontakt|status|digital|trigger|\bI\d|\bI_?L\d|电流|速度|電流"
-)
-LISTED = re.compile(
-    r"(?<![^\W_])(?:L[123](?:[,_+&]L[123])+|[RYBACSTUVW](?:[,_+&][RYBACSTUVW])+)(?![^\W_])"
-)
-"""Phases that a name lists, as `A,B,C` does."""
 
 _TRAVEL_UNITS = frozenset([*TO_MM, "deg", "rad", "V", "counts", "%"])
 
@@ -122,7 +112,7 @@ def find_travels(layout: Layout, clock: Clock) -> list[Travel]:
         if place == clock.place or (unit and unit not in _TRAVEL_UNITS):
             continue
         says = unit in TO_MM or unit in ("deg", "rad") or is_travel_name(name)
-        if _OTHER_NAMES.search(name) and not says:
+        if holds(name, "of no travel") and not says:
             continue
         reading = np.where(np.isfinite(values), values, np.nan)
         travel = Travel(place, unit, Course(np.arange(values.size) / rate, reading))
@@ -186,8 +176,7 @@ def _with_phases(layout: Layout, travels: Sequence[Travel]) -> list[Travel]:
     for number, phase in (stated_contacts(layout.preamble, names) or {}).values():
         if phase:
             phases.setdefault(int(number), phase)
-    listed = LISTED.search(layout.file.stem)
-    in_name = re.split(r"[,_+&]", listed[0]) if listed and not phases else []
+    in_name = [] if phases else listed_in(layout.file.stem)
     found = []
     for order, each in enumerate(travels, start=1):
         name = layout.names[each.place]

@@ -19,8 +19,10 @@ import numpy as np
 from breaker.files import (
     FORMAT,
     OTHER_KINDS,
+    TELLING,
     Preamble,
     RejectedCurveError,
+    any_of,
     cells_of,
     complete,
     is_other_kind,
@@ -43,7 +45,7 @@ from breaker.inspection.layouts import (
 )
 
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
-_WORDS = re.compile("行程|位移|时间|時間|电流|速度|采样|変位|время|ход|путь")
+_WORDS = re.compile(any_of(TELLING))
 _FOREIGN = re.compile(r"[^\x00-\x7f°µ²³±·½×ßäöüÄÖÜéèêëàâçîïôûñáíóúãõÉÀ–’]|[^\x00-\x7f]{2}")
 _DELIMITERS = (";", "\t", "|", ",", " ")  # in case of doubt, the first that fits
 _LOOKED_AT = (200, 100_000)  # lines, and signs, from which the delimiter is guessed

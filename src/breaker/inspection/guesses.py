@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.files import TO_MM, motion_of, motions_in, unit_of
-from breaker.inspection.channels import LISTED, Travel
+from breaker.files import LISTED, MOTION_OF, TO_MM, holds, motion_of, motions_in, unit_of
+from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.inspection.timing import Clock
 from breaker.inspection.wiring import closes_by_resistance, coils_before, switches_at
@@ -30,12 +30,8 @@ _PRIOR = (5.0, 40.0)  # mm, strokes for which the default prior may do
 _WHOLE = 1e-6  # samples
 _LONGER = 1.05  # times the longest motion, that a grid shall hold
 _LENGTHS = {"mm": (4.0, 400.0), "m": (0.004, 0.4)}  # strokes, by size
-_SPOKEN_OF = {
-    "deg": re.compile(r"(?i)angle|winkel|[aá]ngul|angol|rotat|rotaz|drehung|\bdreh|угол|角"),
-    "V": re.compile(r"(?i)volt|spannung|\btension|tensi[oó]n|напряж|电压"),
-    "counts": re.compile(r"(?i)count|impuls|pulse|\badc\b|digit|\binkrem|\bincr|encoder|\braw\b"),
-}
-_FIRST = {"c": "closing", "o": "opening"}
+_SPOKEN_OF = ("deg", "V", "counts")  # of which no mm are known
+_FIRST = {letter.lower(): motion for letter, motion in MOTION_OF.items()}
 _SEQUENCE = re.compile(r"(?<![a-z])([co])(?:[-_ ]?[co]){1,2}(?![a-z])")
 
 
@@ -88,7 +84,7 @@ def guess_unit(layout: Layout, travels: Sequence[Travel]) -> Guess:
 
 def _unit_by_name(name: str) -> tuple[str, str] | None:
     """A unit of which a name speaks, and why that: of an angle or a voltage no mm are known."""
-    found = next((unit for unit, words in _SPOKEN_OF.items() if words.search(name)), None)
+    found = next((unit for unit in _SPOKEN_OF if holds(name, unit)), None)
     return found and (found, f"{found} is a guess, as the column is called {name!r}")
 
 

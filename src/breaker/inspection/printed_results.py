@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from breaker.files import TO_MM, Preamble, Printed, channel_of, motion_of, phase_in
+from breaker.files import SHARE_OF_STROKE, TO_MM, Preamble, Printed, channel_of, motion_of, phase_in
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
 from breaker.mechanism import SPEEDS, Point, Speed, in_digits
@@ -103,7 +103,7 @@ def stated_speeds(stated: Preamble) -> dict[str, Speed]:
     """Return the speeds between the points that a text states in % of the stroke, by motion."""
     found, points = {}, [(pair.name, *pair.number()) for pair in stated.speed_points]
     units = {pair.text.strip().lower() for pair in stated.speed_points}
-    usual = "%" if units & {"%", "percent", "% of stroke"} else ""  # a unit of all, by itself
+    usual = "%" if units & SHARE_OF_STROKE else ""  # a unit of all, by itself
     for motion in ("closing", "opening"):
         amounts = [
             amount

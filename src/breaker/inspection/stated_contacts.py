@@ -7,21 +7,11 @@ the phase and the number of its break (``YBreak2``, or ``NA`` where nothing is c
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from breaker.files import TO_MM, split_unit
+from breaker.files import LABELS, PHASE, TO_MM, any_of, holds, split_unit
 
-_TRAVEL = re.compile(r"(?i)(?:tr(?:av(?:el)?|ans(?:ducer)?)?|t|wg|weg)\W{0,2}0*(\d+)")
-_BREAK = re.compile(r"(?i)(l[123]|[rybacstuvw])?\W{0,2}(?:break|brk|br|chamber|unit)\W{0,2}\d*")
-_NOT_CONNECTED = re.compile(r"(?i)n\.?/?a\.?|nil|none|not connected|-+")
-
-
-CONTACT = re.compile(
-    r"(?i)contact|kontakt|contatt|\bmain\b|\barc|\bbreak\b|chamber|kammer|interrupter|\bpir"
-    r"|^c\d(?!.*(?:cur|coil|strom|amp))|触头"
-)
-"""Names of columns of contacts."""
-
-RESISTANCE = re.compile(r"(?i)resistance|widerst|\bres\b|ohm")
-"""Names of columns of resistance, which are contacts where no others are."""
+_TRAVEL = re.compile(rf"{any_of(LABELS['transducer'])}\W{{0,2}}0*(\d+)", re.I)
+_BREAK = re.compile(rf"({PHASE})?\W{{0,2}}{any_of(LABELS['break'])}\W{{0,2}}\d*", re.I)
+_NOT_CONNECTED = re.compile(any_of(LABELS["not connected"]), re.I)
 
 
 def stated_contacts(
@@ -38,8 +28,8 @@ def stated_contacts(
         says which travel a contact belongs to.
     """
     ways = [split_unit(name)[1] in TO_MM for name in names]  # as of `Contact Travel T2 (mm)`
-    contacts = [i for i, name in enumerate(names) if CONTACT.search(name) and not ways[i]]
-    contacts = contacts or [i for i, name in enumerate(names) if RESISTANCE.search(name)]
+    contacts = [i for i, name in enumerate(names) if holds(name, "contact") and not ways[i]]
+    contacts = contacts or [i for i, name in enumerate(names) if holds(name, "resistance")]
     travels: dict[int, str] = {}
     phases: dict[int, str] = {}
     apart: set[int] = set()

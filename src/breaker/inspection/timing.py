@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from breaker.files import RATES, TO_MS
+from breaker.files import RATES, TO_MS, holds
 from breaker.inspection.layouts import Layout
 from breaker.mechanism import in_digits
 
@@ -16,7 +16,6 @@ _USUAL = 10.0  # kHz
 _OFF = 0.02  # share by which a stated rate may differ from that of the times
 _NICE = 1e-3  # share by which a rate may be off a round number that it is then taken for
 
-_TIME_NAMES = re.compile(r"(?i)\b(time|zeit|temps|tiempo|tempo|t|ms|sec)\b|时间|時間|время|czas")
 _CLOCK = re.compile(r"(?<![\d:])(?:(\d{1,2}):)?(\d{1,2}):(\d{2}(?:[.,]\d+)?)(?!:)")
 
 
@@ -65,7 +64,7 @@ def find_clock(layout: Layout) -> Clock:
 def _likely_time(layout: Layout, clock: Clock) -> tuple[bool, bool, bool]:
     """Whether a clock is a column, has a unit, and has a name of the time: the more, the better."""
     at = clock.place or 0
-    there, named = clock.place is not None, _TIME_NAMES.search(layout.names[at]) is not None
+    there, named = clock.place is not None, holds(layout.names[at], "time")
     return there, there and layout.units[at] in TO_MS, there and named
 
 
@@ -77,7 +76,7 @@ def _time_in(layout: Layout, place: int) -> Clock | None:
         return None
     steps = np.diff(values)
     step = float(np.median(steps))
-    timely = unit is not None or _TIME_NAMES.search(name) is not None
+    timely = unit is not None or holds(name, "time")
     if values[-1] <= values[0] or (steps < 0).mean() > 0.01:
         return None
     if step > 0 and (np.abs(steps - step) <= 0.2 * step).mean() > 0.9:

@@ -7,23 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.files import TO_MM, motion_of
+from breaker.files import COLUMN_PHASE, TO_MM, holds, motion_of
 from breaker.inspection.channels import Travel
 from breaker.inspection.layouts import Layout
-from breaker.inspection.stated_contacts import CONTACT, RESISTANCE, stated_contacts
+from breaker.inspection.stated_contacts import stated_contacts
 from breaker.mechanism import MOTIONS
 
-_ARCING = re.compile(r"(?i)\barc|lichtbogen|abbrenn|弧")
-_BREAK = re.compile(r"(?i)\bbreak\b|chamber|kammer|interrupter")
-_COIL = re.compile(
-    r"(?i)coil|spule|bobin|\btrip\b|\btrig|solenoid|auslös|线圈|\bcurr|strom|courant|corr[ie]ent"
-    r"|电流|^i[ _-]?[co]\b|^i[ _-]?(?:clos|open|trip)|\bcmd\b|command|befehl|\b[ct]c ?\d?\b"
-)
-_TEST_CURRENT = re.compile(r"(?i)dcrm|(?:test|mess|prüf)\W?(?:curr|strom)|courant d.essai")
-_AMPERES = re.compile(r"\bA\b|(?i:\bamp)")
-_INSERTED = re.compile(r"(?i)resistor|\bpir|insertion|einschaltwid")
-_OTHER = re.compile(r"(?i)\baux|\bhilfs|mot(?:or|eur)|heater|heizung")
-_PHASES = re.compile(r"(?i)(?<![a-z])(l[123]|[rybacstuvw]|red|yellow|blue)(?![a-z])")
+_AMPERES = re.compile(r"\bA\b|(?i:\bamp)")  # the unit, in its own case, or the word
+_PHASES = re.compile(rf"(?<![a-z])({COLUMN_PHASE})(?![a-z])")
 _FEWEST = 40  # samples
 _LARGEST, _USUAL = 20.0, 0.98  # A, of a coil, and the share of its samples that has less
 _SWITCHED = 3.0  # ratio of the resistances of a contact that is open and closed, at least
@@ -84,14 +75,14 @@ def columns_beside(
     there = [i for i in there if i not in travelling and layout.units[i] not in TO_MM]
     taken = [layout.names[i] if i not in travelling else "" for i in range(len(layout.names))]
     stated = stated_contacts(layout.preamble, taken)
-    several = len(_named(layout, there, RESISTANCE)) > 1
-    known = _known_phases(layout, own, _named(layout, there, CONTACT))
+    several = len(_named(layout, there, "resistance")) > 1
+    known = _known_phases(layout, own, _named(layout, there, "contact"))
     numbered = set().union(*(numbers for _, numbers in own))
     found = []
     for order, (travel, marks) in enumerate(zip(travels, own, strict=True), start=1):
         pole = _Pole(*marks, order, len(travels), known, numbered)
         fits = [i for i in there if _go_together(layout.names[i], pole, several)]
-        contacts = _named(layout, fits, CONTACT) or _named(layout, fits, RESISTANCE)
+        contacts = _named(layout, fits, "contact") or _named(layout, fits, "resistance")
         if stated is not None:
             own = pole.numbers or {str(order)}
             contacts = [i for i in there if i in stated and stated[i][0] in own]
@@ -116,7 +107,7 @@ def coils_before(layout: Layout, travel: Travel, k: int) -> dict[int, int]:
     """Return the columns of coils, and the sample at which each is energised before a motion, k,
     of a travel; -1 where it is not.
     """
-    named = [i for i in _named(layout, range(len(layout.names)), _COIL) if _is_coil(layout, i)]
+    named = [i for i in _named(layout, range(len(layout.names)), "coil") if _is_coil(layout, i)]
     ranges = {i: float(np.nanmax(layout.columns[i]) - np.nanmin(layout.columns[i])) for i in named}
     begin, end = travel.part(k)[0], int(travel.course.middles[k])
     found = dict.fromkeys(named, -1)
@@ -138,7 +129,7 @@ def closes_by_resistance(layout: Layout, travel: Travel) -> float:
     """
     begin, end = travel.part(0)
     fall = []
-    for i in _named(layout, range(len(layout.names)), RESISTANCE):
+    for i in _named(layout, range(len(layout.names)), "resistance"):
         values = layout.columns[i][begin:end]
         if not _has_signal(layout, i) or not np.isfinite(values).all():
             continue
@@ -154,7 +145,7 @@ def switches_at(layout: Layout, travel: Travel) -> float:
     median; nan where none does. A gap is most of the way: they touch late, and part early.
     """
     part, done, found = travel.part(0), travel.done(0), []
-    for i in _named(layout, range(len(layout.names)), CONTACT):
+    for i in _named(layout, range(len(layout.names)), "contact"):
         if i != travel.place and layout.units[i] not in TO_MM and _has_signal(layout, i):
             at = _switches(layout.columns[i], part)
             if at >= 0 and travel.begins(0) <= part[0] + at:
@@ -203,11 +194,11 @@ def _counted(
     layout: Layout, contacts: Sequence[int], travel: Travel, motion: tuple[str, int]
 ) -> list[int]:
     """Contacts of a travel that may count in a motion, k, the one that does first."""
-    counted = [i for i in contacts if not _INSERTED.search(layout.names[i])]
-    counted = _named(layout, counted, _ARCING) or counted
+    counted = [i for i in contacts if not holds(layout.names[i], "resistor contact")]
+    counted = _named(layout, counted, "arcing") or counted
     if not any(_marks(layout.names[travel.place])) and len(counted) > 1:
         # Of several numbers each may be a pole of its own.
-        counted = _named(layout, counted, _BREAK)
+        counted = _named(layout, counted, "break")
     if len(counted) > 1:
         at = {i: _switches(layout.columns[i], travel.part(motion[1])) for i in counted}
         counted = [i for i in counted if at[i] >= 0]
@@ -222,24 +213,24 @@ def _switches(values: np.ndarray, part: tuple[int, int]) -> int:
     return int(changes[0]) if changes.size else -1
 
 
-def _named(layout: Layout, places: Iterable[int], kind: re.Pattern) -> list[int]:
-    return [i for i in places if kind.search(layout.names[i])]
+def _named(layout: Layout, places: Iterable[int], kind: str) -> list[int]:
+    return [i for i in places if holds(layout.names[i], kind)]
 
 
 def _has_signal(layout: Layout, place: int) -> bool:
     """Whether a column that may be one of a contact or coil has a signal."""
     values = layout.columns[place]
     there = values[np.isfinite(values)]
-    named = not _OTHER.search(layout.names[place])
+    named = not holds(layout.names[place], "of the drive")
     return named and there.size >= _FEWEST and np.ptp(there) > 0.0
 
 
 def _is_coil(layout: Layout, place: int) -> bool:
     """Whether a column of a current may be that of a coil, and not that of a resistance test."""
-    if not _has_signal(layout, place) or _TEST_CURRENT.search(layout.names[place]):
+    if not _has_signal(layout, place) or holds(layout.names[place], "test current"):
         return False
     name, before = layout.names[place], layout.names[place - 1] if place else ""
-    pair = RESISTANCE.search(before) and _marks(before)[1] == _marks(name)[1]
+    pair = holds(before, "resistance") and _marks(before)[1] == _marks(name)[1]
     usual = np.nanquantile(np.abs(layout.columns[place]), _USUAL)
     return not pair and not (_AMPERES.search(name) and usual > _LARGEST)
 
@@ -249,7 +240,7 @@ def _go_together(name: str, pole: _Pole, several: bool) -> bool:
     phases, numbers = _marks(name)
     if phases & pole.known:
         return bool(phases & pole.phases)
-    if several and RESISTANCE.search(name):
+    if several and holds(name, "resistance"):
         return False
     if numbers and pole.numbers:
         return bool(numbers & pole.numbers)
@@ -259,5 +250,4 @@ def _go_together(name: str, pole: _Pole, several: bool) -> bool:
 def _marks(name: str) -> tuple[set[str], set[str]]:
     """Phases and numbers in the name of a column."""
     bare = re.sub(r"[\[(].*?[\])]|\b[cCtT](?=\d)", " ", name)  # A may be a unit, or a phase
-    phases = {each.casefold() for each in _PHASES.findall(bare)}
-    return phases, set(re.findall(r"(?<![lL\d])\d+", bare))
+    return set(_PHASES.findall(bare.lower())), set(re.findall(r"(?<![lL\d])\d+", bare))
