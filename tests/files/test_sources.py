@@ -19,9 +19,9 @@ from packaging.requirements import Requirement
 from scipy.io import netcdf_file
 
 from breaker.files import grids, recorders, workbooks
+from breaker.files.formats import FORMATS, read_columns
 from breaker.files.guards import LARGEST, RejectedCurveError
 from breaker.files.settings import complete
-from breaker.files.sources import OTHER_KINDS, read_columns
 from breaker.inspection.contents import look_into
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
@@ -497,7 +497,7 @@ def test_a_missing_package_is_named_with_the_command(tmp_path, monkeypatch, name
 
 def test_extras_are_tested():
     extras = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
-    needed = {extra for _, _, extra in OTHER_KINDS.values()}
+    needed = {each.EXTRA for each in FORMATS} - {""}
     assert needed == set(extras) - {"networks", "workflow", "slurm", "crate", "test"}
     tested = {extra for each in extras["test"] for extra in Requirement(each).extras}
     assert needed <= tested

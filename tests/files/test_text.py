@@ -5,11 +5,11 @@ import time as clock
 import numpy as np
 import pytest
 
+from breaker.files.formats import read_columns
 from breaker.files.guards import RejectedCurveError
 from breaker.files.names import split_unit, unit_of
 from breaker.files.numbers import strict_numbers, why_none
 from breaker.files.settings import TO_MS, complete
-from breaker.files.sources import read_columns
 from breaker.model.randomness import generator
 from breaker.synthetic.dialects import DIALECTS
 from tests.files.refused import told

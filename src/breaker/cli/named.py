@@ -102,7 +102,9 @@ def each_once(paths: Sequence[str | Path]) -> list:
 
 def is_folder(name: str) -> bool:
     """Whether a name is that of a folder that is no record."""
-    return os.path.isdir(name) and Path(name).suffix.lower() != ".zarr"
+    from breaker.files import is_store
+
+    return os.path.isdir(name) and not is_store(name)
 
 
 def _listed(

@@ -11,9 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from breaker.files.columns import Columns
-from breaker.files.guards import RejectedCurveError, TooLargeError, read_bytes
-from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
+from breaker.files.guards import RejectedCurveError, TooLargeError
+from breaker.files.names import BESIDE, check_unit, label_of, place_of, unit_of, wanted_columns
 from breaker.files.numbers import are_readings
+from breaker.files.opened import Opened
+from breaker.files.shown import Labelled, check_size
 from breaker.files.zarr_metadata import check_store
 
 _LARGEST = 10_000_000  # samples
@@ -26,15 +28,48 @@ _REMEDY = "export the record alone"
 _UNTOUCHED = {"decode_times": False, "decode_timedelta": False, "chunks": None}
 
 
-def read_grid(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+ENDINGS = {".nc": "a NetCDF file", ".nc4": "a NetCDF file", ".zarr": "a Zarr store"}
+EXTRA = "netcdf"
+
+
+def claims(file: str | Path) -> bool:
+    """Say whether a file is one of labelled arrays, or a folder of such, by its ending."""
+    return Path(file).suffix.lower() in ENDINGS
+
+
+def is_store(file: str | Path) -> bool:
+    """Say whether a record of this name is a folder, by its ending."""
+    return Path(file).suffix.lower() == ".zarr"
+
+
+def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
     """Read a variable of a NetCDF file or a Zarr store, which has to be of one record, and its
-    coordinate of time: see ``sources.read_columns``.
+    coordinate of time: see ``formats``.
     """
-    with open_grid(file) as dataset:
-        return _columns(file, dataset, settings, channel)
+    with _open(opened) as dataset:
+        return _columns(opened.file, dataset, settings, channel)
 
 
-def open_grid(file: str | Path):
+def look(opened: Opened) -> Labelled:
+    """Return the variables along the longest dimension."""
+    file = opened.file
+    with _open(opened) as dataset:
+        longest = max(dataset.sizes, key=dataset.sizes.get, default=None)
+        found = {
+            str(name): each
+            for name, each in dataset.variables.items()
+            if each.dims == (longest,) and each.dtype.kind in "iuf"
+        }
+        check_size(file, dataset.sizes.get(longest, 0), len(found))
+        columns = [each.values.astype(float) for each in found.values()]
+        said = [[f"{name} :", str(value)] for name, value in dataset.attrs.items()]
+    if not found:
+        raise RejectedCurveError(file, "has no variable of numbers along one dimension")
+    units = [unit_of(_unit_text(each)) for each in found.values()]
+    return Labelled({}, said, list(found), units, columns)
+
+
+def _open(opened: Opened):
     """Return the dataset of a NetCDF file, or of a Zarr store by its ending, undecoded.
 
     Raises:
@@ -44,10 +79,11 @@ def open_grid(file: str | Path):
     """
     import xarray as xr
 
-    if Path(file).suffix.lower() == ".zarr":
+    file = opened.file
+    if is_store(file):
         check_store(file)
         return xr.open_zarr(file, **_UNTOUCHED)
-    content = read_bytes(file)
+    content = opened.content
     if content.startswith(b"\x89HDF"):
         content = _as_version_3(file, content)
     dataset = xr.open_dataset(_ReadOnce(content), engine="scipy", **_UNTOUCHED)
@@ -70,7 +106,7 @@ class _ReadOnce(io.BytesIO):
         return found
 
 
-def unit_text(variable) -> str:
+def _unit_text(variable) -> str:
     """Return the unit that a variable states, without the date that times are counted from."""
     return str(variable.attrs.get("units", "")).split(" since ")[0]
 
@@ -135,7 +171,7 @@ def _convert() -> None:
         }
         _check_size(wanted.values())
         numbers = {
-            name: (each.dims, each.values.astype(float), {"units": unit_text(each)})
+            name: (each.dims, each.values.astype(float), {"units": _unit_text(each)})
             for name, each in wanted.items()
         }
         said = {str(name): str(value) for name, value in dataset.attrs.items()}
@@ -174,7 +210,7 @@ def _columns(file: str | Path, dataset, settings: Mapping, channel: str) -> Colu
 
 
 def _unit(file: str | Path, kind: str, variable, settings: Mapping) -> tuple[str, ...]:
-    return check_unit(file, (kind, repr(variable.name)), unit_text(variable), settings)
+    return check_unit(file, (kind, repr(variable.name)), _unit_text(variable), settings)
 
 
 def _numbers(file: str | Path, kind: str, variable) -> np.ndarray:

@@ -13,13 +13,11 @@ from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
+from breaker.files.formats import ENDINGS
+from breaker.files.grids import is_store
 from breaker.files.guards import RejectedCurveError, no_file, printable
 from breaker.files.manifest import MANIFEST, Operation, breakers_in, read_manifest
 from breaker.files.naming import numbers_in
-from breaker.files.sources import OTHER_KINDS
-
-ENDINGS = (".csv", ".txt", ".tsv", *OTHER_KINDS)
-"""Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
 
 _SHOWN = 3  # files in a message
 
@@ -254,7 +252,7 @@ def _require_files(operations: Iterable[Operation]) -> None:
     for file in dict.fromkeys(each.file for each in operations):
         if odd := odd_signs(file):
             wrong.append(f"{file} has {odd} in its name; rename it")
-        elif not (file.suffix.lower() == ".zarr" and file.is_dir()) and (why := no_file(file)):
+        elif not (is_store(file) and file.is_dir()) and (why := no_file(file)):
             wrong.append(f"{file} {why}; put the file there, or leave it out")
     if wrong:
         raise ValueError(_first(wrong))
@@ -276,7 +274,7 @@ def fingerprint(operations: Iterable[Operation]) -> str:
 
 def _parts(file: Path) -> list[Path]:
     """The files of a record."""
-    if file.suffix.lower() == ".zarr":
+    if is_store(file):
         return sorted(file.rglob("*"))
     beside = (".dat", ".DAT") if file.suffix.lower() == ".cfg" else ()
     return [file, *map(file.with_suffix, beside)]

@@ -12,6 +12,7 @@ from breaker.files.counted import with_counters
 from breaker.files.dated import days_of
 from breaker.files.described import Description, Part, descriptions
 from breaker.files.found import FoundFile, Row, number_cell, settings_cells, with_phases
+from breaker.files.grids import is_store
 from breaker.files.guards import no_file, printable
 from breaker.files.listing import odd_signs, record_files
 from breaker.files.manifest import ABOUT, FILL_IN
@@ -147,7 +148,7 @@ def _files(folder: Path) -> tuple[list[FoundFile], list[str]]:
     found, remarks = [], []
     for file in _walk(folder):
         path = file.relative_to(folder).as_posix()
-        why = "" if file.suffix.lower() == ".zarr" and file.is_dir() else no_file(file)
+        why = "" if is_store(file) and file.is_dir() else no_file(file)
         if odd := odd_signs(path):
             why = f"has {odd} in its name; rename it"
         elif any("\ud800" <= sign <= "\udfff" for sign in path):
@@ -167,7 +168,7 @@ def _walk(folder: Path) -> Iterator[Path]:
     """What has the ending of a record, also in folders below that are neither hidden nor such."""
     for place, folders, _ in os.walk(folder):
         folders[:] = sorted(
-            name for name in folders if not name.startswith(".") and not name.endswith(".zarr")
+            name for name in folders if not name.startswith(".") and not is_store(name)
         )
         yield from record_files(place)
 

@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from breaker.files.columns import Columns
-from breaker.files.guards import RejectedCurveError, read_bytes
-from breaker.files.names import BESIDE, check_unit, label_of, place_of, wanted_columns
+from breaker.files.guards import RejectedCurveError
+from breaker.files.names import BESIDE, check_unit, label_of, place_of, unit_of, wanted_columns
 from breaker.files.numbers import are_readings
-from breaker.files.settings import TO_MS
+from breaker.files.opened import Opened
+from breaker.files.settings import FORMAT, TO_MS
+from breaker.files.shown import Labelled, check_size
 from breaker.mechanism import in_digits
 
 _SECTION = re.compile(rb"(?im)^--- *file type: *([a-z]+)[^\r\n]*---[ \t]*\r?\n?")
@@ -23,11 +25,20 @@ _NO_STAMP, _OFF = 2.0**32 - 1, 0.01  # us, of a sample without one; share by whi
 _BYTES = {"BINARY": 2, "BINARY32": 4, "FLOAT32": 4}  # of an analog value
 
 
-def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
+ENDINGS = dict.fromkeys((".cfg", ".cff"), "a COMTRADE record")
+EXTRA = "comtrade"
+
+
+def claims(file: str | Path) -> bool:
+    """Say whether a file is a COMTRADE record, by its ending."""
+    return Path(file).suffix.lower() in ENDINGS
+
+
+def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
     """Read an analog channel, by its name or number, and the times of a COMTRADE record: see
-    ``sources.read_columns``. The record knows its own times; they are returned in ``time_unit``.
+    ``formats``. The record knows its own times; they are returned in ``time_unit``.
     """
-    record = open_comtrade(file, settings["encoding"])
+    file, record = opened.file, _open(opened, settings["encoding"])
     cfg = record.cfg
     names = [each.name for each in cfg.analog_channels]
     wanted = wanted_columns([names], settings, channel)
@@ -52,7 +63,25 @@ def read_comtrade(file: str | Path, settings: Mapping, channel: str = "") -> Col
     return Columns(time, travel, np.arange(1, travel.size + 1), remarks, beside)
 
 
-def open_comtrade(file: str | Path, encoding: str):
+def look(opened: Opened) -> Labelled:
+    """Return its analog channels, with times as the settings have them by default."""
+    try:
+        record, settings = _open(opened, "utf-8"), {}
+    except RejectedCurveError:
+        settings = {"encoding": "latin-1"}
+        record = _open(opened, **settings)
+    channels = record.cfg.analog_channels
+    check_size(opened.file, len(record.time), 1 + len(channels))
+    names = [FORMAT["time_column"], *(each.name for each in channels)]
+    units = [FORMAT["time_unit"], *(unit_of(each.uu) for each in channels)]
+    columns = [np.asarray(record.time), *map(np.asarray, record.analog)]
+    said = [["Station :", str(record.cfg.station_name)]]
+    if (when := record.cfg.start_timestamp).year > 1970:
+        said.append(["Test Date :", when.isoformat()])
+    return Labelled(settings, said, names, units, columns)
+
+
+def _open(opened: Opened, encoding: str):
     """Return a record with all of its channels.
 
     Raises:
@@ -61,7 +90,7 @@ def open_comtrade(file: str | Path, encoding: str):
     """
     import comtrade
 
-    head, data = _parts(file, encoding)
+    file, (head, data) = opened.file, _parts(opened, encoding)
     _check_counts(file, head)
     cfg = comtrade.Cfg(ignore_warnings=True)
     cfg.read(head)
@@ -73,9 +102,9 @@ def open_comtrade(file: str | Path, encoding: str):
     return record
 
 
-def _parts(file: str | Path, encoding: str) -> tuple[str, bytes]:
+def _parts(opened: Opened, encoding: str) -> tuple[str, bytes]:
     """The text of the configuration, and the data."""
-    content = read_bytes(file)
+    file, content = opened.file, opened.content
     if Path(file).suffix.lower() == ".cff":
         found = list(_SECTION.finditer(content))
         starts = {each[1].upper(): each.end() for each in reversed(found)}
@@ -85,7 +114,7 @@ def _parts(file: str | Path, encoding: str) -> tuple[str, bytes]:
         after = (each.start() for each in found if each.start() >= starts[b"CFG"])
         content = content[starts[b"CFG"] : next(after)]
     else:
-        data = read_bytes(_beside(file))
+        data = opened.beside(opened.once("beside", lambda: _beside(file)))
     try:
         return content.decode(encoding).removeprefix("\ufeff"), data
     except UnicodeError as error:

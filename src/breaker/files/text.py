@@ -9,19 +9,34 @@ from pathlib import Path
 import numpy as np
 
 from breaker.files.columns import Columns, columns_of
-from breaker.files.guards import RejectedCurveError, read_bytes
+from breaker.files.guards import RejectedCurveError
 from breaker.files.lines import Lines
+from breaker.files.opened import Opened
 
 _BLOCK = 2**20  # characters that are split into cells at a time
 _KEPT = 2**18  # bytes of a text whose cells are kept for a while
 _LONGEST_LINE = 100_000  # characters
 
 
-def read_text(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read the columns of a text: see ``sources.read_columns``."""
-    content, form = read_bytes(file), (settings["encoding"], settings["delimiter"])
+ENDINGS = dict.fromkeys((".csv", ".txt", ".tsv"), "a text")
+EXTRA = ""
+
+
+def claims(file: str | Path) -> bool:
+    """Say whether a file is a text, by its ending."""
+    return Path(file).suffix.lower() in ENDINGS
+
+
+def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
+    """Read the columns of a text: see ``formats``."""
+    file, content = opened.file, opened.content
+    form = settings["encoding"], settings["delimiter"]
     blocks = (_kept_blocks if len(content) <= _KEPT else _blocks)(file, content, *form)
     return columns_of(file, blocks, settings, channel)
+
+
+def look(_: Opened) -> None:
+    """Return nothing: what a text is like is to be guessed."""
 
 
 @lru_cache(maxsize=16)  # each channel and motion of a file is read, and what stands above

@@ -3,12 +3,14 @@
 import io
 import re
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
 from breaker.files.columns import Columns, columns_of
-from breaker.files.guards import LARGEST, RejectedCurveError, TooLargeError, read_bytes
+from breaker.files.guards import LARGEST, RejectedCurveError, TooLargeError
+from breaker.files.opened import Opened
+from breaker.files.shown import Tables
 
 _BLOCK = 20_000  # rows at a time
 _GAP = 1_000  # blank rows in a row that end a sheet
@@ -22,14 +24,23 @@ _ENTITIES = re.compile(rb"<\0?!\0?D\0?O\0?C\0?T")  # of UTF-16, too
 _REMEDY = "export the record alone, at a lower rate, or as CSV"
 
 
-def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Columns:
-    """Read the columns of a workbook, of its first sheet that has them: see
-    ``sources.read_columns``. A row counts as a line; encoding and delimiter do not matter.
+ENDINGS = dict.fromkeys((".xlsx", ".xlsm"), "an Excel workbook")
+EXTRA = "excel"
+
+
+def claims(file: str | Path) -> bool:
+    """Say whether a file is a workbook, by its ending."""
+    return Path(file).suffix.lower() in ENDINGS
+
+
+def read(opened: Opened, settings: Mapping, channel: str = "") -> Columns:
+    """Read the columns of a workbook, of its first sheet that has them: see ``formats``. A row
+    counts as a line; encoding and delimiter do not matter.
 
     Raises:
         RejectedCurveError: Of the first sheet, if no sheet has the columns.
     """
-    book = open_workbook(file)
+    file, book = opened.file, _open(opened)
     settings, first = {**settings, "delimiter": "\t"}, None
     for sheet in book.worksheets:
         try:
@@ -39,7 +50,20 @@ def read_workbook(file: str | Path, settings: Mapping, channel: str = "") -> Col
     raise first or RejectedCurveError(file, "has no sheet")
 
 
-def open_workbook(file: str | Path):
+def look(opened: Opened) -> Tables:
+    """Return its sheets: rows that are not blank."""
+    sheets = _open(opened).worksheets
+    lines = ([_line(cells) for _, cells in _rows_of(sheet, ".")] for sheet in sheets)
+    return Tables(lines, "has no sheet with columns of numbers")
+
+
+def _line(cells: Sequence[str]) -> str:
+    """A row as a line of text, in which no cell has a tab or quotes another."""
+    whole = "\t".join(" ".join(cell.split()).replace('"', "″") for cell in cells)
+    return whole.rstrip("\t") + "\n"
+
+
+def _open(opened: Opened):
     """Return a workbook, to be read row by row.
 
     Raises:
@@ -48,7 +72,7 @@ def open_workbook(file: str | Path):
     """
     import openpyxl
 
-    content = read_bytes(file)
+    file, content = opened.file, opened.content
     with zipfile.ZipFile(io.BytesIO(content)) as book:
         _check_parts(file, content, book)
     return openpyxl.load_workbook(
@@ -88,12 +112,12 @@ def _check_parts(file: str | Path, content: bytes, book: zipfile.ZipFile) -> Non
 
 def _blocks(sheet, decimal: str) -> Iterator[tuple[list[int], list[list[str]]]]:
     """Numbers and cells of the rows of a sheet that are not blank, block after block."""
-    rows = rows_of(sheet, decimal)
+    rows = _rows_of(sheet, decimal)
     while block := list(islice(rows, _BLOCK)):
         yield [number for number, _ in block], [row for _, row in block]
 
 
-def rows_of(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:
+def _rows_of(sheet, decimal: str) -> Iterator[tuple[int, list[str]]]:
     """Yield number and cells, as texts, of the rows of a sheet that are not blank.
 
     Raises:

@@ -5,44 +5,30 @@ delimiter and decimal sign.
 """
 
 import io
-import os
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
-import numpy as np
-
 from breaker.files import (
     FORMAT,
-    OTHER_KINDS,
     TELLING,
+    Labelled,
+    Opened,
     Preamble,
     RejectedCurveError,
     any_of,
+    as_opened,
     cells_of,
     complete,
-    is_other_kind,
-    open_comtrade,
-    open_grid,
-    open_workbook,
-    read_bytes,
+    format_of,
+    is_text,
     read_columns,
-    rows_of,
     understood,
-    unit_of,
-    unit_text,
 )
-from breaker.inspection.layouts import (
-    Layout,
-    LayoutError,
-    check_size,
-    kind_of,
-    layout_of_lines,
-)
+from breaker.inspection.layouts import Layout, LayoutError, kind_of, layout_of_lines
 
 _CODES = ("gb18030", "cp1252", "shift_jis", "euc_kr", "cp1251", "cp1250")
 _WORDS = re.compile(any_of(TELLING))
@@ -54,103 +40,59 @@ _LONGEST_LINE = 100_000  # signs; reading takes no longer ones
 _MOST_LINES = 2_000_000
 
 
-def look_into(file: str | Path) -> Layout:
+def look_into(file: str | Path | Opened) -> Layout:
     """Return the layout of a file: guessed of a text, as it is said of other kinds.
+
+    Args:
+        file: The file, or one that is opened: then it is looked into once.
 
     Raises:
         LayoutError: If there are no columns of numbers.
         RejectedCurveError: If the file cannot be read.
     """
-    now = os.stat(file) if os.path.exists(file) else None
-    return _layout_of(str(file), now and (now.st_mtime_ns, now.st_size))
+    opened = as_opened(file)
+    return opened.once("layout", lambda: _layout_of(opened))
 
 
-@lru_cache(maxsize=4)
-def _layout_of(file: str, _changed: tuple[int, int] | None) -> Layout:
-    """The layout of a file as it is now: several ask for it, one after the other."""
-    if not is_other_kind(file):
-        return guess_layout(file)
-    _, kind, extra = OTHER_KINDS[Path(file).suffix.lower()]
-    with understood(file):
-        return replace(_LOOK[extra](file), kind=kind, file=Path(file))
+def _layout_of(opened: Opened) -> Layout:
+    format_ = format_of(opened.file)
+    kind = format_.ENDINGS.get(Path(opened.file).suffix.lower(), "")
+    with understood(opened.file):
+        shown = format_.look(opened)
+        if shown is None:
+            return guess_layout(opened)
+        if isinstance(shown, Labelled):
+            return Layout(**shown._asdict(), kind=kind, file=Path(opened.file))
+        for lines in shown.lines:
+            with suppress(LayoutError):
+                layout = layout_of_lines(opened.file, lines, {"decimal": "."}, "\t")
+                return replace(layout, kind=kind)
+    raise RejectedCurveError(opened.file, shown.reason)
 
 
-def stated_in(file: str | Path, settings: Mapping = FORMAT, channel: str = "") -> Preamble:
+def stated_in(file: str | Path | Opened, settings: Mapping = FORMAT, channel: str = "") -> Preamble:
     """Return what a file states above its samples; nothing of one that cannot be read.
 
     Args:
-        file: The file.
+        file: The file, or one that is opened.
         settings: The section ``endurance.format``; where a text cannot be read by it, its layout
             is guessed.
         channel: Column of the travel, where it is not that of the settings.
     """
+    opened = as_opened(file)
     with suppress(LayoutError, RejectedCurveError):
         with suppress(ValueError):
-            if not is_other_kind(file):
-                return read_columns(file, complete(settings), channel).stated
-        return look_into(file).stated
+            if is_text(opened.file):
+                return read_columns(opened, complete(settings), channel).stated
+        return look_into(opened).stated
     return Preamble()
-
-
-def _workbook(file: str | Path) -> Layout:
-    """That of the first sheet with numbers."""
-    for sheet in open_workbook(file).worksheets:
-        lines = [_line(cells) for _, cells in rows_of(sheet, ".")]
-        with suppress(LayoutError):
-            return layout_of_lines(file, lines, {"decimal": "."}, "\t")
-    raise RejectedCurveError(file, "has no sheet with columns of numbers")
-
-
-def _line(cells: Sequence[str]) -> str:
-    """A row as a line of text, in which no cell has a delimiter or quotes another."""
-    whole = "\t".join(" ".join(cell.split()).replace('"', "″") for cell in cells)
-    return whole.rstrip("\t") + "\n"
-
-
-def _comtrade(file: str | Path) -> Layout:
-    try:
-        record, settings = open_comtrade(file, "utf-8"), {}
-    except RejectedCurveError:
-        settings = {"encoding": "latin-1"}
-        record = open_comtrade(file, **settings)
-    channels = record.cfg.analog_channels
-    check_size(file, len(record.time), 1 + len(channels))
-    # Times are known whatever the settings: what they have by default.
-    names = [FORMAT["time_column"], *(each.name for each in channels)]
-    units = [FORMAT["time_unit"], *(unit_of(each.uu) for each in channels)]
-    columns = [np.asarray(record.time), *map(np.asarray, record.analog)]
-    said = [["Station :", str(record.cfg.station_name)]]
-    if (when := record.cfg.start_timestamp).year > 1970:
-        said.append(["Test Date :", when.isoformat()])
-    return Layout(settings, preamble=said, names=names, units=units, columns=columns)
-
-
-def _grid(file: str | Path) -> Layout:
-    """The variables along the longest dimension."""
-    with open_grid(file) as dataset:
-        longest = max(dataset.sizes, key=dataset.sizes.get, default=None)
-        found = {
-            str(name): each
-            for name, each in dataset.variables.items()
-            if each.dims == (longest,) and each.dtype.kind in "iuf"
-        }
-        check_size(file, dataset.sizes.get(longest, 0), len(found))
-        columns = [each.values.astype(float) for each in found.values()]
-        said = [[f"{name} :", str(value)] for name, value in dataset.attrs.items()]
-    if not found:
-        raise RejectedCurveError(file, "has no variable of numbers along one dimension")
-    units = [unit_of(unit_text(each)) for each in found.values()]
-    return Layout({}, preamble=said, names=list(found), units=units, columns=columns)
-
-
-_LOOK = {"excel": _workbook, "comtrade": _comtrade, "netcdf": _grid}
 
 
 # ---- texts ---------------------------------------------------------------------------------------
 
 
-def guess_layout(file: str | Path) -> Layout:
-    """Guess the layout of a text file.
+def guess_layout(file: str | Path | Opened) -> Layout:
+    """Guess the layout of a text file, or one that is opened.
 
     Raises:
         LayoutError: If there are no columns of numbers.
@@ -167,7 +109,8 @@ def guess_layout(file: str | Path) -> Layout:
         >>> layout.preamble, layout.names, layout.units
         ([['Rig 3']], ['Zeit', 'Weg'], ['ms', 'mm'])
     """
-    content = read_bytes(file)
+    opened = as_opened(file)
+    file, content = opened.file, opened.content
     encoding = _encoding(content)
     # Damaged signs do not hide the rest; reading says where they are.
     stream = io.TextIOWrapper(io.BytesIO(content), encoding, errors="replace")

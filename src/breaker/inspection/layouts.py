@@ -17,10 +17,11 @@ import numpy as np
 from breaker.files import (
     LARGEST_NUMBER,
     MISSING,
+    MOST_COLUMNS,
     Lines,
     Preamble,
-    RejectedCurveError,
     cells_of,
+    check_size,
     is_number,
     preamble_of,
     split_unit,
@@ -30,9 +31,6 @@ from breaker.files import (
 
 _SAMPLE = 1_000  # lines from which the kinds of columns are guessed
 _ABOVE = (10_000, 2**20)  # first lines, and signs, among which samples begin; reading looks there
-_MOST_COLUMNS = 300  # the widest exports have a tenth of it
-_MOST_SAMPLES = 1_200_000  # a record of 10 s at 100 kHz has a million
-_MOST_CELLS = 8_000_000
 _BLOCK = 2_000  # lines, of which cells are built at a time
 _TOGETHER = 5  # lines in a row that look like samples: there samples begin
 _LONGEST_NAME = 60  # signs; no number is longer either
@@ -95,7 +93,7 @@ def layout_of_lines(
         RejectedCurveError: If there are more columns or samples than a record has.
     """
     for number, line in enumerate(lines, start=1):
-        if line.count(delimiter) >= _MOST_COLUMNS:
+        if line.count(delimiter) >= MOST_COLUMNS:
             check_size(file, 1, len(cells_of(line, delimiter)), line=number)
     first, numeric = _first_sample(file, lines, delimiter, settings["decimal"])
     width = len(numeric)
@@ -124,17 +122,6 @@ def layout_of_lines(
         every=every,
         file=Path(file),
     )
-
-
-def check_size(file: str | Path, samples: int, columns: int, *, line: int | None = None) -> None:
-    """Reject a table with more columns, samples or cells than a record, before they are built."""
-    if columns > _MOST_COLUMNS:
-        reason = f"has {columns:,} columns, but records have at most {_MOST_COLUMNS}"
-        raise RejectedCurveError(file, f"{reason}; export fewer channels", line=line)
-    most = min(_MOST_SAMPLES, _MOST_CELLS // max(1, columns))
-    if samples > most:
-        reason = f"has {samples:,} samples, but of {columns} columns at most {most:,} are read"
-        raise RejectedCurveError(file, f"{reason}; export fewer channels, or a shorter part")
 
 
 def _numbers(

@@ -1,0 +1,94 @@
+"""The formats of curve files, each a module: whatever the format, one form comes out.
+
+A format is a module with
+
+- ``ENDINGS``: what messages call a file of it, by ending in lower case;
+- ``EXTRA``: the extra of this package that it needs; empty for none;
+- ``claims(file)``: whether a file is of it;
+- ``read(opened, settings, channel)``: ``Columns``, see ``read_columns``;
+- ``look(opened)``: what it shows before anything is known of it, ``Labelled`` or ``Tables``; None
+  where all of it is to be guessed.
+
+``tests/files/test_formats.py`` is what each has to fulfil.
+"""
+
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+
+from breaker import DISTRIBUTION
+from breaker.files import grids, recorders, text, workbooks
+from breaker.files.columns import Columns
+from breaker.files.guards import RejectedCurveError, TooLargeError
+from breaker.files.opened import Opened, as_opened
+
+FORMATS: tuple[ModuleType, ...] = (text, workbooks, recorders, grids)
+"""All formats; what none of them claims is taken for the first one, a text."""
+
+ENDINGS = tuple(ending for each in FORMATS for ending in each.ENDINGS)
+"""Endings of the files of records. A ``.cfg`` has a ``.dat`` beside it, a ``.zarr`` is a folder."""
+
+_OLD = (".xls", ".xlsb", ".ods")
+
+
+def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = "") -> Columns:
+    """Read the columns of time and travel of one record.
+
+    Args:
+        file: File of one record, or one that is opened; of an ending that is not known, a text.
+        settings: The section ``endurance.format``, complete.
+        channel: Column of the travel, where it is not that of the settings.
+
+    Raises:
+        RejectedCurveError: If the file cannot be used.
+    """
+    opened = as_opened(file)
+    format_ = format_of(opened.file)
+    with understood(opened.file):
+        return format_.read(opened, settings, channel)
+
+
+def format_of(file: str | Path) -> ModuleType:
+    """Return the format of a file.
+
+    Raises:
+        RejectedCurveError: If it is of a kind that cannot be read.
+    """
+    if Path(file).suffix.lower() in _OLD:
+        raise RejectedCurveError(file, "is of a kind that cannot be read; save it as .xlsx")
+    return next((each for each in FORMATS if each.claims(file)), text)
+
+
+def is_text(file: str | Path) -> bool:
+    """Say whether a file is a text; raise as ``format_of``."""
+    return format_of(file) is text
+
+
+@contextmanager
+def understood(file: str | Path) -> Iterator[None]:
+    """Turn whatever is raised while a file that is no text is read into a reason.
+
+    Raises:
+        RejectedCurveError: If anything is raised.
+    """
+    if is_text(file):
+        yield
+        return
+    format_ = format_of(file)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of packages, about what is not read here
+            yield
+    except RejectedCurveError:
+        raise
+    except Exception as error:  # a damaged file raises anything in the package that reads it
+        kind, said = format_.ENDINGS[Path(file).suffix.lower()], f"{type(error).__name__}: {error}"
+        reason = f"is {kind} that cannot be read ({said[:200]}); is it whole? Export it again"
+        if isinstance(error, TooLargeError):
+            reason = str(error)
+        if isinstance(error, ModuleNotFoundError):
+            extra = f"{DISTRIBUTION}[{format_.EXTRA}]"
+            reason = f'is {kind}, which needs {error.name}: pip install "{extra}"'
+        raise RejectedCurveError(file, reason) from error

@@ -1,0 +1,129 @@
+"""What every format of curve files fulfils: see ``breaker.files.formats``."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from breaker.files import guards
+from breaker.files.formats import ENDINGS, FORMATS, format_of, read_columns
+from breaker.files.guards import RejectedCurveError
+from breaker.files.names import split_unit
+from breaker.files.opened import Opened
+from breaker.files.settings import complete
+from breaker.files.shown import Labelled, Tables
+from breaker.inspection.contents import look_into
+from breaker.synthetic.dialects import DIALECTS
+from tests.files.refused import told
+
+TIME = np.round(0.1 * np.arange(60), 1)
+TRAVEL = np.round(0.02 * np.arange(60) ** 1.5, 3)
+# A dialect that writes each format; a format has one.
+WRITTEN_BY = {"text": "tab", "workbooks": "excel", "recorders": "comtrade", "grids": "netcdf"}
+
+
+def name_of(format_):
+    return format_.__name__.rpartition(".")[2]
+
+
+@pytest.fixture(params=FORMATS, ids=name_of)
+def format_(request):
+    return request.param
+
+
+@pytest.fixture
+def file(format_, tmp_path):
+    dialect = DIALECTS[WRITTEN_BY[name_of(format_)]]
+    path = tmp_path / dialect.file_name("closing", 1)
+    dialect.write(path, TIME, TRAVEL, motion="closing", operation=1)
+    return path
+
+
+@pytest.fixture
+def settings(format_):
+    return complete(DIALECTS[WRITTEN_BY[name_of(format_)]].settings)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_one_format_claims_an_ending_in_any_case(ending):
+    for name in (f"a{ending}", f"A 1.b{ending.upper()}"):
+        claiming = [each for each in FORMATS if each.claims(Path(name))]
+        assert claiming == [format_of(name)]
+
+
+def test_what_no_format_claims_is_a_text():
+    assert not any(each.claims("a.log") for each in FORMATS)
+    assert format_of("a.log") is FORMATS[0]
+
+
+def test_a_file_is_claimed_and_read(format_, file, settings):
+    assert format_of(file) is format_
+    columns = format_.read(Opened(file), settings)
+    assert np.allclose(columns.time, columns.time[0] + TIME * (columns.time[1] / TIME[1]))
+    assert np.allclose(columns.travel, TRAVEL, atol=1e-3)
+    assert columns.lines.shape == columns.time.shape == columns.travel.shape
+
+
+def test_what_it_shows_holds_what_is_read(format_, file, settings):
+    shown = format_.look(Opened(file))
+    assert shown is None or isinstance(shown, Labelled | Tables)
+    layout = look_into(file)
+    (channel,) = DIALECTS[WRITTEN_BY[name_of(format_)]].channels
+    place = [split_unit(name)[0] for name in layout.names].index(channel)
+    assert layout.kind == format_.ENDINGS[file.suffix]
+    assert np.allclose(layout.columns[place], read_columns(file, settings).travel)
+    assert layout.units[place] == "mm"
+
+
+def test_another_column_is_refused_by_name(format_, file, settings):
+    reason = told(file, lambda: format_.read(Opened(file), settings, "no such"))
+    assert "'no such'" in reason
+
+
+@pytest.mark.parametrize("content", [b"", b"\0\1\2" * 99, b"no record"])
+def test_what_is_no_record_is_refused_in_one_line(file, settings, content):
+    file.write_bytes(content)
+    for use in (lambda: read_columns(file, settings), lambda: look_into(file)):
+        with pytest.raises(ValueError, match=file.stem) as refused:
+            use()
+        assert str(refused.value).startswith(str(file))
+        assert str(refused.value).isprintable()
+
+
+def test_what_is_not_there_is_refused(file, settings):
+    file.unlink()
+    assert "is not there" in told(file, lambda: read_columns(file, settings))
+
+
+def test_it_is_opened_once(file, settings, monkeypatch):
+    """However often it is read; each part of it that is a file of its own, too."""
+    read, real = [], guards.read_bytes
+    monkeypatch.setattr("breaker.files.opened.read_bytes", lambda f: read.append(f) or real(f))
+    opened = Opened(file)
+    for _ in range(2):
+        read_columns(opened, settings)
+        look_into(opened)
+    parts = [file, *(each for each in file.parent.iterdir() if each != file)]
+    assert [str(each) for each in read] == [str(each) for each in parts]
+
+
+def test_an_opened_file_stays_what_it_was(file, settings):
+    opened = Opened(file)
+    before = read_columns(opened, settings).travel
+    for each in file.parent.iterdir():
+        shutil.rmtree(each) if each.is_dir() else each.unlink()
+    assert np.array_equal(read_columns(opened, settings).travel, before)
+
+
+def test_a_refusal_is_found_once(tmp_path):
+    opened, asked = Opened(tmp_path / "a.csv"), []
+
+    def find():
+        asked.append(1)
+        raise RejectedCurveError(opened.file, "is empty")
+
+    for _ in range(2):
+        with pytest.raises(RejectedCurveError, match="is empty"):
+            opened.once("anything", find)
+    assert asked == [1]
