@@ -104,7 +104,7 @@ def test_missing_samples_show_ranks_and_widths():
     assert figure.get_suptitle().startswith(title)
     left, right = figure.axes
     for i, name in enumerate(NAMES):
-        line = line_of(left, style.COLOURS[name])
+        line = line_of(left, style.OUTPUTS[name].colour)
         np.testing.assert_array_equal(line.get_ydata(), judged.difference[:, i])
     np.testing.assert_allclose(bands(left)[0], (judged.band.lower.min(), judged.band.upper.max()))
     rows = np.arange(8)[::-1]

@@ -17,8 +17,9 @@ POSTERIORS = {
     for name in ("AMORTISED", "CORRECTED", "WARNING", "MEASURED", "PRIOR", "REFERENCE", "MODEL")
 }
 # Colours that stand in one figure, and those of them that have to stay apart from all others.
+OUTPUTS = {name: each.colour for name, each in style.OUTPUTS.items()}
 PALETTES = {
-    "parameters": (style.COLOURS, style.COLOURS),
+    "parameters": (OUTPUTS, OUTPUTS),
     "states": (COLOURS, COLOURS),
     "posteriors": (POSTERIORS, ("AMORTISED", "CORRECTED")),
 }

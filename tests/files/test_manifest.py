@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from breaker.files.cells import EVENTS, READ
+from breaker.files.cells import READ
 from breaker.files.manifest import read_manifest
 from breaker.files.settings import FORMAT
-from breaker.mechanism.parameters import PARAMETERS
 
 HEAD = "file,motion,operation"
 
@@ -182,12 +181,6 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
     assert set(example.split("\n", 1)[0].split(",")) == set(READ) - set(FORMAT) | {"rate"}
     (row,) = re.findall(r"^\| (.*) \| .* in place of `endurance.format`", text, re.MULTILINE)
     assert set(re.findall("`(.*?)`", row)) == set(READ) & set(FORMAT)
-
-
-@pytest.mark.parametrize("spring", ["opening spring", "contact spring"])
-def test_with_a_new_spring_its_own_parameters_start_anew(spring):
-    own = tuple(each.name for each in PARAMETERS if spring in each.meaning)
-    assert EVENTS[f"{spring} replaced"] == own
 
 
 def test_events_are_of_those_that_are_known(tmp_path):

@@ -1,8 +1,18 @@
 """Names, order and scale of what is inferred."""
 
+import numpy as np
+
+from breaker.mechanism.conditions import (
+    pressed,
+    pressed_half_space,
+    rate_bound,
+    why_not_pressed,
+)
+from breaker.mechanism.kernels import rate_of
 from breaker.mechanism.parameters import (
     MOTIONS,
     NAMES,
+    ONSET,
     PARAMETERS,
     is_logarithmic,
     outputs,
@@ -27,3 +37,22 @@ def test_scale_of_the_outputs(defaults):
     assert sds.tolist() == [0.20, 0.15, 0.20, 0.20, 0.40, 0.10, 0.05, 0.3]
     # By name, not by position.
     assert prior_sds(["L", "onset", "mu"], defaults["prior"], 0.3).tolist() == [0.05, 0.3, 0.20]
+
+
+def test_conditions_are_written_alike_for_one_drive_and_for_arrays(prior):
+    theta = prior.medians * np.exp(0.5 * np.random.default_rng(1).standard_normal((200, 7)))
+    theta[:, NAMES.index("f")] *= 0.6  # so that some do not press their contact
+    values = [dict(zip(NAMES, each.tolist(), strict=True)) for each in theta]
+    rates = rate_of.py_func(theta.T, True)
+    assert np.allclose([rate_bound(each) for each in values], rates, rtol=1e-14)
+    holds = pressed(theta)
+    assert 0 < holds.sum() < len(holds)
+    assert [not why_not_pressed(each) for each in values] == holds.tolist()
+    slope, offset = pressed_half_space(prior.medians, prior.log_sds)
+    assert np.array_equal(prior.standardise(theta) @ slope + offset > 0, holds)
+
+
+def test_every_parameter_has_a_word_a_colour_and_a_way_that_is_worse():
+    assert all(each.word and each.colour for each in PARAMETERS)
+    assert len({each.colour for each in (*PARAMETERS, ONSET)}) == len(PARAMETERS) + 1
+    assert [each.worse for each in PARAMETERS] == [0, -1, -1, 1, 1, -1, 1]

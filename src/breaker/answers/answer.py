@@ -9,7 +9,7 @@ import numpy as np
 from breaker.answers.record import Record
 from breaker.family import LevelDraws, Levels, Match
 from breaker.files import SWITCHING
-from breaker.mechanism import MOTIONS, NAMES, UNIT, Size, Speed, powers
+from breaker.mechanism import GAP, MOTIONS, NAMES, UNIT, Size, Speed, powers
 from breaker.records import SHAPE_TIMES, Contact, Measured
 
 if TYPE_CHECKING:
@@ -22,12 +22,12 @@ NOTHING = Measured(np.nan, np.nan, "the record was rejected")
 """What is measured of a record that is not there."""
 
 _OF_EVENT = {"wipe", *SWITCHING.values(), *(f"{motion}_time" for motion in MOTIONS)}
-WITH_CONTACT = _OF_EVENT | {"L"}
+WITH_CONTACT = _OF_EVENT | {GAP.name}
 """What is withheld where the contact may slide."""
 
 MAY_SLIDE = (
     "not timed, and a contact that slides, as at such a stroke, shows none: record it, or give "
-    "--known L"
+    f"--known {GAP.name}"
 )
 """Why the time of touch or parting is withheld."""
 

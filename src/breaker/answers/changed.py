@@ -52,11 +52,6 @@ _QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 4000
 # Shares of the stroke: a way that changes by less did not, and a way below is as good as none.
 _LITTLE, _NEXT_TO_NONE = 0.01, 1e-3
-# Whether more or less of it is the worse; less of a speed, and nothing else, is too.
-_WORSE = dict.fromkeys(("k_a", "k_b", "f"), -1) | dict.fromkeys(
-    ("gamma_a", "gamma_b", "L", "travel_time", "latch_time", *SWITCHING.values(), *PAST_REST), 1
-)
-_WORSE |= dict.fromkeys(("closing_time", "opening_time", "bounce_time"), 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,8 +223,8 @@ def _row(of: Parameter, values: Mapping, more: float, less: float) -> dict[str, 
     Nothing has changed for sure by no more than the ``least`` change, where there is one.
     """
     about = {key: getattr(of, key) for key in ("name", "unit", "meaning")} | dict(values)
-    total, bad = more + less, -1 if "_speed" in of.name else _WORSE.get(of.name)
-    about |= {"beyond": total, "more": more, "less": less, "worse": {1: more, -1: less}.get(bad)}
+    total, worse = more + less, {1: more, -1: less}.get(of.worse)
+    about |= {"beyond": total, "more": more, "less": less, "worse": worse}
     sure = total >= _SURE and abs(values["change"][1]) > values.get("least", 0.0)
     verdict = VERDICT_WORDS[0 if sure else 2 if total <= 1.0 - _SURE else 1]
     return plainly(about | {"verdict": verdict})

@@ -10,7 +10,7 @@ import numpy as np
 
 from breaker.answers.fitted import SWINGING, FittedPrior, swings_back
 from breaker.answers.recorded import Recorded
-from breaker.mechanism import NAMES, Limit, in_digits, in_p
+from breaker.mechanism import NAMES, PRESSED, Limit, in_digits, in_p
 from breaker.model import generator
 from breaker.workflow import UNLIKE
 
@@ -48,7 +48,7 @@ def check_fitted(
         "limits": _far_limits(limits, theta),
         "records in the family": _in_family(recorded, least),
         "each breaker by the others": _left_out(fitted, seed),
-        "contact pressed, f > k_a L": [_support(fitted)],
+        f"contact pressed, {PRESSED}": [_support(fitted)],
         "openings of the two-spring model": [_stopped(fitted, recorded, seed)],
     }
 

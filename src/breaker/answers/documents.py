@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from breaker.answers.answer import MAY_SLIDE, Answer
+from breaker.answers.answer import MAY_SLIDE, WITH_CONTACT, Answer
 from breaker.answers.identity import doubts_about
 from breaker.answers.judgement import NORMAL, VERDICTS
 from breaker.family import MECHANISMS
@@ -135,7 +135,7 @@ def _parameters(answer: Answer) -> dict:
     for k, each in enumerate(PARAMETERS):
         draws = None if answer.draws is None else answer.inferred(each.name)
         row = found[each.name] = {"unit": each.unit, "meaning": each.meaning} | _drawn(draws)
-        if each.name == "L" and draws is not None and answer.may_slide:  # where it touches
+        if each.name in WITH_CONTACT and draws is not None and answer.may_slide:  # where it touches
             row |= _drawn(None) | {"reason": MAY_SLIDE}
         if answer.prior_share is not None:
             found[each.name]["prior_share"] = answer.prior_share[k]

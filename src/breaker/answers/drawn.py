@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.answers.answer import Answer, Given
+from breaker.answers.answer import WITH_CONTACT, Answer, Given
 from breaker.answers.overlays import Overlay
 from breaker.answers.words import how_it_fits
 from breaker.family import PARTS
@@ -80,7 +80,7 @@ def shown(answers: Sequence[Answer], given: Given, *, seed: int) -> Shown:
             switching.setdefault(answer.record.motion, []).append(answer.after_release)
         if answer.record.motion == answer.motions[0]:
             theta = answer.draws.theta.copy()
-            theta[:, NAMES.index("L")] *= np.nan if answer.may_slide else 1.0
+            theta[:, np.isin(NAMES, [*WITH_CONTACT])] *= np.nan if answer.may_slide else 1.0
             posteriors.setdefault(" and ".join(answer.motions), []).append(theta)
     return Shown(
         f"Drive as inferred from {source}",

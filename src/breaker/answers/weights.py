@@ -8,7 +8,7 @@ import numpy as np
 from breaker.answers.answer import Answer, Given
 from breaker.answers.record import Record
 from breaker.family import agreement_of
-from breaker.mechanism import NAMES, Size, in_digits, powers
+from breaker.mechanism import GAP, NAMES, Size, in_digits, powers
 from breaker.records import SHAPE_TIMES
 
 _CONTRADICTED = 3.0  # sd, of a fact
@@ -67,7 +67,7 @@ def possible(answers: Sequence[Answer]) -> np.ndarray:
     for answer in answers:
         shape, at = answer.record.shape, answer.draws.switching[answer.record.motion]
         there = SHAPE_TIMES[shape.way >= 1.0]
-        found &= (answer.inferred("L") < shape.stroke) & ~(answer.inferred("wipe") <= 0.0)
+        found &= (answer.inferred(GAP.name) < shape.stroke) & ~(answer.inferred("wipe") <= 0.0)
         found &= at < (there[0] if there.size else np.inf) * shape.duration
     return found
 

@@ -59,7 +59,7 @@ def _parameters(axis: Axes, life: xr.Dataset) -> None:
     moved = life["parameter"].values[low * high > 0.0]
     for name in moved:
         one = life["changed"].sel(parameter=name).isel(quantile=1)
-        axis.plot(life["asked"], one, color=style.COLOURS[name])
+        axis.plot(life["asked"], one, color=style.OUTPUTS[name].colour)
     if len(moved):
         axis.legend(axis.lines, style.symbols(moved), loc="upper left", ncols=len(moved))
         return

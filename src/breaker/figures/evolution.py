@@ -58,10 +58,10 @@ def evolution(
 
 def _parameter(axis: Axes, one: xr.Dataset, name: str, truth: xr.DataArray | None) -> None:
     """Draw band, median and truth of a parameter on an axis as large as these."""
-    asked, colour, output = one["asked"].values, style.COLOURS[name], style.OUTPUTS[name]
+    asked, output = one["asked"].values, style.OUTPUTS[name]
     low, middle, high = one["changed"].transpose("quantile", "asked").values
-    axis.fill_between(asked, low, high, color=colour, alpha=0.3, lw=0)
-    axis.plot(asked, middle, color=colour, lw=1.6)
+    axis.fill_between(asked, low, high, color=output.colour, alpha=0.3, lw=0)
+    axis.plot(asked, middle, color=output.colour, lw=1.6)
     drawn = [low, high]
     if truth is not None:
         values = truth.sel(parameter=name)

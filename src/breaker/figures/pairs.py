@@ -56,7 +56,7 @@ def _marginal(
     axis: Axes, prior: np.ndarray, posterior: np.ndarray, truth: float, name: str
 ) -> None:
     axis.hist(prior, bins=30, density=True, color=style.PRIOR, alpha=0.5)
-    axis.hist(posterior, bins=20, density=True, color=style.COLOURS[name], alpha=0.75)
+    axis.hist(posterior, bins=20, density=True, color=style.OUTPUTS[name].colour, alpha=0.75)
     axis.axvline(truth, color=style.MEASURED, lw=1.2, ls="--")
     axis.set_title(style.OUTPUTS[name].symbol, fontsize=14)
 

@@ -29,21 +29,7 @@ from breaker.files import printable
 from breaker.mechanism import ONSET, PARAMETERS
 
 OUTPUTS = {each.name: each for each in (*PARAMETERS, ONSET)}
-"""What is inferred, by name: symbols, units and meanings."""
-
-COLOURS = {
-    "mu": "#CC79A7",
-    "k_a": "#0072B2",
-    "k_b": "#56B4E9",
-    "gamma_a": "#D55E00",
-    "gamma_b": "#E69F00",
-    "f": "#009E73",
-    "L": "#661141",
-    "onset": "#7A35D0",
-}
-"""Colour of each output, the same in every figure. Six are of the palette of Okabe and Ito; its
-yellow is too pale for lines and its black is kept for measurements, so that dark wine and violet
-stand in. All pairs stay apart in the common colour deficiencies (a test says how far)."""
+"""What is inferred, by name: symbols, units, meanings and colours."""
 
 MEASURED = "#000000"  # what was measured, and the truth of a simulation
 MODEL = "#33486B"  # what the model predicts

@@ -59,7 +59,7 @@ def draw_ranks(axis: Axes, calibration: Calibration, names: dict[int, str]) -> N
     axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
     for i, name in names.items():
         label = f"{style.OUTPUTS[name].symbol}, {in_p(calibration.p_values[i])}"
-        look = {"color": style.COLOURS[name], "drawstyle": "steps-post", "label": label}
+        look = {"color": style.OUTPUTS[name].colour, "drawstyle": "steps-post", "label": label}
         axis.plot(band.grid, calibration.difference[:, i], **look)
     axis.set(xlim=(0, 1))
 
@@ -92,7 +92,8 @@ def contraction(
     figure, axes = style.panels(len(names), sharex=True, sharey=True)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         dots = {"ms": 2.5, "mew": 0, "alpha": 0.45, "rasterized": True}
-        axis.plot(scores.contraction[:, i], scores.z[:, i], "o", color=style.COLOURS[name], **dots)
+        dots["color"] = style.OUTPUTS[name].colour
+        axis.plot(scores.contraction[:, i], scores.z[:, i], "o", **dots)
         for level in (-_Z_LIMIT, _Z_LIMIT):
             axis.axhline(level, color=style.REFERENCE, lw=0.9, ls=":")
         axis.axhline(0.0, color=style.REFERENCE, lw=0.6)
@@ -135,10 +136,10 @@ def recovery(
     figure, axes = style.panels(len(names), height=3.2)
     for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
         truth, low, high = summary.truth[:, i], *summary.interval_95[:, i].T
-        colour, output = style.COLOURS[name], style.OUTPUTS[name]
-        axis.vlines(truth, low, high, color=colour, lw=0.7, alpha=0.13, rasterized=True)
+        output = style.OUTPUTS[name]
+        axis.vlines(truth, low, high, color=output.colour, lw=0.7, alpha=0.13, rasterized=True)
         dots = {"ms": 3.2, "mec": "white", "mew": 0.3, "rasterized": True}
-        axis.plot(truth, summary.median[:, i], "o", color=colour, **dots)
+        axis.plot(truth, summary.median[:, i], "o", color=output.colour, **dots)
         # All truths and medians; the longest intervals may end outside, not to dwarf the rest.
         centres = np.concatenate([truth, summary.median[:, i]])
         least, most = centres.min(), centres.max()

@@ -12,18 +12,15 @@ from breaker.files.naming import LARGEST_COUNTER
 from breaker.files.settings import TO_MM, TO_MS
 from breaker.mechanism import MOTIONS, in_digits
 
-_FRICTION = ("gamma_a", "gamma_b")
 EVENTS: dict[str, tuple[str, ...]] = {
     "maintenance, overhaul, repair, adjusted, adjustment": ("all",),
-    "greased, greasing, lubricated, lubrication": _FRICTION,
-    "opening spring replaced": ("k_a",),
-    "contact spring replaced": ("k_b", "gamma_b"),
-    "closing spring replaced": ("f",),
-    "contacts replaced, interrupter replaced": ("mu", "k_b", "gamma_b", "L"),
+    "greased, greasing, lubricated, lubrication": ("all",),
+    "opening spring replaced, contact spring replaced, closing spring replaced": ("all",),
+    "contacts replaced, interrupter replaced": ("all",),
     "remounted, remounting, transducer remounted, transducer replaced": ("transducer",),
     "inspected, inspection, cleaned": (),
 }
-"""Usual events, and what starts anew: parameters, all of them, or what the transducer shows."""
+"""Usual events, and what starts anew: the whole drive, what its transducer shows, or nothing."""
 
 _LONGEST = 200  # signs of a text
 _MOST_COLUMNS = 1000

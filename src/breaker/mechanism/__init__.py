@@ -10,10 +10,22 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "compiling": ["compiled"],
+        "conditions": [
+            "HURRYING",
+            "PRESSED",
+            "PRESSING",
+            "RELEASING",
+            "pressed",
+            "pressed_half_space",
+            "rate_bound",
+            "why_not_pressed",
+        ],
         "curves": ["Motion", "blocks", "rest_position", "sensitivity", "too_fast", "travel"],
         "limits": ["Limit", "entries_of_type", "from_list"],
         "numerals": ["in_digits", "in_p"],
         "parameters": [
+            "FORCE",
+            "GAP",
             "MOTIONS",
             "NAMES",
             "ONSET",

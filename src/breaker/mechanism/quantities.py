@@ -22,7 +22,7 @@ workflow begins, takes the names alone.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -55,53 +55,36 @@ class Quantity(Parameter):
         of: What it can be read from, some of ``SOURCES``.
     """
 
-    motions: tuple[str, ...]
+    motions: tuple[str, ...] = MOTIONS
     of: tuple[str, ...] = (*_MODEL, *_RECORD)
 
 
+def _time(name: str, meaning: str, motions: tuple[str, ...] = MOTIONS, **more) -> Quantity:
+    """A time, of which more is the worse."""
+    symbol = rf"$t_\mathrm{{{name.removesuffix('_time')}}}$"
+    return Quantity(name, symbol, "ms", meaning, worse=1, motions=motions, **more)
+
+
+def _past(name: str, rest: str, motion: str) -> Quantity:
+    """A way past a rest position, of which more is the worse."""
+    meaning = f"largest travel beyond the {rest} rest position"
+    symbol = {"closing": r"$\Delta_\mathrm{close}$", "opening": r"$\Delta_\mathrm{open}$"}[motion]
+    return Quantity(name, symbol, "mm", meaning, worse=1, motions=(motion,))
+
+
 _FIXED = (
-    *(Quantity(**asdict(parameter), motions=MOTIONS, of=_MODEL) for parameter in PARAMETERS),
-    Quantity(
-        "wipe",
-        r"$w$",
-        "mm",
-        "way of the drive past the contact gap, closed",
-        MOTIONS,
-        _MODEL,
-    ),
-    Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions", MOTIONS),
-    Quantity(
-        "travel_time",
-        r"$t_\mathrm{travel}$",
-        "ms",
-        "time in which the drive goes from 10 to 90 % of its stroke",
-        MOTIONS,
-    ),
-    Quantity("touch_time", r"$t_\mathrm{touch}$", "ms", "first motion to contact touch", _CLOSING),
-    Quantity(
-        "over_travel",
-        r"$\Delta_\mathrm{close}$",
-        "mm",
-        "largest travel beyond the closed rest position",
-        _CLOSING,
-    ),
-    Quantity("part_time", r"$t_\mathrm{part}$", "ms", "first motion to contact parting", _OPENING),
-    Quantity(
-        "rebound",
-        r"$\Delta_\mathrm{open}$",
-        "mm",
-        "largest travel beyond the open rest position",
-        _OPENING,
-    ),
-    *(
-        Quantity(name, rf"$t_\mathrm{{{name[:-5]}}}$", "ms", meaning, motions, _RECORD)
-        for name, meaning, motions in (
-            ("latch_time", "from the trigger to the first motion", MOTIONS),
-            ("closing_time", "from the trigger to contact touch", _CLOSING),
-            ("opening_time", "from the trigger to contact parting", _OPENING),
-            ("bounce_time", "from the first contact touch to the last", _CLOSING),
-        )
-    ),
+    *(Quantity(**vars(parameter), of=_MODEL) for parameter in PARAMETERS),
+    Quantity("wipe", r"$w$", "mm", "way of the drive past the contact gap, closed", of=_MODEL),
+    Quantity("stroke", r"$s$", "mm", "way of the drive between its rest positions"),
+    _time("travel_time", "time in which the drive goes from 10 to 90 % of its stroke"),
+    _time("touch_time", "first motion to contact touch", _CLOSING),
+    _past("over_travel", "closed", "closing"),
+    _time("part_time", "first motion to contact parting", _OPENING),
+    _past("rebound", "open", "opening"),
+    _time("latch_time", "from the trigger to the first motion", of=_RECORD),
+    _time("closing_time", "from the trigger to contact touch", _CLOSING, of=_RECORD),
+    _time("opening_time", "from the trigger to contact parting", _OPENING, of=_RECORD),
+    _time("bounce_time", "from the first contact touch to the last", _CLOSING, of=_RECORD),
 )
 _SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathrm{open}$"}
 
@@ -119,7 +102,8 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
             _SYMBOLS.get(speed.name, speed.name),
             "mm/ms",
             f"mean speed of the drive {speed.words}",
-            (speed.motion,),
+            worse=-1,
+            motions=(speed.motion,),
         )
         for speed in speeds
     )

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import log_ndtr, ndtr, ndtri  # scipy.stats takes most of a second to load
 
-from breaker.mechanism import NAMES, Size, split
+from breaker.mechanism import NAMES, Size, pressed, pressed_half_space
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +60,7 @@ class Prior:
         """Coefficients ``a``, ``b`` of the condition ``log f - log k_a - log L = a . z + b > 0``
         on standardised parameters ``z``.
         """
-        signs = np.zeros(len(NAMES))
-        signs[[NAMES.index("f"), NAMES.index("k_a"), NAMES.index("L")]] = 1.0, -1.0, -1.0
-        return signs * self.log_sds, float(signs @ np.log(self.medians))
+        return pressed_half_space(self.medians, self.log_sds)
 
     @cached_property
     def log_support(self) -> float:
@@ -90,8 +88,7 @@ class Prior:
     @staticmethod
     def supported(theta: np.ndarray) -> np.ndarray:
         """Say which parameters ``(..., p)`` lie in the prior's support, ``(...)`` of bool."""
-        _, k_a, _, _, _, f, gap = split(np.asarray(theta))
-        return f > k_a * gap
+        return pressed(theta)
 
     def sample(self, n: int, rng: np.random.Generator) -> np.ndarray:
         """Draw parameters, ``(n, p)``, exactly from the conditioned prior.

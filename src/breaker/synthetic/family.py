@@ -19,7 +19,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from breaker.mechanism import NAMES
+from breaker.mechanism import FORCE, GAP, NAMES
 from breaker.model import Prior
 from breaker.synthetic.drive import CONTACTS, LAWS, WAVES, Drive, Elements, Stop
 
@@ -87,7 +87,7 @@ class Family:
         if contact:
             preload = float(rng.uniform(*settings["held_preload"]))
             if contact == "held":
-                drive = drive.changed(contact_preload=preload * drive.value("f"))
+                drive = drive.changed(contact_preload=preload * drive.value(FORCE.name))
             drive = replace(drive, elements=replace(drive.elements, contact=contact))
         works = drive.holds and (contact != "sliding" or self._touches(drive))
         return drive if works else None
@@ -110,7 +110,7 @@ class Family:
     def _touches(self, drive: Drive) -> bool:
         """Whether a sliding contact touches where it may, as a share of the stroke."""
         low, high = self.settings["touch"]
-        return low <= drive.value("L") / drive.travel("opening", np.zeros(1))[0] <= high
+        return low <= drive.value(GAP.name) / drive.travel("opening", np.zeros(1))[0] <= high
 
     def worn(self, drive: Drive, rng: np.random.Generator, kind: str = "") -> Drive:
         """Draw a worn condition of a drive that is still in the prior's support.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from breaker.family import MECHANISMS
-from breaker.mechanism import NAMES
+from breaker.mechanism import FORCE, GAP, NAMES
 from breaker.synthetic.drive import CONTACTS, ELEMENTS
 
 _STROKE = 10.0  # mm, to which the fall of the force refers
@@ -26,14 +26,15 @@ def mechanism_sizes(
         stroke, duration: Of closings, ``(n,)``, mm and ms.
     """
     has = dict(zip(ELEMENTS, elements.T, strict=True)) | dict(zip(NAMES, theta.T, strict=True))
-    slides, force, speed = contact == CONTACTS.index("sliding"), has["f"], _WAY * stroke / duration
+    slides, force = contact == CONTACTS.index("sliding"), has[FORCE.name]
+    speed = _WAY * stroke / duration
 
     def damper(stop: str) -> np.ndarray:
         return has[f"{stop}.damping"] * speed ** has[f"{stop}.power"] / force
 
     sizes = {
         "contact_preload": np.where(slides, 0.0, has["contact_preload"] / force),
-        "sliding_contact": np.where(slides, has["L"] / stroke, 0.0),
+        "sliding_contact": np.where(slides, has[GAP.name] / stroke, 0.0),
         "build_up": has["build_up"],
         "dry_friction": has["dry_friction"] / force,
         "opening_preload": has["opening_preload"] / force,

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from breaker.mechanism import NAMES
+from breaker.mechanism import NAMES, PRESSING, RELEASING
 from breaker.model import generator
 from breaker.records import write_curve
 from breaker.synthetic.drive import Drive, Elements
@@ -47,7 +47,8 @@ class Rig:
             if not rig.worn(operation, scatter=False).holds:
                 raise ValueError(
                     f"rig.parameters: at operation {operation} the closing force does not press "
-                    "the contact, or presses it past the lever's dead centre; change f, k_a or L"
+                    "the contact, or presses it past the lever's dead centre; change "
+                    f"{PRESSING}, {RELEASING}"
                 )
         return rig
 

@@ -8,21 +8,13 @@ from html import escape
 import pandas as pd
 import xarray as xr
 
-from breaker.mechanism import in_digits, in_p
+from breaker.mechanism import PARAMETERS, in_digits, in_p
 
 _NOTED = 2.0  # percent, beyond which a change is worth a word
 _SURE = 0.05  # probability of no change below which a parameter is named
 _MOST = 4
 _PERHAPS = 2
-_USUAL = {
-    "f": "closing force",
-    "k_a": "opening spring",
-    "k_b": "contact spring",
-    "mu": "mass ratio",
-    "gamma_a": "drive friction",
-    "gamma_b": "contact friction",
-    "L": "contact gap",
-}
+_WORDS = {each.name: each.word for each in PARAMETERS}
 
 
 # The report sets its description into a narrow column beside the graph of the rules. Here it takes
@@ -57,13 +49,13 @@ def since_new(changes: pd.DataFrame, life: xr.Dataset) -> str:
         return "Since new: the change is larger than any wear that the networks know."
     sure = [name for name in names if row[f"{name}_unchanged"] < _SURE]
     sure.sort(key=lambda name: -abs(row[name]))
-    told = [f"{_USUAL[name]} {_signed(row[name])} % ({_span(row, name)})" for name in sure]
+    told = [f"{_WORDS[name]} {_signed(row[name])} % ({_span(row, name)})" for name in sure]
     rest = [name for name in names if name not in sure]
     most = {name: max(abs(row[f"{name}_5"]), abs(row[f"{name}_95"])) for name in rest}
     may = sorted((name for name in rest if most[name] > _NOTED), key=lambda name: -most[name])
     words = ", ".join(told) if told else "nothing for sure"
     if may:
-        perhaps = _and_so_on([_USUAL[name] for name in may], _PERHAPS)
+        perhaps = _and_so_on([_WORDS[name] for name in may], _PERHAPS)
         words += f"; perhaps {perhaps}, by up to {in_digits(most[may[0]], 2)} %"
     if len(may) < len(rest):
         words += f"; nothing else beyond {_NOTED:g} %"

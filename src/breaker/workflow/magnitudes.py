@@ -20,7 +20,19 @@ from breaker.files import (
     list_fleet,
     list_once,
 )
-from breaker.mechanism import PARAMETERS, Parameter, Size
+from breaker.mechanism import (
+    HURRYING,
+    NAMES,
+    PARAMETERS,
+    PRESSED,
+    PRESSING,
+    RELEASING,
+    Parameter,
+    Size,
+    pressed_half_space,
+    rate_bound,
+    why_not_pressed,
+)
 from breaker.shipped import DEFAULTS
 from breaker.workflow.sources import parse
 
@@ -77,22 +89,16 @@ def _unlike(parameter: Parameter, median: float, size: Mapping[str, float]) -> I
 
 
 def _support(prior: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
-    """The closing force has to exceed that of the opening spring, f > k_a L, now and then."""
-    offset, *others = (math.log(prior[name]["median"]) for name in ("f", "k_a", "L"))
-    spread = math.hypot(*(prior[name]["log_sd"] for name in ("f", "k_a", "L")))
-    share = 0.5 * math.erfc(-(offset - sum(others)) / spread / math.sqrt(2))
+    """The contact has to stay pressed now and then."""
+    columns = ([prior[name][key] for name in NAMES] for key in ("median", "log_sd"))
+    slope, offset = pressed_half_space(*columns)
+    share = 0.5 * math.erfc(-offset / math.hypot(*slope) / math.sqrt(2))
     if share < _SUPPORT:
         yield (
-            f"leaves the contact pressed (f > k_a L) in {share:.1e} of its draws, but must in "
-            f"{_SUPPORT:g} of them at least. Raise prior.f.median, or lower that of k_a or L."
+            f"leaves the contact pressed ({PRESSED}) in {share:.1e} of its draws, but must in "
+            f"{_SUPPORT:g} of them at least. Raise prior.{PRESSING}.median, or lower that of "
+            f"{RELEASING}."
         )
-
-
-def _rate(theta: Mapping[str, float]) -> float:
-    """Bound of the fastest rate of a drive, 1/ms, as in ``breaker.mechanism``: light to import."""
-    moved = 1.0 + theta["mu"]
-    springs = math.sqrt(theta["k_a"] + theta["k_b"] * moved)
-    return springs + theta["gamma_a"] + theta["gamma_b"] * moved
 
 
 def _followed(
@@ -100,12 +106,12 @@ def _followed(
 ) -> Iterator[str]:
     """Drives far out in the prior can be followed to the end of a record."""
     far = {n: each["median"] * math.exp(_FAR * each["log_sd"]) for n, each in prior.items()}
-    rate, length = _rate(far), sensor["stop"] - sensor["start"]
+    rate, length = rate_bound(far), sensor["stop"] - sensor["start"]
     if rate > _FASTEST or rate * length > _TURNS:
         yield (
             f"has drives with a rate of {rate:.3g} / ms ({_FAR:g} log_sd above the medians), too "
             f"fast to follow over the {length:g} ms from sensor.start to sensor.stop. Lower a "
-            "median or log_sd of mu, k_b, gamma_a or gamma_b."
+            f"median or log_sd of {HURRYING}."
         )
 
 
@@ -114,17 +120,15 @@ def _moves(rig: Mapping[str, Any]) -> Iterator[str]:
     new, change = rig["parameters"], rig["wear"]["change"]
     worn = {name: value * (1.0 + change.get(name, 0.0)) for name, value in new.items()}
     for condition, at in (("in new condition", new), ("at the end of its life", worn)):
-        spring = at["k_a"] * at["L"]
-        if at["f"] <= spring:
+        if why := why_not_pressed(at):
             yield (
-                f"does not press its contact {condition}: f is {at['f']:.3g}, and k_a L "
-                f"{spring:.3g} mm/ms^2. Raise f, or lower k_a or L."
+                f"does not press its contact {condition}: {why}. Raise {PRESSING}, or lower "
+                f"{RELEASING}."
             )
             return
-        if (rate := _rate(at)) > _FASTEST:
+        if (rate := rate_bound(at)) > _FASTEST:
             yield (
-                f"has a rate of {rate:.3g} / ms {condition}, too fast to follow. Lower mu, k_b, "
-                "gamma_a or gamma_b."
+                f"has a rate of {rate:.3g} / ms {condition}, too fast to follow. Lower {HURRYING}."
             )
             return
 
