@@ -1,10 +1,13 @@
 """Limits in words, exceeded and how probably, and refused where they cannot be one."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
 
 from breaker.mechanism.limits import Limit, from_list
+from breaker.mechanism.sources import SOURCES
 
 NAN = np.nan
 SLOW, TIRED, BAND = from_list(
@@ -151,3 +154,16 @@ def test_a_reference_is_two_limits_in_each_motion_that_has_the_quantity(entry, w
 def test_what_is_no_limit_is_refused(entry, text):
     with pytest.raises(ValueError, match=text):
         from_list([entry], ["closing", "opening"])
+
+
+@pytest.mark.parametrize("of", SOURCES)
+def test_a_reader_is_asked_by_the_source_of_a_limit(of):
+    limit = Limit("a", "closing", (("f" if of != "record" else "stroke", 1.0, True),), of=of)
+    reader = SimpleNamespace(
+        of_model=lambda *about: ("model", *about),
+        of_record=lambda *about: ("record", *about),
+        of_change=lambda *about: ("change", *about),
+    )
+    assert limit.read(reader, 7) == (of, limit, 7)
+    assert limit.source.inferred == (of != "record")
+    assert limit.source.single == (of != "change")

@@ -7,8 +7,9 @@ import pytest
 from scipy.stats import chi2
 
 from breaker.mechanism.curves import travel
-from breaker.mechanism.quantities import SOURCES, evaluate, quantities_of
+from breaker.mechanism.quantities import evaluate, quantities_of
 from breaker.mechanism.size import Size
+from breaker.mechanism.sources import SOURCES
 from breaker.mechanism.speeds import speeds_of
 from breaker.model.randomness import generator
 from breaker.records import located

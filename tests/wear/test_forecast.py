@@ -18,9 +18,10 @@ class OneQuantity:
 
     size = 1
 
-    def values(self, limit, change, variance, draws=None):
+    def condition(self, change, variance):
         normal = np.linspace(-2.0, 2.0, 201)
-        return (8.0 + change + np.sqrt(variance) * normal)[:, :, None]
+        values = (8.0 + change + np.sqrt(variance) * normal)[:, :, None]
+        return SimpleNamespace(of_record=lambda limit: values)
 
 
 def path(change, rate, sd=0.01, rate_sd=1e-6):

@@ -1,6 +1,7 @@
 """Whether two visits were measured alike, and which limits the second one keeps."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -9,7 +10,7 @@ from breaker.answers.changed import Compared
 from breaker.answers.judgement import NORMAL, Told, judge
 from breaker.answers.scatter import usual_scatter, visit_error
 from breaker.mechanism import NAMES, Limit, Speed
-from breaker.records import Raw
+from breaker.records import Measured, Raw
 
 # Shares of a stroke: by more than the first a worn drive differs only if its time does, too, as a
 # ratio scales ways alone; by more than the second, no wear of the family of drives does.
@@ -135,21 +136,31 @@ def judged_today(
     both visits. A comparison does not tell quantities of the model.
     """
     read = {motion: [raw.measured(speeds) for raw in raws] for motion, raws in today.items()}
+    return judge(limits, _Visits(found, read), seed, "visits")
 
-    def told(limit: Limit, name: str) -> Told:
-        if limit.of == "change":
-            if len(found.ratios) != 1:
-                return Told(reason="changes of parameters are not told")
-            (ratios,) = found.ratios.values()
-            return Told(draws=100.0 * (ratios[:, NAMES.index(name)] - 1.0))
-        if limit.of == "model":
-            return Told(reason="of the model: breaker infer tells it")
-        shown = [each[name] for each in read[limit.motion]]
+
+@dataclass(frozen=True)
+class _Visits:
+    """What two visits tell of a quantity of a limit, by the limit's source."""
+
+    found: Compared
+    read: Mapping[str, Sequence[Mapping[str, Measured]]]
+
+    def of_change(self, _limit: Limit, name: str) -> Told:
+        if len(self.found.ratios) != 1:
+            return Told(reason="changes of parameters are not told")
+        (ratios,) = self.found.ratios.values()
+        return Told(draws=100.0 * (ratios[:, NAMES.index(name)] - 1.0))
+
+    def of_model(self, _limit: Limit, _name: str) -> Told:
+        return Told(reason="of the model: breaker infer tells it")
+
+    def of_record(self, limit: Limit, name: str) -> Told:
+        records = self.read[limit.motion]
+        shown = [each[name] for each in records]
         visit = np.array([each[:2] for each in shown if np.isfinite(each.value)], float)
         if not len(visit):
             return Told(reason=shown[0].reason)
         mean = float(visit[:, 0].mean())
-        stroke = float(np.nanmean([each["stroke"].value for each in read[limit.motion]] or np.nan))
+        stroke = float(np.nanmean([each["stroke"].value for each in records] or np.nan))
         return Told(mean, visit_error([visit], usual_scatter(name, mean, stroke)))
-
-    return judge(limits, told, seed, "visits")

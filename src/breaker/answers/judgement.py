@@ -1,12 +1,13 @@
 """Which limits are kept: every limit has a row with what is known of its quantities."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from breaker.answers.answer import MAY_SLIDE, NOTHING, WITH_CONTACT, Answer
-from breaker.mechanism import EVENTS, QUANTITIES, Limit, in_digits
+from breaker.mechanism import EVENTS, QUANTITIES, Limit, Reader, in_digits
 from breaker.model import generator
 
 VERDICTS = ("pass", "not shown", "fail")
@@ -43,11 +44,11 @@ class Told(NamedTuple):
         return middle, np.array(ends)
 
 
-def judge(limits: Iterable[Limit], told: Callable[[Limit, str], Told], *key: object) -> list[dict]:
+def judge(limits: Iterable[Limit], reader: Reader, *key: object) -> list[dict]:
     """Return a row for each limit, and one for both sides of a reference.
 
     Args:
-        told: What is known of a quantity of a limit.
+        reader: Tells what is known of a quantity of a limit, as ``Told``.
         key: Of the generator of errors of what is measured, the seed first.
 
     Returns:
@@ -60,13 +61,11 @@ def judge(limits: Iterable[Limit], told: Callable[[Limit, str], Told], *key: obj
     groups: dict[str, list[Limit]] = {}
     for limit in limits:
         groups.setdefault(limit.pair or limit.name, []).append(limit)
-    return [_row(name, sides, told, key) for name, sides in groups.items()]
+    return [_row(name, sides, reader, key) for name, sides in groups.items()]
 
 
-def _row(
-    name: str, sides: Sequence[Limit], told: Callable[[Limit, str], Told], key: Sequence
-) -> dict:
-    known = [[told(limit, quantity) for quantity in limit.quantities] for limit in sides]
+def _row(name: str, sides: Sequence[Limit], reader: Reader, key: Sequence) -> dict:
+    known = [[limit.read(reader, quantity) for quantity in limit.quantities] for limit in sides]
     reasons = dict.fromkeys(each.reason for some in known for each in some if each.reason)
     reasons |= dict.fromkeys(filter(None, map(_far, sides, known)))
     row = {"name": name, "motion": sides[0].motion}
@@ -94,12 +93,11 @@ def _row(
 
 def _far(limit: Limit, known: Sequence[Told]) -> str:
     """Why a limit cannot be in the unit that it stands for: far from what it is of; "" else."""
-    if limit.of == "change":
-        return ""
     for (name, bound, _), unit, each in zip(limit.parts, limit.units, known, strict=True):
         value = np.nan if each.reason else abs(each.interval[0])
         off = abs(bound) / value if value > 0.0 else np.nan
-        if name not in _MAY_BE_SMALL and bound and (off > _TIMES or off < 1.0 / _TIMES):
+        small = name in _MAY_BE_SMALL or unit == "%"
+        if not small and bound and (off > _TIMES or off < 1.0 / _TIMES):
             return (
                 f"{limit.name}: {in_digits(bound, 4)} {unit} is {in_digits(max(off, 1 / off), 2)} "
                 f"times off the {name} of {in_digits(value, 4)} {unit}: is the limit in {unit}?"
@@ -109,8 +107,8 @@ def _far(limit: Limit, known: Sequence[Told]) -> str:
 
 def _exceedance(limit: Limit, known: Sequence[Told], key: Sequence) -> float:
     """Probability that a limit is exceeded, of quantities that are known."""
-    if limit.of == "record" and all(not up and bound <= 0.0 for _, bound, up in limit.parts):
-        return 0.0  # no record shows a way or time below 0
+    if all(not up and bound <= limit.source.least for _, bound, up in limit.parts):
+        return 0.0
     values, sds = np.array([(each.value, each.sd) for each in known]).T
     drawn = [each.draws for each in known if each.draws is not None]
     if not drawn:
@@ -133,22 +131,41 @@ def judged(answer: Answer, limits: Sequence[Limit], *, seed: int) -> list[dict]:
     record = answer.record
     if record.reason:
         return []
-    limits = [each for each in limits if each.motion == record.motion and each.of != "change"]
-    return judge(limits, lambda *of: _told(answer, *of), seed, record.operation.number)
+    limits = [each for each in limits if each.motion == record.motion and each.source.single]
+    return judge(limits, _Single(answer), seed, record.operation.number)
 
 
-def _told(answer: Answer, limit: Limit, name: str) -> Told:
-    """What an answer tells of a quantity of a limit."""
-    alone = limit.of == "record"
-    if alone and not answer.alone(name):
-        of_model = name not in QUANTITIES or "model" in QUANTITIES[name].of
-        takes = ", and of: model takes the inferred one" * of_model
-        return Told(reason=f"no contact channel: {EVENTS[limit.motion]} was not measured{takes}")
-    if answer.draws is not None and answer.may_slide and name in WITH_CONTACT:
-        return Told(reason=MAY_SLIDE)
-    if alone or not answer.is_inferred(name):
-        measured = answer.measured.get(name, NOTHING)
+@dataclass(frozen=True, eq=False)
+class _Single:
+    """What an answer of one record tells of a quantity of a limit, by the limit's source."""
+
+    answer: Answer
+
+    def of_record(self, limit: Limit, name: str) -> Told:
+        if not self.answer.alone(name):
+            of_model = name not in QUANTITIES or "model" in QUANTITIES[name].of
+            takes = ", and of: model takes the inferred one" * of_model
+            event = EVENTS[limit.motion]
+            return Told(reason=f"no contact channel: {event} was not measured{takes}")
+        return self._withheld(name) or self._measured(name)
+
+    def of_model(self, _limit: Limit, name: str) -> Told:
+        if withheld := self._withheld(name):
+            return withheld
+        if not self.answer.is_inferred(name):
+            return self._measured(name)
+        if self.answer.draws is None:
+            return Told(reason=self.answer.why_not_inferred)
+        return Told(draws=self.answer.inferred(name))
+
+    def of_change(self, _limit: Limit, _name: str) -> Told:
+        return Told(reason="of no single record")
+
+    def _withheld(self, name: str) -> Told | None:
+        """Nothing of a contact that may slide."""
+        withheld = self.answer.draws is not None and self.answer.may_slide
+        return Told(reason=MAY_SLIDE) if withheld and name in WITH_CONTACT else None
+
+    def _measured(self, name: str) -> Told:
+        measured = self.answer.measured.get(name, NOTHING)
         return Told(measured.value, measured.sd, None, measured.reason)
-    if answer.draws is None:
-        return Told(reason=answer.why_not_inferred)
-    return Told(draws=answer.inferred(name))

@@ -103,7 +103,7 @@ def _run(options: argparse.Namespace) -> int:
     answers = infer_drive(records, networks, given, config["speeds"], settings)
     speeds = next((each.speeds for each in answers if each.speeds), ())
     limits = from_list(limits, [*operations], speeds) if speeds else []
-    if apart := dict.fromkeys(each.pair or each.name for each in limits if each.of == "change"):
+    if apart := dict.fromkeys(each.pair or each.name for each in limits if not each.source.single):
         words = [*words, f"not judged, as of changes between visits: {', '.join(apart)}"]
     verdicts = [judged(each, limits, seed=config["seed"]) for each in answers]
     about = {"size": given.size and vars(given.size), "words": words}

@@ -25,7 +25,7 @@ from breaker.family import shipped_networks
 from breaker.files import bare, printable
 from breaker.fleet.members import Member
 from breaker.fleet.states import DIFFERENT, UNJUDGED, other_strokes
-from breaker.mechanism import MOTIONS, NAMES, entries_of_type, from_list, speeds_of
+from breaker.mechanism import MOTIONS, NAMES, SOURCES, entries_of_type, from_list, speeds_of
 from breaker.model import grid
 from breaker.records import Grid, read_curves
 from breaker.shipped import DEFAULTS
@@ -108,7 +108,7 @@ def _limits_of(member: Member, config: Mapping) -> list:
     """Entries of limits by which a drive is judged: those of any of the fleet, and of its type."""
     limits, speeds = config["limits"], speeds_of(config["speeds"])
     shipped = limits == read(DEFAULTS)["limits"]
-    found = [each for each in limits if not shipped or each.get("of") == "change"]
+    found = [e for e in limits if not (shipped and SOURCES[e.get("of", "model")].single)]
     for name, ranges in config["limits_by_type"].items():
         found += entries_of_type(ranges, speeds) if bare(name) == bare(member.type) else []
     return found

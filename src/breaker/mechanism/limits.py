@@ -6,20 +6,19 @@ An entry of a reference and a tolerance is two limits, one on either side. Measu
 normal errors, which are taken for independent of each other.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from breaker.mechanism.numerals import in_digits
 from breaker.mechanism.parameters import MOTIONS
-from breaker.mechanism.quantities import SOURCES, check_quantity, evaluate, quantities
+from breaker.mechanism.quantities import quantities
+from breaker.mechanism.sources import RECORD, SOURCES, Reader, Source, usual_source
 from breaker.mechanism.speeds import SPEEDS, Speed
 
 _LEAST = 1e-12  # least error of a measured value, in its unit
-_DIGITS = 6  # of a bound in words
 _BAND = ("quantity", "reference", "tolerance")
 
 
@@ -32,7 +31,7 @@ class Limit:
         motion: Motion whose quantities it is about.
         parts: (quantity, value, whether it holds above the value rather than below), at least one.
         speeds: How speeds are defined.
-        of: What its quantities are read from, one of ``SOURCES``: "model", inferred parameters,
+        of: Name of its ``source``, what its quantities are read from: "model", inferred parameters,
             "record", the record itself, or "change", changes of parameters in percent.
         since: What changes are from: "new", or the last known "event".
         pair: Name of the entry of which another limit is the other side; empty if there is none.
@@ -55,14 +54,12 @@ class Limit:
     pair: str = ""
 
     def __post_init__(self) -> None:
-        names = dict.fromkeys(self.quantities)
-        place = self.motion, self.speeds, self.of
-        if self.of not in SOURCES:
-            wrong = [f"of is {self.of}. Set it to {' or '.join(SOURCES)}."]
-        elif not self.motion and self.of != "change":
+        names, source = dict.fromkeys(self.quantities), _source(self.name, self.of)
+        if not self.motion and source.single:
             wrong = ["it has no motion. Set it to closing or opening."]
         else:
-            wrong = [text for name in names if (text := check_quantity(name, *place))]
+            about = ((name, self.motion, self.speeds) for name in names)
+            wrong = [text for each in about if (text := source.complaint(*each))]
         bounds = {(name, is_upper): value for name, value, is_upper in self.parts}
         for name in names:
             above, below = bounds.get((name, True), -np.inf), bounds.get((name, False), np.inf)
@@ -73,7 +70,7 @@ class Limit:
                 )
         if not names:
             wrong.append("it has no quantity. Name one under upper or lower, with a value.")
-        if self.since != "new" and self.of != "change":
+        if self.since != "new" and source.single:
             wrong.append(f"since: {self.since} is of changes. Take of: change, or leave it out.")
         if wrong:
             raise ValueError(f"{self.name}: {' '.join(wrong)}")
@@ -88,13 +85,24 @@ class Limit:
         """
         if "name" not in entry:
             raise ValueError("a limit has no name. Give it one.")
+        name, of = entry["name"], entry.get("of", "model")
+        source = _source(name, of)
         parts = tuple(
-            (quantity, _amount(entry["name"], value, entry.get("of", "model")), side == "upper")
+            (quantity, source.amount(name, value), side == "upper")
             for side in ("upper", "lower")
             for quantity, value in entry.get(side, {}).items()
         )
-        about = entry.get("of", "model"), entry.get("since", "new"), entry.get("pair", "")
-        return cls(entry["name"], entry.get("motion", ""), parts, speeds, *about)
+        about = of, entry.get("since", "new"), entry.get("pair", "")
+        return cls(name, entry.get("motion", ""), parts, speeds, *about)
+
+    @property
+    def source(self) -> Source:
+        """What its quantities are read from."""
+        return SOURCES[self.of]
+
+    def read(self, reader: Reader, *about: Any) -> Any:
+        """Return what a reader of quantities tells of the limit, by the source of these."""
+        return self.source.read(reader, self, *about)
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -104,10 +112,7 @@ class Limit:
     @property
     def units(self) -> tuple[str, ...]:
         """Units of ``quantities``."""
-        if self.of == "change":
-            return ("%",) * len(self.parts)
-        every = quantities(self.speeds)
-        return tuple(every[name].unit for name in self.quantities)
+        return self.source.units(self.quantities, self.speeds)
 
     def evaluate(self, theta: np.ndarray) -> np.ndarray:
         """Return the quantities of the parts of parameter sets, ``(n, p) -> (n, parts)``.
@@ -115,17 +120,14 @@ class Limit:
         Raises:
             ValueError: If the limit is about measured quantities, which parameters do not give.
         """
-        if self.of != "model":
-            raise ValueError(f"{self.name} is about what records show, not about parameters")
-        return evaluate(self.quantities, theta, self.motion, self.speeds)
+        return self.source.evaluate(self, theta)
 
     @property
     def words(self) -> str:
         """The condition in words: "touch_time above 10 ms", "measured stroke below 9 mm"."""
-        read = {"record": "measured ", "change": "change of "}.get(self.of, "")
         words = " and ".join(
-            f"{read}{name} {'above' if is_upper else 'below'} "
-            + in_digits(value, _DIGITS, sign=self.of == "change")
+            f"{self.source.word}{name} {'above' if is_upper else 'below'} "
+            + self.source.digits(value)
             + (f" {unit}" if unit != "1" else "")
             for (name, value, is_upper), unit in zip(self.parts, self.units, strict=True)
         )
@@ -181,12 +183,12 @@ def from_list(
     entries: Sequence[Mapping[str, Any]],
     motions: Sequence[str],
     speeds: tuple[Speed, ...] = SPEEDS,
-    of: Sequence[str] = SOURCES,
+    of: Collection[str] = SOURCES,
 ) -> list[Limit]:
     """Return the limits of the section ``limits`` that are of these motions, in its order.
 
     Args:
-        of: What the quantities of these limits are read from, some of ``SOURCES``.
+        of: Names of the sources of these limits.
 
     Raises:
         ValueError: If an entry cannot be a limit.
@@ -234,11 +236,11 @@ def entries_of_type(
         if (None not in (low, high) and not low < high) or low is high is None:
             raise ValueError(f"{key}: from {low} to {high} allows nothing or all. Mend an end.")
         for motion in motions:
-            if wrong := check_quantity(name, motion, speeds, "record"):
+            if wrong := RECORD.complaint(name, motion, speeds):
                 raise ValueError(f"{key}: {wrong}")
             alone = motion in name or not (first or len(motions) > 1)
             pair = f"{name if alone else f'{motion} {name}'} by type"
-            about = {"of": "record", "motion": motion, "pair": pair}
+            about = {"of": RECORD.name, "motion": motion, "pair": pair}
             for side, bound, end in (("upper", high, "high"), ("lower", low, "low")):
                 if bound is not None:
                     found.append(about | {"name": f"{pair} {end}", side: {name: bound}})
@@ -258,12 +260,11 @@ def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[st
         )
     quantity = entry["quantity"]
     known = quantities(speeds).get(quantity)
-    usual = "record" if known and "record" in known.of else "model"
-    of = entry.get("of", usual)
-    middle = _amount(name, entry["reference"], of)
+    of = entry.get("of", usual_source(known))
+    source = _source(name, of)
+    middle = source.amount(name, entry["reference"])
     text = str(entry["tolerance"]).lstrip("±+/- ")
-    share = abs(middle) / 100.0 if text.endswith("%") and of != "change" else 1.0
-    away = share * float(text.removesuffix("%"))
+    away = source.tolerance(text, middle)
     if not away > 0.0:
         raise ValueError(f"{name}: the tolerance allows nothing. Write one above 0.")
     if text.endswith("%") and away >= abs(middle) > 0.0:
@@ -272,7 +273,7 @@ def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[st
             "100 %."
         )
     motions = [entry["motion"]] if "motion" in entry else known.motions if known else MOTIONS
-    motions = [""] if of == "change" else motions
+    motions = motions if source.single else [""]
     rows = []
     for motion in motions:
         pair = name if len(motions) == 1 else f"{name} {motion}"
@@ -283,12 +284,8 @@ def _sides(entry: Mapping[str, Any], speeds: Sequence[Speed]) -> list[Mapping[st
     return rows
 
 
-def _amount(name: str, value: float | str, of: str) -> float:
-    """A bound, which is in percent of changes alone."""
-    text = str(value)
-    if text.endswith("%") and of != "change":
-        raise ValueError(
-            f"{name}: {text} is of no change. Write the value in its unit, or reference and "
-            "tolerance."
-        )
-    return float(text.removesuffix("%"))
+def _source(limit: str, of: str) -> Source:
+    """The source of a limit, by its name."""
+    if of not in SOURCES:
+        raise ValueError(f"{limit}: of is {of}. Set it to {' or '.join(SOURCES)}.")
+    return SOURCES[of]

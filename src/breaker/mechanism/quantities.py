@@ -21,7 +21,7 @@ Compiled code is imported where it is called: to check a configuration, with whi
 workflow begins, takes the names alone.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,10 +38,6 @@ _TRAVEL = Point(10.0, "%"), Point(90.0, "%")  # between which a travel time is t
 _SHARPEST = 1e-3  # of its value, to which a fact can be known
 _LARGEST_FACT = 1e6
 
-SOURCES = ("model", "record", "change")
-"""What a quantity is read from: the model at inferred parameters, a record itself, or the change of
-a parameter, in percent."""
-
 _MODEL, _RECORD = ("model",), ("record",)
 _CLOSING, _OPENING = ("closing",), ("opening",)
 
@@ -52,7 +48,7 @@ class Quantity(Parameter):
 
     Attributes:
         motions: Motions that have it.
-        of: What it can be read from, some of ``SOURCES``.
+        of: Names of the sources that it can be read from (``sources``).
     """
 
     motions: tuple[str, ...] = MOTIONS
@@ -86,6 +82,11 @@ _FIXED = (
     _time("opening_time", "from the trigger to contact parting", _OPENING, of=_RECORD),
     _time("bounce_time", "from the first contact touch to the last", _CLOSING, of=_RECORD),
 )
+_ELSEWHERE = {  # where a quantity is, by where it is not
+    "model": "{name} is not of the model: records alone show it, in limits with of: record.",
+    "record": "{name} is a quantity of the model, which no record shows. Take of: model, or one "
+    "that records show of {motion}: {known}.",
+}
 _SYMBOLS = {"closing_speed": r"$v_\mathrm{close}$", "opening_speed": r"$v_\mathrm{open}$"}
 
 
@@ -111,13 +112,13 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
 
 
 def quantities_of(
-    motion: str, speeds: Sequence[Speed] = SPEEDS, of: Sequence[str] = ("model",)
+    motion: str, speeds: Sequence[Speed] = SPEEDS, of: Collection[str] = _MODEL
 ) -> dict[str, Quantity]:
     """Return the quantities of a motion that are no parameters, by name.
 
     Args:
         motion: "closing" or "opening".
-        of: What they can be read from, any of these ``SOURCES``.
+        of: Names of sources, any of which they can be read from.
 
     Example:
         >>> list(quantities_of("opening"))
@@ -158,27 +159,19 @@ def check_quantity(
 
     Args:
         motion: "closing" or "opening".
-        of: What it is to be read from, one of ``SOURCES``.
+        of: What it is to be read from, "model" or "record".
 
     Example:
         >>> check_quantity("latch_time", "closing")
         'latch_time is not of the model: records alone show it, in limits with of: record.'
     """
-    if of == "change":
-        known = ", ".join(NAMES)
-        return None if name in NAMES else f"{name} has no change: parameters alone have, {known}."
     every = quantities(speeds)
     there = [each for each in every.values() if motion in each.motions and of in each.of]
     known = ", ".join(each.name for each in there)
     if name not in every:
         return f"{name} is not a known quantity. Known of {motion}: {known}."
     if of not in every[name].of:
-        return (
-            f"{name} is not of the model: records alone show it, in limits with of: record."
-            if of == "model"
-            else f"{name} is a quantity of the model, which no record shows. Take of: model, or "
-            f"one that records show of {motion}: {known}."
-        )
+        return _ELSEWHERE[of].format(name=name, motion=motion, known=known)
     if motion not in every[name].motions:
         other = " or ".join(every[name].motions)
         return f"{name} is a quantity of {other}, not of {motion}. Known of {motion}: {known}."

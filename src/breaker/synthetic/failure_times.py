@@ -1,6 +1,7 @@
 """When the level of a drive whose truth is known is beyond its limits: the stand-in's lives."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -31,26 +32,33 @@ def failures(truth: xr.Dataset, limits: Sequence[Limit]) -> dict[str, float]:
         {'weak': 302.0}
     """
     operations = truth.operation.values.astype(float)
-    over = {limit.name: (_excess(truth, limit) > 0).all(axis=-1) for limit in limits}
+    known = _Truth(truth)
+    over = {limit.name: (limit.read(known) > 0).all(axis=-1) for limit in limits}
     return {
         name: float(operations[each.argmax()]) if each.any() else np.nan
         for name, each in over.items()
     }
 
 
-def _excess(truth: xr.Dataset, limit: Limit) -> np.ndarray:
-    """How far each part of a limit is exceeded, ``(operation, parts)``.
+@dataclass(frozen=True)
+class _Truth:
+    """How far each part of a limit is exceeded, ``(operation, parts)``, by the limit's source."""
 
-    What the model does not have is beyond any limit; of what no record shows, nothing is known.
-    """
-    if limit.of == "model":
-        return np.nan_to_num(limit.excess(limit.evaluate(truth.value.values)), nan=np.inf)
-    if limit.of == "change":
-        places = [NAMES.index(name) for name in limit.quantities]
-        value = truth.value.values[:, places]
+    truth: xr.Dataset
+
+    def of_model(self, limit: Limit) -> np.ndarray:
+        """What the model does not have is beyond any limit."""
+        return np.nan_to_num(limit.excess(limit.evaluate(self.truth.value.values)), nan=np.inf)
+
+    def of_change(self, limit: Limit) -> np.ndarray:
+        """In percent since the first operations."""
+        value = self.truth.value.values[:, [NAMES.index(name) for name in limit.quantities]]
         return limit.excess(100.0 * (value / value[:_NEW].mean(axis=0) - 1.0))
-    seen = truth.measured.sel(motion=limit.motion, quantity=list(limit.quantities))
-    return limit.excess(seen.transpose("operation", "quantity").values)
+
+    def of_record(self, limit: Limit) -> np.ndarray:
+        """Of what no record shows, nothing is known."""
+        seen = self.truth.measured.sel(motion=limit.motion, quantity=list(limit.quantities))
+        return limit.excess(seen.transpose("operation", "quantity").values)
 
 
 def true_lives(

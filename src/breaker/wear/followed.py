@@ -41,7 +41,7 @@ def follow_curves(
     wear_model = settings["wear_model"]
     names: dict[str, list[str]] = {motion: [] for motion in data}
     for limit in limits:
-        if limit.of == "record":
+        if not limit.source.inferred:
             names[limit.motion] += limit.quantities
     followed = {motion: list(dict.fromkeys(each)) for motion, each in names.items()}
     series = series_of(
@@ -163,7 +163,8 @@ def _limits(
     }
     found = [Forecast.of(limit, onward[limit.since], past, future) for limit in limits]
     zero = np.zeros((1, readout.size))
-    new = [np.median(readout.values(limit, zero, zero + 1e-12)[0], axis=0) for limit in limits]
+    as_new = readout.condition(zero, zero + 1e-12)
+    new = [np.median(limit.read(as_new)[0], axis=0) for limit in limits]
     none = np.zeros((len(where), 0, 3))
     each = ("asked", "limit", "quantile")
     beyond = [one.beyond[:, None] for one in found]

@@ -10,7 +10,6 @@ What lives cost in which it comes too late for that is in the margin (``docs/liv
 """
 
 from collections.abc import Mapping
-from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -89,7 +88,7 @@ class Onward:
     def __init__(
         self, path: Path, readout: Readout, where: np.ndarray, horizon: float, since: str
     ) -> None:
-        self.readout, self.shape = readout, (_NODES, len(where))
+        self.shape = _NODES, len(where)
         self.nodes = np.append(0.0, np.geomspace(_NEAREST, _FARTHEST * horizon, _NODES - 1))
         ahead = self.nodes[:, None, None]
         now = (path.change, path.variance, path.covariance)
@@ -97,18 +96,13 @@ class Onward:
             now = (path.since, path.since_variance, path.covariance)
         change, variance, both = (each[where] for each in now)
         spread = variance + 2.0 * ahead * both + ahead**2 * path.rate_variance[where]
-        self._change = (change + ahead * path.rate[where]).reshape(-1, readout.size)
-        self._variance = np.maximum(spread, 1e-12).reshape(-1, readout.size)
-
-    @cached_property
-    def _parameters(self) -> np.ndarray:
-        """Draws of the change of the parameters, one network's for all limits."""
-        return self.readout.parameters(self._change, self._variance)
+        onward = (change + ahead * path.rate[where]).reshape(-1, readout.size)
+        spread = np.maximum(spread, 1e-12).reshape(-1, readout.size)
+        self._condition = readout.condition(onward, spread)
 
     def values(self, limit: Limit) -> np.ndarray:
         """Return draws of the quantities of a limit, ``(m, n, d, parts)``; nan where not known."""
-        draws = None if limit.of == "record" else self._parameters
-        found = self.readout.values(limit, self._change, self._variance, draws)
+        found = limit.read(self._condition)
         return found.reshape(*self.shape, *found.shape[1:])
 
 
@@ -137,7 +131,7 @@ class Forecast(NamedTuple):
         """
         draws = onward.values(limit)
         now, along = draws[0], _continued(draws, onward.nodes)
-        if limit.of != "record":
+        if limit.source.inferred:
             middle = np.median(along, axis=2, keepdims=True)
             wide = middle + future.widening * (along - middle)
             along = np.where(np.isfinite(along), wide, along)

@@ -7,6 +7,7 @@ coordinates. Either way a limit is beyond with a probability.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -147,49 +148,13 @@ class Readout:
             )
         return found
 
-    def values(
-        self,
-        limit: Limit,
-        change: np.ndarray,
-        variance: np.ndarray,
-        draws: np.ndarray | None = None,
-    ) -> np.ndarray:
-        """Return draws of the quantities of a limit, ``(n, d, parts)``; nan where not known.
+    def condition(self, change: np.ndarray, variance: np.ndarray) -> "Condition":
+        """Return conditions of the drive, which limits read.
 
         Args:
             change, variance: Of the coordinates, ``(n, k)``.
-            draws: What ``parameters`` returns of these; drawn if None and they are needed.
         """
-        if limit.of == "record":
-            return self._measured(limit, change, variance)
-        draws = self.parameters(change, variance) if draws is None else draws
-        if limit.of == "change":
-            return draws[..., [NAMES.index(name) for name in limit.quantities]]
-        if self.theta is None:
-            return np.full((*draws.shape[:2], len(limit.quantities)), np.nan)
-        theta = (self.theta * (1.0 + draws / 100.0)).reshape(-1, len(NAMES))
-        known = np.isfinite(theta).all(axis=1)
-        found = np.full((len(theta), len(limit.quantities)), np.nan)
-        # What a drive does not have any more is beyond any limit.
-        found[known] = np.nan_to_num(limit.evaluate(theta[known]), nan=np.inf)
-        signs = np.where([upper for *_, upper in limit.parts], 1.0, -1.0)
-        return np.where(np.isinf(found), signs * np.inf, found).reshape(*draws.shape[:2], -1)
-
-    def _measured(self, limit: Limit, change: np.ndarray, variance: np.ndarray) -> np.ndarray:
-        """As of ``values``, of what records show: quantiles of a normal, shuffled.
-
-        Alike for each change: a draw is a drive, followed along its path.
-        """
-        found = np.full((len(change), self.draws, len(limit.quantities)), np.nan)
-        normal = ndtri((np.arange(self.draws) + 0.5) / self.draws)
-        rng = np.random.default_rng(self.seed)
-        for k, name in enumerate(limit.quantities):
-            known = self.coordinates.row(limit.motion, name)
-            if known is not None:
-                new, row = known
-                mean, sd = new + change @ row, np.sqrt(variance @ np.square(row))
-                found[..., k] = mean[:, None] + sd[:, None] * rng.permutation(normal)
-        return found
+        return Condition(self, change, variance)
 
     def usual(self) -> np.ndarray:
         """Return the largest change that the family's wear makes of each parameter, percent."""
@@ -198,6 +163,61 @@ class Readout:
         ranges = self.changes.settings["drives"]["wear"]["change"]
         ends = [np.abs(ranges.get(name, [0.0])).max() for name in NAMES]
         return 100.0 * np.where(np.array(ends) > 0.0, ends, np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """A drive in some conditions, as limits read it: draws of quantities, ``(n, d, parts)``.
+
+    nan where a quantity is not known. ``Limit.read`` takes the method of the limit's source.
+
+    Attributes:
+        readout: Of the drive.
+        change, variance: Of the coordinates, ``(n, k)``.
+    """
+
+    readout: Readout
+    change: np.ndarray
+    variance: np.ndarray
+
+    @cached_property
+    def parameters(self) -> np.ndarray:
+        """Draws of the change of the parameters, one network's for all limits."""
+        return self.readout.parameters(self.change, self.variance)
+
+    def of_change(self, limit: Limit) -> np.ndarray:
+        """Return draws of changes of parameters."""
+        return self.parameters[..., [NAMES.index(name) for name in limit.quantities]]
+
+    def of_model(self, limit: Limit) -> np.ndarray:
+        """Return draws of quantities of the model."""
+        draws, new = self.parameters, self.readout.theta
+        if new is None:
+            return np.full((*draws.shape[:2], len(limit.quantities)), np.nan)
+        theta = (new * (1.0 + draws / 100.0)).reshape(-1, len(NAMES))
+        known = np.isfinite(theta).all(axis=1)
+        found = np.full((len(theta), len(limit.quantities)), np.nan)
+        # What a drive does not have any more is beyond any limit.
+        found[known] = np.nan_to_num(limit.evaluate(theta[known]), nan=np.inf)
+        signs = np.where([upper for *_, upper in limit.parts], 1.0, -1.0)
+        return np.where(np.isinf(found), signs * np.inf, found).reshape(*draws.shape[:2], -1)
+
+    def of_record(self, limit: Limit) -> np.ndarray:
+        """Return draws of what records show: quantiles of a normal, shuffled.
+
+        Alike for each change: a draw is a drive, followed along its path.
+        """
+        draws = self.readout.draws
+        found = np.full((len(self.change), draws, len(limit.quantities)), np.nan)
+        normal = ndtri((np.arange(draws) + 0.5) / draws)
+        rng = np.random.default_rng(self.readout.seed)
+        for k, name in enumerate(limit.quantities):
+            known = self.readout.coordinates.row(limit.motion, name)
+            if known is not None:
+                new, row = known
+                mean, sd = new + self.change @ row, np.sqrt(self.variance @ np.square(row))
+                found[..., k] = mean[:, None] + sd[:, None] * rng.permutation(normal)
+        return found
 
 
 def name_set(draws: np.ndarray, usual: np.ndarray) -> list[str]:

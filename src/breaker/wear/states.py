@@ -18,6 +18,8 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from breaker.mechanism import SOURCES
+
 STATES = ("unknown", "healthy", "plan", "now")
 """States of a limit and of a drive, the most urgent last."""
 
@@ -129,7 +131,8 @@ def _vague(life: xr.Dataset) -> np.ndarray:
     unsure = ~(half <= _VAGUE * way)
     of, early, middle = life.part_limit.values, *np.moveaxis(life.steady.values[..., :2], -1, 0)
     every = [unsure[:, of == name].any(axis=1) for name in life.limit.values]
-    badly = (early < _EARLY * middle) & (life.of.values != "record")
+    inferred = [SOURCES[of].inferred for of in life.of.values.tolist()]
+    badly = (early < _EARLY * middle) & np.array(inferred, dtype=bool)
     return np.array(every, dtype=bool).reshape(-1, len(value)).T | badly
 
 

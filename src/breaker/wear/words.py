@@ -8,7 +8,7 @@ from html import escape
 import pandas as pd
 import xarray as xr
 
-from breaker.mechanism import PARAMETERS, in_digits, in_p
+from breaker.mechanism import PARAMETERS, SOURCES, in_digits, in_p
 
 _NOTED = 2.0  # percent, beyond which a change is worth a word
 _SURE = 0.05  # probability of no change below which a parameter is named
@@ -148,7 +148,7 @@ def limit_words(limits: pd.DataFrame) -> pd.DataFrame:
             {
                 "limit": one.limit,
                 "state": one.state,
-                "quantity": f"{'change of ' if one.of == 'change' else ''}{one.quantity}",
+                "quantity": f"{SOURCES[one.of].title}{one.quantity}",
                 "new": in_digits(one.new, 4),
                 "now (90 %)": "{} ({} to {})".format(
                     *(in_digits(each, 4) for each in (one.now, one.now_5, one.now_95))
