@@ -39,6 +39,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "checks": ["check_fitted"],
         "cursors": ["explained"],
         "fitted": [
+            "DESIGN",
             "SWINGING",
             "FittedPrior",
             "fit_type",

@@ -14,13 +14,15 @@ from breaker.model import Prior, Sensor, generator
 from breaker.shipped import DEFAULTS
 from breaker.workflow import UNLIKE, read
 
+DESIGN = 0.6
+"""Share of a breaker's posterior variance that is taken for an error that its type shares."""
+
 SWINGING = 0.2
 """Share of openings that may swing back where the workflow simulates openings at all."""
 
 _DRAWS = 500  # of each operation
 _OPENINGS = 400  # of a prior, that tell whether the model stops them
 _SIZE = 0.3  # sd of the logarithms of a size that is read from records: next to nothing known
-_DESIGN = 0.6  # share of a breaker's posterior variance taken for an error that its type shares
 _ALONE = 1.0  # log-sds of the default: spread between breakers where there is one alone
 _WIDTHS = (np.inf, *np.geomspace(1.0, 0.1, 11).round(2).tolist())  # log-sds, tried in turn
 _LIKE = 0.99 * UNLIKE  # times the reference drive's that a median may be
@@ -71,7 +73,7 @@ class FittedPrior:
         all of them, and in those to be judged.
         """
         sds = [self.own(name)[1] for name in self.fits]
-        return np.sqrt(_DESIGN * np.mean(np.square(sds), axis=0))
+        return np.sqrt(DESIGN * np.mean(np.square(sds), axis=0))
 
     @property
     def spread_seen(self) -> np.ndarray:

@@ -24,7 +24,7 @@ from breaker.answers.weights import (
 )
 from breaker.family import LevelDraws, Levels, choose_family, mean_with_scatter
 from breaker.mechanism import NAMES, Size, speeds_of
-from breaker.model import generator
+from breaker.model import generator, systematic
 
 _ROUNDS = (4_000, 40_000)  # draws that are weighed: more if the first are too few
 _LEAST, _ENOUGH = 100.0, 400.0  # effective size, below which an answer is not resolved; of a round
@@ -178,10 +178,7 @@ def _inferred(within: Sequence[Answer], given: Given, settings: Mapping) -> list
         drawn = f"{effective:.0f} of {weights.size} draws"
         unresolved = f"effective size {drawn}, {_LEAST:.0f} are needed"
     if effective and (weighed or effective < len(weights) - 0.5):
-        places = (np.arange(settings["draws"]) + rng.random()) / settings["draws"]
-        chosen = rng.permutation(np.searchsorted(np.cumsum(weights), places * weights.sum()))
-        chosen = np.minimum(chosen, weights.size - 1)
-        draws = draws.of(chosen)
+        draws = draws.of(systematic(weights, settings["draws"], rng.random(), rng))
     inferred = [
         replace(
             each,

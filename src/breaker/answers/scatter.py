@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from breaker.family import beside_usual
+
 # Usual scatter of operations, and how well it is known, as from so many records more than one.
 _SCATTER, _KNOWN = 0.004, 4
 _PAST = 0.05, 0.002  # of ways past a rest: of themselves, and of the stroke
@@ -39,4 +41,4 @@ def scattered(visits: Sequence[np.ndarray], usual: float, known: float) -> float
     """Return the variance of a reading: as seen in visits, beside what is usual and known of it."""
     seen = sum(len(each) - 1 for each in visits)
     squares = sum(float(np.square(each[:, 0] - each[:, 0].mean()).sum()) for each in visits)
-    return (_KNOWN * (known + usual**2) + squares) / (_KNOWN + seen)
+    return beside_usual(squares, seen, known + usual**2, _KNOWN)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from breaker.mechanism import NAMES, powers
+from breaker.mechanism import NAMES
 from breaker.model import Prior
 
 # All in log-sds of a prior of drives of about one size: some of its variance is between types, some
@@ -66,7 +66,7 @@ def fit_breaker(theta: np.ndarray, family: Prior) -> Fit:
     """
     z = family.standardise(theta)
     precision = np.linalg.inv(np.cov(z.T))
-    along, _ = np.linalg.qr((powers() / family.log_sds).T)
+    along = family.size_axes
     # The prior is taken off the posterior; where draws happen to be wider, they say nothing.
     sizes, axes = np.linalg.eigh(precision - (np.eye(len(z.T)) - along @ along.T))
     matrix = (axes * np.maximum(sizes, 0.0)) @ axes.T

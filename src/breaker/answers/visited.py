@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from breaker.answers.changed import VERDICT_WORDS, Compared
 from breaker.answers.documents import plainly
-from breaker.answers.words import limit_lines, wrapped
+from breaker.answers.words import limit_lines
+from breaker.inspection import wrapped
 from breaker.mechanism import in_digits, in_p
 
 _NAME = "{:<28}{:>8} {:>8}"

@@ -1,13 +1,12 @@
 """An answer in words, for a terminal of 100 columns."""
 
 from collections.abc import Mapping, Sequence
-from textwrap import wrap
 
 from breaker.answers.cursors import place_lines
 from breaker.answers.judgement import VERDICTS
+from breaker.inspection import wrapped
 from breaker.mechanism import in_digits, in_p
 
-_WIDTH = 100
 _ROW = "  {:<14} {:>8}  {:<20} {:<7} {}"
 _CELLS, _CELL = 3, 31  # of a line of a short block, and letters of each
 _EDGE = 0.02  # p-value, below which a record is at the edge of a family
@@ -289,9 +288,3 @@ def _interval(ends: Sequence[float]) -> str:
     """Ends of an interval, with as many digits as set them apart."""
     texts = ([in_digits(end, digits) for end in ends] for digits in range(4, 8))
     return " to ".join(next((each for each in texts if each[0] != each[1]), map(_number, ends)))
-
-
-def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
-    """Lines of a text, of which the first and the others begin with blanks."""
-    look = {"initial_indent": first, "subsequent_indent": indent}
-    return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)

@@ -37,6 +37,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "levels": ["EVENTS", "LevelDraws", "Levels", "level_outputs", "outputs_there"],
         "membership": ["PARTS", "Match", "Membership", "choose_family", "distances"],
         "network": ["Network"],
+        "scatter": ["beside_usual"],
         "saved": ["open_network", "shipped_networks", "trained_on", "write_network"],
     },
 )

@@ -13,7 +13,8 @@ import numpy as np
 
 from breaker.family.inputs import Basis, NormalisedRecords, without_onset
 from breaker.family.measured import normalise_record
-from breaker.records import Raw, Shape
+from breaker.family.scatter import beside_usual
+from breaker.records import Raw, Shape, median_units
 
 SCATTER_DIRECTIONS = 8
 """First components of changes, in which scatter is measured, as noise."""
@@ -59,9 +60,8 @@ def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     Raises:
         ValueError: If a record has no motion from one rest to another.
     """
-    own = [normalise_record(raw)[0] for raw in raws]
-    stroke, duration = np.median([(each.stroke, each.duration) for each in own], axis=0).tolist()
-    units = like or own[0]._replace(stroke=stroke, duration=duration)
+    middle = median_units([normalise_record(raw)[0] for raw in raws])
+    units = like or middle
     seen, n = [normalise_record(raw, units)[1] for raw in raws], len(raws)
     way, present = (
         np.concatenate([getattr(each, of) for each in seen]) for of in ("way", "present")
@@ -72,7 +72,8 @@ def mean_record(raws: Sequence[Raw], like: Shape | None = None) -> Mean:
     swing = np.mean([raw.ripple.rms**2 for raw in raws]) / units.stroke**2  # in step in all of them
     noise = np.sqrt((np.mean([each.noise**2 for each in seen]) + (n - 1) * swing) / n)
     colour, step = (np.mean([getattr(each, of) for each in seen]) for of in ("colour", "step"))
-    numbers = (np.array([each]) for each in (stroke, duration, noise, colour, step))
+    own = middle.stroke, middle.duration
+    numbers = (np.array([each]) for each in (*own, noise, colour, step))
     whole = NormalisedRecords(np.array([True]), mean[None], there[None], *numbers)
     both = present & there
     return Mean(units, whole, without_onset(np.tile(mean, (n, 1)), way, both))
@@ -120,7 +121,7 @@ def _noise_of(mean: Mean, count: int, apart: np.ndarray, seen: int) -> np.ndarra
     """
     single = np.square(mean.seen.noise) * count
     found = np.square(np.median(apart)) if seen else 0.0
-    scattered = (_KNOWN * (single + _USUAL**2) + seen * found) / (_KNOWN + seen)
+    scattered = beside_usual(seen * found, seen, single + _USUAL**2, _KNOWN)
     return np.sqrt(np.maximum(single, scattered) / count)
 
 

@@ -13,14 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.mechanism import powers
+from breaker.answers import DESIGN
+from breaker.family import beside_usual
 from breaker.model import Prior
 
 _ODD, _FAR = 0.02, 0.3  # share of odd drives, and the sd of the logarithm by which they are odd
 _LEAST, _KNOWN = 0.1, 4.0  # spread that is expected, log-sds of the prior; as of so many drives
 _OWN = 0.2  # share of a posterior's variance that is expected from operation to operation
 _WIDER = 1.5  # factor on the variance seen: what operations of one visit share is not in it
-_DESIGN = 0.6  # share of a posterior's variance that is an error of the type (answers.fitted)
 _ROUNDS, _SETTLED = 500, 1e-7
 FEWEST = 5
 """Drives of a type from which one may be told as odd."""
@@ -48,8 +48,8 @@ class Drawn(NamedTuple):
 
     def error(self) -> np.ndarray:
         """Return the covariance of each mean, by what is seen from operation to operation."""
-        seen = self.squares.sum(axis=0) + _KNOWN * _OWN * self.posterior
-        one = _WIDER * seen / (_KNOWN + float((self.count - 1).sum()))
+        squares, seen = self.squares.sum(axis=0), float((self.count - 1).sum())
+        one = _WIDER * beside_usual(squares, seen, _OWN * self.posterior, _KNOWN)
         return one / self.count[:, None, None]
 
 
@@ -84,8 +84,7 @@ class TypeOfBreaker:
 
 def _family_log_prob(theta: np.ndarray, family: Prior) -> np.ndarray:
     """Log density of the family's prior, at all sizes alike, but for a constant, ``(d,)``."""
-    along, _ = np.linalg.qr((powers() / family.log_sds).T)
-    z = (np.log(theta) - np.log(family.medians)) / family.log_sds
+    z, along = family.standardise(theta), family.size_axes
     return -0.5 * np.square(z - z @ along @ along.T).sum(axis=1)
 
 
@@ -120,14 +119,14 @@ def learn_type(drawn: Drawn, usual: np.ndarray) -> TypeOfBreaker:
         counts = share[:, :, None] * (1.0 - np.eye(p + 1, p, -1))  # the odd parameter counts not
         total = counts.sum(axis=(0, 1))
         moved = (counts * mean).sum(axis=(0, 1)) / total
-        variance = ((counts * square).sum(axis=(0, 1)) + _KNOWN * least) / (total + _KNOWN)
+        variance = beside_usual((counts * square).sum(axis=(0, 1)), total, least, _KNOWN)
         centre = centre + moved
         if np.abs(moved).max() < _SETTLED:
             break
     log, _, _ = _components(x - centre, error, variance)
     evidence = log[:, 1:] - log[:, :1] if n >= FEWEST else np.full((n, p), -np.inf)
     known = (variance + np.diagonal(error.mean(axis=0))) / n
-    sds = np.sqrt(variance + known + _DESIGN * drawn.posterior.diagonal())
+    sds = np.sqrt(variance + known + DESIGN * drawn.posterior.diagonal())
     return TypeOfBreaker(np.exp(centre), np.sqrt(variance), sds, evidence, np.expm1(x - centre))
 
 

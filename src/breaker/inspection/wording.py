@@ -31,8 +31,8 @@ def overlay_of(proposal: Proposal) -> str:
     if 2 + len(lines) + len(sensor) > _LONGEST:
         packed = [f"{pair},{lacking[key]}" for key, pair in pairs.items() if key in lacking]
         known = ", ".join(pair for key, pair in pairs.items() if key not in lacking)
-        packed += _lines(known, _WIDTH - 6)
-        lines = ["    {", *(f"      {line}" for line in packed), "    }"]
+        packed = [*(f"      {line}" for line in packed), *wrapped(known, " " * 6, " " * 6)]
+        lines = ["    {", *packed, "    }"]
     return "\n".join(["endurance:", "  format:", *lines, *sensor, ""])
 
 
@@ -94,11 +94,13 @@ def alike(said: Iterable[tuple[str, str, str]]) -> list[list[tuple[str, str, str
 
 def bullet(text: str) -> str:
     """Return a text as an item of a list, in lines of no more than 100 signs."""
-    return "  - " + "\n    ".join(_lines(text, _WIDTH - 4))
+    return "\n".join(wrapped(text, "  - "))
 
 
-def _lines(text: str, width: int) -> list[str]:
-    return wrap(text, width, break_long_words=False, break_on_hyphens=False)
+def wrapped(text: str, first: str = "  ", indent: str = "    ") -> list[str]:
+    """Return the lines of a text for a terminal of 100 columns: how the first and others begin."""
+    look = {"initial_indent": first, "subsequent_indent": indent}
+    return wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False, **look)
 
 
 def _text(proposal: Proposal) -> str:
@@ -146,7 +148,7 @@ def _stated(proposal: Proposal) -> list[str]:
         ),
     }
     lines = [
-        f"  {name + ':':<16} " + ("\n" + " " * 19).join(_lines(value, _WIDTH - 19))
+        "\n".join(wrapped(value, f"  {name + ':':<16} ", " " * 19))
         for name, value in given.items()
         if value
     ]

@@ -15,7 +15,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "joint": ["Model"],
         "plausibility": ["distance", "excess", "principal_components"],
         "prior": ["Prior"],
-        "randomness": ["generator", "seed_integer"],
+        "randomness": ["generator", "seed_integer", "systematic"],
         "saved": ["ModelFileError", "SavedModel", "open_model", "write_model"],
         "sensor": ["Sensor", "grid"],
     },

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import log_ndtr, ndtr, ndtri  # scipy.stats takes most of a second to load
 
-from breaker.mechanism import NAMES, Size, pressed, pressed_half_space
+from breaker.mechanism import NAMES, Size, powers, pressed, pressed_half_space
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +61,11 @@ class Prior:
         on standardised parameters ``z``.
         """
         return pressed_half_space(self.medians, self.log_sds)
+
+    @property
+    def size_axes(self) -> np.ndarray:
+        """Axes along which the size of a drive moves standardised parameters, ``(p, 2)``."""
+        return np.linalg.qr((powers() / self.log_sds).T)[0]
 
     @cached_property
     def log_support(self) -> float:

@@ -26,6 +26,26 @@ def generator(seed: int, *purpose: str | int) -> np.random.Generator:
     return np.random.default_rng([seed, *words.tolist()])
 
 
+def systematic(weights: np.ndarray, n: int, start: float, rng: np.random.Generator) -> np.ndarray:
+    """Return the indices of ``n`` draws taken by their weights, ``(n,)``.
+
+    Systematic resampling: each draw is taken its expected number of times, rounded up or down.
+    The order is random, so that the first few are as good as any.
+
+    Args:
+        weights: Of the draws, ``(d,)``, not negative, of any sum above 0.
+        start: A uniform number from 0 to 1, where the first is taken.
+        rng: Of the order.
+
+    Example:
+        >>> sorted(systematic(np.array([0.0, 3.0, 1.0]), 4, 0.5, np.random.default_rng(1)))
+        [1, 1, 1, 2]
+    """
+    edges = np.cumsum(weights)
+    positions = (start + np.arange(n)) / n * edges[-1]
+    return rng.permutation(np.searchsorted(edges, positions))
+
+
 def seed_integer(seed: int, *purpose: str | int) -> int:
     """Return a 63-bit seed for a generator of another library, from a seed and a purpose."""
     return int(generator(seed, *purpose).integers(2**63))

@@ -23,6 +23,8 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
+from breaker.model import systematic
+
 _FEWEST = 25  # draws of weight above zero from which a tail is fitted
 
 
@@ -142,9 +144,6 @@ def _tail_shape(excess: np.ndarray) -> float:
 def resample(log_weights: np.ndarray, n: int, rng: np.random.Generator) -> np.ndarray:
     """Return the indices of ``n`` draws taken by their normalised weights, ``(n,)``.
 
-    Systematic resampling: each draw is taken its expected number of times, rounded up or down.
-    The order is random, so that the first few are as good as any.
+    As ``systematic`` does, from a start above 0, so that no draw of weight 0 is ever taken.
     """
-    edges = np.cumsum(np.exp(log_weights))
-    positions = (1.0 - rng.random() + np.arange(n)) / n * edges[-1]
-    return rng.permutation(np.searchsorted(edges, positions))
+    return systematic(np.exp(log_weights), n, 1.0 - rng.random(), rng)

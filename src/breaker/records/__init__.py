@@ -22,6 +22,14 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "running": ["filled"],
         "scale": ["Scale"],
         "segments": ["Course"],
-        "shape": ["SHAPE_STEP", "SHAPE_TIMES", "Shape", "effective_noise", "normalise", "shape_of"],
+        "shape": [
+            "SHAPE_STEP",
+            "SHAPE_TIMES",
+            "Shape",
+            "effective_noise",
+            "median_units",
+            "normalise",
+            "shape_of",
+        ],
     },
 )

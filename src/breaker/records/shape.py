@@ -7,6 +7,7 @@ a long record and a short one have the same rests. What networks see, in trainin
 made here.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +50,12 @@ class Shape(NamedTuple):
     stroke: float
     origin: float
     duration: float
+
+
+def median_units(shapes: Sequence[Shape]) -> Shape:
+    """Return the first of a drive's shapes with the median stroke and duration of all."""
+    middle = np.median([(each.stroke, each.duration) for each in shapes], axis=0).tolist()
+    return shapes[0]._replace(stroke=middle[0], duration=middle[1])
 
 
 def shape_of(travel: np.ndarray, step: float, like: Shape | None = None) -> Shape:

@@ -16,7 +16,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from breaker.family import SCATTER_DIRECTIONS, Basis, without_onset
+from breaker.family import SCATTER_DIRECTIONS, Basis, beside_usual, without_onset
 from breaker.wear.path import Block
 from breaker.wear.series import Series
 
@@ -214,7 +214,7 @@ def _covariance(changes: np.ndarray, usual: np.ndarray) -> np.ndarray:
     for _ in range(2):
         if not len(apart):
             break
-        found = (apart.T @ apart + _KNOWN * usual) / (len(apart) + _KNOWN)
+        found = beside_usual(apart.T @ apart, len(apart), usual, _KNOWN)
         squares = np.einsum("nk,nk->n", apart, np.linalg.solve(found, apart.T).T)
         apart = apart[squares <= _OUTLIER * np.median(squares)]
     total = len(apart) + _KNOWN

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.family import NormalisedRecords, network_record
-from breaker.records import SHAPE_TIMES, Shape, shape_of
+from breaker.records import SHAPE_TIMES, Shape, median_units, shape_of
 from breaker.wear.events import Event
 
 _ALIKE = 5.0  # K, within which new operations are compared
@@ -150,15 +150,14 @@ def _motion(
     own = [each for i in new if usable[i] and (each := _shape(sign * records[i], step[i]))]
     if not own:
         return None
-    stroke, duration = np.median([(each.stroke, each.duration) for each in own], axis=0).tolist()
-    units = own[0]._replace(stroke=stroke, duration=duration)
+    units = median_units(own)
     for i, (sd, colour, each) in enumerate(told):
         if usable[i] and (shape := _shape(sign * records[i], each, units)) is not None:
             way[i], present[i] = shape.way, shape.present
             noise[i] = network_record(shape, sd, colour, each, units).noise[0]
     there = data.measured.sel(quantity=list(names)).values.T if names else ()
     measured = dict(zip(names, there, strict=True))
-    return Motion(way, present, noise, stroke, duration, measured)
+    return Motion(way, present, noise, units.stroke, units.duration, measured)
 
 
 def _shape(record: np.ndarray, step: float, like: Shape | None = None) -> Shape | None:
