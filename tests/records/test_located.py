@@ -67,3 +67,23 @@ def test_a_slip_of_the_first_of_three_motions_is_seen_by_the_rests_of_one_positi
         operation = Operation(1, tmp_path / "a.csv", begin=200.0, end=420.0)
         ((raw,),) = read_raws([operation], settings, "closing")
         assert raw.unreturned == pytest.approx(slip, abs=0.2)
+
+
+@pytest.mark.parametrize("slip", [-1.2, 0.0, 1.2])
+def test_a_slip_within_the_noise_of_one_motion_is_in_its_stroke(tmp_path, slip):
+    """No rest contradicts it: single samples show it in some records, those about it in all."""
+    time, settings = np.arange(0.0, 300.0, 0.2), complete({"travel_unit": "mm", "zero": "rest"})
+    way = STROKE * np.sin(0.5 * np.pi * np.clip((time - 40.0) / 50.0, 0.0, 1.0))
+    exact = {"stroke": STROKE, "travel_time": 100.0 / np.pi * (np.arcsin(0.9) - np.arcsin(0.1))}
+    for seed in range(10):
+        travel = way + slip * (time > 85.0)
+        travel += 0.1 * np.random.default_rng(seed).standard_normal(time.size)
+        path = tmp_path / "a.csv"
+        np.savetxt(path, np.c_[time, travel], delimiter=",", header="time,travel", comments="")
+        ((raw,),) = read_raws([Operation(1, path)], settings | {"time_unit": "ms"}, "closing")
+        remarks = " ".join(raw.remarks_on())
+        assert ("slip at" in remarks) + ("the transducer slipped" in remarks) == bool(slip)
+        for name, found in raw.measured(()).items():
+            if name in exact:
+                assert abs(found.value - exact[name]) < 3.5 * found.sd
+                assert slip or found.sd < 0.03

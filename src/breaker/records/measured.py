@@ -25,6 +25,7 @@ from breaker.records.located import LocatedMotion
 from breaker.records.rests import Rests
 from breaker.records.scale import seen_quantum
 from breaker.records.segments import find_segment
+from breaker.records.slips import hidden_slip
 from breaker.records.uncertain import Trace, Uncertain
 
 _AROUND = 6.0, 9.0  # times the motion's duration, the record before and after it that counts
@@ -105,6 +106,8 @@ class Reading:
         located: That motion.
         contact: When the contact touched or parted, and the trigger came.
         speeds: How speeds are defined.
+        hidden: Sample of the trace from which on it is elsewhere by a slip that no sample alone
+            shows, and by how much, mm; None without one.
     """
 
     located: LocatedMotion
@@ -133,6 +136,9 @@ class Reading:
         count = round(_LEAP * self.duration / located.step)
         slips = [(k - near.start, leap_at(forward, k, count)) for k in slips]
         self.trace = Trace(time[near], forward[near], *around, rippled, slips)
+        self.hidden = hidden_slip(self.trace, self.arrival)
+        if self.hidden is not None:
+            self.trace.slips = [*slips, self.hidden]
         self.rests = Rests(self.trace, segment, moves, self.arrival)
 
     def quantities(self) -> dict[str, Measured]:

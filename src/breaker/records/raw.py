@@ -64,6 +64,7 @@ class Raw(LocatedMotion):
             doubts_in_words(self.time, self.whole, self.doubts),
             self._rippled,
             self._slipped,
+            self._hidden,
             *inconsistencies(time, left, self.moves, noise_sd or 0.0, self.quantum),
         ]
 
@@ -82,6 +83,19 @@ class Raw(LocatedMotion):
         return (
             f"the drive rests {in_digits(off, 2)} mm from where it rested before another motion of "
             "the record: the transducer slipped, and the stroke is no better known than that"
+        )
+
+    @property
+    def _hidden(self) -> str:
+        """That the reading steps within its noise, in words; "" if it does not."""
+        reading = Reading(self, self.contact, ())
+        if reading.hidden is None:
+            return ""
+        place, size = reading.hidden
+        return (
+            f"at {in_digits(reading.trace.time[place], 5)} ms the reading steps by "
+            f"{in_digits(abs(size), 2)} mm, as if the transducer slipped: the stroke is no better "
+            "known than that"
         )
 
     @property

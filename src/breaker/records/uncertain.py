@@ -105,14 +105,14 @@ class Trace:
         return np.flatnonzero((self.time >= begin) & (self.time <= end) & self._there)
 
     @property
-    def _alike(self) -> float:
+    def alike(self) -> float:
         """Factor by which colour makes the variance of a mean of many samples larger."""
         return (1.0 + self.colour) / (1.0 - self.colour)
 
     @property
     def noise_of_mean(self) -> float:
         """Standard deviation of a mean over the time of the motion, mm."""
-        return self.noise * float(np.sqrt(self._alike * self.step / self.duration))
+        return self.noise * float(np.sqrt(self.alike * self.step / self.duration))
 
     @cached_property
     def half(self) -> float:
@@ -171,7 +171,7 @@ class Trace:
         found = settling(self.time[window], self.travel[window]) if window.size > _LEAST else None
         if found is None:
             return None
-        noise = self._alike * self.noise**2 / found.every
+        noise = self.alike * self.noise**2 / found.every
         left = math.sqrt(found.misfit - noise) if found.misfit > _MISFIT * noise else 0.0
         late = self.travel[window[2 * window.size // 3 :]]
         moved = _OTHER_MODES * float(np.ptp(self.travel[window]))
