@@ -5,10 +5,12 @@ test holds: see there for what they compute.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 _CLIP, _WIDEST = 5.0, 7.0  # as of ``AutoregressiveMixture``
+_AT_ONCE = 2_000  # draws whose arrays stay in a processor's cache
 
 
 class Network:
@@ -56,33 +58,67 @@ class Network:
         weights = np.zeros((n, q, q), dtype=head.dtype)
         weights[:, *np.tril_indices(q, -1)] = below
         scale = np.exp(np.clip(scale, -_WIDEST, _WIDEST))
-        shift = self._layer("project", features, "inference").reshape(n, q, -1)
-        enter, leave, bias = (self.arrays[f"inference.{k}"] for k in ("enter", "leave", "bias"))
-        theta, seen = np.zeros((n, draws, q)), np.zeros((n, draws, 2 * q), dtype=head.dtype)
+        shift = self._layer("project", features, "inference").reshape(n, q, -1, 1)
+        linear = _Linear(place[..., None], scale[..., None], weights[:, :, None], shift)
         uniform, normal = rng.random((draws, q, 2)), rng.standard_normal((draws, q))
+        theta = np.zeros((n, q, draws))
+        inputs = max(1, _AT_ONCE // draws)
+        for some in (slice(k, k + inputs) for k in range(0, n, inputs)):
+            for few in (slice(k, k + _AT_ONCE) for k in range(0, draws, _AT_ONCE)):
+                chance = uniform[few].T, normal[few].T
+                self._fill(theta[some, :, few], linear.of(some), there, *chance)
+        return theta.transpose(0, 2, 1)
+
+    def _fill(
+        self,
+        theta: np.ndarray,
+        linear: "_Linear",
+        there: np.ndarray,
+        uniform: np.ndarray,
+        normal: np.ndarray,
+    ) -> None:
+        """Draw outputs ``(n, q, d)`` by random numbers ``(2, q, d)`` and ``(q, d)``, in place."""
+        (n, q, draws), dtype = theta.shape, linear.place.dtype
+        enter, leave, bias = (self.arrays[f"inference.{k}"] for k in ("enter", "leave", "bias"))
+        # What an output sees of each one before it, residual and atom, side by side.
+        enter = enter.reshape(q, 2, q, -1).transpose(0, 3, 2, 1).reshape(q, -1, 2 * q)
+        seen, sums = np.zeros((n, 2 * q, draws), dtype), np.tri(self.components, dtype=dtype)
         for i in np.flatnonzero(there):
-            earlier = np.r_[:i, q : q + i]
-            hidden = _silu(seen[..., earlier] @ enter[i, earlier] + shift[:, None, i])
-            numbers = hidden @ leave[i] + bias[i]
-            logits, means, widths = np.split(numbers[..., :-1], 3, axis=-1)
-            share = np.cumsum(np.exp(logits - logits.max(axis=-1, keepdims=True)), axis=-1)
-            chosen = (share < uniform[:, i, :1] * share[..., -1:]).sum(axis=-1, keepdims=True)
-            mean, width = (np.take_along_axis(e, chosen, axis=-1)[..., 0] for e in (means, widths))
-            residual = mean + np.exp(np.clip(width, -_WIDEST, _WIDEST)) * normal[:, i]
-            atom = np.zeros((n, draws), dtype=bool)
-            if self.atoms[i]:
-                atom = uniform[:, i, 1] < _logistic(numbers[..., -1])
-            value = place[:, i, None] + np.einsum("ndq,nq->nd", theta, weights[:, i])
-            value += scale[:, i, None] * residual
-            theta[..., i] = np.where(atom, 0.0, value)
-            seen[..., i] = np.where(atom, 0.0, np.clip(residual, -_CLIP, _CLIP))
-            seen[..., q + i] = atom
-        return theta
+            hidden = _silu(enter[i, :, : 2 * i] @ seen[:, : 2 * i] + linear.shift[:, i])
+            numbers = leave[i].T @ hidden + bias[i, :, None]
+            logits, means, widths = np.split(numbers[:, :-1], 3, axis=1)
+            share = sums @ np.exp(logits - logits.max(axis=1, keepdims=True))
+            chosen = (share < uniform[0, i] * share[:, -1:]).sum(axis=1, keepdims=True)
+            mean, width = (np.take_along_axis(e, chosen, axis=1)[:, 0] for e in (means, widths))
+            residual = mean + np.exp(np.clip(width, -_WIDEST, _WIDEST)) * normal[i]
+            free = uniform[1, i] >= _logistic(numbers[:, -1]) if self.atoms[i] else True
+            value = linear.place[:, i] + (linear.weights[:, i, :, :i] @ theta[:, :i])[:, 0]
+            theta[:, i] = np.where(free, value + linear.scale[:, i] * residual, 0.0)
+            seen[:, 2 * i] = np.where(free, np.clip(residual, -_CLIP, _CLIP), 0.0)
+            seen[:, 2 * i + 1] = np.logical_not(free)
+
+
+class _Linear(NamedTuple):
+    """What is linear in an output, of each input and output."""
+
+    place: np.ndarray  # (n, q, 1)
+    scale: np.ndarray
+    weights: np.ndarray  # (n, q, 1, q) of the outputs before
+    shift: np.ndarray  # (n, q, w, 1) of the hidden layer
+
+    def of(self, some: slice) -> "_Linear":
+        """Those of some inputs."""
+        return _Linear(*(each[some] for each in self))
 
 
 def _silu(x: np.ndarray) -> np.ndarray:
-    return x * _logistic(x)
+    y = _logistic(x)
+    y *= x
+    return y
 
 
 def _logistic(x: np.ndarray) -> np.ndarray:
-    return 0.5 + 0.5 * np.tanh(0.5 * x)  # without overflow
+    y = np.tanh(0.5 * x)  # without overflow
+    y *= 0.5
+    y += 0.5
+    return y
