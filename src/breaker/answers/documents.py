@@ -13,7 +13,7 @@ from breaker.answers.identity import doubts_about
 from breaker.answers.judgement import NORMAL, VERDICTS
 from breaker.family import MECHANISMS
 from breaker.files import ABOUT, printable, table_text
-from breaker.mechanism import EVENTS, MOTIONS, PARAMETERS, SOURCES, quantities_of
+from breaker.mechanism import EVENTS, MOTIONS, PARAMETERS, quantities_of
 
 _FEWEST = 2  # records that are summed up together
 _WIPE = {"closing": "way still to go at touch", "opening": "way gone at parting"}
@@ -158,7 +158,7 @@ def _quantities(answer: Answer) -> dict:
     """Quantities that are no parameters, as far as the record may show them at all."""
     found = {}
     motion = answer.record.motion
-    for name, each in quantities_of(motion, answer.speeds, SOURCES).items():
+    for name, each in quantities_of(motion, answer.speeds, of=None).items():
         row = {"unit": each.unit, "meaning": _WIPE[motion] if name == "wipe" else each.meaning}
         reason, source = answer.why_not(name), None
         if name == "latch_time" and reason:

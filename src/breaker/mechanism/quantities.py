@@ -112,13 +112,13 @@ def quantities(speeds: Sequence[Speed] = SPEEDS) -> dict[str, Quantity]:
 
 
 def quantities_of(
-    motion: str, speeds: Sequence[Speed] = SPEEDS, of: Collection[str] = _MODEL
+    motion: str, speeds: Sequence[Speed] = SPEEDS, of: Collection[str] | None = _MODEL
 ) -> dict[str, Quantity]:
     """Return the quantities of a motion that are no parameters, by name.
 
     Args:
         motion: "closing" or "opening".
-        of: Names of sources, any of which they can be read from.
+        of: Names of sources, any of which they can be read from; None for any at all.
 
     Example:
         >>> list(quantities_of("opening"))
@@ -127,7 +127,7 @@ def quantities_of(
     return {
         name: each
         for name, each in quantities(speeds).items()
-        if motion in each.motions and name not in NAMES and set(of) & set(each.of)
+        if motion in each.motions and name not in NAMES and (of is None or set(of) & set(each.of))
     }
 
 

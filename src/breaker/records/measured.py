@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.mechanism import SOURCES, SPEEDS, Point, Speed, in_digits, quantities_of
+from breaker.mechanism import SPEEDS, Point, Speed, in_digits, quantities_of
 from breaker.records.doubtful import doubtful_samples
 from breaker.records.edges import Contact
 from breaker.records.errors import NotShownError, UnusableError
@@ -154,7 +154,7 @@ class Reading:
             "bounce_time": self.bounce_time,
             **{each.name: partial(self.speed, each) for each in self.speeds},
         }
-        names = quantities_of(self.located.motion, self.speeds, SOURCES)
+        names = quantities_of(self.located.motion, self.speeds, of=None)
         return {name: self.told(ways[name]) for name in names}
 
     def told(self, way) -> Measured:

@@ -40,7 +40,7 @@ import numpy as np
 import xarray as xr
 
 from breaker.files import ABOUT, Operation, RejectedCurveError, printable
-from breaker.mechanism import SOURCES, SPEEDS, Speed, quantities_of
+from breaker.mechanism import SPEEDS, Speed, quantities_of
 from breaker.records.errors import UnusableError
 from breaker.records.grid import Grid, Gridded, check_missing, grid_remarks
 from breaker.records.measured import Measured
@@ -167,7 +167,7 @@ def _dataset(
         **{name: np.array([getattr(each, name) for each in operations]) for name in ABOUT},
     }
     numbers = [each.numbers if each else _NUMBERS for each in read]
-    names = quantities_of(motion, speeds, SOURCES)
+    names = quantities_of(motion, speeds, of=None)
     rejected = dict.fromkeys(names, Measured(np.nan, np.nan, "the record was rejected"))
     rows = [each.measured(speeds) if each else rejected for each in read]
     shape = len(rows), len(names)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from breaker.mechanism import NAMES, SOURCES, SPEEDS, Speed, quantities_of, travel
+from breaker.mechanism import NAMES, SPEEDS, Speed, quantities_of, travel
 from breaker.records import Contact, measure_curve
 from breaker.synthetic.rigs import Rig
 
@@ -68,7 +68,7 @@ def _measured(
     times = np.arange(-sensor["lead"], sensor["length"], 1.0 / sensor["rate"])
     stages = np.append(np.linspace(1, operations[-1], _STAGES), knee * rig.settings["operations"])
     stages = np.unique(np.clip(stages.round(), 1, operations[-1])).astype(int)
-    names = list(dict.fromkeys(n for m in motions for n in quantities_of(m, speeds, SOURCES)))
+    names = list(dict.fromkeys(n for m in motions for n in quantities_of(m, speeds, of=None)))
     seen = np.full((len(stages), len(motions), len(names)), np.nan)
     for i, operation in enumerate(stages.tolist()):
         drive = rig.worn(operation, scatter=False, changes=changes)
