@@ -13,6 +13,7 @@ from breaker.answers.weights import contradicted, possible, weights_of
 from breaker.family.levels import LevelDraws
 from breaker.family.membership import Match
 from breaker.files.manifest import Operation
+from breaker.files.opened import Files
 from breaker.files.preamble import Preamble
 from breaker.mechanism.curves import travel
 from breaker.mechanism.parameters import NAMES
@@ -238,7 +239,7 @@ def test_no_draw_has_a_gap_beyond_the_stroke_or_a_contact_beyond_the_rest(answer
 def test_what_is_missing_is_of_the_motion():
     """A gap within it, but not that the record ends early."""
     raw = replace(smooth(np.random.default_rng(1), until=45.0), settings={"missing": 0.05})
-    reader = _Reader("closing", {}, {raw.operation.file: Preamble()}, (), 0)
+    reader = _Reader("closing", {}, Files(), {raw.operation.file: Preamble()}, (), 0)
     assert reader.records(raw.operation, raw)[0].reason == ""
     gap = replace(raw, whole=np.where(np.abs(raw.time - 30.0) < 4.0, np.nan, raw.whole))
     (found,) = reader.records(raw.operation, gap)

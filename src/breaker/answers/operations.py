@@ -12,14 +12,18 @@ from breaker.answers.identity import without_copies
 from breaker.answers.record import Record
 from breaker.answers.stated import against_stated, with_stated_rate
 from breaker.family import normalise_record
-from breaker.files import Operation, Preamble
+from breaker.files import Files, Operation, Preamble
 from breaker.inspection import stated_in
 from breaker.mechanism import MOTIONS, in_digits
 from breaker.records import Raw, Shape, read_raws, taken_apart
 
 
 def read_operations(
-    operations: Mapping[str, Sequence[Operation]], settings: Mapping, *, loose: bool = False
+    operations: Mapping[str, Sequence[Operation]],
+    settings: Mapping,
+    *,
+    loose: bool = False,
+    files: Files | None = None,
 ) -> list[Record]:
     """Read the records of a drive, motion by motion.
 
@@ -30,19 +34,23 @@ def read_operations(
         loose: Whether each file may hold either motion or both: then of files that hold one, the
             other is left out, and a file of neither is there once. A motion that a file holds more
             than once is there as often, with numbers beyond those of the operations.
+        files: In which they are opened, where others open them, too.
     """
-    files = {each.file: each for some in operations.values() for each in some}
+    files = files or Files()
+    last = {each.file: each for some in operations.values() for each in some}
     stated = {
-        file: stated_in(file, {**settings, **each.settings}, each.channel)
-        for file, each in files.items()
+        file: stated_in(files[file], {**settings, **each.settings}, each.channel)
+        for file, each in last.items()
     }
     found = {}
     for each, same in groupby(operations, key=operations.get):  # files of both are read once
         motions = [*same]
         rated = [with_stated_rate(one, stated[one.file], settings) for one in each]
         told = {new.file for new, old in zip(rated, each, strict=True) if new is not old}
-        for motion, raws in zip(motions, read_raws(rated, settings, *motions), strict=True):
-            reader = _Reader(motion, settings, stated, told, len(each) if loose else 0)
+        for motion, raws in zip(
+            motions, read_raws(rated, settings, *motions, files=files), strict=True
+        ):
+            reader = _Reader(motion, settings, files, stated, told, len(each) if loose else 0)
             found[motion] = [reader.records(*both) for both in zip(rated, raws, strict=True)]
     if loose and len(found) == len(MOTIONS):
         kept = [_kept(*both) for both in zip(*found.values(), strict=True)]
@@ -54,7 +62,7 @@ class _Reader(NamedTuple):
     """How the records of a motion are read.
 
     Attributes:
-        motion, settings: As of ``read_operations``.
+        motion, settings, files: As of ``read_operations``.
         stated: What stands above the samples, by file.
         rated: Files that tell their rate themselves.
         beyond: From which numbers of operations go on where a motion comes again.
@@ -62,6 +70,7 @@ class _Reader(NamedTuple):
 
     motion: str
     settings: Mapping
+    files: Files
     stated: Mapping[str | Path, Preamble]
     rated: Collection[str | Path]
     beyond: int
@@ -72,7 +81,7 @@ class _Reader(NamedTuple):
         if not apart:
             return [self._record(operation, raw)]
         each = [replace(one, number=one.number + k * self.beyond) for k, one in enumerate(apart)]
-        (raws,) = read_raws(each, self.settings, self.motion)
+        (raws,) = read_raws(each, self.settings, self.motion, files=self.files)
         return [self._record(*both) for both in zip(each, raws, strict=True)]
 
     def _record(self, operation: Operation, raw: Raw | Exception) -> Record:

@@ -3,8 +3,12 @@
 import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from breaker.cli.named import MOTIONS, each_once, is_folder
+
+if TYPE_CHECKING:
+    from breaker.files import Files, Opened
 
 
 def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping) -> list:
@@ -17,10 +21,10 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping)
         ValueError: If a table names several breakers.
     """
     from breaker.answers import read_operations
-    from breaker.files import MANIFEST, Operation, read_manifest, record_files
+    from breaker.files import MANIFEST, Files, Operation, read_manifest, record_files
 
     rows: dict[str, list] = {motion: [] for motion in MOTIONS}
-    files: list[Path] = []
+    files, opened = [], Files()
     for each in map(Path, named):
         if not is_folder(str(each)):
             files.append(each)
@@ -35,22 +39,27 @@ def read_visit(named: Sequence[str], options: argparse.Namespace, form: Mapping)
     after = max((each.number for each in listed), default=0)
     whole: dict[str, list] = {motion: [] for motion in MOTIONS}
     own = str(form["travel_column"])  # of which the configuration may name contact and coil
-    for file, number, channels in _numbered([*each_once(files)], options.channel, form):
+    for file, number, channels in _numbered([*each_once(files)], options.channel, form, opened):
         for channel, (phase, besides) in channels.items():
             for motion, each in whole.items():
                 beside = besides[motion].settings if motion in besides else {}
                 unset = {k: v for k, v in beside.items() if form[k] is None or channel != own}
                 of = Operation(after + number, file, channel, phase=phase, settings=unset)
                 each.append(of)
-    return [*read_operations(rows, form), *read_operations(whole, form, loose=True)]
+    return [
+        *read_operations(rows, form, files=opened),
+        *read_operations(whole, form, loose=True, files=opened),
+    ]
 
 
-def _numbered(files: Sequence[Path], chosen: Sequence[str], form: Mapping) -> list[tuple]:
+def _numbered(
+    files: Sequence[Path], chosen: Sequence[str], form: Mapping, opened: "Files"
+) -> list[tuple]:
     """Each file, the number of its operation, and its channels."""
     from breaker.answers import PoleFile, date_in, operations_of_poles, phases_in_names
     from breaker.inspection import stated_in
 
-    channels = {file: _channels(file, chosen) for file in files}
+    channels = {file: _channels(opened[file], chosen) for file in files}
     in_names = phases_in_names(files)
     for file, found in channels.items():
         if file in in_names and len(found) == 1:
@@ -60,12 +69,13 @@ def _numbered(files: Sequence[Path], chosen: Sequence[str], form: Mapping) -> li
     for file, found in channels.items():
         phases = tuple(phase for channel, (phase, _) in found.items() if phase != channel)
         known = phases if all(phases) and len(phases) == len(found) else ()
-        poles[file] = PoleFile(known, date_in(file, stated_in(file, form, next(iter(found)))))
+        stated = stated_in(opened[file], form, next(iter(found)))
+        poles[file] = PoleFile(known, date_in(file, stated))
     numbers = operations_of_poles(poles)
     return [(file, numbers[file], found) for file, found in channels.items()]
 
 
-def _channels(file: Path, chosen: Sequence[str]) -> dict[str, tuple[str, Mapping]]:
+def _channels(file: "Opened", chosen: Sequence[str]) -> dict[str, tuple[str, Mapping]]:
     """Names of channels, and what goes with each, by columns of travel of a file; the name of one
     alone is its phase, empty where the file states none.
     """

@@ -40,7 +40,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "names": ["is_travel_name", "label_of", "split_unit", "unit_of"],
         "naming": ["natural"],
         "numbers": ["LARGEST_NUMBER", "MISSING", "is_number", "strict_numbers"],
-        "opened": ["Opened", "as_opened"],
+        "opened": ["Files", "Opened", "as_opened"],
         "outgoing": ["on_terminal", "save_frame", "table_text"],
         "phases": [
             "COLUMN_PHASE",

@@ -23,6 +23,7 @@ from breaker.files import grids, recorders, text, workbooks
 from breaker.files.columns import Columns
 from breaker.files.guards import RejectedCurveError, TooLargeError
 from breaker.files.opened import Opened, as_opened
+from breaker.files.settings import READ_BY
 
 FORMATS: tuple[ModuleType, ...] = (text, workbooks, recorders, grids)
 """All formats; what none of them claims is taken for the first one, a text."""
@@ -37,7 +38,8 @@ def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = ""
     """Read the columns of time and travel of one record.
 
     Args:
-        file: File of one record, or one that is opened; of an ending that is not known, a text.
+        file: File of one record, or one that is opened: then the same columns are read of it once.
+            Of an ending that is not known, it is a text.
         settings: The section ``endurance.format``, complete.
         channel: Column of the travel, where it is not that of the settings.
 
@@ -45,9 +47,20 @@ def read_columns(file: str | Path | Opened, settings: Mapping, channel: str = ""
         RejectedCurveError: If the file cannot be used.
     """
     opened = as_opened(file)
+    form = tuple(repr(settings[key]) for key in READ_BY)
+    # A rate is named in a remark where a column of the time is not there, else it reads nothing.
+    rate = settings["rate"] if isinstance(settings["time_column"], str) else None
+    return opened.once(("columns", channel, rate, form), lambda: _read(opened, settings, channel))
+
+
+def _read(opened: Opened, settings: Mapping, channel: str) -> Columns:
     format_ = format_of(opened.file)
     with understood(opened.file):
-        return format_.read(opened, settings, channel)
+        columns = format_.read(opened, settings, channel)
+    for each in (columns.time, columns.travel, columns.lines, *columns.beside.values()):
+        if each is not None:
+            each.flags.writeable = False  # others read the same
+    return columns
 
 
 def format_of(file: str | Path) -> ModuleType:

@@ -1,4 +1,4 @@
-"""A file that is opened once, whatever is asked of it."""
+"""Files that are opened once, whatever is asked of them."""
 
 from collections.abc import Callable, Hashable
 from pathlib import Path
@@ -7,6 +7,8 @@ from typing import TypeVar
 from breaker.files.guards import read_bytes
 
 Found = TypeVar("Found")
+
+_KEPT = 2**24  # bytes of files that are kept open: some hundred exports
 
 
 class Opened:
@@ -28,6 +30,11 @@ class Opened:
     def __init__(self, file: str | Path) -> None:
         self.file = file
         self._found: dict[Hashable, tuple[object, ValueError | None]] = {}
+
+    @property
+    def size(self) -> int:
+        """Bytes that were read of it."""
+        return sum(len(found) for found, _ in self._found.values() if isinstance(found, bytes))
 
     @property
     def content(self) -> bytes:
@@ -54,3 +61,19 @@ class Opened:
 def as_opened(file: str | Path | Opened) -> Opened:
     """Return a file as one that is opened."""
     return file if isinstance(file, Opened) else Opened(file)
+
+
+class Files:
+    """Files of a command, each opened once; of very many, those that were opened last are kept."""
+
+    def __init__(self) -> None:
+        self._opened: dict[str, Opened] = {}
+
+    def __getitem__(self, file: str | Path) -> Opened:
+        """Return a file as one that is opened."""
+        if (found := self._opened.get(str(file))) is None:
+            size = sum(each.size for each in self._opened.values())
+            while self._opened and size > _KEPT:
+                size -= self._opened.pop(next(iter(self._opened))).size
+            found = self._opened[str(file)] = Opened(file)
+        return found

@@ -35,6 +35,12 @@ FORMAT = {
 }
 """The default of every setting; so is ``endurance.format`` in config/config.yaml."""
 
+READ_BY = (
+    *("encoding", "delimiter", "decimal", "skip_rows", "units_row", "time_column", "time_unit"),
+    *("travel_column", "travel_unit", "contact_column", "trigger_column"),
+)
+"""Settings by which the columns of a file are read; the others say what is made of these."""
+
 
 def lacking(settings: Mapping) -> str:
     """Say what complete settings lack for a record, which a row of its table may state; or ""."""

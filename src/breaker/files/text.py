@@ -14,7 +14,7 @@ from breaker.files.lines import Lines
 from breaker.files.opened import Opened
 
 _BLOCK = 2**20  # characters that are split into cells at a time
-_KEPT = 2**18  # bytes of a text whose cells are kept for a while
+_KEPT = 2**21  # bytes of a text whose cells are kept for a while, as of most exports
 _LONGEST_LINE = 100_000  # characters
 
 
@@ -39,7 +39,7 @@ def look(_: Opened) -> None:
     """Return nothing: what a text is like is to be guessed."""
 
 
-@lru_cache(maxsize=16)  # each channel and motion of a file is read, and what stands above
+@lru_cache(maxsize=8)  # each channel and motion of a file is read, and what stands above
 def _kept_blocks(*text: str | Path | bytes) -> list[tuple[np.ndarray, Lines]]:
     return list(_blocks(*text))
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from breaker.files import FILL_IN, TO_MM, Description, Part, RejectedCurveError
+from breaker.files import FILL_IN, TO_MM, Description, Opened, Part, RejectedCurveError
 from breaker.inspection.channels import InspectionError, Travel, chosen_travels
 from breaker.inspection.contents import look_into
 from breaker.inspection.guesses import guess_direction, guess_rest, guess_time, guess_unit
@@ -15,7 +15,7 @@ from breaker.inspection.timing import Clock, find_clock
 from breaker.inspection.wiring import Beside, columns_beside
 
 
-def travel_channels(file: str | Path) -> dict[str, tuple[str, Mapping[str, Beside]]]:
+def travel_channels(file: str | Path | Opened) -> dict[str, tuple[str, Mapping[str, Beside]]]:
     """Return the channels of a file by those columns that move as a drive does: what each is
     called, and what goes with it by motion, as of ``columns_beside``.
 

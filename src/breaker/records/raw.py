@@ -9,7 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from breaker.files import Columns, Operation, RejectedCurveError, complete, lacking, read_columns
+from breaker.files import (
+    Columns,
+    Files,
+    Operation,
+    RejectedCurveError,
+    complete,
+    lacking,
+    read_columns,
+)
 from breaker.mechanism import Speed, in_digits
 from breaker.records.clock import count_remark, even_times
 from breaker.records.consistency import inconsistencies
@@ -161,9 +169,12 @@ def read_raw(operation: Operation, settings: Mapping, scale: Scale, motion: str)
     return _raw(_samples(operation, settings, scale), motion)
 
 
-def _samples(operation: Operation, settings: Mapping, scale: Scale) -> _Samples:
+def _samples(
+    operation: Operation, settings: Mapping, scale: Scale, files: Files | None = None
+) -> _Samples:
     """Read the samples of a record; raise as ``read_raw``."""
-    columns = read_columns(operation.file, settings, operation.channel)
+    file = operation.file if files is None else files[operation.file]
+    columns = read_columns(file, settings, operation.channel)
     try:
         time, place, uneven = even_times(columns.time, columns.lines, settings)
         whole, lines = np.full(time.size, np.nan), np.zeros(time.size, dtype=int)
@@ -196,13 +207,17 @@ def _raw(samples: _Samples, motion: str) -> Raw:
 
 
 def read_raws(
-    operations: Sequence[Operation], settings: Mapping, *motions: str
+    operations: Sequence[Operation],
+    settings: Mapping,
+    *motions: str,
+    files: Files | None = None,
 ) -> list[list[Raw | RejectedCurveError]]:
     """Read the records of several operations as they are in their files, or why there is none.
 
     Args:
         operations, settings: As for ``read_curves``.
         motions: Those that are looked for in each.
+        files: In which others of these files, or the same in another way, are opened, too.
 
     Returns:
         For each of the motions a list in the order of the operations.
@@ -219,7 +234,7 @@ def read_raws(
         try:
             if (stated := repr(operation.settings)) not in ready:
                 ready[stated] = _settings_of(operation, settings, alone=alone)
-            samples = _samples(operation, *ready[stated])
+            samples = _samples(operation, *ready[stated], files)
         except RejectedCurveError as error:
             for found in raws:
                 found.append(error)

@@ -1,0 +1,58 @@
+"""A file is opened once, and its lines are split once, whatever a command asks of it."""
+
+import argparse
+from collections import Counter
+
+import pytest
+
+from breaker.answers import read_operations
+from breaker.cli.visit import read_visit
+from breaker.files import Operation, complete, guards, text
+from breaker.mechanism import MOTIONS
+from tests.answers.test_parts import written
+from tests.exports import write
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """How often files are opened, and texts split."""
+    found, (real, split) = Counter(), (guards.read_bytes, text._blocks)
+    text._kept_blocks.cache_clear()
+
+    def opened(file):
+        found["opened"] += 1
+        return real(file)
+
+    def blocks(*form):
+        found["split"] += 1
+        return split(*form)
+
+    monkeypatch.setattr("breaker.files.opened.read_bytes", opened)
+    monkeypatch.setattr(text, "_blocks", blocks)
+    return found
+
+
+def test_three_motions_are_read_of_a_file_that_is_opened_once(tmp_path, counted, monkeypatch):
+    monkeypatch.setattr(text, "_KEPT", 0)  # nor are columns read again where no cells are kept
+    operation = written(tmp_path / "oco.csv")
+    records = read_operations({motion: [operation] for motion in MOTIONS}, {}, loose=True)
+    assert [each.reason for each in records] == [""] * 3
+    assert counted == {"opened": 1, "split": 1}
+
+
+def test_channels_of_a_visit_are_read_of_files_that_are_opened_once(tmp_path, counted):
+    names = [str(tmp_path / f"{k}.csv") for k in range(2)]
+    for k, name in enumerate(names):
+        write(name, rate=5.0, seed=k, channels=3)
+    form = complete({"time_column": None, "rate": 5.0, "travel_column": "Travel 1"})
+    records = read_visit(names, argparse.Namespace(channel=[]), form)
+    assert len({(each.operation.file, each.operation.channel) for each in records}) == 6
+    assert not any(each.reason for each in records)
+    assert counted == {"opened": 2, "split": 2}
+
+
+def test_a_file_that_cannot_be_read_is_opened_once(tmp_path, counted):
+    (tmp_path / "a.csv").write_text("no record\n")
+    operations = {motion: [Operation(1, tmp_path / "a.csv")] for motion in MOTIONS}
+    assert read_operations(operations, {}, loose=True)[0].reason
+    assert counted["opened"] == 1
