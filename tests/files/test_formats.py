@@ -1,7 +1,10 @@
 """What every format of curve files fulfils: see ``breaker.files.formats``."""
 
 import shutil
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -11,7 +14,7 @@ from breaker.files.formats import ENDINGS, FORMATS, format_of, read_columns
 from breaker.files.guards import RejectedCurveError
 from breaker.files.names import split_unit
 from breaker.files.opened import Opened
-from breaker.files.settings import complete
+from breaker.files.settings import TO_MS, complete
 from breaker.files.shown import Labelled, Tables
 from breaker.inspection.contents import look_into
 from breaker.synthetic.dialects import DIALECTS
@@ -19,30 +22,53 @@ from tests.files.refused import told
 
 TIME = np.round(0.1 * np.arange(60), 1)
 TRAVEL = np.round(0.02 * np.arange(60) ** 1.5, 3)
-# A dialect that writes each format; a format has one.
-WRITTEN_BY = {"text": "tab", "workbooks": "excel", "recorders": "comtrade", "grids": "netcdf"}
 
 
-def name_of(format_):
-    return format_.__name__.rpartition(".")[2]
+class Example(NamedTuple):
+    """A file of a format: its name, the settings that read it, its column of travel in mm, and
+    what writes ``TIME`` (ms) and ``TRAVEL`` there.
+    """
+
+    name: str
+    settings: Mapping
+    channel: str
+    write: Callable[[Path], None]
 
 
-@pytest.fixture(params=FORMATS, ids=name_of)
+def of_dialect(name):
+    dialect = DIALECTS[name]
+    write = partial(dialect.write, time=TIME, travel=TRAVEL, motion="closing", operation=1)
+    return Example(dialect.file_name("closing", 1), dialect.settings, dialect.channels[0], write)
+
+
+# By the module of a format: each has one.
+EXAMPLES = {
+    "text": of_dialect("tab"),
+    "workbooks": of_dialect("excel"),
+    "recorders": of_dialect("comtrade"),
+    "grids": of_dialect("netcdf"),
+}
+
+
+@pytest.fixture(params=FORMATS, ids=lambda each: each.__name__.rpartition(".")[2])
 def format_(request):
     return request.param
 
 
 @pytest.fixture
-def file(format_, tmp_path):
-    dialect = DIALECTS[WRITTEN_BY[name_of(format_)]]
-    path = tmp_path / dialect.file_name("closing", 1)
-    dialect.write(path, TIME, TRAVEL, motion="closing", operation=1)
-    return path
+def example(format_):
+    return EXAMPLES[format_.__name__.rpartition(".")[2]]
 
 
 @pytest.fixture
-def settings(format_):
-    return complete(DIALECTS[WRITTEN_BY[name_of(format_)]].settings)
+def file(example, tmp_path):
+    example.write(tmp_path / example.name)
+    return tmp_path / example.name
+
+
+@pytest.fixture
+def settings(example):
+    return complete(example.settings)
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -60,17 +86,16 @@ def test_what_no_format_claims_is_a_text():
 def test_a_file_is_claimed_and_read(format_, file, settings):
     assert format_of(file) is format_
     columns = format_.read(Opened(file), settings)
-    assert np.allclose(columns.time, columns.time[0] + TIME * (columns.time[1] / TIME[1]))
+    assert np.allclose(columns.time * TO_MS[settings["time_unit"]], TIME)
     assert np.allclose(columns.travel, TRAVEL, atol=1e-3)
     assert columns.lines.shape == columns.time.shape == columns.travel.shape
 
 
-def test_what_it_shows_holds_what_is_read(format_, file, settings):
+def test_what_it_shows_holds_what_is_read(format_, example, file, settings):
     shown = format_.look(Opened(file))
     assert shown is None or isinstance(shown, Labelled | Tables)
     layout = look_into(file)
-    (channel,) = DIALECTS[WRITTEN_BY[name_of(format_)]].channels
-    place = [split_unit(name)[0] for name in layout.names].index(channel)
+    place = [split_unit(name)[0] for name in layout.names].index(example.channel)
     assert layout.kind == format_.ENDINGS[file.suffix]
     assert np.allclose(layout.columns[place], read_columns(file, settings).travel)
     assert layout.units[place] == "mm"
