@@ -87,3 +87,20 @@ def test_a_slip_within_the_noise_of_one_motion_is_in_its_stroke(tmp_path, slip):
             if name in exact:
                 assert abs(found.value - exact[name]) < 3.5 * found.sd
                 assert slip or found.sd < 0.03
+
+
+def test_a_first_motion_in_the_creep_of_the_motion_before_is_uncertain(tmp_path):
+    """Of an opening soon after a closing that went too far and comes back, 0.1 mm/ms still."""
+    time, settings = np.arange(0.0, 350.0, 0.4), complete({"travel_unit": "mm", "zero": "rest"})
+    closing, opening = (np.clip((time - at) / 50.0, 0.0, 1.0) for at in (40.0, 160.0))
+    back = 8.0 * np.exp(-np.maximum(time - 90.0, 0.0) / 60.0) * (time > 70.0)
+    for creeps in (0.0, 1.0):
+        way = STROKE * closing**2 * (3.0 - 2.0 * closing) + creeps * back * closing**4
+        way *= 1.0 - opening**2 * (3.0 - 2.0 * opening)
+        for seed in range(10):
+            travel = way + 0.05 * np.random.default_rng(seed).standard_normal(time.size)
+            path = tmp_path / "a.csv"
+            np.savetxt(path, np.c_[time, travel], delimiter=",", header="time,travel", comments="")
+            ((raw,),) = read_raws([Operation(1, path)], settings | {"time_unit": "ms"}, "opening")
+            assert abs(raw.moves - 160.0) < 2.0 * raw.first_motion_sd
+            assert creeps or raw.first_motion_sd == raw.moves_sd

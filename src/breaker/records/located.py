@@ -19,6 +19,9 @@ _ENDS = 8.0, 8
 _RETURNS, _APART = 0.1, (6.0, 1.0, 0.003)
 _STILL, _CREEPS = 25.0, 0.1
 _LOW = 0.03, 0.2  # of the way, a rise by which first motions are told
+# Times the time of the low rise, before it, in which a drive creeps; by how much: sd of that by
+# noise, strokes; and sd of the noise by which it has left that line.
+_LEAD, _CREEPING, _LEAST, _OFF = 1.5, 6.0, 0.003, 3.0
 
 
 @dataclass(frozen=True)
@@ -78,18 +81,41 @@ class LocatedMotion:
         way = (self.left - before) * np.sign(after - before)
         return ripple_of(self.time[self.inside], way, abs(after - before))
 
-    @property
+    @cached_property
     def first_motion_sd(self) -> float:
-        """Standard deviation of the first motion: of its fit, and where the reading ripples."""
-        if not self.ripple.amplitude:
-            return self.moves_sd
+        """Standard deviation of the first motion: of its fit, where the reading ripples, and where
+        the drive still creeps after the motion before.
+        """
         before, after = self.segment.before, self.segment.after
-        done = (self.left - before) / (after - before)
-        moving = self.time[self.inside] >= self.moves  # before it another motion may end
+        time, done = self.time[self.inside] - self.moves, (self.left - before) / (after - before)
+        moving = time >= 0.0  # before it another motion may end
         low, high = ((moving & (done >= share)).argmax() for share in _LOW)
-        way = abs(after - before) * (_LOW[1] - _LOW[0])
-        slow = (high - low) * self.step / way  # ms/mm
-        return float(np.hypot(self.moves_sd, self.ripple.rms * slow))
+        slow = (high - low) * self.step / (_LOW[1] - _LOW[0])  # ms/stroke
+        rippled = self.ripple.rms / abs(after - before) * slow
+        creeps = self._creeps(time, done, float(time[low])) if self.segment.begin else 0.0
+        return float(np.hypot(np.hypot(self.moves_sd, rippled), 0.5 * creeps))
+
+    def _creeps(self, time: np.ndarray, done: np.ndarray, low: float) -> float:
+        """How long the drive goes on from its first motion as it crept before, ms: where it truly
+        begins to move in that time is not seen.
+
+        Args:
+            time: From the first motion on, ``(n,)``, ms.
+            done: Share of the way, ``(n,)``; NaN where a sample is missing.
+            low: Time of the low rise, ms.
+        """
+        there = ~np.isnan(done)
+        lead = there & (time < 0.0) & (time > -_LEAD * low)
+        if lead.sum() < _ENDS[1]:
+            return 0.0
+        creep = np.polyfit(time[lead], done[lead], 1)
+        noise = max(white_noise(done), self.quantum / np.sqrt(12.0) / self.segment.stroke)
+        least = max(_CREEPING * noise * np.sqrt(12.0 / lead.sum()), _LEAST)
+        if creep[0] * _LEAD * low < least:
+            return 0.0
+        rise = there & (time >= 0.0) & (time <= low)
+        along = rise & (done - np.polyval(creep, time) < _OFF * noise)
+        return float(time[along].max(initial=0.0))
 
     @cached_property
     def unreturned(self) -> float:
