@@ -23,6 +23,7 @@ from breaker.answers import (
     Given,
     fit_type,
     infer_drive,
+    list_breakers,
     read_breakers,
     read_operations,
     reference_of,
@@ -85,7 +86,7 @@ def one_type(number: int, options, config: dict, folder: Path, levels) -> list:
     drives = drives_of(drawn, config["rigs"], breakers + FURTHER, options.alike, rng)
     files = [write(folder / f"Q{i}", drive, size, rng) for i, drive in enumerate(drives)]
     named = [folder / f"Q{i}" for i in range(breakers)]
-    recorded = read_breakers(named, MOTIONS, {}, [levels])
+    recorded = read_breakers(list_breakers(named, MOTIONS), {}, [levels])
     reference = reference_of(recorded)
     room = wear_allowance(config["rigs"]["wear"]["change"], reference)
     fitted = fit_type(recorded, room, 1, LEAST)

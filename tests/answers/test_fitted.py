@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from breaker.answers.fitted import fit_type, precision_of, wear_allowance
-from breaker.answers.recorded import Recorded, read_breakers
+from breaker.answers.recorded import Recorded, list_breakers, read_breakers
 from breaker.answers.spread import Spread, fit_breaker
 from breaker.family.membership import Match
 from breaker.model.randomness import generator
@@ -28,7 +28,7 @@ def types(defaults, prior, levels, tmp_path_factory):
         drawn = type_of(prior, rng)
         drives = breakers_of(drawn, defaults["rigs"], BREAKERS + FURTHER, rng)
         folder = write_breakers(tmp_path_factory.mktemp("type"), drives, 2, rng)
-        recorded = read_breakers([folder], MOTIONS, {}, [levels])
+        recorded = read_breakers(list_breakers([folder], MOTIONS), {}, [levels])
         room = wear_allowance(defaults["rigs"]["wear"]["change"], prior)
         names = list(recorded.operations)
         some = {name: recorded.operations[name] for name in names[:BREAKERS]}

@@ -3,7 +3,7 @@
 import pytest
 
 from breaker.answers import recorded
-from breaker.answers.recorded import read_breakers
+from breaker.answers.recorded import list_breakers, read_breakers
 from breaker.model.randomness import generator
 from tests.answers.drives import breakers_of, type_of, write_breakers
 
@@ -18,7 +18,7 @@ def drives(prior, defaults):
 
 @pytest.fixture
 def read(levels):
-    return lambda *folders: read_breakers(folders, MOTIONS, {}, [levels])
+    return lambda *folders, **of: read_breakers(list_breakers(folders, MOTIONS, **of), {}, [levels])
 
 
 @pytest.fixture
@@ -53,6 +53,18 @@ def test_a_type_in_two_spellings_is_one(folder, read, other, types):
     found = read(folder)
     assert sorted(found.types)[0] == "GL 314"
     assert len(found.types) == types
+
+
+def test_one_type_of_a_table_is_chosen_in_any_spelling(folder):
+    table = folder / "operations.csv"
+    head, *rows = table.read_text(encoding="utf-8").splitlines()
+    of = [f"{row},{'GL 314' if 'Q1' in row else 'GL318'}" for row in rows]
+    table.write_text("\n".join([f"{head},type", *of]), encoding="utf-8")
+    every, own = (list_breakers([folder], MOTIONS, name) for name in ("", "gl-314"))
+    assert {name for listed in every.values() for name in listed} == {"Q0", "Q1"}
+    assert own == {motion: {"Q1": every[motion]["Q1"]} for motion in MOTIONS}
+    with pytest.raises(ValueError, match=r"no operation is of type GL31: .* GL 314, GL318"):
+        list_breakers([folder], MOTIONS, "GL31")
 
 
 def test_phases_are_records_of_their_breaker(folder, read):

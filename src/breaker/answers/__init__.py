@@ -48,7 +48,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
             "swings_back",
             "wear_allowance",
         ],
-        "recorded": ["Recorded", "read_breakers"],
+        "recorded": ["Recorded", "list_breakers", "read_breakers"],
         "spread": ["Fit", "Spread", "find_spread", "fit_breaker"],
         "writing": ["overlay_of", "overlay_text", "report"],
     },

@@ -15,6 +15,7 @@ from breaker.family import Levels, Match, NormalisedRecords, choose_family
 from breaker.files import (
     MANIFEST,
     Operation,
+    bare,
     list_operations,
     printable,
     read_manifest,
@@ -132,14 +133,10 @@ class Recorded:
         return Size(*(float(f"{each:.3g}") for each in seen / np.exp(self.levels.usual[:, 0])))
 
 
-def read_breakers(
-    folders: Sequence[str | Path],
-    motions: Sequence[str],
-    settings: Mapping,
-    families: Iterable[Levels],
-    least: float = 1e-3,
-) -> Recorded:
-    """Read some records of the breakers in folders.
+def list_breakers(
+    folders: Sequence[str | Path], motions: Sequence[str], of_type: str = ""
+) -> dict[str, dict[str, list[Operation]]]:
+    """List the operations of the breakers in folders, by motion and breaker.
 
     A breaker is one of the column ``breaker`` of a folder's table, or else a folder; its phases
     count as records of it.
@@ -147,25 +144,61 @@ def read_breakers(
     Args:
         folders: Each as ``endurance.curves``: with a table, or with a folder for each motion.
         motions: Which to look for; one that no folder has is left out.
+        of_type: Take those alone that the column ``type`` of a table states to be of this type, in
+            any spelling; all where it is empty.
+
+    Raises:
+        ValueError: If a table is wrong, or states no such type. The message says what to do.
+        FileNotFoundError: If no folder has an operation of any motion.
+    """
+    troubles: list[str] = []
+    found = {motion: _listed(folders, motion, troubles) for motion in motions}
+    if not any(found.values()):
+        raise FileNotFoundError(_none(folders, troubles))
+    if not of_type:
+        return found
+    own, types = {motion: {} for motion in motions}, set()
+    for motion, breakers in found.items():
+        for name, listed in breakers.items():
+            types.update(each.type for each in listed if each.type)
+            if some := [each for each in listed if bare(each.type) == bare(of_type)]:
+                own[motion][name] = some
+    if not any(own.values()):
+        stated = f"these: {', '.join(sorted(types))}" if types else "none"
+        raise ValueError(
+            f"no operation is of type {printable(of_type)}: of types, the column type of "
+            f"{MANIFEST} states {stated}"
+        )
+    return own
+
+
+def read_breakers(
+    listed: Mapping[str, Mapping[str, Sequence[Operation]]],
+    settings: Mapping,
+    families: Iterable[Levels],
+    least: float = 1e-3,
+) -> Recorded:
+    """Read some records of breakers.
+
+    Args:
+        listed: Their operations by motion and breaker, of ``list_breakers``.
         settings: The section ``endurance.format`` of the configuration.
         families: Networks in the order in which they are tried, as for ``choose_family``.
         least: p-value below which a record does not fit.
 
     Raises:
-        ValueError: If a table is wrong, or no record can be used. The message says what to do.
-        FileNotFoundError: If no folder has an operation of any motion.
+        ValueError: If no record can be used. The message says what to do.
     """
     found: dict[str, dict[tuple, dict[str, NormalisedRecords]]] = defaultdict(
         lambda: defaultdict(dict)
     )
     rejected, left_out = [], 0
     spans: dict[str, list[Span]] = defaultdict(list)
-    troubles: list[str] = []
     types: list[str] = []
-    for motion in motions:
-        for name, listed in _listed(folders, motion, troubles).items():
-            some = [listed[i] for i in _spread(len(listed))]
-            left_out += len(listed) - len(some)
+    for motion, breakers in listed.items():
+        for name, every in breakers.items():
+            some = [every[i] for i in _spread(len(every))]
+            left_out += len(every) - len(some)
             for each in read_operations({motion: some}, settings):
                 if each.reason:
                     rejected.append(each.reason)
@@ -174,8 +207,6 @@ def read_breakers(
                 types += filter(None, [one.type or each.stated.type])
                 found[name][one.number, one.phase, os.path.dirname(one.file)][motion] = each.seen
                 spans[motion].append(Span.of(each.raw))
-    if not found and not rejected:
-        raise FileNotFoundError(_none(folders, troubles))
     if not found:
         raise ValueError(
             f"none of {len(rejected)} records can be used; check endurance.format and the "

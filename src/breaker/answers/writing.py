@@ -148,7 +148,7 @@ def _sources(recorded: Recorded) -> list[str]:
     if len(recorded.types) > 1:
         lines.append(
             f"WARNING: records are of types {', '.join(recorded.types)}, and the prior is as wide "
-            "as these differ: name the breakers of one type"
+            "as these differ: choose one with --type"
         )
     lines += [f"type: {each}" for each in recorded.types if len(recorded.types) == 1]
     return [*lines, "breakers: " + ", ".join(records)]

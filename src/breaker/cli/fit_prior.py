@@ -1,7 +1,7 @@
 """`breaker fit-prior`: fit the prior of a type of breaker."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 
 from breaker.cli.named import add_path, each_once
@@ -17,6 +17,8 @@ def add(fit_prior: argparse.ArgumentParser) -> None:
     """
     what = "folder of the records of one breaker, or of several with a table operations.csv"
     add_path(fit_prior, "folders", "FOLDER", what, nargs="+")
+    of_type = "of folders with a table, take the breakers that it states to be of this type alone"
+    fit_prior.add_argument("--type", default="", metavar="NAME", help=of_type)
     add_path(fit_prior, "--output", "YAML", "write the lines there")
     add_path(fit_prior, "--plot", "PNG", "draw the prior there")
 
@@ -41,7 +43,7 @@ def _run(options: argparse.Namespace) -> int:
     from breaker.workflow import check, merge, read
 
     seed, least = config["seed"], config["endurance"]["misfit_p_value"]
-    recorded, fitted = _fitted(options.folders, config)
+    recorded, fitted = _fitted(options, config)
     usual = read(DEFAULTS)
     format_settings = config["endurance"]["format"].items()
     given = {k: v for k, v in format_settings if v != usual["endurance"]["format"][k]}
@@ -72,13 +74,13 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _fitted(folders: Sequence[str], config: Mapping) -> tuple:
+def _fitted(options: argparse.Namespace, config: Mapping) -> tuple:
     """The records of some breakers, and the prior fitted to them."""
-    from breaker.answers import fit_type, read_breakers, reference_of, wear_allowance
+    from breaker.answers import fit_type, list_breakers, read_breakers, reference_of, wear_allowance
     from breaker.cli.infer import families
 
     endurance, least = config["endurance"], config["endurance"]["misfit_p_value"]
-    read = each_once(folders), config["motions"], endurance["format"], families(None), least
-    recorded = read_breakers(*read)
+    listed = list_breakers(each_once(options.folders), config["motions"], options.type)
+    recorded = read_breakers(listed, endurance["format"], families(None), least)
     room = wear_allowance(config["rigs"]["wear"]["change"], reference_of(recorded))
     return recorded, fit_type(recorded, room, config["seed"], least)
